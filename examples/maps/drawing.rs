@@ -31,8 +31,8 @@ pub(crate) type Tag = (&'static str, String);
 /// A map. Ids of lanelets and elements are given, those of nodes and ways counted.
 #[derive(Default)]
 pub(crate) struct Drawing {
-    /// Nodes by position in millimetres.
-    nodes: BTreeMap<[i64; 2], i64>,
+    /// Nodes by position and height in millimetres.
+    nodes: BTreeMap<[i64; 3], i64>,
     ways: Vec<Way>,
     relations: Vec<Relation>,
 }
@@ -55,6 +55,8 @@ pub(crate) struct Lane<'a> {
     pub(crate) middle: &'a Curve,
     pub(crate) left: Marking,
     pub(crate) right: Marking,
+    /// Heights of its start and its end, metres.
+    pub(crate) heights_m: [f64; 2],
     /// Ids of regulatory elements.
     pub(crate) elements: Vec<i64>,
     /// Besides those every road has.
@@ -69,7 +71,7 @@ pub(crate) fn tag(key: &'static str, value: impl Into<String>) -> Tag {
 impl<'a> Lane<'a> {
     /// A lane between two markings, without anything special.
     pub(crate) fn new(id: i64, middle: &'a Curve, left: Marking, right: Marking) -> Self {
-        Self { id, middle, left, right, elements: Vec::new(), tags: Vec::new() }
+        Self { id, middle, left, right, heights_m: [0.0; 2], elements: Vec::new(), tags: Vec::new() }
     }
 
     /// A lane of an intersection.
@@ -82,8 +84,9 @@ impl<'a> Lane<'a> {
 impl Drawing {
     /// A lane of a road.
     pub(crate) fn lane(&mut self, lane: Lane<'_>) {
-        let left = self.line(&lane.middle.beside(HALF_WIDTH_M), marked(lane.left));
-        let right = self.line(&lane.middle.beside(-HALF_WIDTH_M), marked(lane.right));
+        let mut bound =
+            |left_m, marking| self.rising_line(&lane.middle.beside(left_m), lane.heights_m, marked(marking));
+        let (left, right) = (bound(HALF_WIDTH_M, lane.left), bound(-HALF_WIDTH_M, lane.right));
         let mut tags = vec![
             tag("subtype", "road"),
             tag("location", "urban"),
@@ -133,9 +136,17 @@ impl Drawing {
         self.line(ring, vec![tag("type", "hatched_road_markings"), tag("area", "yes")]);
     }
 
-    /// A way, or one drawn before through the same points in either direction.
+    /// A way at height zero, or one drawn before through the same points in either direction.
     fn line(&mut self, points: &[Point], tags: Vec<Tag>) -> i64 {
-        let nodes: Vec<i64> = points.iter().map(|point| self.node(*point)).collect();
+        self.rising_line(points, [0.0; 2], tags)
+    }
+
+    /// A way that rises by as much from each point to the next, or one drawn before.
+    fn rising_line(&mut self, points: &[Point], [from_m, to_m]: [f64; 2], tags: Vec<Tag>) -> i64 {
+        let steps = (1..points.len()).map(|_| 1.0).sum::<f64>();
+        let heights_m = (0..).map(|step| from_m + (to_m - from_m) * f64::from(step) / steps);
+        let nodes: Vec<i64> =
+            points.iter().zip(heights_m).map(|([x, y], z)| self.node([*x, *y, z])).collect();
         let backwards: Vec<i64> = nodes.iter().rev().copied().collect();
         let drawn = self.ways.iter().find(|way| way.nodes == nodes || way.nodes == backwards);
         if let Some(way) = drawn {
@@ -146,26 +157,29 @@ impl Drawing {
         id
     }
 
-    fn node(&mut self, point: Point) -> i64 {
+    fn node(&mut self, point: [f64; 3]) -> i64 {
         let next = next_id(10_001, self.nodes.len());
         *self.nodes.entry(point.map(millimetres)).or_insert(next)
     }
 
     /// The text of the file.
     pub(crate) fn osm(&self) -> String {
-        let mut nodes: Vec<(i64, [i64; 2])> = self.nodes.iter().map(|(at, id)| (*id, *at)).collect();
+        let mut nodes: Vec<(i64, [i64; 3])> = self.nodes.iter().map(|(at, id)| (*id, *at)).collect();
         nodes.sort_unstable();
         let mut text = String::from(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm generator=\"make_maps\" version=\"0.6\">\n",
         );
         text.push_str("  <MetaInfo format_version=\"1\" map_version=\"1\"/>\n");
         for (id, at) in nodes {
-            let [x, y] = at.map(metres);
+            let [x, y, z] = at.map(metres);
             let latitude = ORIGIN_DEG[0] + y / METRES_PER_DEGREE;
             let longitude = ORIGIN_DEG[1] + x / (METRES_PER_DEGREE * ORIGIN_DEG[0].to_radians().cos());
             text.push_str(&format!("  <node id=\"{id}\" lat=\"{latitude:.8}\" lon=\"{longitude:.8}\">\n"));
-            let tags =
-                [tag("ele", "0"), tag("local_x", format!("{x:.3}")), tag("local_y", format!("{y:.3}"))];
+            let tags = [
+                tag("ele", z.to_string()),
+                tag("local_x", format!("{x:.3}")),
+                tag("local_y", format!("{y:.3}")),
+            ];
             push_tags(&mut text, &tags);
             text.push_str("  </node>\n");
         }

@@ -7,6 +7,7 @@ mod crossing;
 mod curve;
 mod drawing;
 mod fork;
+mod helix;
 mod lane_change_road;
 mod narrow_road;
 mod roundabout;
@@ -29,12 +30,13 @@ pub(crate) struct Map {
 }
 
 /// All maps to make.
-pub(crate) const ALL: [Map; 9] = [
+pub(crate) const ALL: [Map; 10] = [
     Map { name: "bus_bay", draw: bus_bay::draw },
     Map { name: "chicane", draw: chicane::draw },
     Map { name: "consecutive_turns", draw: turns::draw },
     Map { name: "crossing", draw: crossing::draw },
     Map { name: "fork", draw: fork::draw },
+    Map { name: "helix", draw: helix::draw },
     Map { name: "lane_change_road", draw: lane_change_road::draw },
     Map { name: "narrow_road", draw: narrow_road::draw },
     Map { name: "roundabout", draw: roundabout::draw_tagged },

@@ -7,6 +7,7 @@ use crate::config::files::Files;
 use crate::config::read_lane_network;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::tag_check::{MapFlaw, check_tags};
+use crate::core::plausibility::finding::Severity;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::report::text::counted;
 
@@ -34,11 +35,8 @@ pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Repor
     for finding in check_tags(road) {
         let is_made_up_for = compat == DeciderCompat::Improved
             && matches!(finding.flaw, MapFlaw::SplitTurn { .. } | MapFlaw::UntaggedExit);
-        if is_made_up_for {
-            report.line("", &finding.to_string());
-        } else {
-            report.concern(&finding.to_string());
-        }
+        let severity = if is_made_up_for { Severity::Note } else { Severity::Warning };
+        report.find(severity, finding.to_string());
     }
 }
 
@@ -47,6 +45,7 @@ mod tests {
     use std::io;
 
     use super::*;
+    use crate::check::Layout;
     use crate::core::map::geometry::Point;
     use crate::core::map::lane_network::{Lane, TurnDirection};
 
@@ -69,13 +68,15 @@ mod tests {
 
     #[test]
     fn flaws_of_a_map_are_warnings_with_their_lanelets() {
-        let Report { text, concerns } = checked(CROSSROADS);
-        assert_eq!((text.as_str(), concerns), ("map        map.osm: 14 lanelets, 0 roundabouts\n", 0));
+        let text = checked(CROSSROADS).text(Layout::default());
+        let sound = "map        map.osm: 14 lanelets, 0 roundabouts\n\n0 errors, 0 warnings, 0 notes\n";
+        assert_eq!(text, sound);
         let exchanged = CROSSROADS.replace("v=\"left\"", "v=\"middle\"").replace("v=\"right\"", "v=\"left\"");
-        let Report { text, concerns } = checked(&exchanged);
+        let report = checked(&exchanged);
+        let (text, concerns) = (report.text(Layout::default()), report.count(Severity::Warning));
         let lines = [
-            "           ! lanelet 34642 at (3773.5, 73725.0) m: tagged left, but it bends 94° to the right\n",
-            "           ! lanelet 34645 at (3755.0, 73734.5) m: turns off by 73° to the left where the road forks after \
+            "warning    lanelet 34642 at (3773.5, 73725.0) m: tagged left, but it bends 94° to the right\n",
+            "warning    lanelet 34645 at (3755.0, 73734.5) m: turns off by 73° to the left where the road forks after \
              34468, without a turn_direction\n",
         ];
         assert!(concerns == 2 && lines.iter().all(|line| text.contains(line)), "{concerns}\n{text}");
@@ -94,8 +95,9 @@ mod tests {
         for (compat, concerns) in [(DeciderCompat::Improved, 0), (DeciderCompat::Upstream, 1)] {
             let mut report = Report::default();
             tags(&road, compat, &mut report);
-            assert!(report.text.contains("lanelet 1 at (0.0, 0.0) m: a turn tagged left"), "{}", report.text);
-            assert_eq!(report.concerns, concerns, "{compat:?}");
+            let text = report.text(Layout::default());
+            assert!(text.contains("lanelet 1 at (0.0, 0.0) m: a turn tagged left"), "{text}");
+            assert_eq!(report.count(Severity::Warning), concerns, "{compat:?}");
         }
     }
 }

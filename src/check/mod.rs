@@ -2,16 +2,20 @@
 
 mod commands;
 pub mod decode;
+mod finding_text;
+pub mod identify;
+pub mod identify_text;
 mod map;
+mod names;
+mod report;
 mod survey;
 mod traffic_lights;
 mod turn_signal;
 
-use std::fmt::Write as _;
-
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::dbc::model::Severity;
+use crate::core::plausibility::finding::Severity as Weight;
 use crate::core::validation::integrity::MessageIntegrity;
 use crate::core::validation::table::Timing;
 use crate::core::vehicle_lights::binding::{
@@ -19,30 +23,10 @@ use crate::core::vehicle_lights::binding::{
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
-use crate::report::text::{counted, escaped, plain_path};
+use crate::report::text::{counted, plain_path};
 pub use map::map;
+pub use report::{Fix, Layout, Report, ReportedFinding};
 pub use survey::{bad_lines_text, recording};
-
-/// The result of a check.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Report {
-    /// The report, lines of text.
-    pub text: String,
-    /// Number of warnings, which an integrator should look at before the drive.
-    pub concerns: u32,
-}
-
-impl Report {
-    fn line(&mut self, heading: &str, text: &str) {
-        // Writing to a String cannot fail.
-        let _ = writeln!(self.text, "{heading:<10} {}", escaped(text));
-    }
-
-    fn concern(&mut self, text: &str) {
-        self.concerns += 1;
-        self.line("", &format!("! {text}"));
-    }
-}
 
 /// Lists the bindings of a configuration, and what was rejected of its DBCs.
 pub fn binding(settings: &Settings) -> Report {
@@ -86,18 +70,14 @@ pub fn binding(settings: &Settings) -> Report {
         let proof = message.integrity.as_ref().map_or("none".to_owned(), MessageIntegrity::to_string);
         report.line("", &format!("integrity check: {proof}"));
     }
-    for role in roles(lights) {
-        let values: Vec<_> = role.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
-        let name = &lights.table.signals[role.signal.0].name;
-        report.line(&role.subject, &format!("{name}: {}; anything else is invalid", values.join(", ")));
-    }
+    names::roles(settings, &roles(lights), &mut report);
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);
     commands::commands(settings, &mut report);
     traffic_lights::sources(v2i, &mut report);
     settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));
     for note in notes(settings) {
-        report.line("note", &note);
+        report.find(Weight::Note, note);
     }
     report
 }
@@ -179,7 +159,8 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
         }
         HazardBinding::Unbound => {
             let text = "not bound to a signal: never published, unknown in the diagnostics";
-            return report.line("hazard", text);
+            report.line("hazard", text);
+            return report.find(Weight::Note, "hazard: no signal is bound, so that it is never reported");
         }
         HazardBinding::From(sources) => sources,
     };

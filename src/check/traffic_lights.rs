@@ -73,7 +73,8 @@ mod tests {
     #[test]
     fn every_group_is_listed_with_its_states() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/v2x_unit.toml");
-        let text = super::super::binding(&load_profile(&Disk, &path).unwrap()).text;
+        let text =
+            super::super::binding(&load_profile(&Disk, &path).unwrap()).text(crate::check::Layout::default());
         for part in [
             "message    V2X_SPAT (5A1) on v2x: cyclic, unknown after 250 ms of silence\n",
             "turn       not in the profile: never published, no diagnostics\n",

@@ -107,7 +107,7 @@ mod tests {
         let text = "[turn_signal]\nmap = \"map.osm\"\nshadow = true\ncountry = \"DE\"\ncompat = \"upstream\"\n\
                     parameters.turn_signal_search_time = 2.5\ninputs.scenario = \"\"\n";
         let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
-        let text = super::super::binding(&settings).text;
+        let text = super::super::binding(&settings).text(crate::check::Layout::default());
         for part in [
             "decider    shadow: nothing is published; decisions may differ for 500 ms\n",
             "compat upstream, rules DE (StVO",

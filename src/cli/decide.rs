@@ -1,7 +1,7 @@
 //! `decide`: a drive scenario of the turn signal decider on virtual time.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::builder::PossibleValue;
@@ -9,9 +9,11 @@ use clap::{Args, ValueEnum};
 
 use super::Failure;
 use super::arguments::{Every, draw, file_name};
-use crate::config::drive;
+use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
+use crate::config::{Overrides, Problem, Refused, load};
 use crate::core::turn_signal::compat::DeciderCompat;
+use crate::core::turn_signal::flow::FlowSettings;
 use crate::desk::drive::run::Run;
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::drive::verdict::Verdicts;
@@ -23,6 +25,7 @@ Examples:
   signal-gateway decide crossing.toml
   signal-gateway decide crossing.toml --compat upstream --json
   signal-gateway decide crossing.toml --picture crossing.svg
+  signal-gateway decide crossing.toml --config gateway.toml
 
 For each change of the signal a line gives the command, the position of the rear axle along the route
 (and the time, where the vehicle stands), and the reason.
@@ -52,6 +55,9 @@ pub(super) struct DecideArgs {
     /// The decider of Autoware that is followed; default: those that the scenario is for
     #[arg(long, value_name = "COMPAT", value_enum)]
     compat: Option<DeciderCompat>,
+    /// Configuration of a gateway whose decider's settings count, all but the map, instead of the scenario's
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
     /// Print all numbers and reasons below each sentence
     #[arg(short, long, conflicts_with = "json")]
     verbose: bool,
@@ -82,7 +88,11 @@ impl ValueEnum for DeciderCompat {
 }
 
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
-    let simulation = DriveSimulation::new(drive::read(&Disk, &args.scenario)?)?;
+    let mut file = drive::read(&Disk, &args.scenario)?;
+    if let Some(path) = &args.config {
+        take_settings(&mut file, path)?;
+    }
+    let simulation = DriveSimulation::new(file)?;
     let compats = args.compat.map_or_else(|| simulation.file().compats.clone(), |compat| vec![compat]);
     let form = match (args.json, args.verbose) {
         (true, _) => DriveForm::Json,
@@ -119,4 +129,20 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
         draw(path, &chart.chart(title))?;
     }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
+}
+
+/// Replaces the settings of a drive's decider by those of a gateway's configuration.
+fn take_settings(file: &mut DriveFile, path: &Path) -> Result<(), Refused> {
+    let turn_signal = load(&Disk, path, &Overrides::default())?.turn_signal.ok_or_else(|| {
+        Problem::whole_file(
+            path,
+            "it has no [turn_signal]",
+            "give the configuration of a turn signal decider",
+        )
+    })?;
+    let FlowSettings { decider, period, .. } = turn_signal.flow;
+    file.compats = vec![decider.compat];
+    file.planning_hz = 1.0 / period.as_secs_f64();
+    file.decider = decider;
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! `check` and `decode`: bindings, and signals by name.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal as _, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -11,21 +11,30 @@ use super::replay::{has_frames, mention_losses};
 use super::{Failure, start_log};
 use crate::check;
 use crate::check::decode::Decoder;
+use crate::check::{Layout, Report};
 use crate::config::files::Disk;
 use crate::config::{Problem, Refused};
+use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
 use crate::replay::Replay;
-use crate::report::text::counted;
 
 pub(super) const CHECK_HELP: &str = "\
 Examples:
   signal-gateway check --config gateway.toml
   signal-gateway check drive.log.gz --profile ford_falcon_fg
+  signal-gateway check drive.log --config gateway.toml --fix
   signal-gateway check lanelet2_map.osm
 
+Findings are errors (the profile is not that of this vehicle, or cannot work), warnings (to be
+looked at before the drive) and notes. The exit code is 4 from warnings up.
+
 A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that decide about turn
-signals, held against the geometry of their lanelets.";
+signals, held against the geometry of their lanelets.
+
+With --json one object is printed:
+  {\"errors\": 0, \"warnings\": 1, \"notes\": 0, \"findings\": [{\"severity\": \"warning\", \"text\": TEXT,
+   \"fix\": {\"section\": \"message.NAME\", \"line\": TOML} or null}], \"facts\": [{\"about\", \"text\"}]}";
 
 pub(super) const DECODE_HELP: &str = "\
 Examples:
@@ -36,6 +45,15 @@ Examples:
 pub(super) struct CheckArgs {
     #[command(flatten)]
     recording: RecordingArgs,
+    /// Exit with 4 for notes as well, not only from warnings up
+    #[arg(long)]
+    strict: bool,
+    /// Print lines for the profile, as TOML, that mend what the recording can mend
+    #[arg(long)]
+    fix: bool,
+    /// Print one JSON object, for CI
+    #[arg(long, conflicts_with = "fix")]
+    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -52,30 +70,28 @@ pub(super) struct DecodeArgs {
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     start_log("error");
-    let args = &args.recording;
-    if let Some(path) = args.log.as_deref().filter(|path| is_map(path)) {
+    let recorded = &args.recording;
+    if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
         let report = check::map(&Disk, path).map_err(|reason| {
             let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
             Refused(vec![Problem::whole_file(path, reason, remedy)])
         })?;
-        return finish(&mut io::stdout().lock(), &report.text, report.concerns);
+        return print(args, &report);
     }
-    let settings = settings(&args.config)?;
-    let bound = check::binding(&settings);
-    let mut out = io::stdout().lock();
-    out.write_all(bound.text.as_bytes())?;
-    let mut concerns = bound.concerns;
-    if args.log.is_some() || settings.recording.is_some() {
-        let (path, routes) = recording(args, &settings)?;
+    let settings = settings(&recorded.config)?;
+    let mut report = check::binding(&settings);
+    let mut outcome = Ok(());
+    if recorded.log.is_some() || settings.recording.is_some() {
+        let (path, routes) = recording(recorded, &settings)?;
         let unreadable = Failure::file(&path);
         let replay =
             Replay::surveying(settings.gateway.clone(), open(&path)?, routes).map_err(&unreadable)?;
-        let (report, outcome) = check::recording(&settings, replay);
-        out.write_all(report.text.as_bytes())?;
-        concerns += report.concerns;
-        outcome.map_err(&unreadable)?;
+        let (surveyed, read) = check::recording(&settings, replay);
+        report.append(surveyed);
+        outcome = read.map_err(unreadable);
     }
-    finish(&mut out, "", concerns)
+    let code = print(args, &report)?;
+    outcome.map(|()| code)
 }
 
 /// Returns whether a path names a lanelet2 map and not a recording.
@@ -83,10 +99,28 @@ fn is_map(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "osm") || path.is_dir()
 }
 
-/// Writes the rest of a report and the number of warnings.
-fn finish(out: &mut impl Write, text: &str, concerns: u32) -> Result<ExitCode, Failure> {
-    writeln!(out, "{text}{}", counted(concerns.into(), "warning"))?;
-    Ok(if concerns == 0 { ExitCode::SUCCESS } else { ExitCode::from(4) })
+/// Prints a report in the form that is asked for; the exit code follows from its findings.
+fn print(args: &CheckArgs, report: &Report) -> Result<ExitCode, Failure> {
+    let text = if args.fix {
+        report.patch()
+    } else if args.json {
+        report.json()
+    } else {
+        report.text(layout())
+    };
+    io::stdout().lock().write_all(text.as_bytes())?;
+    let lightest = if args.strict { Severity::Note } else { Severity::Warning };
+    let is_sound = report.findings().iter().all(|finding| finding.severity < lightest);
+    Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::from(4) })
+}
+
+/// Colours and wrapped lines on a terminal, neither elsewhere.
+fn layout() -> Layout {
+    if !io::stdout().is_terminal() {
+        return Layout::default();
+    }
+    let width = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    Layout { has_color: std::env::var_os("NO_COLOR").is_none(), width }
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {

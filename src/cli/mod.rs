@@ -2,6 +2,7 @@
 
 mod arguments;
 mod decide;
+mod identify;
 mod inspect;
 mod lights;
 mod live;
@@ -24,6 +25,7 @@ use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
 use crate::report::text::escaped;
 use decide::DecideArgs;
+use identify::IdentifyArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
 #[cfg(feature = "ros")]
@@ -69,6 +71,9 @@ enum Command {
     /// Check a configuration before the drive: bindings, warnings, and the result of a recording
     #[command(after_help = inspect::CHECK_HELP)]
     Check(CheckArgs),
+    /// Find the built-in profiles that fit a recording
+    #[command(after_help = identify::HELP)]
+    Identify(IdentifyArgs),
     /// Print the bound signals by name with their meaning, from a recording or live
     #[command(after_help = inspect::DECODE_HELP)]
     Decode(DecodeArgs),
@@ -105,6 +110,7 @@ pub fn main() -> ExitCode {
         Command::Demo(args) => live::demo(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Check(args) => inspect::check(&args),
+        Command::Identify(args) => identify::run(&args),
         Command::Decode(args) => inspect::decode(&args),
         Command::Profiles(args) => profiles::run(&args),
         Command::Lights(args) => lights::run(&args),

@@ -18,6 +18,7 @@
 
 pub mod built_in;
 pub mod country;
+mod decider;
 mod dimensions;
 pub mod drive;
 pub mod files;

@@ -11,6 +11,7 @@ pub mod diagnostics;
 pub mod gateway;
 pub mod light_command;
 pub mod map;
+pub mod plausibility;
 pub mod simulated_vehicle;
 pub mod time;
 pub mod traffic_light;

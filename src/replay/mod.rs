@@ -7,7 +7,7 @@
 mod routes;
 mod tape;
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io;
 
 use crate::core::can::frame::CanId;
@@ -42,13 +42,13 @@ impl Replay {
         Self::begin(settings, Tape::new(log, routes), None)
     }
 
-    /// As [`new`](Self::new), and collects the identifiers of the recording for [`seen_on`](Self::seen_on).
+    /// As [`new`](Self::new), and counts the identifiers of the recording for [`seen_on`](Self::seen_on).
     ///
     /// # Errors
     /// When the recording cannot be read.
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log, routes);
-        tape.ids = Some(BTreeSet::new());
+        tape.ids = Some(BTreeMap::new());
         Self::begin(settings, tape, None)
     }
 
@@ -182,11 +182,11 @@ impl Replay {
         self.tape.length()
     }
 
-    /// The interfaces of the recording on which data frames with this identifier came, as far as it was read; none
-    /// unless it is [surveyed](Self::surveying).
-    pub fn seen_on(&self, id: CanId) -> impl Iterator<Item = &str> {
-        let seen = self.tape.ids.iter().flatten().filter(move |(_, seen)| *seen == id);
-        seen.map(|(interface, _)| self.tape.log.interfaces()[interface.0].as_str())
+    /// The interfaces of the recording on which data frames with this identifier came, with their number, as far as it
+    /// was read; none unless it is [surveyed](Self::surveying).
+    pub fn seen_on(&self, id: CanId) -> impl Iterator<Item = (&str, u64)> {
+        let seen = self.tape.ids.iter().flatten().filter(move |((_, seen), _)| *seen == id);
+        seen.map(|((interface, _), count)| (self.tape.log.interfaces()[interface.0].as_str(), *count))
     }
 
     /// The bus that an interface of the recording is taken for; `None` when its frames are left out.

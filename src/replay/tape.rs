@@ -1,6 +1,6 @@
 //! A recording as inputs with virtual times.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
@@ -47,11 +47,11 @@ pub(super) struct Tape {
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
     pub(super) counts: Counts,
-    /// Identifiers of data frames by interface, if they are collected, at most [`MAX_IDS`].
-    pub(super) ids: Option<BTreeSet<(InterfaceIndex, CanId)>>,
+    /// Number of data frames by interface and identifier, if they are counted, at most [`MAX_IDS`] of them.
+    pub(super) ids: Option<BTreeMap<(InterfaceIndex, CanId), u64>>,
 }
 
-/// The largest number of identifiers that are collected; a vehicle has some hundreds.
+/// The largest number of identifiers that are counted; a vehicle has some hundreds.
 const MAX_IDS: usize = 10_000;
 
 /// Virtual time, and the newest stamp that was read by then.
@@ -95,9 +95,9 @@ impl Tape {
         while let Some(record) = self.log.next_record()? {
             self.counts.records += 1;
             if let (Some(ids), Content::Data(frame)) = (&mut self.ids, &record.content)
-                && ids.len() < MAX_IDS
+                && (ids.len() < MAX_IDS || ids.contains_key(&(record.interface, frame.id())))
             {
-                ids.insert((record.interface, frame.id()));
+                *ids.entry((record.interface, frame.id())).or_default() += 1;
             }
             let (stamp, now) = self.advance(record.stamp);
             let input = self.input(record, stamp).map(|input| (input, now));

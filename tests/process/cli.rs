@@ -118,17 +118,17 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
     let profile = "config/vehicles/hyundai_kia.toml";
-    assert!(out(&["check", "--profile", profile]).ends_with("0 warnings\n"));
+    assert!(out(&["check", "--profile", profile]).ends_with("0 errors, 0 warnings, 0 notes\n"));
 }
 
 #[test]
 fn check_takes_a_map_or_its_folder() {
     let text = out(&["check", "config/maps/consecutive_turns"]);
     let lines = [
-        "map        config/maps/consecutive_turns: 12 lanelets, 0 roundabouts\n",
-        "           lanelet 106 at (220.0, 32.0) m: a turn tagged left (90° to the left) is split over the lanelets 106, \
+        "map        config/maps/consecutive_turns: 12 lanelets, 0 roundabouts\n\n",
+        "note       lanelet 106 at (220.0, 32.0) m: a turn tagged left (90° to the left) is split over the lanelets 106, \
          107, 108\n",
-        "0 warnings\n",
+        "\n0 errors, 0 warnings, 1 note\n",
     ];
     assert_eq!(text, lines.concat());
     let map = std::fs::read_to_string("config/maps/crossing/lanelet2_map.osm").unwrap();
@@ -214,17 +214,17 @@ fn check_finds_what_a_recording_lacks() {
     };
     let (code, text) = check(&["(1.0) can0 111#00"], &["--config", DEMO]);
     assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("! BCM_TurnIndicators (2A5) was never received on can0\n"), "{text}");
+    assert!(text.contains("warning    BCM_TurnIndicators (2A5) was never received on can0\n"), "{text}");
     let v2x = "config/vehicles/v2x_unit.toml";
     let (code, text) = check(&["(1.0) can0 111#00"], &["--profile", v2x]);
     assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("! V2X_SPAT (5A1) was never received on can0\n"), "{text}");
+    assert!(text.contains("warning    V2X_SPAT (5A1) was never received on can0\n"), "{text}");
     let (folder, path) =
         file("bare.toml", "name = \"Bare\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n");
     let (code, text) = check(&["(1.0) can0 111#00"], &["--profile", path.to_str().unwrap()]);
     assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("! the configuration binds no message"), "{text}");
-    assert!(text.ends_with("\n2 warnings\n"), "{text}");
+    assert!(text.contains("warning    the configuration binds no message"), "{text}");
+    assert!(text.ends_with("\n1 error, 1 warning, 0 notes\n"), "{text}");
     drop(folder);
 }
 
@@ -474,4 +474,19 @@ fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
     std::fs::write(folder.path().join("gateway.toml"), config.replace("body", "powertrain")).unwrap();
     let (_, text, error) = run(&["check", "--config", "gateway.toml"]);
     assert!(text.contains("map built-in map crossing: "), "{text}{error}");
+}
+
+#[test]
+fn the_demo_is_identified_and_findings_are_for_programs_as_well() {
+    let text = out(&["identify", "config/demo.log.gz"]);
+    assert!(text.contains("\nfits      demo_vehicle (Demo vehicle) on "), "{text}");
+    assert!(text.ends_with("demo_vehicle fits: signal-gateway check LOG --profile demo_vehicle\n"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&out(&["identify", "config/demo.log.gz", "--json"])).unwrap();
+    assert_eq!(json["candidates"][0]["profile"], "demo_vehicle");
+    let json: serde_json::Value =
+        serde_json::from_str(&out(&["check", "--profile", "ford_falcon_fg", "--json"])).unwrap();
+    assert_eq!((&json["warnings"], &json["notes"]), (&0.into(), &1.into()), "{json}");
+    let strict = gateway(&["check", "--profile", "ford_falcon_fg", "--strict"]);
+    assert_eq!(strict.status.code(), Some(4), "a note counts");
 }

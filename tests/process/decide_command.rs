@@ -317,3 +317,41 @@ fn wrong_files_are_refused_with_location_key_and_remedy() {
         assert!(refusal.contains(expected), "{more}: {refusal}");
     }
 }
+
+/// A stop of ten seconds out of reach of the announced turn.
+const STOPPING: &str = "map = \"map.osm\"
+[route]
+segments = [[1, 11], [2], [3]]
+[drive]
+speed = [{ at_m = 0, mps = 10 }]
+stops = [{ at_m = 45, for_s = 10 }]
+";
+
+#[test]
+fn a_drive_decides_as_the_gateway_whose_settings_it_takes() {
+    let keys = "standing_limit_ms = 5000\nminimum_on_ms = 3000\nplanning_hz = 5\ncountry = \"KR\"\n\
+                age_limits.odometry_ms = 300\nvehicle.wheel_base_m = 3.0\n";
+    let bench = Bench::new("stop.toml", STOPPING);
+    let gateway = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
+    fs::write(bench.folder.path().join("gateway.toml"), gateway).unwrap();
+    fs::write(bench.folder.path().join("none.toml"), "[[can]]\ninterface = \"can0\"\n").unwrap();
+    let args = ["--compat", "improved", "--every", "step", "--json"];
+    let (by_default, _) = bench.out(&args);
+    let (by_gateway, _) = bench.out(&[&["--config", "gateway.toml"][..], &args].concat());
+    let (by_file, _) = Bench::new("stop.toml", &format!("{keys}{STOPPING}")).out(&args);
+    assert_eq!(by_gateway, by_file);
+    assert_ne!(by_gateway, by_default);
+    // The vehicle stands from 4.5 s on; announced again when it drives.
+    let turn_at = |text: &str, at_s: f64| {
+        let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let at = lines.into_iter().find(|line| line["t"].as_f64().is_some_and(|t| t >= at_s)).unwrap();
+        at["turn"].as_str().unwrap().to_owned()
+    };
+    assert_eq!([9.0, 10.0, 14.0].map(|at_s| turn_at(&by_gateway, at_s)), ["LEFT", "DISABLE", "DISABLE"]);
+    assert_eq!(turn_at(&by_default, 14.0), "LEFT");
+
+    let refused = bench.run(&["--config", "none.toml"]);
+    assert_eq!(refused.status.code(), Some(3));
+    let refusal = String::from_utf8_lossy(&refused.stderr);
+    assert!(refusal.contains("none.toml"), "{refusal}");
+}

@@ -23,8 +23,7 @@ pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
 use crate::config::built_in::{BuiltIn, display};
-use crate::config::country::parameters;
-use crate::config::dimensions;
+use crate::config::decider;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
 use crate::config::named_file;
@@ -36,8 +35,7 @@ use crate::config::reading::toml_text::from_toml;
 use crate::core::map::geometry::Point;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::min_duration::MinDurations;
-use crate::core::turn_signal::parameters::{Parameters, Vehicle};
+use crate::core::turn_signal::decider::Settings;
 use reader::{Lanes, MAX_S, SEE, metres};
 
 /// The default end of a drive, seconds.
@@ -52,12 +50,8 @@ pub struct DriveFile {
     pub description: Option<String>,
     /// Values of `compat` that it is for, improved first.
     pub compats: Vec<DeciderCompat>,
-    /// Parameters of the decider: those of the country, and those set one by one.
-    pub parameters: Parameters,
-    /// Dimensions of the vehicle.
-    pub vehicle: Vehicle,
-    /// Minimum durations of signals; in improved mode only.
-    pub min_durations: MinDurations,
+    /// Settings of the decider, but for `compat`, which is one of `compats`.
+    pub decider: Settings,
     /// Cycles a second.
     pub planning_hz: f64,
     /// Position of the vehicle at the start, metres.
@@ -111,14 +105,8 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = named_file::path_at(BuiltIn::Map, files, &top, "map");
     let compats = reader::compats(&top);
-    let (_, parameters) = parameters(files, &top);
-    let vehicle = dimensions::vehicle(top.section("vehicle"));
+    let (_, decider) = decider::decider(files, &top, DeciderCompat::Improved);
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
-    let duration = |key, default| top.millis(key, 0..=60_000).unwrap_or(default);
-    let min_durations = MinDurations {
-        minimum_on: duration("minimum_on_ms", MinDurations::READABLE.minimum_on),
-        minimum_gap: duration("minimum_gap_ms", MinDurations::READABLE.minimum_gap),
-    };
     let start_m = metres(&top, "start_m").unwrap_or(0.0);
     let until_m = metres(&top, "until_m");
     let until_s = top.number("until_s", 0.0..=MAX_S, "s");
@@ -143,9 +131,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
         name,
         description,
         compats,
-        parameters,
-        vehicle,
-        min_durations,
+        decider,
         planning_hz,
         start_m,
         until_m,

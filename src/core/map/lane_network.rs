@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::core::map::geometry::path::NearestLimits;
 use crate::core::map::geometry::polyline::{length_m, nearest};
 use crate::core::map::geometry::shape::contains;
 use crate::core::map::geometry::{Point, Pose, wrapped};
@@ -167,6 +168,36 @@ impl LaneNetwork {
             near.total_cmp(other_near).then(facing.total_cmp(other_facing))
         });
         nearest.map(|(lane, _)| lane)
+    }
+
+    /// The one of `lanes` that a vehicle is on: of those near to it that face alike, first one at its height, then one that
+    /// `is_continuous`, then the nearest. Without such a lanelet, the [closest](Self::closest).
+    pub fn current(
+        &self,
+        lanes: impl IntoIterator<Item = LaneId>,
+        pose: Pose,
+        limits: NearestLimits,
+        is_continuous: impl Fn(LaneId) -> bool,
+    ) -> Option<&Lane> {
+        let lanes: Vec<LaneId> = lanes.into_iter().collect();
+        let near = |id: &LaneId| {
+            let (lane, extent) = self.lanes.get(id)?;
+            let (least_m, _) = extent.distances_m(pose.position);
+            let distance_m = Some(least_m)
+                .filter(|least_m| *least_m <= limits.distance_m)
+                .map(|_| lane.distance_m(pose.position))
+                .filter(|distance_m| *distance_m <= limits.distance_m)?;
+            let middle = nearest(&lane.centerline, pose.position)?;
+            let turned_rad = wrapped(middle.yaw_rad - pose.yaw_rad).abs();
+            let is_level = pose.position.at_height(middle.z_m).is_level_with(pose.position);
+            let ranks = (!is_level, !is_continuous(*id), distance_m, turned_rad);
+            (turned_rad <= limits.yaw_rad).then_some((lane, ranks))
+        };
+        let ranked = lanes.iter().filter_map(near).min_by(|(_, one), (_, other)| {
+            let by_place = (one.0, one.1).cmp(&(other.0, other.1));
+            by_place.then(one.2.total_cmp(&other.2)).then(one.3.total_cmp(&other.3))
+        });
+        ranked.map(|(lane, _)| lane).or_else(|| self.closest(lanes, pose))
     }
 }
 

@@ -235,7 +235,7 @@ fn members(road: &LaneNetwork, index: usize, element: &Roundabout) -> Vec<MapFin
 impl fmt::Display for MapFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "lanelet {}", self.lane)?;
-        if let Some(Point { x_m, y_m }) = self.position {
+        if let Some(Point { x_m, y_m, .. }) = self.position {
             write!(f, " at ({x_m:.1}, {y_m:.1}) m")?;
         }
         write!(f, ": {}", self.flaw)

@@ -27,7 +27,7 @@ impl DeciderCompat {
     }
 }
 
-/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10`, `W18` and `W19` are labels of
+/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and `W18` to `W21` are labels of
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,13 +70,19 @@ pub struct UpstreamQuirks {
     /// W19: of several manoeuvres of the planner, the last one in its chain replaces the others
     /// (docs/spec/turn-signal-decider.md, "Joining records").
     pub last_manoeuvre_replaces: bool,
+    /// W20: of roads on top of each other, and of a path that comes by twice, the first one counts; neither height nor
+    /// where the vehicle was before is looked at (docs/spec/turn-signal-decider.md, "Roads on top of each other").
+    pub ignores_height_and_continuity: bool,
+    /// W21: a manoeuvre whose required section lies within that of another is signalled before it begins, against the
+    /// side that is steered to (docs/spec/turn-signal-decider.md, "Pairwise rule").
+    pub nested_section_comes_early: bool,
     /// A start from the middle of a lane changes the command of the record before and not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
     pub centerline_start_has_no_points: bool,
 }
 
 impl UpstreamQuirks {
-    /// The quirks of a decider: all for the behavior path planner, none for improved mode. None of them concerns the path
+    /// The quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 concerns the path
     /// generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {
         let is_upstream = matches!(compat, DeciderCompat::Upstream);
@@ -94,6 +100,8 @@ impl UpstreamQuirks {
             searches_back_by_entries: is_upstream,
             ends_shifts_early: is_upstream,
             last_manoeuvre_replaces: is_upstream,
+            ignores_height_and_continuity: !matches!(compat, DeciderCompat::Improved),
+            nested_section_comes_early: is_upstream,
             centerline_start_has_no_points: is_upstream,
         }
     }

@@ -1,13 +1,15 @@
 //! The decider: inputs of one cycle to one decision, and what it remembers between cycles
 //! (docs/spec/turn-signal-decider.md, "Candidates", "Commands" and "Memory between cycles").
 
+use std::time::Duration;
+
 use super::compat::{DeciderCompat, UpstreamQuirks};
 use super::decision::{Basis, Decision};
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
 use super::inputs::{AgeLimits, Finding, Inputs};
-use super::intersection::{IntersectionMemory, TurnAhead, turns};
+use super::intersection::{IntersectionMemory, STANDING_LIMIT, TurnAhead, turns};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{Parameters, Vehicle};
@@ -38,6 +40,9 @@ pub struct Settings {
     pub age_limits: AgeLimits,
     /// Minimum durations of signals; in improved mode only.
     pub min_durations: MinDurations,
+    /// A vehicle that stands for longer, out of range of a turn that it announced, no longer announces it; in improved
+    /// mode only.
+    pub standing_limit: Duration,
 }
 
 /// Decides cycle by cycle.
@@ -47,6 +52,8 @@ pub struct Decider {
     quirks: UpstreamQuirks,
     route: Option<u128>,
     last: Option<MonoTime>,
+    /// The lanelet that the vehicle was on.
+    lane: Option<LaneId>,
     intersection: IntersectionMemory,
     roundabout: RoundaboutMemory,
     manoeuvres: ManoeuvreMemory,
@@ -72,6 +79,7 @@ impl Settings {
             vehicle: Vehicle::SAMPLE,
             age_limits: AgeLimits::DEFAULT,
             min_durations: MinDurations::READABLE,
+            standing_limit: STANDING_LIMIT,
         }
     }
 }
@@ -87,6 +95,7 @@ impl Decider {
             quirks,
             route: None,
             last: None,
+            lane: None,
             intersection: IntersectionMemory::default(),
             roundabout: RoundaboutMemory::default(),
             manoeuvres: ManoeuvreMemory::default(),
@@ -130,24 +139,21 @@ impl Decider {
         };
         let measured = measured.map_err(|finding| findings.push(finding)).ok();
         let (settings, quirks) = (self.settings.clone(), self.quirks);
-        let on = |path| DecisionContext {
+        let (front_m, nearest) = (settings.vehicle.front_m(), settings.parameters.nearest);
+        let on = |path_frame| DecisionContext {
             road,
             route,
-            path_frame: PathFrame::new(
-                path,
-                odometry.pose,
-                settings.vehicle.front_m(),
-                settings.parameters.nearest,
-            ),
+            path_frame,
             speed_mps: odometry.speed_mps,
             parameters: &settings.parameters,
             vehicle: &settings.vehicle,
             quirks,
+            standing_limit: settings.standing_limit,
             now,
         };
         let mut decision = match &measured {
             _ if follows_path_generator => {
-                let (front_m, parameters) = (settings.vehicle.front_m(), &settings.parameters);
+                let parameters = &settings.parameters;
                 let (turn, tagged) =
                     measured.as_ref().map_or((TurnCommand::NoCommand, TaggedLanelet::None), |measured| {
                         path_generator::decide((road, route), &measured.lanes, odometry, front_m, parameters)
@@ -155,7 +161,12 @@ impl Decider {
                 bare(turn, HazardCommand::NoCommand, Basis::PathGenerator(tagged), Vec::new())
             }
             Some(measured) => {
-                let context = on(&measured.path);
+                let (path, ego) = (&measured.path, odometry.pose);
+                let context = on(if quirks.ignores_height_and_continuity {
+                    PathFrame::new(path, ego, front_m, nearest)
+                } else {
+                    PathFrame::of_every_visit(path, (ego, measured.ego_m), front_m, nearest)
+                });
                 self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
                     turns: turns(&context, &measured.lanes, manoeuvre),
                     legs: legs(&context, &measured.lanes),
@@ -163,7 +174,10 @@ impl Decider {
             }
             // Without a path of lanelets, the chain measures on the vehicle's own straight line.
             None => match own_line(odometry.pose) {
-                Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
+                Some(line) => {
+                    let path_frame = PathFrame::new(&line, odometry.pose, front_m, nearest);
+                    self.decide_by_manoeuvre(&on(path_frame), manoeuvres)
+                }
                 None => bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, Vec::new()),
             },
         };
@@ -299,6 +313,7 @@ impl Decider {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(Finding::NewRoute);
             self.manoeuvres.clear();
+            self.lane = None;
             if !self.quirks.memory_survives_route {
                 self.intersection.clear();
                 self.roundabout.clear();
@@ -307,9 +322,24 @@ impl Decider {
         }
     }
 
-    fn distance_path(&self, road: &LaneNetwork, route: &Route, ego: Pose) -> Result<DistancePath, Finding> {
+    fn distance_path(
+        &mut self,
+        road: &LaneNetwork,
+        route: &Route,
+        ego: Pose,
+    ) -> Result<DistancePath, Finding> {
         let parameters = &self.settings.parameters;
-        let current = road.closest(route.lanes(), ego).ok_or(Finding::NoLaneAround)?;
+        let current = if self.quirks.ignores_height_and_continuity {
+            road.closest(route.lanes(), ego)
+        } else {
+            let is_continuous = |lane| {
+                let between_m = self.lane.and_then(|before| route.between_m(road, before, lane));
+                between_m.is_some_and(|between_m| between_m < MAX_STEP_M)
+            };
+            road.current(route.lanes(), ego, parameters.nearest, is_continuous)
+        };
+        let current = current.ok_or(Finding::NoLaneAround)?;
+        self.lane = Some(current.id);
         let is_on = current.distance_m(ego.position) <= parameters.nearest.distance_m
             && current.misalignment_rad(ego) <= parameters.nearest.yaw_rad;
         let backward_m =
@@ -324,10 +354,16 @@ impl Decider {
     }
 }
 
+/// A vehicle does not pass more of its route than this from one decision to the next, metres.
+const MAX_STEP_M: f64 = 20.0;
+
 /// The rules of the mode, nothing finished.
 fn rules(context: &DecisionContext<'_>) -> Rules {
-    let start_belongs_to_before = !context.quirks.required_start_belongs_to_nothing;
-    Rules { start_belongs_to_before, ..Rules::default() }
+    Rules {
+        start_belongs_to_before: !context.quirks.required_start_belongs_to_nothing,
+        nested_waits: !context.quirks.nested_section_comes_early,
+        ..Rules::default()
+    }
 }
 
 fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<Finding>) -> Decision {

@@ -1,5 +1,7 @@
 //! The circumstances of a decision: road, route, vehicle, parameters.
 
+use std::time::Duration;
+
 use super::compat::UpstreamQuirks;
 use super::parameters::{Parameters, Vehicle};
 use super::route::Route;
@@ -28,6 +30,8 @@ pub struct DecisionContext<'a> {
     pub vehicle: &'a Vehicle,
     /// The quirks of upstream that are kept.
     pub quirks: UpstreamQuirks,
+    /// A vehicle that stands for longer gives up a turn that is out of range.
+    pub standing_limit: Duration,
     /// The time of the decision.
     pub now: MonoTime,
 }

@@ -22,6 +22,8 @@ pub struct DistancePath {
     pub path: Path,
     /// Lanelets it runs through, in order.
     pub lanes: Vec<LaneId>,
+    /// Arc length of the vehicle on it, by its lanelet, metres.
+    pub ego_m: f64,
 }
 
 impl DistancePath {
@@ -53,7 +55,7 @@ impl DistancePath {
             .flat_map(|lane| lane.centerline.iter().copied())
             .collect();
         let points = resampled(&centerline, from_m, to_m, parameters.path_interval_m);
-        Ok(Self { path: Path::new(headed(&points))?, lanes })
+        Ok(Self { path: Path::new(headed(&points))?, lanes, ego_m: ego_m - from_m.max(0.0) })
     }
 }
 

@@ -39,6 +39,8 @@ pub struct FactorContext<'a> {
     pub route: &'a Route,
     /// The parameters.
     pub parameters: &'a Parameters,
+    /// Points of the planned path are found by heading and height as well, not by position alone (W20).
+    pub looks_at_height: bool,
     /// Pose and speed of the vehicle.
     pub odometry: Odometry,
     /// The planned path, if there is one to use.

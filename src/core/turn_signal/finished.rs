@@ -1,5 +1,5 @@
-//! Manoeuvres that are over and do not come back (weakness W4): signalled once, displaced by another,
-//! required section passed.
+//! Manoeuvres that are over and do not come back (weakness W4): signalled once, and passed, or displaced by one to the other
+//! side when the required section was over.
 
 use super::manoeuvre::announced::SAME_END_M;
 use super::resolve::Source;
@@ -14,13 +14,14 @@ pub struct FinishedMemory {
     known: Vec<Known>,
 }
 
-/// The section of a manoeuvre: the same in the next cycle while source and command are, and its end hardly moves
+/// The section of a manoeuvre: the same in the next cycle while source and command are, and its ends hardly move
 /// (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Known {
     source: Source,
     turn: TurnCommand,
-    end: Pose,
+    /// Ends of the desired and of the required section.
+    ends: [Pose; 2],
     was_signalled: bool,
     is_finished: bool,
 }
@@ -45,14 +46,17 @@ impl FinishedMemory {
             let before = self.of(*source, section);
             let was_signalled = before.is_some_and(|known| known.was_signalled);
             let is_over = path_frame.from_base_m(section.required_end) < 0.0;
-            let lost = winner.is_some_and(|winner| winner != given);
+            // To the same side the signal goes on: nothing was displaced.
+            let lost = winner.is_some_and(|(_, winner)| winner.turn != section.turn);
+            // On a bend its end may come back by some centimetres.
+            let is_passed = path_frame.from_base_m(section.desired_end) < 0.0;
             Known {
                 source: *source,
                 turn: section.turn,
-                end: section.desired_end,
+                ends: [section.desired_end, section.required_end],
                 was_signalled: was_signalled || winner == Some(given) && shown == section.turn,
                 is_finished: before.is_some_and(|known| known.is_finished)
-                    || was_signalled && lost && is_over,
+                    || was_signalled && (lost && is_over || is_passed),
             }
         });
         self.known = noted.collect();
@@ -65,7 +69,11 @@ impl FinishedMemory {
 
     fn of(&self, source: Source, section: &Section) -> Option<&Known> {
         let is_same = |known: &&Known| known.source == source && known.turn == section.turn;
-        let moved_m = |known: &Known| known.end.position.distance_m(section.desired_end.position);
+        let moved_m = |known: &Known| {
+            let [desired, required] = known.ends.map(|end| end.position);
+            let desired_m = desired.distance_m(section.desired_end.position);
+            desired_m.max(required.distance_m(section.required_end.position))
+        };
         let near = self.known.iter().filter(is_same).filter(|known| moved_m(known) <= SAME_END_M);
         near.min_by(|one, other| moved_m(one).total_cmp(&moved_m(other)))
     }

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::compat::DeciderCompat;
+use super::compat::{DeciderCompat, UpstreamQuirks};
 use super::decider::{Decider, Settings};
 use super::decision::{Basis, Decision};
 use super::factors::{FactorContext, manoeuvres};
@@ -208,6 +208,7 @@ impl TurnSignalFlow {
             road: &self.settings.road,
             route,
             parameters: &self.settings.decider.parameters,
+            looks_at_height: !UpstreamQuirks::of(self.settings.decider.compat).ignores_height_and_continuity,
             odometry,
             path: self.latest.planned_path(path_limit, now, findings),
             operation_mode: self.latest.operation_mode,

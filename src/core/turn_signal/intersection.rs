@@ -17,9 +17,9 @@ use crate::core::time::MonoTime;
 
 mod stop_rule;
 
-/// A vehicle that stands this long, farther away than the search distance at standstill, no longer
+/// The default of the time that a vehicle may stand, farther away than the search distance at standstill, and still
 /// announces the turn.
-pub const MAX_STOP: Duration = Duration::from_secs(20);
+pub const STANDING_LIMIT: Duration = Duration::from_secs(20);
 
 /// The poses at which the turns in range came within range.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -115,7 +115,7 @@ impl IntersectionMemory {
             return true;
         }
         let since = *announced.waits_since.get_or_insert(context.now);
-        let stays = context.now.since(since) <= MAX_STOP;
+        let stays = context.now.since(since) <= context.standing_limit;
         if !stays {
             self.starts.remove(&id);
         }

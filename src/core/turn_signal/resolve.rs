@@ -63,6 +63,9 @@ pub struct Rules {
     /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
     /// nor inside, and Q wins for one sample.
     pub start_belongs_to_before: bool,
+    /// Until P's required section begins, Q wins, within whose required section it lies: nobody signals against the side
+    /// that is steered to (W21). Upstream: P wins from its desired start.
+    pub nested_waits: bool,
     /// Sources whose manoeuvre is over and may not come back (W4).
     pub finished: BTreeSet<Source>,
 }
@@ -78,7 +81,7 @@ pub enum Case {
     A3,
     /// P starts first and is over: Q.
     A4,
-    /// P's required section lies within Q's: P until it is over.
+    /// P's required section lies within Q's: P until it is over, by default only once it has begun.
     B1,
     /// Q starts first and ends no later: Q until P starts.
     B2,
@@ -216,12 +219,16 @@ pub fn foremost(path_frame: &PathFrame<'_>, records: &[Section], rules: &Rules) 
     winner.map(|(_, record)| record).or(records.first().copied())
 }
 
+/// Required sections that start within this distance start together, metres: none is signalled for an instant only.
+const SAME_START_M: f64 = 3.0;
+
 /// The pairwise rule: `p` has the earlier desired start.
 pub fn prior(p: &Distances, q: &Distances, rules: &Rules) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
     let inside_p = ps < 0.0 && pe >= 0.0;
-    let unless_over = if before_p || inside_p { Winner::P } else { Winner::Q };
+    let waits = rules.nested_waits && ps > 0.0 && ps - qs > SAME_START_M;
+    let unless_over = if (before_p || inside_p) && !waits { Winner::P } else { Winner::Q };
     if ps < qs {
         if qe < pe {
             (Winner::P, Case::A1)

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use crate::core::map::geometry::Pose;
-use crate::core::map::lane_network::{LaneId, LaneNetwork};
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 
 /// Side by side lanelets of a route.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -107,6 +107,15 @@ impl Route {
     /// Returns whether a lanelet is in the last segment.
     pub fn ends_with(&self, lane: LaneId) -> bool {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
+    }
+
+    /// Length of the preferred lanelets between two lanelets of the route, without their own, metres; `None` when one of them
+    /// is not on it.
+    pub fn between_m(&self, road: &LaneNetwork, one: LaneId, other: LaneId) -> Option<f64> {
+        let segment = |lane: LaneId| self.segments.iter().position(|segment| segment.lanes.contains(&lane));
+        let (one, other) = (segment(one)?, segment(other)?);
+        let between = self.segments.iter().take(one.max(other)).skip(one.min(other) + 1);
+        Some(between.filter_map(|segment| road.lane(segment.preferred)).map(Lane::length_m).sum())
     }
 
     /// The lanelet after this one; none after the last segment.

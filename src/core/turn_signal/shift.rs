@@ -7,7 +7,7 @@ use super::section::Section;
 use super::side::Side;
 use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
-use crate::core::map::geometry::path::{Path, PathError};
+use crate::core::map::geometry::path::{NearestLimits, Path, PathError, nearest_visit};
 use crate::core::map::geometry::polyline::{arc_lengths_m, nearest_index};
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
@@ -135,9 +135,23 @@ impl ShiftedPath {
         nearest_index(&self.poses, query)
     }
 
-    /// The shift from the point nearest to `start` to the one nearest to `end`.
-    pub fn line(&self, start: Pose, end: Pose) -> ShiftLine {
-        let index = |pose: Pose| nearest_index(&self.poses, pose.position);
+    /// As [`Self::nearest_index`], by heading and height as well.
+    pub fn visit_index(&self, query: Pose, limits: NearestLimits) -> usize {
+        nearest_visit(&self.poses, query, limits, None)
+    }
+
+    /// Index of the point next to a pose; improved, by heading and height as well.
+    pub fn index_of(&self, context: &DecisionContext<'_>, pose: Pose) -> usize {
+        if context.quirks.ignores_height_and_continuity {
+            self.nearest_index(pose.position)
+        } else {
+            self.visit_index(pose, context.parameters.nearest)
+        }
+    }
+
+    /// The shift from the point next to `start` to the one next to `end`.
+    pub fn line(&self, context: &DecisionContext<'_>, start: Pose, end: Pose) -> ShiftLine {
+        let index = |pose| self.index_of(context, pose);
         ShiftLine { start_index: index(start), end_index: index(end), start, end }
     }
 
@@ -150,6 +164,11 @@ impl ShiftedPath {
     /// Arc length from a position to a point, metres; `None` for an index beyond the path.
     pub fn distance_to_m(&self, from: Point, index: usize) -> Option<f64> {
         Some(self.arcs_m.get(index)? - self.path.plain_station_m(from))
+    }
+
+    /// As [`Self::distance_to_m`], by heading and height as well.
+    fn distance_of_visit_to_m(&self, from: Pose, index: usize, limits: NearestLimits) -> Option<f64> {
+        Some(self.arcs_m.get(index)? - self.path.station_of_visit_m(from, limits))
     }
 
     /// The record of a shift that is not signalled: the whole path, no command.
@@ -241,7 +260,11 @@ fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets,
     let offset = |index: usize| shift.path.shifts_m.get(index).copied();
     let offsets = Offsets { before_m: offset(start_index)?, after_m: offset(end_index)? };
     let pose = |index: usize| shift.path.poses.get(index).copied();
-    let ahead_m = shift.path.distance_to_m(context.ego().position, start_index)?;
+    let ahead_m = if context.quirks.ignores_height_and_continuity {
+        shift.path.distance_to_m(context.ego().position, start_index)?
+    } else {
+        shift.path.distance_of_visit_to_m(context.ego(), start_index, context.parameters.nearest)?
+    };
     Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
 }
 

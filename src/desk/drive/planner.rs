@@ -12,6 +12,7 @@ use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
 use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
+use crate::core::turn_signal::parameters::Parameters;
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 
 /// Reach of manoeuvre paths behind and ahead of the vehicle, metres.
@@ -164,7 +165,8 @@ impl DrivePosition<'_> {
     fn avoidance(&self, plan: &Plan, lines: &[PlannedShift], current_shift_m: f64) -> Option<Manoeuvre> {
         let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
         let path = self.shifted(&plan.kind).ok()?;
-        let index = |at_m: f64| path.nearest_index(self.pose(at_m, linear).position);
+        let limits = Parameters::DEPLOYED.nearest;
+        let index = |at_m: f64| path.visit_index(self.pose(at_m, linear), limits);
         let mut before_m = 0.0;
         let lines = lines.iter().enumerate().map(|(number, line)| {
             let start_shift_m = std::mem::replace(&mut before_m, line.offset_m);

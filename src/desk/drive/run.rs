@@ -19,13 +19,7 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// A decider without any input yet.
     pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
-        let file = simulation.file();
-        let settings = Settings {
-            parameters: file.parameters.clone(),
-            vehicle: file.vehicle,
-            min_durations: file.min_durations,
-            ..Settings::deployed(compat)
-        };
+        let settings = Settings { compat, ..simulation.file().decider.clone() };
         Self { simulation, decider: Decider::new(settings), odometry: None }
     }
 

@@ -65,7 +65,7 @@ impl<'a> DriveChart<'a> {
         if self.runs.len() == 1 {
             self.add_lanelet(snapshot);
         }
-        let front_m = self.file.vehicle.front_m();
+        let front_m = self.file.decider.vehicle.front_m();
         let Some(run) = self.runs.last_mut() else { return };
         run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
         let (sentence, is_new) = run.narrator.next(snapshot);
@@ -115,7 +115,7 @@ impl<'a> DriveChart<'a> {
             .into_iter()
             .map(|run| Note { heading: run.compat.name().to_owned(), lines: run.sentences });
         let notes = notes.collect();
-        let front_m = file.vehicle.front_m();
+        let front_m = file.decider.vehicle.front_m();
         let subtitle = format!(
             "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
              starts of sections, the rear axle for their ends"

@@ -160,12 +160,12 @@ fn gateway(bench: &Bench, file: &DriveFile, keys: &str, sections: &str) -> (Fold
     );
     text.push_str("[turn_signal.parameters]\n");
     for parameter in PARAMETERS {
-        let value = parameter.value(&file.parameters);
+        let value = parameter.value(&file.decider.parameters);
         if value != parameter.value(&Parameters::DEPLOYED) {
             writeln!(text, "{} = {value:?}", parameter.name).unwrap();
         }
     }
-    let vehicle = file.vehicle;
+    let vehicle = file.decider.vehicle;
     for (key, size_m) in [
         ("[turn_signal.vehicle]\nwheel_base_m", vehicle.wheel_base_m),
         ("front_overhang_m", vehicle.front_overhang_m),

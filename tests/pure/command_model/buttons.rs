@@ -1,6 +1,7 @@
 //! A vehicle with a hazard button that springs back and a turn message that cannot express that nothing is requested.
 
 use signal_gateway::core::can::frame::CanId;
+use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::command::{Reported, Turn};
 use signal_gateway::core::diagnostics::Level;
 
@@ -84,6 +85,20 @@ fn a_button_is_pressed_once_for_each_request_and_never_against_the_driver() {
     assert_eq!((day.presses.len(), day.lit), (2, true));
     let (level, message) = day.bench.status_texts()[1].clone();
     assert_eq!((level, message.as_str()), (Level::Warn, "commanded off, left to the driver: on"));
+}
+
+#[test]
+fn after_a_lost_link_the_attempts_begin_anew() {
+    let mut day = Day::new();
+    day.works = false;
+    day.run(0, 1_000, 1);
+    day.run(1_000, 4_000, 2);
+    assert_eq!(day.presses.len(), 2);
+    day.bench.buses[0].set_link(LinkState::Down);
+    day.run(4_000, 4_100, 2);
+    day.bench.buses[0].set_link(LinkState::Up);
+    day.run(4_100, 7_000, 2);
+    assert_eq!(day.presses.len(), 4);
 }
 
 #[test]

@@ -146,6 +146,21 @@ fn in_manual_mode_and_on_a_lost_link_nothing_has_authority() {
     assert_eq!((desk.sent().len(), desk.requested()), (before + 1, "hazard"), "at once");
 }
 
+/// The mode is believed for 500 ms, and the link was lost for 100 ms.
+#[test]
+fn a_mode_from_before_the_link_was_lost_gives_no_authority() {
+    let mut desk = live("control_mode = \"signal\"");
+    let words: &[CommandValue] = &[(turn, LEFT), (hazard, 1)];
+    desk.drive(500, AUTONOMOUS << 5, words);
+    assert_eq!(desk.requested(), "left");
+    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
+    desk.pass_without_end(100);
+    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Up });
+    assert_eq!(desk.requested(), "-");
+    desk.drive(100, AUTONOMOUS << 5, words);
+    assert_eq!(desk.requested(), "left");
+}
+
 #[test]
 fn frames_with_our_identifier_are_not_the_vehicles() {
     let mut desk = live("");

@@ -26,7 +26,7 @@ fn broken_sections_are_refused_where_they_break() {
 + map = "torn.osm"
 > gateway.toml:9:7: turn_signal.map: torn.osm: line 1: the file ends before </osm>: it is cut short; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 + maps = "map.osm"
-> gateway.toml:10:1: turn_signal.maps: unknown key "maps"; valid keys: compat, map, country, parameters, planning_hz, minimum_on_ms, minimum_gap_ms, shadow_tolerance_ms, age_limits, vehicle, enabled, shadow, inputs, outputs
+> gateway.toml:10:1: turn_signal.maps: unknown key "maps"; valid keys: compat, map, country, parameters, minimum_on_ms, minimum_gap_ms, standing_limit_ms, age_limits, vehicle, planning_hz, shadow_tolerance_ms, enabled, shadow, inputs, outputs
 + enabled = true
 + shadow = true
 > gateway.toml:11:10: turn_signal.shadow: a shadow publishes nothing; set enabled = false, or shadow = false

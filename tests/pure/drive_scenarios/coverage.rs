@@ -88,6 +88,8 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "lane_change_then_back.toml",
         ],
     ),
+    ("W20", &["helix.toml", "pull_out_beside_oncoming.toml"]),
+    ("W21", &["conflict_05_enclosing.toml", "front_on_required_start.toml"]),
 ];
 
 /// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two signals (W2)

@@ -18,7 +18,7 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config/maps").join(name)
 }
 
-fn map(name: &str) -> LaneNetwork {
+pub(super) fn map(name: &str) -> LaneNetwork {
     let projector = Projector::parse(&std::fs::read_to_string(folder(name).join(PROJECTOR_FILE)).unwrap());
     let osm = osm::read(&std::fs::read(folder(name).join(MAP_FILE)).unwrap()).unwrap();
     LaneNetwork::read(&osm, &projector.unwrap()).unwrap()
@@ -57,7 +57,7 @@ fn the_shipped_maps_are_what_the_generator_makes() {
 #[test]
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);
-    let described: [Described; 9] = [
+    let described: [Described; 10] = [
         ("bus_bay", 8, &[&[101, 102, 103, 104, 111, 112]]),
         ("chicane", 4, &[&[101, 102, 103, 104]]),
         ("consecutive_turns", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
@@ -80,6 +80,7 @@ fn lanelets_follow_each_other_as_described() {
             ],
         ),
         ("fork", 8, &[&[101, 102, 104, 106, 108], &[101, 103, 105, 107, 108]]),
+        ("helix", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
         (
             "lane_change_road",
             15,
@@ -134,6 +135,7 @@ fn turns_are_tagged_where_they_are() {
         ("lane_change_road", 311, Right, None),
         ("bus_bay", 111, Left, None),
         ("fork", 103, TurnDirection::None, None),
+        ("helix", 111, Left, None),
     ] {
         let map = map(name);
         let found = lanelet(&map, id);

@@ -3,4 +3,5 @@
 
 mod coverage;
 mod drives;
+mod levels;
 mod maps;

@@ -9,6 +9,7 @@ use super::{Source, files_below};
 const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["drive", "scenario", "vehicle"],
+    &["decider"],
     &["country", "dimensions", "map", "named_file"],
     &["files", "reading"],
     &["built_in"],

@@ -152,6 +152,7 @@ impl Drive {
             parameters: &self.parameters,
             vehicle: &self.settings.vehicle,
             quirks: UpstreamQuirks::of(self.settings.compat),
+            standing_limit: self.settings.standing_limit,
             now: self.now,
         }
     }

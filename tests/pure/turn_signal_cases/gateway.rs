@@ -85,13 +85,13 @@ fn diagnostics_name_winner_rule_distances_and_losers() {
     bench.handle(PlannerInput::PlannedPath(path(30.0, 100).into()));
     bench.handle(PlannerInput::Factors {
         topic: FactorTopic::LaneChangeLeft,
-        factors: factors(5, true, 50.0, 90.0),
+        factors: factors(5, true, 58.0, 90.0),
     });
-    bench.stay(36.0, 5.0, 200);
+    bench.stay(45.0, 5.0, 200);
     assert_eq!(bench.decider_value("command"), "LEFT");
     assert_eq!(bench.decider_value("winner"), "intersection");
     assert_eq!(bench.decider_value("rule"), "B1");
-    assert_eq!(bench.decider_value("required_end_m"), "44.00");
+    assert_eq!(bench.decider_value("required_end_m"), "35.00");
     let lost = bench.decider_value("manoeuvre");
     assert!(lost.starts_with("lost to intersection by B1 (RIGHT, ds "), "{lost}");
     assert_eq!(bench.decider_value("roundabout"), "no record");

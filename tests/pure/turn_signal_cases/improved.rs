@@ -23,6 +23,11 @@ use super::line::{NEAREST, at, blinking, line, resolve_at};
 
 const FRONT_M: f64 = 2.0;
 
+/// The rules of the default, nothing finished.
+fn improved() -> Rules {
+    Rules { start_belongs_to_before: true, nested_waits: true, ..Rules::default() }
+}
+
 /// Resolves without what has finished, and notes what has.
 fn resolve_and_note(
     memory: &mut FinishedMemory,
@@ -34,7 +39,7 @@ fn resolve_and_note(
     let sections: Vec<(Source, Section)> = Source::ALL.into_iter().filter_map(of).collect();
     let is_finished = |(source, section): &&(Source, Section)| memory.is_finished(*source, section);
     let finished = sections.iter().filter(is_finished).map(|(source, _)| *source).collect();
-    let resolution = resolve_at(x, FRONT_M, candidates, &Rules { start_belongs_to_before: true, finished });
+    let resolution = resolve_at(x, FRONT_M, candidates, &Rules { finished, ..improved() });
     let winner = resolution.winner.and_then(|winner| of(winner.source));
     let shown = if is_shown { resolution.signal() } else { TurnCommand::Disable };
     memory.note(&PathFrame::new(&line(-20, 140), at(x), FRONT_M, NEAREST), &sections, winner.as_ref(), shown);
@@ -57,7 +62,7 @@ fn c2_and_c5_end_off_by_default() {
         ("C3", vec![(Left, -2.0, 60.0)]),
         ("C3b", vec![(Left, -2.0, 60.0), (Right, 60.25, 72.0)]),
         ("C4", vec![(Left, -2.0, 7.75), (Right, 8.0, 31.75), (Left, 32.0, 72.0)]),
-        ("C5", vec![(Left, -2.0, 46.0), (Right, 46.25, 66.0)]),
+        ("C5", vec![(Left, -2.0, 7.75), (Right, 8.0, 31.75), (Left, 32.0, 46.0), (Right, 46.25, 66.0)]),
         ("C6", vec![(Left, -2.0, 37.75), (Right, 38.0, 60.0)]),
         ("C7", vec![(Left, -2.0, 7.75), (Right, 8.0, 41.75), (Left, 42.0, 80.0)]),
         ("C8", vec![(Left, -2.0, 40.0), (Right, 40.25, 60.0)]),
@@ -231,7 +236,7 @@ proptest! {
     fn without_a_return_the_default_is_upstream(candidates in any_candidates()) {
         let upstream: Vec<(f64, TurnCommand)> = (-40..=480)
             .map(|quarter| f64::from(quarter) / 4.0)
-            .map(|x| (x, resolve_at(x, FRONT_M, &candidates, &Rules { start_belongs_to_before: true, ..Rules::default() })))
+            .map(|x| (x, resolve_at(x, FRONT_M, &candidates, &improved())))
             .map(|(x, resolution)| (x, resolution.signal()))
             .collect();
         let default = signals(&candidates);

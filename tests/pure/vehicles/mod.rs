@@ -10,6 +10,7 @@ mod protection;
 mod readme;
 mod real_dbcs;
 mod real_logs;
+mod recognition;
 mod silences;
 mod simulated;
 mod v2x_unit;

@@ -87,7 +87,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     let file = file(name);
     let simulation = DriveSimulation::new(DriveFile { until_m: until_m.or(file.until_m), ..file })
         .unwrap_or_else(|refused| panic!("{refused}"));
-    assert_eq!(simulation.file().parameters, Parameters::DEPLOYED, "{name}");
+    assert_eq!(simulation.file().decider.parameters, Parameters::DEPLOYED, "{name}");
     let domain = domain();
     let ros = process::ros_in(domain);
     let keys = format!(

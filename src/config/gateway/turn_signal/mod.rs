@@ -7,8 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::built_in::{BuiltIn, display};
-use crate::config::country::parameters;
-use crate::config::dimensions::vehicle;
+use crate::config::decider;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
 use crate::config::named_file;
@@ -17,10 +16,7 @@ use crate::config::reading::fields::Fields;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
-use crate::core::turn_signal::decider::Settings as DeciderSettings;
 use crate::core::turn_signal::flow::{FlowSettings, Role};
-use crate::core::turn_signal::inputs::AgeLimits;
-use crate::core::turn_signal::min_duration::MinDurations;
 use topics::topics;
 pub use topics::{DeciderInputs, DeciderOutputs};
 
@@ -56,7 +52,7 @@ impl TurnSignalConfig {
 
 const DEFAULT_HZ: f64 = 10.0;
 const DEFAULT_TOLERANCE: Duration = Duration::from_millis(500);
-/// Longest signal, gap, age limit and tolerance, ms.
+/// Longest tolerance, ms.
 const MAX_MS: u64 = 60_000;
 
 /// Reads the section; `None` when a problem was noted.
@@ -65,19 +61,12 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
     let before = checker.count();
     let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
     let map = map(files, &fields);
-    let (country, parameters) = parameters(files, &fields);
+    let (country, decider) = decider::decider(files, &fields, compat);
     let hz = fields.number("planning_hz", 1.0..=100.0, "Hz").unwrap_or(DEFAULT_HZ);
     // Whole microseconds, as all times of the gateway.
     let period = Duration::from_secs_f64(1.0 / hz).as_micros();
     let period = Duration::from_micros(period.try_into().unwrap_or(u64::MAX));
-    let time = |key, default| fields.millis(key, 0..=MAX_MS).unwrap_or(default);
-    let min_durations = MinDurations {
-        minimum_on: time("minimum_on_ms", MinDurations::READABLE.minimum_on),
-        minimum_gap: time("minimum_gap_ms", MinDurations::READABLE.minimum_gap),
-    };
-    let tolerance = time("shadow_tolerance_ms", DEFAULT_TOLERANCE);
-    let age_limits = age_limits(fields.section("age_limits"));
-    let vehicle = vehicle(fields.section("vehicle"));
+    let tolerance = fields.millis("shadow_tolerance_ms", 0..=MAX_MS).unwrap_or(DEFAULT_TOLERANCE);
     let [is_enabled, is_shadow] = ["enabled", "shadow"].map(|key| fields.flag(key).unwrap_or_default());
     let (inputs, outputs) = topics(fields.section("inputs"), fields.section("outputs"), !is_shadow);
     if is_enabled && is_shadow {
@@ -88,7 +77,6 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
         return None;
     }
     let (map, road) = map?;
-    let decider = DeciderSettings { compat, parameters, vehicle, age_limits, min_durations };
     let role = if is_shadow { Role::Shadow { tolerance } } else { Role::Command };
     Some(TurnSignalConfig {
         flow: FlowSettings {
@@ -120,18 +108,4 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     let remedy = named_file::remedy(BuiltIn::Map, files, &path, remedy);
     let road = fields.checker.accept(fields.at("map"), road, &remedy)?;
     Some((path, road))
-}
-
-fn age_limits(fields: Fields<'_>) -> AgeLimits {
-    let limit = |key, default| fields.millis(key, 10..=MAX_MS).unwrap_or(default);
-    let limits = AgeLimits {
-        odometry: limit("odometry_ms", AgeLimits::DEFAULT.odometry),
-        planned_path: limit("planned_path_ms", AgeLimits::DEFAULT.planned_path),
-        manoeuvre: limit("manoeuvre_ms", AgeLimits::DEFAULT.manoeuvre),
-        scenario: limit("scenario_ms", AgeLimits::DEFAULT.scenario),
-        hazard_request: limit("hazard_request_ms", AgeLimits::DEFAULT.hazard_request),
-        own_command: limit("own_command_ms", AgeLimits::DEFAULT.own_command),
-    };
-    fields.done();
-    limits
 }

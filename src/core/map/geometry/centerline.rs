@@ -11,7 +11,10 @@ pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
     let parts = centerline_parts(left, right);
     divided(left, parts)
         .zip(divided(right, parts))
-        .map(|([lx, ly], [rx, ry])| Point::new(f64::midpoint(lx, rx), f64::midpoint(ly, ry)))
+        .map(|(left, right)| {
+            let [x_m, y_m, z_m] = [0, 1, 2].map(|axis| f64::midpoint(left[axis], right[axis]));
+            Point { x_m, y_m, z_m }
+        })
         .collect()
 }
 
@@ -24,8 +27,8 @@ pub fn centerline_parts(left: &[[f64; 3]], right: &[[f64; 3]]) -> u32 {
     parts
 }
 
-/// x and y at the fractions 0/parts, 1/parts, … 1 of the length with heights.
-fn divided(line: &[[f64; 3]], parts: u32) -> impl Iterator<Item = [f64; 2]> {
+/// x, y and z at the fractions 0/parts, 1/parts, … 1 of the length with heights.
+fn divided(line: &[[f64; 3]], parts: u32) -> impl Iterator<Item = [f64; 3]> {
     let arcs_m = arcs_m(line);
     let length_m = arcs_m.last().copied().unwrap_or_default();
     (0..=parts).map(move |part| interpolate(line, &arcs_m, length_m * f64::from(part) / f64::from(parts)))
@@ -41,12 +44,12 @@ fn arcs_m(line: &[[f64; 3]]) -> Vec<f64> {
     std::iter::once(0.0).chain(rest).collect()
 }
 
-fn interpolate(line: &[[f64; 3]], arcs_m: &[f64], arc_m: f64) -> [f64; 2] {
+fn interpolate(line: &[[f64; 3]], arcs_m: &[f64], arc_m: f64) -> [f64; 3] {
     let after = arcs_m.partition_point(|&arc| arc <= arc_m).clamp(1, line.len().max(2) - 1);
     let around = (line.get(after - 1), line.get(after), arcs_m.get(after - 1), arcs_m.get(after));
-    let (Some(from), Some(to), Some(begin), Some(end)) = around else { return [0.0; 2] };
+    let (Some(from), Some(to), Some(begin), Some(end)) = around else { return [0.0; 3] };
     let share = if end > begin { ((arc_m - begin) / (end - begin)).clamp(0.0, 1.0) } else { 0.0 };
-    [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+    [0, 1, 2].map(|axis| from[axis] + share * (to[axis] - from[axis]))
 }
 
 #[cfg(test)]

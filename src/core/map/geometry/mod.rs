@@ -1,5 +1,5 @@
 //! Plane geometry: poses, distances along a path, where a turn ends (docs/spec/turn-signal-decider.md, "Geometry").
-//! Height counts in the lengths of bounds only.
+//! Height counts in the lengths of bounds, and tells roads on top of each other apart.
 
 pub mod centerline;
 pub mod path;
@@ -10,13 +10,15 @@ pub mod spline;
 
 use std::f64::consts::{PI, TAU};
 
-/// A position in the map frame, metres.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// A position in the map frame, metres. Distances, headings and equality are those in the plane.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Point {
     /// East in most maps, metres.
     pub x_m: f64,
     /// North in most maps, metres.
     pub y_m: f64,
+    /// Height, metres; not a number where it is not known.
+    pub z_m: f64,
 }
 
 /// A position and a heading there.
@@ -29,9 +31,20 @@ pub struct Pose {
 }
 
 impl Point {
-    /// The point (`x_m`, `y_m`).
+    /// The point (`x_m`, `y_m`) at no known height.
     pub const fn new(x_m: f64, y_m: f64) -> Self {
-        Self { x_m, y_m }
+        Self { x_m, y_m, z_m: f64::NAN }
+    }
+
+    /// The same point at a height, metres.
+    #[must_use]
+    pub const fn at_height(self, z_m: f64) -> Self {
+        Self { z_m, ..self }
+    }
+
+    /// Returns whether both heights are known and those of one road, not of two on top of each other.
+    pub fn is_level_with(self, other: Self) -> bool {
+        (self.z_m - other.z_m).abs() <= SAME_LEVEL_M
     }
 
     /// Straight distance, metres.
@@ -48,9 +61,10 @@ impl Point {
     pub fn toward(self, other: Self, fraction: f64) -> Self {
         let along = |from: f64, to: f64| from + (to - from) * fraction;
         Self::new(along(self.x_m, other.x_m), along(self.y_m, other.y_m))
+            .at_height(along(self.z_m, other.z_m))
     }
 
-    /// Both coordinates are numbers.
+    /// Both coordinates in the plane are numbers.
     pub const fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
@@ -66,8 +80,17 @@ impl Point {
     }
 }
 
+impl PartialEq for Point {
+    fn eq(&self, other: &Self) -> bool {
+        (self.x_m, self.y_m) == (other.x_m, other.y_m)
+    }
+}
+
 /// Points nearer than this in x and y are one point.
 const SAME_POINT_M: f64 = 1e-8;
+/// Heights that differ by more than this are those of different roads, metres: half of what a road leaves free for
+/// the one below it, and more than localisation and map disagree by.
+const SAME_LEVEL_M: f64 = 2.5;
 
 impl Pose {
     /// The pose at (`x_m`, `y_m`), facing `yaw_rad`.
@@ -80,13 +103,14 @@ impl Pose {
         self.position.is_finite() && self.yaw_rad.is_finite()
     }
 
-    /// The point `forward_m` ahead and `left_m` to the left, in the map frame.
+    /// The point `forward_m` ahead and `left_m` to the left, in the map frame, at the same height.
     pub fn point_at(self, forward_m: f64, left_m: f64) -> Point {
         let (sin, cos) = self.yaw_rad.sin_cos();
         Point::new(
             self.position.x_m + cos * forward_m - sin * left_m,
             self.position.y_m + sin * forward_m + cos * left_m,
         )
+        .at_height(self.position.z_m)
     }
 }
 

@@ -15,6 +15,9 @@ pub struct NearestLimits {
     pub yaw_rad: f64,
 }
 
+/// A difference of heading of one radian weighs as much as this distance, metres.
+const METRES_PER_RADIAN: f64 = 3.0;
+
 /// A path of at least two different points, all finite, no two neighbours at one position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
@@ -80,7 +83,11 @@ impl Path {
 
     /// The piece of the path `query` belongs to, by the index of its first point.
     pub fn segment_index(&self, query: Pose, limits: NearestLimits) -> usize {
-        let nearest = self.nearest_index(query, limits);
+        self.segment_at(self.nearest_index(query, limits), query)
+    }
+
+    /// The piece next to a point of the path that `query` belongs to.
+    fn segment_at(&self, nearest: usize, query: Pose) -> usize {
         match nearest {
             0 => 0,
             index if index + 1 >= self.poses.len() => self.poses.len().saturating_sub(2),
@@ -91,7 +98,11 @@ impl Path {
 
     /// Position of `query` along the path, by its segment: metres from the first point, beyond both ends.
     pub fn station_m(&self, query: Pose, limits: NearestLimits) -> f64 {
-        let segment = self.segment_index(query, limits);
+        self.station_at(self.nearest_index(query, limits), query)
+    }
+
+    fn station_at(&self, nearest: usize, query: Pose) -> f64 {
+        let segment = self.segment_at(nearest, query);
         self.arc_m(segment) + self.offset_m(segment, query.position)
     }
 
@@ -99,6 +110,11 @@ impl Path {
     pub fn plain_station_m(&self, query: Point) -> f64 {
         let unlimited = NearestLimits { distance_m: f64::INFINITY, yaw_rad: f64::INFINITY };
         self.station_m(Pose { position: query, yaw_rad: 0.0 }, unlimited)
+    }
+
+    /// As [`Self::station_m`], but by [`nearest_visit`].
+    pub fn station_of_visit_m(&self, query: Pose, limits: NearestLimits) -> f64 {
+        self.station_at(nearest_visit(&self.poses, query, limits, None), query)
     }
 
     /// Arc length of a point, metres; that of the last one for an index beyond it.
@@ -127,6 +143,53 @@ impl Path {
     }
 }
 
+/// The index of the point of a line that is near to a pose and faces alike, as [`Path::nearest_index`] has it; but of a line
+/// that comes by twice the visit counts that is at the height of the pose, if one is; then the one of the least `rank`;
+/// without that the one that is nearest and faces most alike. 0 without points.
+pub fn nearest_visit(
+    poses: &[Pose],
+    query: Pose,
+    limits: NearestLimits,
+    rank: Option<&dyn Fn(usize) -> f64>,
+) -> usize {
+    let far_m = |pose: &Pose| pose.position.distance_m(query.position);
+    let turned_rad = |pose: &Pose| wrapped(pose.yaw_rad - query.yaw_rad).abs();
+    let near = |pose: &Pose| far_m(pose) <= limits.distance_m;
+    let aligned = |pose: &Pose| turned_rad(pose) <= limits.yaw_rad;
+    let passes: [&dyn Fn(&Pose) -> bool; 4] =
+        [&|pose| near(pose) && aligned(pose), &near, &aligned, &|_: &Pose| true];
+    let of_visit = |(index, pose): (usize, &Pose)| {
+        let cost =
+            rank.map_or_else(|| far_m(pose) + METRES_PER_RADIAN * turned_rad(pose), |rank| rank(index));
+        (!pose.position.is_level_with(query.position), cost, index)
+    };
+    let best = |qualifies: &dyn Fn(&Pose) -> bool| {
+        visits(poses, query, qualifies)
+            .into_iter()
+            .map(of_visit)
+            .min_by(|one, other| one.0.cmp(&other.0).then(one.1.total_cmp(&other.1)))
+    };
+    passes.into_iter().find_map(best).map_or(0, |(_, _, index)| index)
+}
+
+/// The nearest point of each unbroken run of points that qualify.
+fn visits<'a>(poses: &'a [Pose], query: Pose, qualifies: &dyn Fn(&Pose) -> bool) -> Vec<(usize, &'a Pose)> {
+    let mut visits = Vec::new();
+    let mut visit: Option<(f64, (usize, &Pose))> = None;
+    for (index, pose) in poses.iter().enumerate() {
+        if !qualifies(pose) {
+            visits.extend(visit.take().map(|(_, nearest)| nearest));
+            continue;
+        }
+        let squared = pose.position.squared_distance(query.position);
+        if visit.is_none_or(|(least, _)| squared < least) {
+            visit = Some((squared, (index, pose)));
+        }
+    }
+    visits.extend(visit.map(|(_, nearest)| nearest));
+    visits
+}
+
 /// Distances along a path, from the vehicle.
 #[derive(Debug, Clone, Copy)]
 pub struct PathFrame<'a> {
@@ -135,6 +198,7 @@ pub struct PathFrame<'a> {
     ego_station_m: f64,
     front_m: f64,
     limits: NearestLimits,
+    looks_at_every_visit: bool,
 }
 
 impl<'a> PathFrame<'a> {
@@ -142,7 +206,21 @@ impl<'a> PathFrame<'a> {
     /// the vehicle and whatever is measured.
     pub fn new(path: &'a Path, ego: Pose, front_m: f64, limits: NearestLimits) -> Self {
         let ego_station_m = path.station_m(ego, limits);
-        Self { path, ego, ego_station_m, front_m, limits }
+        Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: false }
+    }
+
+    /// As [`Self::new`], for a vehicle that is known to be near the arc length `near_arc_m`. Where the path comes by
+    /// twice, also on top of itself, height and heading decide which visit is meant.
+    pub fn of_every_visit(
+        path: &'a Path,
+        (ego, near_arc_m): (Pose, f64),
+        front_m: f64,
+        limits: NearestLimits,
+    ) -> Self {
+        let from_m = |index| (path.arc_m(index) - near_arc_m).abs();
+        let nearest = nearest_visit(&path.poses, ego, limits, Some(&from_m));
+        let ego_station_m = path.station_at(nearest, ego);
+        Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: true }
     }
 
     /// The vehicle's rear axle.
@@ -152,7 +230,12 @@ impl<'a> PathFrame<'a> {
 
     /// Signed distance from the rear axle to `pose` along the path, metres.
     pub fn from_base_m(&self, pose: Pose) -> f64 {
-        self.path.station_m(pose, self.limits) - self.ego_station_m
+        let station_m = if self.looks_at_every_visit {
+            self.path.station_of_visit_m(pose, self.limits)
+        } else {
+            self.path.station_m(pose, self.limits)
+        };
+        station_m - self.ego_station_m
     }
 
     /// Signed distance from the front to `pose` along the path, metres.

@@ -77,22 +77,26 @@ pub struct Projection {
     pub distance_m: f64,
     /// Direction of the line there, radians; zero on a single point.
     pub yaw_rad: f64,
+    /// Height of the line there, metres; not a number where it is not known.
+    pub z_m: f64,
 }
 
 /// The position on the line through `points` that is nearest to `query`; the first of equally near ones. `None` without points.
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = points.first()?;
     let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
-    let mut best = Projection { piece: 0, arc_m: 0.0, distance_m: first.distance_m(query), yaw_rad };
+    let distance_m = first.distance_m(query);
+    let mut best = Projection { piece: 0, arc_m: 0.0, distance_m, yaw_rad, z_m: first.z_m };
     let mut start_m = 0.0;
     for (piece, (from, to)) in points.iter().zip(points.iter().skip(1)).enumerate() {
         let length_m = from.distance_m(*to);
         if length_m > 0.0 {
             let along_m = projection_m(*from, *to, query).clamp(0.0, length_m);
-            let distance_m = from.toward(*to, along_m / length_m).distance_m(query);
+            let here = from.toward(*to, along_m / length_m);
+            let distance_m = here.distance_m(query);
             if distance_m < best.distance_m {
-                let yaw_rad = from.heading_to_rad(*to);
-                best = Projection { piece, arc_m: start_m + along_m, distance_m, yaw_rad };
+                let (arc_m, yaw_rad) = (start_m + along_m, from.heading_to_rad(*to));
+                best = Projection { piece, arc_m, distance_m, yaw_rad, z_m: here.z_m };
             }
         }
         start_m += length_m;

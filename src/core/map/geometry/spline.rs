@@ -30,8 +30,8 @@ pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Opti
     let along = |coordinate: fn(&Point) -> f64| {
         akima(arcs_m, &points.iter().map(coordinate).collect::<Vec<_>>(), queries_m)
     };
-    let (xs, ys) = (along(|point| point.x_m)?, along(|point| point.y_m)?);
-    Some(xs.into_iter().zip(ys).map(|(x_m, y_m)| Point::new(x_m, y_m)).collect())
+    let (xs, ys, zs) = (along(|point| point.x_m)?, along(|point| point.y_m)?, along(|point| point.z_m)?);
+    Some(xs.into_iter().zip(ys).zip(zs).map(|((x_m, y_m), z_m)| Point { x_m, y_m, z_m }).collect())
 }
 
 /// A cubic on [`from`, `to`] in powers of the distance from `from`.

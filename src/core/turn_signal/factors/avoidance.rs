@@ -32,22 +32,22 @@ pub(super) fn around(
     let threshold_m = context.parameters.shift_length_threshold_m;
     let mut ramps: Vec<Ramp> =
         stretches.iter().flat_map(|interval| ramps(path_offsets, interval, threshold_m)).collect();
-    ramps.sort_by_key(|ramp| path_offsets.nearest_index(ramp.start.position));
+    ramps.sort_by_key(|ramp| path_offsets.nearest_index(ramp.start));
     let Some(path) = path_offsets.ramped(&ramps) else { return Made::NeedsPath(ManoeuvreKind::Avoidance) };
     let line = |ramp: &Ramp| AvoidanceLine {
         id: id(ramp),
-        line: path.line(ramp.start, ramp.end),
+        line: path_offsets.line(ramp.start, ramp.end),
         start_shift_m: ramp.before_m,
         end_shift_m: ramp.after_m,
     };
-    let ego = context.odometry.pose.position;
+    let ego = context.odometry.pose;
     let ego_index = path_offsets.nearest_index(ego);
     // Before its first line, what the path is shifted by belongs to another manoeuvre.
-    let ahead = ramps.first().filter(|first| ego_index < path_offsets.nearest_index(first.start.position));
+    let ahead = ramps.first().filter(|first| ego_index < path_offsets.nearest_index(first.start));
     let avoidance = Avoidance {
         lines: ramps.iter().map(line).collect(),
         ego_index,
-        deviation_m: path_offsets.beside_m(ego),
+        deviation_m: path_offsets.beside_m(ego.position),
         current_shift_m: ahead.map_or_else(|| path_offsets.path_offset_m(ego), |first| first.before_m),
         lanes: path_offsets.lanes.clone(),
         approved: ramps.iter().any(|ramp| path_offsets.follows(ramp)),

@@ -29,8 +29,8 @@ pub(super) fn sideways(
         return None;
     };
     let crossing = path_offsets.zip(context.path).and_then(|(path_offsets, path)| {
-        let index = |position| path_offsets.nearest_index(position);
-        crossing(context.road, path, (index(interval.start().position), index(interval.end().position)))
+        let index = |pose| path_offsets.nearest_index(pose);
+        crossing(context.road, path, (index(interval.start()), index(interval.end())))
     });
     let phase = match (crossing, topic) {
         (Some(_), _) => LaneChangePhase::Running,

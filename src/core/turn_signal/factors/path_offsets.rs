@@ -1,11 +1,12 @@
 //! The planned path beside the middle of its lanelets: how far it is off, where it crosses a bound.
 
 use super::FactorContext;
+use crate::core::map::geometry::path::{NearestLimits, nearest_visit};
 use crate::core::map::geometry::polyline::{at_arc, nearest, nearest_index};
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::planner_input::PathPoint;
-use crate::core::turn_signal::shift::ShiftedPath;
+use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 
 /// Offsets that differ by less are one offset, metres: planned paths are smoothed.
 const SAME_OFFSET_M: f64 = 0.05;
@@ -16,6 +17,8 @@ const MAX_LANES_BETWEEN: u32 = 4;
 #[derive(Debug, Clone)]
 pub(super) struct PathOffsets {
     poses: Vec<Pose>,
+    /// Limits by which a point of the path is found by heading and height as well; `None` = by position alone.
+    limits: Option<NearestLimits>,
     /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
     /// is in, also while the path leads beside it.
     pub(super) lanes: Vec<LaneId>,
@@ -48,7 +51,8 @@ impl PathOffsets {
             .flat_map(|lane| lane.centerline.clone())
             .collect();
         let offsets_m = poses.iter().map(|pose| offset_m(&middle, pose.position)).collect();
-        Some(Self { poses, lanes, middle, offsets_m })
+        let limits = context.looks_at_height.then_some(context.parameters.nearest);
+        Some(Self { poses, limits, lanes, middle, offsets_m })
     }
 
     /// The points of the path.
@@ -61,14 +65,23 @@ impl PathOffsets {
         offset_m(&self.middle, point)
     }
 
-    /// Offset of the point of the path next to a position, metres.
-    pub(super) fn path_offset_m(&self, point: Point) -> f64 {
-        self.offsets_m.get(self.nearest_index(point)).copied().unwrap_or_default()
+    /// Offset of the point of the path next to a pose, metres.
+    pub(super) fn path_offset_m(&self, pose: Pose) -> f64 {
+        self.offsets_m.get(self.nearest_index(pose)).copied().unwrap_or_default()
     }
 
-    /// The path's point next to a position.
-    pub(super) fn nearest_index(&self, point: Point) -> usize {
-        nearest_index(&self.poses, point)
+    /// The path's point next to a pose.
+    pub(super) fn nearest_index(&self, pose: Pose) -> usize {
+        match self.limits {
+            Some(limits) => nearest_visit(&self.poses, pose, limits, None),
+            None => nearest_index(&self.poses, pose.position),
+        }
+    }
+
+    /// The shift from one pose to another.
+    pub(super) fn line(&self, start: Pose, end: Pose) -> ShiftLine {
+        let index = |pose: Pose| self.nearest_index(pose);
+        ShiftLine { start_index: index(start), end_index: index(end), start, end }
     }
 
     /// Offset of a point to the left of the path, metres.
@@ -82,7 +95,7 @@ impl PathOffsets {
         let spans: Vec<(usize, usize, &Ramp)> = ramps
             .iter()
             .map(|ramp| {
-                let index = |pose: Pose| self.nearest_index(pose.position);
+                let index = |pose: Pose| self.nearest_index(pose);
                 (index(ramp.start), index(ramp.end), ramp)
             })
             .collect();
@@ -102,7 +115,7 @@ impl PathOffsets {
     /// one direction. A smooth path hardly moves at the ends of a ramp, so that these begin a little
     /// later and end a little earlier than they were planned.
     pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
-        let (first, last) = (self.nearest_index(from.position), self.nearest_index(to.position));
+        let (first, last) = (self.nearest_index(from), self.nearest_index(to));
         let within = self.offsets_m.get(first..=last).unwrap_or_default();
         let pose = |index: usize| self.poses.get(first + index).copied();
         let ramp = |(start, end): (usize, usize)| {
@@ -118,7 +131,7 @@ impl PathOffsets {
 
     /// The path is where a ramp leads.
     pub(super) fn follows(&self, ramp: &Ramp) -> bool {
-        let moved_m = self.path_offset_m(ramp.end.position) - ramp.before_m;
+        let moved_m = self.path_offset_m(ramp.end) - ramp.before_m;
         let whole_m = ramp.after_m - ramp.before_m;
         moved_m / whole_m > 0.5
     }

@@ -81,6 +81,7 @@ fn made_of(
         road: &road,
         route: &route,
         parameters: &parameters,
+        looks_at_height: true,
         odometry,
         path,
         operation_mode: None,

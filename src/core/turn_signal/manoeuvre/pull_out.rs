@@ -43,7 +43,7 @@ impl ManoeuvreMemory {
         if self.pull_out_ignored == Some(lane) {
             return SignalReason::Ignored;
         }
-        let line = path.line(pull_out.start, pull_out.end);
+        let line = path.line(context, pull_out.start, pull_out.end);
         if starts_on_centerline(context, pull_out, path, &line) {
             return centerline_start(context, pull_out, path, records);
         }
@@ -96,7 +96,7 @@ fn centerline_start(
     if context.quirks.centerline_start_has_no_points {
         records.change_command(side.into());
     } else {
-        let end = path.poses().get(path.nearest_index(pull_out.end.position)).copied().unwrap_or_default();
+        let end = path.poses().get(path.index_of(context, pull_out.end)).copied().unwrap_or_default();
         let start = context.ego();
         records.add(context, Section::blinking(side, (start, end), (start, end)));
     }

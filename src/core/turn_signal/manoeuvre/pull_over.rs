@@ -77,7 +77,7 @@ impl ManoeuvreMemory {
         }
         let shift = Shift {
             path,
-            line: path.line(decided.start, decided.goal),
+            line: path.line(context, decided.start, decided.goal),
             lanes: &decided.lanes,
             current_shift_m: decided.current_shift_m,
             kind: ShiftKind::PullOver,
@@ -110,7 +110,7 @@ impl ManoeuvreMemory {
         let Ok(path) = ShiftedPath::new(undecided.stop_path.clone(), shifts_m) else {
             return SignalReason::Idle;
         };
-        let index = |pose: Pose| path.nearest_index(pose.position);
+        let index = |pose: Pose| path.index_of(context, pose);
         let Some(end) = path.poses().last().copied() else { return SignalReason::Idle };
         let side = context.parameters.parking_side;
         let identity = ManoeuvreIdentity { kind: ManoeuvreKind::PullOver, side, end };

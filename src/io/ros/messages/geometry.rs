@@ -125,9 +125,9 @@ impl From<plane::Pose> for Pose {
 }
 
 impl From<Pose> for plane::Pose {
-    /// Projects to the plane.
-    fn from(pose: Pose) -> Self {
-        Self::new(pose.position.x, pose.position.y, pose.orientation.yaw_rad())
+    /// Projects to the plane, with the height beside it.
+    fn from(Pose { position: Point { x, y, z }, orientation }: Pose) -> Self {
+        Self { position: plane::Point::new(x, y).at_height(z), yaw_rad: orientation.yaw_rad() }
     }
 }
 

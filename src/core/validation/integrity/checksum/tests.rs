@@ -164,3 +164,11 @@ fn unsuitable_checksum_fields_are_refused() {
     let multiplexed = byte(7).multiplexed(&byte(0), &[1..=1]);
     assert_eq!(refused(j1850(), multiplexed), ChecksumError::Multiplexed);
 }
+
+#[test]
+fn rules_are_equal_when_they_compute_the_same() {
+    let plain = || CrcRule::new(Parameters::crc8(0x1D, 0, 0), Extra::Nothing, None);
+    assert_eq!(plain(), plain());
+    assert_ne!(plain(), CrcRule::j1850(), "other parameters");
+    assert_ne!(plain(), CrcRule::new(Parameters::crc8(0x1D, 0, 0), Extra::IdentifierBefore, None));
+}

@@ -1,0 +1,154 @@
+//! Findings in words.
+
+use std::time::Duration;
+
+use super::report::Fix;
+use crate::core::plausibility::evidence::ProfileEvidence;
+use crate::core::plausibility::finding::{Coverage, FindingKind, Source};
+use crate::core::plausibility::states::Implausible;
+use crate::core::validation::integrity::search::Parameter;
+use crate::core::validation::table::{SignalIndex, Timing};
+use crate::core::vehicle_lights::binding::HazardSource;
+use crate::report::text::{counted, times};
+
+/// A finding in words; its severity is not among them.
+pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) -> String {
+    let of = |message: usize| &evidence.messages[message];
+    let name = |message: usize| of(message).bound.name.as_str();
+    match finding {
+        FindingKind::NoMessage => {
+            "none of the profile's messages was received: is it the profile of this vehicle?".to_owned()
+        }
+        FindingKind::WrongLength { message, frames, length } => {
+            let (all, expected) = (of(*message).frames, of(*message).length);
+            format!(
+                "{}: {frames} of {} with another length: {length} bytes, not {expected}",
+                name(*message),
+                counted(all, "frame")
+            )
+        }
+        FindingKind::TooSlow { message, median } | FindingKind::Faster { message, median } => {
+            let expected = expected_period(evidence, *message);
+            format!("{}: usually every {}, {expected}", name(*message), millis(*median))
+        }
+        FindingKind::IntegrityFails { message, frames } => {
+            let all = counted(of(*message).frames, "frame");
+            format!("{}: its counter or checksum is wrong in {frames} of {all}", name(*message))
+        }
+        FindingKind::UnusedCounter { message, signal, frames, .. } => {
+            let (name, frames) = (name(*message), counted(*frames, "frame"));
+            format!("{name}: the DBC's {signal} is a counter in {frames}, and the profile does not check it")
+        }
+        FindingKind::UnusedChecksum { message, signal, frames, .. } => {
+            let (name, frames) = (name(*message), counted(*frames, "frame"));
+            format!("{name}: the DBC's {signal} is a checksum of {frames}, and the profile does not check it")
+        }
+        FindingKind::Undefined { source, frames } => {
+            let (what, all) = source_text(evidence, *source);
+            format!(
+                "{what}: {} of {all} with a value that the profile does not name",
+                counted(*frames, "frame")
+            )
+        }
+        FindingKind::Implausible { source, behaviour, changes } => {
+            let (what, _) = source_text(evidence, *source);
+            let changed = format!("{what} changed {}", times(*changes));
+            match behaviour {
+                Implausible::Flickers => {
+                    format!("{changed}, mostly within 80 ms: no driver and no lamp does that")
+                }
+                Implausible::Flashes => {
+                    format!(
+                        "{changed}, mostly within 0.7 s: it flashes; a lamp is bound with kind = \"lamp\""
+                    )
+                }
+                Implausible::Crosses => {
+                    format!("{changed}, mostly from one side to the other: no driver does that")
+                }
+            }
+        }
+        FindingKind::NothingChanged { is_on: true } => {
+            "the same state was on all the time, which other messages show by chance: record off, left, right and \
+             hazard"
+                .to_owned()
+        }
+        FindingKind::NothingChanged { is_on: false } => {
+            "nothing but off was received, which many messages show by chance: record left, right and hazard"
+                .to_owned()
+        }
+        FindingKind::NeverOn(Coverage::Left) => "left was never seen: record it".to_owned(),
+        FindingKind::NeverOn(Coverage::Right) => "right was never seen: record it".to_owned(),
+        FindingKind::NeverOn(Coverage::Hazard) => "hazard was never seen: record it".to_owned(),
+    }
+}
+
+/// The lines that mend what a finding is about; `None` when the recording does not tell.
+pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<Fix> {
+    let section = |message: usize| format!("message.{}", evidence.messages[message].bound.name);
+    match finding {
+        FindingKind::UnusedCounter { message, signal, max_step, .. } => {
+            let line = format!("counter = {{ signal = {signal:?}, max_step = {max_step} }}");
+            Some(Fix { section: section(*message), line })
+        }
+        FindingKind::TooSlow { message, median } => {
+            // As the default from the DBC: five periods.
+            let timeout = (median.as_millis() * 5).max(200).div_ceil(50) * 50;
+            Some(Fix { section: section(*message), line: format!("timeout_ms = {timeout}") })
+        }
+        FindingKind::UnusedChecksum { message, signal, found, .. } => {
+            let parameter = |(key, value): &(&str, Parameter)| match value {
+                Parameter::Number(number) => format!(", {key} = 0x{number:X}"),
+                Parameter::Flag(flag) => format!(", {key} = {flag}"),
+                Parameter::Text(text) => format!(", {key} = {text:?}"),
+                Parameter::Bytes(bytes) => format!(", {key} = {bytes:?}"),
+            };
+            let parameters: String = found.parameters.iter().map(parameter).collect();
+            let line = format!("checksum = {{ kind = {:?}, signal = {signal:?}{parameters} }}", found.kind);
+            Some(Fix { section: section(*message), line })
+        }
+        FindingKind::NoMessage
+        | FindingKind::WrongLength { .. }
+        | FindingKind::Faster { .. }
+        | FindingKind::IntegrityFails { .. }
+        | FindingKind::Undefined { .. }
+        | FindingKind::Implausible { .. }
+        | FindingKind::NothingChanged { .. }
+        | FindingKind::NeverOn(_) => None,
+    }
+}
+
+fn expected_period(evidence: &ProfileEvidence, message: usize) -> String {
+    let message = &evidence.messages[message];
+    match (message.cycle, message.bound.timing) {
+        (Some(cycle), _) => format!("by the DBC every {}", millis(cycle)),
+        (None, Timing::Cyclic { timeout } | Timing::EventCyclic { timeout }) => {
+            format!("unknown after {}", millis(timeout))
+        }
+        (None, Timing::Event) => "on change".to_owned(),
+    }
+}
+
+/// A duration in whole milliseconds.
+pub(super) fn millis(duration: Duration) -> String {
+    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
+}
+
+/// The signals of a source, and its number of frames.
+fn source_text(evidence: &ProfileEvidence, source: Source) -> (String, u64) {
+    let lights = evidence.lights();
+    let name = |signal: SignalIndex| lights.table.signals[signal.0].name.as_str();
+    match source {
+        Source::Turn(position) => {
+            let signals: Vec<_> = lights.turn.sources()[position].source.signals().map(name).collect();
+            (signals.join(" and "), evidence.turn[position].frames())
+        }
+        Source::Hazard(position) => {
+            let signal = match &lights.hazard.sources()[position].source {
+                HazardSource::BothSides => "hazard",
+                HazardSource::Signal { role, .. } => name(role.signal),
+                HazardSource::Button { role, .. } => name(role.signal),
+            };
+            (signal.to_owned(), evidence.hazard[position].frames())
+        }
+    }
+}

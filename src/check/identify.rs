@@ -1,0 +1,174 @@
+//! `identify`: the built-in profiles that fit frames of an unknown vehicle.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::time::Duration;
+
+use crate::config::built_in::BuiltIn;
+use crate::config::files::Disk;
+use crate::config::{Refused, load_profile};
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::link::BusIndex;
+use crate::core::plausibility::evidence::ProfileEvidence;
+use crate::core::plausibility::fit::{Fit, fit};
+use crate::core::time::{MonoTime, WallStamp};
+
+/// The evidence for each profile on each interface, frame by frame.
+#[derive(Debug)]
+pub struct Identifier {
+    profiles: Vec<Profile>,
+    /// Positions of the profiles that bind an identifier.
+    bound: BTreeMap<CanId, Vec<usize>>,
+    /// Identifiers of further messages that profiles expect.
+    heartbeats: BTreeSet<CanId>,
+    interfaces: Vec<Interface>,
+    first: Option<WallStamp>,
+    now: MonoTime,
+    frames: u64,
+}
+
+/// A built-in profile before its first frame.
+#[derive(Debug)]
+struct Profile {
+    name: &'static str,
+    vehicle: String,
+    evidence: ProfileEvidence,
+    heartbeats: Vec<CanId>,
+}
+
+/// The evidence of one interface.
+#[derive(Debug)]
+struct Interface {
+    name: String,
+    /// By the position of the profile.
+    evidence: BTreeMap<usize, ProfileEvidence>,
+    heartbeats: BTreeSet<CanId>,
+}
+
+/// A profile of which messages were received.
+#[derive(Debug)]
+pub struct Candidate<'a> {
+    /// Name of the profile.
+    pub profile: &'static str,
+    /// Name of the vehicle.
+    pub vehicle: &'a str,
+    /// The interface on which it fits best.
+    pub interface: &'a str,
+    /// What speaks for it and against it.
+    pub fit: Fit,
+    /// The evidence itself.
+    pub evidence: &'a ProfileEvidence,
+}
+
+impl Identifier {
+    /// Without a frame.
+    ///
+    /// # Errors
+    /// Never, as long as the built-in profiles are in order.
+    pub fn new() -> Result<Self, Refused> {
+        let paths = BuiltIn::Profile.names().filter_map(|name| Some((name, BuiltIn::Profile.path(name)?)));
+        let profiles = paths.map(|(name, path)| Profile::load(name, &path)).collect::<Result<Vec<_>, _>>()?;
+        let mut bound = BTreeMap::<CanId, Vec<usize>>::new();
+        for (position, profile) in profiles.iter().enumerate() {
+            let ids: BTreeSet<_> = profile.evidence.ids().map(|(_, id)| id).collect();
+            for id in ids {
+                bound.entry(id).or_default().push(position);
+            }
+        }
+        let heartbeats = profiles.iter().flat_map(|profile| profile.heartbeats.iter().copied()).collect();
+        let first = None;
+        Ok(Self {
+            profiles,
+            bound,
+            heartbeats,
+            interfaces: Vec::new(),
+            first,
+            now: MonoTime::ZERO,
+            frames: 0,
+        })
+    }
+
+    /// Takes the next frame of an interface.
+    pub fn frame(&mut self, interface: &str, frame: &Frame, stamp: WallStamp) {
+        self.frames += 1;
+        let first = *self.first.get_or_insert(stamp);
+        let nanos = stamp.as_nanos().saturating_sub(first.as_nanos());
+        let at = MonoTime::ZERO.after(Duration::from_nanos(u64::try_from(nanos).unwrap_or(0)));
+        self.now = self.now.max(at);
+        let id = frame.id();
+        let (bound, is_heartbeat) = (self.bound.get(&id), self.heartbeats.contains(&id));
+        let position = self.interfaces.iter().position(|known| known.name == interface);
+        let position = position.unwrap_or_else(|| {
+            let (name, heartbeats) = (interface.to_owned(), BTreeSet::new());
+            self.interfaces.push(Interface { name, evidence: BTreeMap::new(), heartbeats });
+            self.interfaces.len() - 1
+        });
+        let interface = &mut self.interfaces[position];
+        if is_heartbeat {
+            interface.heartbeats.insert(id);
+        }
+        for profile in bound.into_iter().flatten() {
+            let fresh = || self.profiles[*profile].evidence.clone();
+            let evidence = interface.evidence.entry(*profile).or_insert_with(fresh);
+            // Every built-in profile has one bus.
+            evidence.frame(BusIndex(0), frame, self.now);
+        }
+    }
+
+    /// Number of frames taken.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Time since the first frame.
+    pub fn length(&self) -> Duration {
+        self.now.since(MonoTime::ZERO)
+    }
+
+    /// Names of the interfaces, in the order of their first frames.
+    pub fn interfaces(&self) -> impl Iterator<Item = &str> {
+        self.interfaces.iter().map(|interface| interface.name.as_str())
+    }
+
+    /// Number of profiles that were tried.
+    pub fn profiles(&self) -> usize {
+        self.profiles.len()
+    }
+
+    /// The profiles of which messages were received, the best first, each on the interface on which it fits best.
+    pub fn candidates(&self) -> Vec<Candidate<'_>> {
+        let of_profile = |(position, profile): (usize, &'_ Profile)| {
+            let fits = self.interfaces.iter().filter_map(move |interface| {
+                let evidence = interface.evidence.get(&position)?;
+                let mut heartbeats = profile.heartbeats.clone();
+                heartbeats.retain(|id| interface.heartbeats.contains(id));
+                Some((interface, evidence, fit(evidence, &heartbeats)?))
+            });
+            fits.max_by_key(|(_, _, fit)| (fit.verdict, fit.score))
+        };
+        let mut candidates: Vec<_> = self
+            .profiles
+            .iter()
+            .enumerate()
+            .filter_map(|(position, profile)| {
+                let (interface, evidence, fit) = of_profile((position, profile))?;
+                let (name, vehicle) = (profile.name, profile.vehicle.as_str());
+                Some(Candidate { profile: name, vehicle, interface: &interface.name, fit, evidence })
+            })
+            .collect();
+        candidates.sort_by_key(|candidate| std::cmp::Reverse((candidate.fit.verdict, candidate.fit.score)));
+        candidates
+    }
+}
+
+impl Profile {
+    fn load(name: &'static str, path: &Path) -> Result<Self, Refused> {
+        let settings = load_profile(&Disk, path)?;
+        let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
+        let gateway = &settings.gateway;
+        let evidence = ProfileEvidence::new(&gateway.lights, &gateway.v2i.table, &databases);
+        let heartbeats =
+            gateway.buses.iter().flat_map(|bus| bus.heartbeat_messages.iter().copied()).collect();
+        Ok(Self { name, vehicle: settings.vehicle, evidence, heartbeats })
+    }
+}

@@ -1,0 +1,151 @@
+//! Texts of `identify`.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::finding_text::finding_text;
+use super::identify::{Candidate, Identifier};
+use crate::core::plausibility::fit::{Support, Verdict};
+use crate::report::text::{counted, escaped};
+
+/// The number of candidates that are listed.
+const LISTED: usize = 3;
+
+/// The best candidates with what speaks for and against them; every one with `all`.
+pub fn text(identifier: &Identifier, all: bool) -> String {
+    let candidates = identifier.candidates();
+    let mut text = String::new();
+    let interfaces: Vec<_> = identifier.interfaces().map(escaped).collect();
+    let _ = writeln!(
+        text,
+        "{} in {:.3} s on {}; {} profiles tried",
+        counted(identifier.frames(), "frame"),
+        identifier.length().as_secs_f64(),
+        interfaces.join(", "),
+        identifier.profiles()
+    );
+    let fitting = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::Fits).count();
+    let listed = if all { candidates.len() } else { LISTED.max(fitting.min(2 * LISTED)) };
+    let is_listed = |candidate: &&Candidate<'_>| all || candidate.fit.verdict > Verdict::No;
+    for candidate in candidates.iter().filter(is_listed).take(listed) {
+        add(&mut text, candidate);
+    }
+    let refuted = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::No).count();
+    let hidden = candidates.len().saturating_sub(if all {
+        candidates.len()
+    } else {
+        listed.min(candidates.len() - refuted)
+    });
+    text.push('\n');
+    text.push_str(&conclusion(&candidates));
+    if hidden > 0 && !all {
+        let _ = writeln!(
+            text,
+            "{} with a message under a known identifier, but worse: --all lists them",
+            counted(hidden as u64, "more profile")
+        );
+    }
+    text
+}
+
+fn conclusion(candidates: &[Candidate<'_>]) -> String {
+    match candidates {
+        [first, rest @ ..] if first.fit.verdict == Verdict::Fits => {
+            let rivals = rest
+                .iter()
+                .filter(|other| other.fit.verdict == Verdict::Fits && other.fit.score == first.fit.score);
+            let names: Vec<_> = rivals.map(|rival| rival.profile).collect();
+            let also =
+                if names.is_empty() { String::new() } else { format!(" (as well as {})", names.join(", ")) };
+            format!("{} fits{also}: signal-gateway check LOG --profile {}\n", first.profile, first.profile)
+        }
+        [first, ..] if first.fit.verdict == Verdict::Possible => {
+            "none: no profile is more than possible. Record left, right and hazard, and try again.\n"
+                .to_owned()
+        }
+        _ => "none: no profile fits.\n".to_owned(),
+    }
+}
+
+fn add(text: &mut String, candidate: &Candidate<'_>) {
+    let verdict = match candidate.fit.verdict {
+        Verdict::Fits => "fits",
+        Verdict::Possible => "possible",
+        Verdict::No => "no",
+    };
+    let (received, all) = candidate.fit.received;
+    let _ = writeln!(
+        text,
+        "\n{verdict:<9} {} ({}) on {}: {received} of {}",
+        candidate.profile,
+        escaped(candidate.vehicle),
+        escaped(candidate.interface),
+        counted(all as u64, "message")
+    );
+    for support in &candidate.fit.support {
+        let _ = writeln!(text, "          + {}", support_text(candidate, support));
+    }
+    for finding in &candidate.fit.against {
+        let _ = writeln!(text, "          - {}", finding_text(candidate.evidence, &finding.kind));
+    }
+}
+
+fn support_text(candidate: &Candidate<'_>, support: &Support) -> String {
+    let name = |message: usize| {
+        let bound = &candidate.evidence.messages[message].bound;
+        format!("{} ({})", bound.name, bound.id)
+    };
+    match support {
+        Support::Integrity { message, frames, checksum } => {
+            let what = if *checksum { "checksum" } else { "counter" };
+            let all = candidate.evidence.messages[*message].frames;
+            format!("{}: its {what} holds for {frames} of {}", name(*message), counted(all, "frame"))
+        }
+        Support::Period { message, median } => {
+            format!("{}: every {:.0} ms, as described", name(*message), median.as_secs_f64() * 1e3)
+        }
+        Support::ExtendedIdentifier { message } => {
+            format!("{}: an identifier of 29 bits", name(*message))
+        }
+        Support::Sides { left, right } => {
+            let sides: Vec<_> = [(*left, "left"), (*right, "right")]
+                .into_iter()
+                .filter_map(|(was_on, side)| was_on.then_some(side))
+                .collect();
+            format!("{} was on and off again, as by a driver", sides.join(" and "))
+        }
+        Support::NamedValues => "the profile names every value, and not all are 0".to_owned(),
+        Support::Heartbeat { id } => format!("{id}, which proves the bus alive, came as well"),
+    }
+}
+
+/// All candidates as one JSON object.
+pub fn json(identifier: &Identifier) -> String {
+    let candidates: Vec<Value> = identifier
+        .candidates()
+        .iter()
+        .map(|candidate| {
+            let verdict = match candidate.fit.verdict {
+                Verdict::Fits => "fits",
+                Verdict::Possible => "possible",
+                Verdict::No => "no",
+            };
+            let (received, messages) = candidate.fit.received;
+            json!({
+                "profile": candidate.profile,
+                "vehicle": candidate.vehicle,
+                "interface": candidate.interface,
+                "verdict": verdict,
+                "score": candidate.fit.score,
+                "messages_received": received,
+                "messages": messages,
+                "for": candidate.fit.support.iter().map(|support| support_text(candidate, support)).collect::<Vec<_>>(),
+                "against": candidate.fit.against.iter().map(|finding| finding_text(candidate.evidence, &finding.kind)).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    let seconds = identifier.length().as_secs_f64();
+    let whole = json!({ "frames": identifier.frames(), "seconds": seconds, "profiles": identifier.profiles(), "candidates": candidates });
+    format!("{whole}\n")
+}

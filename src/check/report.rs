@@ -1,0 +1,219 @@
+//! The result of a check: facts, and findings by their weight.
+
+use serde_json::{Value, json};
+
+use crate::core::plausibility::finding::Severity;
+use crate::report::text::{counted, escaped};
+
+/// The facts and findings of a check.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Report {
+    facts: Vec<Fact>,
+    findings: Vec<ReportedFinding>,
+}
+
+/// A line of what is bound or was received.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Fact {
+    heading: String,
+    text: String,
+}
+
+/// A finding in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReportedFinding {
+    /// Its weight.
+    pub severity: Severity,
+    /// Its content.
+    pub text: String,
+    /// Lines for the vehicle profile that mend it.
+    pub fix: Option<Fix>,
+}
+
+/// Lines for one section of a vehicle profile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fix {
+    /// The section, without brackets.
+    pub section: String,
+    /// Its new key with the value.
+    pub line: String,
+}
+
+/// How a text is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Layout {
+    /// True to write severities in colour.
+    pub has_color: bool,
+    /// Width at which lines are wrapped; `None` = never.
+    pub width: Option<usize>,
+}
+
+/// The widest heading that still has its text beside it, characters.
+const MAX_HEADING: usize = 10;
+
+impl Report {
+    pub(super) fn line(&mut self, heading: &str, text: &str) {
+        self.facts.push(Fact { heading: heading.to_owned(), text: text.to_owned() });
+    }
+
+    pub(super) fn find(&mut self, severity: Severity, text: impl Into<String>) {
+        self.find_with(severity, text, None);
+    }
+
+    pub(super) fn find_with(&mut self, severity: Severity, text: impl Into<String>, fix: Option<Fix>) {
+        self.findings.push(ReportedFinding { severity, text: text.into(), fix });
+    }
+
+    /// Adds another report.
+    pub fn append(&mut self, mut other: Self) {
+        self.facts.append(&mut other.facts);
+        self.findings.append(&mut other.findings);
+    }
+
+    /// The findings, the heaviest first.
+    pub fn findings(&self) -> Vec<&ReportedFinding> {
+        let mut findings: Vec<_> = self.findings.iter().collect();
+        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        findings
+    }
+
+    /// Number of findings of a weight.
+    pub fn count(&self, severity: Severity) -> usize {
+        self.findings.iter().filter(|finding| finding.severity == severity).count()
+    }
+
+    /// Text for people: the facts, then the findings, then their numbers.
+    pub fn text(&self, layout: Layout) -> String {
+        let mut text = String::new();
+        for Fact { heading, text: fact } in &self.facts {
+            add(&mut text, &escaped(heading), "", &escaped(fact), layout);
+        }
+        if !self.findings.is_empty() {
+            text.push('\n');
+        }
+        for finding in self.findings() {
+            let color = if layout.has_color { color(finding.severity) } else { "" };
+            add(&mut text, name(finding.severity), color, &escaped(&finding.text), layout);
+        }
+        text.push('\n');
+        text.push_str(&self.summary());
+        text.push('\n');
+        text
+    }
+
+    /// The numbers of findings: `1 error, 2 warnings, 3 notes`.
+    fn summary(&self) -> String {
+        [Severity::Error, Severity::Warning, Severity::Note]
+            .map(|severity| counted(self.count(severity) as u64, name(severity)))
+            .join(", ")
+    }
+
+    /// One JSON object for programs.
+    pub fn json(&self) -> String {
+        let finding = |finding: &ReportedFinding| {
+            let fix = finding.fix.as_ref().map(|fix| json!({ "section": fix.section, "line": fix.line }));
+            json!({ "severity": name(finding.severity), "text": finding.text, "fix": fix })
+        };
+        let facts: Vec<_> =
+            self.facts.iter().map(|fact| json!({ "about": fact.heading, "text": fact.text })).collect();
+        let findings: Vec<Value> = self.findings().into_iter().map(finding).collect();
+        let count = |severity| self.count(severity);
+        let whole = json!({
+            "errors": count(Severity::Error),
+            "warnings": count(Severity::Warning),
+            "notes": count(Severity::Note),
+            "findings": findings,
+            "facts": facts,
+        });
+        format!("{whole}\n")
+    }
+
+    /// The lines that mend the profile, as TOML; empty when none are known.
+    pub fn patch(&self) -> String {
+        let mut sections: Vec<(&str, Vec<&str>)> = Vec::new();
+        for fix in self.findings.iter().filter_map(|finding| finding.fix.as_ref()) {
+            match sections.iter_mut().find(|(section, _)| *section == fix.section) {
+                Some((_, lines)) => lines.push(&fix.line),
+                None => sections.push((&fix.section, vec![&fix.line])),
+            }
+        }
+        let section = |(section, lines): &(&str, Vec<&str>)| format!("[{section}]\n{}\n", lines.join("\n"));
+        sections.iter().map(section).collect::<Vec<_>>().join("\n")
+    }
+}
+
+fn name(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+        Severity::Error => "error",
+    }
+}
+
+/// The start of the colour of a severity, as compilers and clap have it.
+fn color(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Note => "\u{1b}[1m\u{1b}[32m",
+        Severity::Warning => "\u{1b}[1m\u{1b}[33m",
+        Severity::Error => "\u{1b}[1m\u{1b}[31m",
+    }
+}
+
+const RESET: &str = "\u{1b}[0m";
+
+/// Adds a heading and a text in its column, wrapped between words.
+fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout) {
+    let indent = " ".repeat(MAX_HEADING + 1);
+    let padding = " ".repeat((MAX_HEADING + 1).saturating_sub(heading.chars().count()).max(1));
+    let reset = if color.is_empty() { "" } else { RESET };
+    text.push_str(&format!("{color}{heading}{reset}{padding}"));
+    let width = layout.width.map_or(usize::MAX, |width| width.saturating_sub(indent.len()).max(30));
+    // A heading that reaches into the column shortens its first line.
+    let mut used = heading.chars().count().saturating_sub(MAX_HEADING);
+    for (index, word) in body.split(' ').enumerate() {
+        let length = word.chars().count();
+        if index > 0 && used + 1 + length > width {
+            text.push('\n');
+            text.push_str(&indent);
+            used = 0;
+        } else if index > 0 {
+            text.push(' ');
+            used += 1;
+        }
+        text.push_str(word);
+        used += length;
+    }
+    text.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report() -> Report {
+        let mut report = Report::default();
+        report.line("vehicle", "Car\u{1b}");
+        report.find(Severity::Note, "right was never seen: record it");
+        let fix = Fix { section: "message.A".into(), line: "timeout_ms = 500".into() };
+        report.find_with(Severity::Warning, "A: usually every 100 ms", Some(fix));
+        report
+    }
+
+    #[test]
+    fn the_heaviest_finding_comes_first_and_lines_wrap_in_their_column() {
+        let expected = "vehicle    Car\\u{1b}\n\nwarning    A: usually every 100 ms\nnote       right was never seen: \
+                        record it\n\n0 errors, 1 warning, 1 note\n";
+        assert_eq!(report().text(Layout::default()), expected);
+        let narrow = report().text(Layout { has_color: true, width: Some(40) });
+        let expected = "\u{1b}[1m\u{1b}[32mnote\u{1b}[0m       right was never seen: record\n           it\n";
+        assert!(narrow.contains(expected), "{narrow:?}");
+    }
+
+    #[test]
+    fn programs_get_numbers_findings_and_fixes() {
+        let value: Value = serde_json::from_str(&report().json()).unwrap();
+        assert_eq!((&value["warnings"], &value["errors"]), (&json!(1), &json!(0)));
+        assert_eq!(value["findings"][0]["fix"]["line"], "timeout_ms = 500");
+        assert_eq!(report().patch(), "[message.A]\ntimeout_ms = 500\n");
+    }
+}

@@ -1,0 +1,221 @@
+//! The facts and findings of a recording that was played.
+
+use std::time::Duration;
+
+use super::{FaultSurvey, MAX_VALUES, Survey, TASKS};
+use crate::check::finding_text::{finding_text, fix};
+use crate::check::names::value_name;
+use crate::check::report::Report;
+use crate::config::Settings;
+use crate::core::can::error_frame::class_name;
+use crate::core::can::frame::CanId;
+use crate::core::plausibility::finding::{FindingKind, Severity, findings};
+use crate::core::time::MonoTime;
+use crate::core::validation::integrity::IntegrityCounts;
+use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
+use crate::core::vehicle_lights::binding::HazardBinding;
+use crate::core::vehicle_lights::role_texts::texts;
+use crate::core::vehicle_lights::{FaultKind, Task};
+use crate::io::can::formats::BadLine;
+use crate::replay::Replay;
+use crate::report::text::{counted, times};
+
+pub(super) fn report(survey: &Survey, settings: &Settings, replay: &Replay) -> Report {
+    let mut report = Report::default();
+    let (counts, log) = (replay.counts(), replay.log());
+    let length = seconds_text(replay.length());
+    let entries = counted(counts.records, "frame");
+    match log.interfaces() {
+        [] => report.find(Severity::Error, "not one frame was read"),
+        interfaces => {
+            report.line("recording", &format!("{entries} in {length} on {}", interfaces.join(", ")));
+        }
+    }
+    if let Some(first) = log.first_bad() {
+        report.find(Severity::Warning, bad_lines_text(log.bad_lines(), first));
+    }
+    if counts.backwards > 0 {
+        report.find(Severity::Warning, format!("the stamps run backwards {}", times(counts.backwards)));
+    }
+    if counts.jumps > 0 {
+        report.find(Severity::Warning, format!("the recorder's clock jumped {}", times(counts.jumps)));
+    }
+    if counts.records > 0 && counts.foreign == counts.records {
+        let text = "no frame was received on a configured interface: use --map INTERFACE=BUS";
+        report.find(Severity::Error, text);
+    }
+    if survey.bound.is_empty() {
+        let text = "the configuration binds no message, so the recording shows nothing";
+        report.find(Severity::Warning, text);
+    }
+    errors(survey, settings, &mut report);
+    messages(survey, settings, replay, &mut report);
+    values(survey, settings, &mut report);
+    states(survey, settings, replay, &mut report);
+    for finding in findings(&survey.evidence) {
+        // Values are listed one by one, unless most are wrong.
+        let is_listed =
+            matches!(finding.kind, FindingKind::Undefined { .. }) && finding.severity < Severity::Error;
+        if !is_listed {
+            let text = finding_text(&survey.evidence, &finding.kind);
+            report.find_with(finding.severity, text, fix(&survey.evidence, &finding.kind));
+        }
+    }
+    report
+}
+
+fn errors(survey: &Survey, settings: &Settings, report: &mut Report) {
+    for (bus, errors) in &survey.errors {
+        let interface = &settings.gateway.buses[usize::from(bus.0)].interface;
+        let classes =
+            errors.classes.iter().map(|(bit, count)| format!("{} {}", class_name(*bit), times(*count)));
+        let (frames, first) = (counted(errors.frames, "error frame"), seconds_text(errors.first));
+        let classes = classes.collect::<Vec<_>>().join(", ");
+        report.find(Severity::Warning, format!("{interface}: {frames}, first at {first}: {classes}"));
+    }
+}
+
+fn messages(survey: &Survey, settings: &Settings, replay: &Replay, report: &mut Report) {
+    let lights = &settings.gateway.lights.table.messages;
+    let checkers = replay.gateway().lights().observations();
+    for (index, (message, received)) in survey.bound.iter().zip(&survey.messages).enumerate() {
+        let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
+        let (name, id) = (&message.name, message.id);
+        if received.frames == 0 {
+            let instead = instead_of(message, settings, replay);
+            let text = format!("{name} ({id}) was never received on {interface}{instead}");
+            report.find(Severity::Warning, text);
+            continue;
+        }
+        let (frames, gap) = (counted(received.frames, "frame"), received.longest_gap.as_millis());
+        let median = survey.evidence.messages.get(index).and_then(|message| message.gaps.median());
+        let usual =
+            median.map_or(String::new(), |median| format!(", usually every {} ms", median.as_millis()));
+        report.line("message", &format!("{name} ({id}): {frames}{usual}, longest gap {gap} ms"));
+        let gaps = [
+            (received.missing, "while other frames came on"),
+            (received.bus_silent, "and so was everything else on"),
+        ];
+        for (count, how) in gaps.into_iter().filter(|(count, _)| *count > 0) {
+            let count = times(count);
+            let text = format!("{name} was missing for longer than its limit {count}, {how} {interface}");
+            report.find(Severity::Warning, text);
+        }
+        if index < lights.len()
+            && let Some(counts) = checkers.integrity_counts(MessageIndex(index))
+        {
+            integrity(name, counts, report);
+        }
+    }
+}
+
+/// Lists each value, in columns.
+fn values(survey: &Survey, settings: &Settings, report: &mut Report) {
+    let lights = &settings.gateway.lights;
+    let mut rows = Vec::new();
+    for (index, values) in survey.values.iter().enumerate() {
+        let name = &lights.table.signals[index].name;
+        for (raw, (count, first)) in values {
+            let signal = SignalIndex(index);
+            let texts = texts(lights, signal, *raw);
+            let meaning: Vec<_> = texts.iter().map(|meaning| meaning.text.as_str()).collect();
+            let meaning = meaning.join(", ");
+            let named = value_name(settings, signal, *raw).map_or(String::new(), |name| format!(" {name:?}"));
+            let (first, seen) = (seconds_text(*first), times(*count));
+            if !texts.iter().all(|meaning| meaning.defined) {
+                let severity = if *count == 1 { Severity::Note } else { Severity::Warning };
+                let text = format!("{name} = {raw} (0x{raw:X}){named} {meaning}: {seen}, first at {first}");
+                report.find(severity, text);
+            }
+            rows.push([format!("{name} = {raw}{named}"), meaning, format!("{seen}, first at {first}")]);
+        }
+        if values.len() == MAX_VALUES {
+            rows.push([format!("{name}: further values"), String::new(), "not listed".to_owned()]);
+        }
+    }
+    let width = |column: usize| {
+        rows.iter().map(|row: &[String; 3]| row[column].chars().count()).max().unwrap_or_default()
+    };
+    let (first, second) = (width(0), width(1));
+    for [value, meaning, count] in &rows {
+        report.line("value", &format!("{value:first$}  {meaning:second$}  {count}"));
+    }
+}
+
+/// How long each report would be published, and the faults that it would have.
+fn states(survey: &Survey, settings: &Settings, replay: &Replay, report: &mut Report) {
+    let lights = replay.gateway().lights();
+    for (index, task) in TASKS.into_iter().enumerate() {
+        let is_unbound =
+            task == Task::HazardLights && matches!(settings.gateway.lights.hazard, HazardBinding::Unbound);
+        if is_unbound || lights.tasks().all(|other| other != task) {
+            continue;
+        }
+        let published = seconds_text(MonoTime::ZERO.after(survey.published[index]));
+        let whole = seconds_text(replay.now().mono);
+        report.line("report", &format!("{} would be published for {published} of {whole}", task.name()));
+        let faults = survey.faults.iter().filter(|((of, _), _)| *of == index);
+        for ((_, fault), FaultSurvey { count, total, first }) in faults {
+            let kind = match fault {
+                FaultKind::Unknown => "unknown",
+                FaultKind::Invalid => "invalid",
+                FaultKind::HardwareFault => "hardware fault",
+            };
+            let total = seconds_text(MonoTime::ZERO.after(*total));
+            let (name, seen, first_at) = (task.name(), times(*count), seconds_text(*first));
+            let text = format!("{name} {kind} {seen}, {total} in all, first at {first_at}");
+            // Nothing is known before the first frame; that alone is not a finding.
+            let start_only = *fault == FaultKind::Unknown
+                && *count == 1
+                && *first == survey.start
+                && survey.published[index] > Duration::ZERO;
+            if start_only { report.line("", &text) } else { report.find(Severity::Warning, text) }
+        }
+    }
+}
+
+/// Text for the lines of a recording that cannot be read, with number and fault of the first.
+pub fn bad_lines_text(count: u64, (line, reason): (u64, BadLine)) -> String {
+    format!("{} cannot be read; the first is line {line}: {reason}", counted(count, "line"))
+}
+
+/// What came instead of a message that never came: its identifier with another number of bits, or on another interface.
+fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> String {
+    let other_kind = match message.id {
+        CanId::Standard(id) => (CanId::extended(id.into()), 29),
+        CanId::Extended(id) => (CanId::standard(id), 11),
+    };
+    let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
+    let same = replay.seen_on(message.id).map(|seen| (seen, message.id, String::new()));
+    let other = other_kind.0.into_iter().flat_map(|id| replay.seen_on(id).map(move |seen| (seen, id)));
+    let other = other.map(|(seen, id)| (seen, id, format!(" with {} bits", other_kind.1)));
+    let instead = same.chain(other).map(|((interface, count), id, bits)| {
+        let frames = counted(count, "frame");
+        match replay.bus_of(interface) {
+            Some(known) if known == message.bus => format!(", but {frames} of {id}{bits} came"),
+            _ => format!(", but {frames} of {id}{bits} came on {interface} (--map {interface}={bus})"),
+        }
+    });
+    instead.collect()
+}
+
+/// Reports the integrity checks of a message's frames. The first frame of a counter cannot be checked, also after
+/// a silence; that is not a finding.
+fn integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
+    let reasons: Vec<_> = counts
+        .by_reason()
+        .into_iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(reason, count)| format!("{count} {reason}"))
+        .collect();
+    let (trusted, lost, rejected) = (counts.trusted, counts.lost, counts.rejected());
+    let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
+    let text = format!("{name}: {trusted} trusted, {rejected} rejected{why}, {lost} lost by the counter");
+    if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", &text) }
+}
+
+/// Seconds with three decimals.
+fn seconds_text(at: MonoTime) -> String {
+    let millis = at.as_nanos() / 1_000_000;
+    format!("{}.{:03} s", millis / 1000, millis % 1000)
+}

@@ -1,0 +1,232 @@
+//! Recordings of a few frames, and what the survey reports of them.
+
+use std::path::Path;
+
+use super::*;
+use crate::check::Layout;
+use crate::config::files::{DEMO_CONFIG, Disk, Embedded};
+use crate::config::{Overrides, load, load_profile};
+use crate::core::plausibility::finding::Severity;
+use crate::io::can::log::Log;
+use crate::replay::Routes;
+
+/// Number of findings from warnings up.
+fn concerns(report: &Report) -> usize {
+    report.count(Severity::Warning) + report.count(Severity::Error)
+}
+
+fn survey(text: &str) -> Report {
+    survey_of(&load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap(), text)
+}
+
+fn survey_of(settings: &Settings, text: &str) -> Report {
+    let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
+    let routes = Routes::by_interface(&settings.gateway);
+    let replay = Replay::surveying(settings.gateway.clone(), log, routes).unwrap();
+    let (report, outcome) = recording(settings, replay);
+    outcome.unwrap();
+    report
+}
+
+#[test]
+fn waiting_for_the_first_frame_is_not_a_warning() {
+    let both = "(1.3) can0 2A5#0000000000000000\n(1.3) can0 2C1#0000000000000000\n(1.5) can0 111#\n";
+    for before in ["", "(1.0) can9 111#00\n", "(1.0) can0 111#00\n"] {
+        let report = survey(&format!("{before}{both}"));
+        assert_eq!(concerns(&report), 1, "only that nothing is on: {}", report.text(Layout::default()));
+    }
+}
+
+#[test]
+fn the_time_until_the_first_frame_counts_as_unknown() {
+    let report = survey("(1.0) can0 111#00\n(1.3) can0 2A5#0000000000000000\n(1.4) can0 2A5#00\n");
+    assert!(
+        report.text(Layout::default()).contains("turn_indicators unknown once, 0.300 s in all"),
+        "{}",
+        report.text(Layout::default())
+    );
+    assert!(
+        report.text(Layout::default()).contains("turn_indicators would be published for 0.100 s of 0.400 s")
+    );
+}
+
+/// The Volvo's two bits of counter, and 20 ms between frames.
+fn volvo(counters: &[u8]) -> (Settings, Report) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/volvo_s60_2002.toml");
+    let settings = load_profile(&Disk, &path).unwrap();
+    let line = |(at, counter): (usize, &u8)| {
+        format!("(1.{:03}) can0 0261300A#{:02X}00000000000000\n", at * 20, counter << 6)
+    };
+    let text: String = counters.iter().enumerate().map(line).collect();
+    let report = survey_of(&settings, &text);
+    (settings, report)
+}
+
+#[test]
+fn rejected_frames_are_a_warning_unless_they_are_the_first() {
+    let (settings, report) = volvo(&[0, 1, 2, 3, 0]);
+    let text = "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, no counter before it)";
+    assert!(report.text(Layout::default()).contains(text), "{}", report.text(Layout::default()));
+    assert_eq!(concerns(&report), 1, "only that nothing is on: {}", report.text(Layout::default()));
+    let (_, report) = volvo(&[0, 1, 3, 3, 0, 1, 2]);
+    let text = "warning    Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, no counter before it, \
+                1 repeated counter, 1 counter not in sequence for long enough), 1 lost by the counter";
+    assert!(report.text(Layout::default()).contains(text), "{}", report.text(Layout::default()));
+    assert_eq!(concerns(&report), 2, "{}", report.text(Layout::default()));
+    let text = super::super::binding(&settings).text(Layout::default());
+    assert!(text.contains("integrity check: a counter of 0 to 3 in steps of at most 2"), "{text}");
+}
+
+#[test]
+fn a_message_that_is_missing_while_others_come_is_told_from_a_silent_bus() {
+    let before = "(1.0) can0 2A5#0000000000000000\n(1.0) can0 2C1#0000000000000000\n";
+    let between = "(1.5) can0 111#00\n";
+    let after = "(2.0) can0 2A5#0000000000000000\n";
+    let text = survey(&format!("{before}{between}{after}")).text(Layout::default());
+    let missing = "BCM_TurnIndicators was missing for longer than its limit once";
+    assert!(text.contains(&format!("warning    {missing}, while other frames came on can0\n")), "{text}");
+    let text = survey(&format!("{before}{after}")).text(Layout::default());
+    assert!(text.contains(&format!("warning    {missing}, and so was everything else on can0\n")), "{text}");
+}
+
+#[test]
+fn error_frames_are_listed_by_class() {
+    let text = survey(
+        "(1.0) can0 2A5#0000000000000000\n(1.1) can0 20000204#0008000000006000\n(1.2) can0 20000088#0000000000000000\n\
+         (1.3) can0 20000008#0000000000000000\n(1.4) can9 20000088#0000000000000000\n",
+    )
+    .text(Layout::default());
+    let line = "warning    can0: 3 error frames, first at 0.100 s: controller once, protocol 2 times, bus-error once\n";
+    assert!(text.contains(line), "{text}");
+}
+
+#[test]
+fn a_message_that_came_otherwise_is_said() {
+    let text =
+        survey("(1.0) can0 000002A5#00\n(1.1) can1 2C1#00\n(1.2) can0 000002A5#00\n").text(Layout::default());
+    for line in [
+        "warning    BCM_TurnIndicators (2A5) was never received on can0, but 2 frames of 000002A5 with 29 bits came\n",
+        "warning    BCM_Hazard (2C1) was never received on can0, but 1 frame of 2C1 came on can1 (--map can1=body)\n",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+}
+
+#[test]
+fn undefined_values_and_silences_are_warnings() {
+    let report = survey("(1.0) can0 2A5#0000000000000000\n(2.0) can0 2A5#00000A0000000000\n");
+    for concern in [
+        "note       BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: once, first at 1.000 s",
+        "warning    BCM_TurnIndicators was missing for longer than its limit once, and so was everything else on can0",
+        "warning    BCM_Hazard (2C1) was never received on can0",
+        "warning    turn_indicators invalid once, 0.000 s in all, first at 1.000 s",
+    ] {
+        assert!(
+            report.text(Layout::default()).contains(concern),
+            "{concern}\n{}",
+            report.text(Layout::default())
+        );
+    }
+}
+
+/// A car with a counter and a checksum that its profile does not use.
+const CAR: [(&str, &str); 2] = [
+    (
+        "car.toml",
+        "name = \"Car\"\n[bus.body]\ndbc = \"car.dbc\"\n[turn]\nsignal = \"LIGHTS.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
+         [hazard]\nfrom = \"unbound\"\n",
+    ),
+    (
+        "car.dbc",
+        "VERSION \"\"\nBO_ 193 LIGHTS: 4 X\n SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X\n SG_ COUNTER : 8|4@1+ (1,0) [0|15] \"\" X\n \
+         SG_ CHECKSUM : 24|8@1+ (1,0) [0|255] \"\" X\nBA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\n\
+         BA_ \"GenMsgCycleTime\" BO_ 193 100;\nVAL_ 193 TURN 0 \"Off\" 1 \"Right\" 2 \"Left\" ;\n",
+    ),
+];
+
+struct Car;
+
+impl crate::config::files::Files for Car {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let found = CAR.iter().find(|(name, _)| Some(*name) == path.to_str());
+        found.map(|(_, text)| text.as_bytes().to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+/// Frames of the car: milliseconds, and the turn signal's raw value.
+fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> Report {
+    let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
+    let mut text = String::new();
+    for (index, (ms, turn)) in frames.into_iter().enumerate() {
+        let counter = u8::try_from(index % 16).unwrap();
+        let sum = turn.wrapping_add(counter);
+        let data = format!("{turn:02X}{counter:02X}00{sum:02X}00000000");
+        text += &format!("({}.{:03}) can0 0C1#{}\n", 1 + ms / 1000, ms % 1000, &data[..2 * length]);
+    }
+    survey_of(&settings, &text)
+}
+
+/// Every 100 ms for so long, with the value at the time.
+fn each_100_ms(until_ms: u64, turn: impl Fn(u64) -> u8) -> Vec<(u64, u8)> {
+    (0..until_ms).step_by(100).map(|ms| (ms, turn(ms))).collect()
+}
+
+#[test]
+fn unused_counters_and_checksums_are_proposed_and_sides_that_look_swapped_are_found() {
+    let report = car(each_100_ms(20_000, |ms| [0, 1, 0, 2][usize::try_from(ms / 3_000 % 4).unwrap()]), 4);
+    let expected = "[message.LIGHTS]\ncounter = { signal = \"COUNTER\", max_step = 4 }\n\
+                    checksum = { kind = \"sum8\", signal = \"CHECKSUM\" }\n";
+    assert_eq!(report.patch(), expected, "{}", report.text(Layout::default()));
+    assert_eq!(concerns(&report), 2, "{}", report.text(Layout::default()));
+    let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
+    let text = super::super::binding(&settings).text(Layout::default());
+    assert!(
+        text.contains("turn       LIGHTS.TURN: 0 off, 1 left (\"Right\"), 2 right (\"Left\"); anything"),
+        "{text}"
+    );
+    assert!(
+        text.contains("warning    LIGHTS.TURN: 1 is turn left in the profile and \"Right\" in the DBC"),
+        "{text}"
+    );
+}
+
+#[test]
+fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
+    let weights = |report: &Report, text: &str| {
+        let found = report.findings().into_iter().find(|finding| finding.text.contains(text));
+        found.map(|finding| finding.severity)
+    };
+    for (report, text, severity) in [
+        (
+            car(each_100_ms(5_000, |_| 0), 3),
+            "50 of 50 frames with another length: 3 bytes, not 4",
+            Severity::Error,
+        ),
+        (
+            car((0..40).map(|index| (index * 20, u8::from(index % 2 == 0))), 4),
+            "no driver and no lamp",
+            Severity::Error,
+        ),
+        (car(each_100_ms(9_000, |ms| u8::from(ms / 300 % 2 == 0)), 4), "kind = \"lamp\"", Severity::Warning),
+        (
+            car(each_100_ms(9_000, |ms| 1 + u8::from(ms / 300 % 2 == 0)), 4),
+            "from one side to the other",
+            Severity::Warning,
+        ),
+        (car(each_100_ms(5_000, |_| 3), 4), "50 frames of 50 with a value that", Severity::Error),
+        (
+            car((0..20).map(|index| (index * 300, 0)), 4),
+            "usually every 300 ms, by the DBC every 100 ms",
+            Severity::Warning,
+        ),
+        (car(each_100_ms(5_000, |_| 0), 4), "nothing but off was received", Severity::Warning),
+        (car(each_100_ms(5_000, |_| 2), 4), "the same state was on all the time", Severity::Warning),
+        (
+            car(each_100_ms(5_000, |ms| u8::from(ms > 3_000)), 4),
+            "right was never seen: record it",
+            Severity::Note,
+        ),
+    ] {
+        assert_eq!(weights(&report, text), Some(severity), "{text}\n{}", report.text(Layout::default()));
+    }
+}

@@ -1,0 +1,166 @@
+//! The evidence of all frames for one profile.
+
+use super::message::MessageEvidence;
+use super::states::{Shown, States};
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::link::BusIndex;
+use crate::core::dbc::model::Database;
+use crate::core::time::MonoTime;
+use crate::core::validation::meaning::Meaning;
+use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
+use crate::core::vehicle_lights::binding::{BothOn, HazardSource, LightsBinding, SidePair, TurnSource};
+use crate::core::vehicle_lights::stalk::StalkPosition;
+use crate::core::vehicle_lights::state::TurnCode;
+
+/// The evidence for a profile, frame by frame.
+#[derive(Debug, Clone)]
+pub struct ProfileEvidence {
+    lights: LightsBinding,
+    /// Messages of the lights, then those of V2I alone.
+    pub messages: Vec<MessageEvidence>,
+    /// States of each turn source, in the order of the binding.
+    pub turn: Vec<States>,
+    /// States of each hazard source, in the order of the binding; without frames where both turn sides show it.
+    pub hazard: Vec<States>,
+    /// Last raw value of each signal of the lights.
+    raw: Vec<Option<i128>>,
+    /// True if any bound signal had another raw value than 0.
+    pub has_nonzero: bool,
+}
+
+impl ProfileEvidence {
+    /// Without a frame; `databases` are those of the buses, in their order.
+    pub fn new(lights: &LightsBinding, v2i: &SignalTable, databases: &[&Database]) -> Self {
+        // A message with both is one message.
+        let others = v2i.messages.iter().filter(|message| !lights.table.messages.contains(message));
+        let messages = lights.table.messages.iter().chain(others).map(|bound| {
+            let database = databases.get(usize::from(bound.bus.0));
+            let of_database = |database: &&Database| {
+                database.messages.iter().find(|message| message.id == bound.id).cloned()
+            };
+            MessageEvidence::new(bound, database.and_then(of_database).as_ref())
+        });
+        Self {
+            messages: messages.collect(),
+            turn: vec![States::default(); lights.turn.sources().len()],
+            hazard: vec![States::default(); lights.hazard.sources().len()],
+            raw: vec![None; lights.table.signals.len()],
+            has_nonzero: false,
+            lights: lights.clone(),
+        }
+    }
+
+    /// The binding that the evidence is for.
+    pub fn lights(&self) -> &LightsBinding {
+        &self.lights
+    }
+
+    /// Buses and identifiers of the bound messages.
+    pub fn ids(&self) -> impl Iterator<Item = (BusIndex, CanId)> {
+        self.messages.iter().map(|message| (message.bound.bus, message.bound.id))
+    }
+
+    /// Takes the next frame of a bus; times never run backwards.
+    pub fn frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
+        let is_bound = |message: &MessageEvidence| {
+            message.bound.bus == bus
+                && message.bound.id == frame.id()
+                && message.bound.format.is_none_or(|format| format == frame.format())
+        };
+        let Some(position) = self.messages.iter().position(is_bound) else { return };
+        let is_usable = self.messages[position].frame(frame, now);
+        if !is_usable || position >= self.lights.table.messages.len() {
+            return;
+        }
+        let message = MessageIndex(position);
+        for (signal, raw) in self.lights.table.signals.iter().zip(&mut self.raw) {
+            if signal.message == message
+                && signal.codec.needed_length() <= frame.data().len()
+                && signal.codec.is_present(frame.padded())
+            {
+                let value = signal.codec.value(frame.padded());
+                self.has_nonzero |= value != 0;
+                *raw = Some(value);
+            }
+        }
+        let carries = |signal: SignalIndex| self.lights.table.signals[signal.0].message == message;
+        for (source, states) in self.lights.turn.sources().iter().zip(&mut self.turn) {
+            if source.source.signals().any(carries)
+                && let Some(shown) = turn_shown(&source.source, &self.raw)
+            {
+                states.frame(shown, now);
+            }
+        }
+        for (source, states) in self.lights.hazard.sources().iter().zip(&mut self.hazard) {
+            let shown = match &source.source {
+                HazardSource::BothSides => None,
+                HazardSource::Signal { role, .. } => {
+                    carries(role.signal).then(|| shown(role, &self.raw, |code| on_off(code.active))).flatten()
+                }
+                HazardSource::Button { role, .. } => {
+                    carries(role.signal).then(|| shown(role, &self.raw, on_off)).flatten()
+                }
+            };
+            if let Some(shown) = shown {
+                states.frame(shown, now);
+            }
+        }
+    }
+
+    /// True if any turn source has shown a state.
+    pub fn has_seen_turn(&self, state: TurnCode) -> bool {
+        self.turn.iter().any(|states| states.has_seen(state))
+    }
+
+    /// True if the hazard lights were on, or their button was pressed.
+    pub fn has_seen_hazard(&self) -> bool {
+        let has_both_sides = self
+            .lights
+            .hazard
+            .sources()
+            .iter()
+            .any(|source| matches!(source.source, HazardSource::BothSides));
+        self.hazard.iter().any(|states| states.has_seen(TurnCode::Both))
+            || has_both_sides && self.has_seen_turn(TurnCode::Both)
+    }
+}
+
+fn on_off(on: bool) -> TurnCode {
+    if on { TurnCode::Both } else { TurnCode::Off }
+}
+
+/// What a source shows; `None` until all of its signals were received.
+fn turn_shown(source: &TurnSource, raw: &[Option<i128>]) -> Option<Shown> {
+    match source {
+        TurnSource::Enumerated { role, .. } => shown(role, raw, |code| code),
+        TurnSource::Pair { pair, .. } | TurnSource::Lamps { pair, .. } => pair_shown(pair, raw),
+        TurnSource::Stalk { role, .. } => shown(role, raw, |position| match position {
+            StalkPosition::Idle => TurnCode::Off,
+            StalkPosition::LeftHalf | StalkPosition::LeftFull => TurnCode::Left,
+            StalkPosition::RightHalf | StalkPosition::RightFull => TurnCode::Right,
+        }),
+    }
+}
+
+fn pair_shown(pair: &SidePair, raw: &[Option<i128>]) -> Option<Shown> {
+    let sides = [&pair.left, &pair.right].map(|role| raw[role.signal.0].map(|raw| role.values.meaning(raw)));
+    let [Some(left), Some(right)] = sides else { return None };
+    Some(match (left, right) {
+        (Meaning::Defined(true), Meaning::Defined(true)) if pair.both == BothOn::Undefined => {
+            Shown::Undefined
+        }
+        (Meaning::Defined(left), Meaning::Defined(right)) => {
+            Shown::State(TurnCode::from_sides((left, right)))
+        }
+        (Meaning::Undefined, _) | (_, Meaning::Undefined) => Shown::Undefined,
+        _ => Shown::Unusable,
+    })
+}
+
+fn shown<T: Copy>(role: &Role<T>, raw: &[Option<i128>], state: impl Fn(T) -> TurnCode) -> Option<Shown> {
+    Some(match role.values.meaning(raw[role.signal.0]?) {
+        Meaning::Defined(value) => Shown::State(state(value)),
+        Meaning::Undefined => Shown::Undefined,
+        Meaning::NotAvailable | Meaning::Fault => Shown::Unusable,
+    })
+}

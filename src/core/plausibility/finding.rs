@@ -1,0 +1,246 @@
+//! What speaks against a profile, or is missing to judge it.
+
+use std::time::Duration;
+
+use super::evidence::ProfileEvidence;
+use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
+use super::states::{Implausible, States};
+use crate::core::validation::integrity::Protection;
+use crate::core::validation::integrity::search::FoundChecksum;
+use crate::core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSource};
+use crate::core::vehicle_lights::state::TurnCode;
+
+/// Weight of a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing; nothing is wrong.
+    Note,
+    /// To be looked at before the drive.
+    Warning,
+    /// The profile is not that of these frames, or cannot work.
+    Error,
+}
+
+/// A finding on a profile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// Its weight.
+    pub severity: Severity,
+    /// Its content.
+    pub kind: FindingKind,
+}
+
+/// A state that a recording should show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coverage {
+    /// Left indicators.
+    Left,
+    /// Right indicators.
+    Right,
+    /// Hazard lights.
+    Hazard,
+}
+
+/// The content of a finding. A message or source is given by its position.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FindingKind {
+    /// Not one message of the profile was received.
+    NoMessage,
+    /// Frames have another length than the DBC says.
+    WrongLength {
+        /// The message.
+        message: usize,
+        /// Number of these frames.
+        frames: u64,
+        /// Length of the first of them, bytes.
+        length: usize,
+    },
+    /// Frames come less often than the profile says.
+    TooSlow {
+        /// The message.
+        message: usize,
+        /// Usual gap between frames.
+        median: Duration,
+    },
+    /// Frames come at less than half of the period of the DBC.
+    Faster {
+        /// The message.
+        message: usize,
+        /// Usual gap between frames.
+        median: Duration,
+    },
+    /// Counter or checksum of the profile do not hold for most frames.
+    IntegrityFails {
+        /// The message.
+        message: usize,
+        /// Number of frames for which they do not hold.
+        frames: u64,
+    },
+    /// The DBC names a counter that holds and that the profile does not use.
+    UnusedCounter {
+        /// The message.
+        message: usize,
+        /// Name of the signal.
+        signal: String,
+        /// Number of frames that follow it.
+        frames: u64,
+        /// Largest step that a profile should tolerate.
+        max_step: u32,
+    },
+    /// The DBC names a checksum that holds and that the profile does not use.
+    UnusedChecksum {
+        /// The message.
+        message: usize,
+        /// Name of the signal.
+        signal: String,
+        /// Number of frames for which it holds.
+        frames: u64,
+        /// The rule.
+        found: FoundChecksum,
+    },
+    /// Values that the profile does not name.
+    Undefined {
+        /// The source.
+        source: Source,
+        /// Number of frames with such a value.
+        frames: u64,
+    },
+    /// Behaviour that no driver causes.
+    Implausible {
+        /// The source.
+        source: Source,
+        /// The behaviour.
+        behaviour: Implausible,
+        /// Number of changes.
+        changes: u64,
+    },
+    /// No state ever changed, so that the recording confirms nothing.
+    NothingChanged {
+        /// True if something was on all the time.
+        is_on: bool,
+    },
+    /// A state was never shown.
+    NeverOn(Coverage),
+}
+
+/// A source of the profile, by its position in the binding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// A source of the turn state.
+    Turn(usize),
+    /// A source of the hazard state.
+    Hazard(usize),
+}
+
+/// Every finding, by its weight, the heaviest first.
+pub fn findings(evidence: &ProfileEvidence) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if !evidence.messages.is_empty() && evidence.messages.iter().all(|message| message.frames == 0) {
+        findings.push(Finding { severity: Severity::Error, kind: FindingKind::NoMessage });
+    }
+    for (position, message) in evidence.messages.iter().enumerate() {
+        of_message(position, message, &mut findings);
+    }
+    for (position, (source, states)) in
+        evidence.lights().turn.sources().iter().zip(&evidence.turn).enumerate()
+    {
+        let is_lamp = matches!(source.source, TurnSource::Lamps { .. });
+        of_states(Source::Turn(position), states, is_lamp, &mut findings);
+    }
+    for (position, states) in evidence.hazard.iter().enumerate() {
+        of_states(Source::Hazard(position), states, false, &mut findings);
+    }
+    coverage(evidence, &mut findings);
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    findings
+}
+
+fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<Finding>) {
+    let mut push = |severity, kind| findings.push(Finding { severity, kind });
+    let (frames, length) = evidence.wrong_length;
+    if frames > 0 {
+        let severity = if frames * 2 > evidence.frames { Severity::Error } else { Severity::Warning };
+        push(severity, FindingKind::WrongLength { message, frames, length });
+    }
+    if let Some(median) = evidence.gaps.median() {
+        match evidence.rhythm() {
+            Rhythm::TooSlow if evidence.frames >= 3 => {
+                push(Severity::Warning, FindingKind::TooSlow { message, median });
+            }
+            Rhythm::Slower => push(Severity::Warning, FindingKind::TooSlow { message, median }),
+            Rhythm::Faster => push(Severity::Note, FindingKind::Faster { message, median }),
+            Rhythm::TooSlow | Rhythm::AsDescribed | Rhythm::Open => {}
+        }
+    }
+    if let Proof::Fails { frames } = evidence.proof() {
+        push(Severity::Error, FindingKind::IntegrityFails { message, frames });
+    }
+    if let Some((signal, frames, max_step)) = evidence.unused_counter() {
+        let signal = signal.to_owned();
+        push(Severity::Warning, FindingKind::UnusedCounter { message, signal, frames, max_step });
+    }
+    if let Some((signal, frames, found)) = evidence.unused_checksum() {
+        push(Severity::Warning, FindingKind::UnusedChecksum { message, signal, frames, found });
+    }
+}
+
+fn of_states(source: Source, states: &States, is_lamp: bool, findings: &mut Vec<Finding>) {
+    let frames = states.undefined();
+    if frames > 0 {
+        let severity = match frames {
+            1 => Severity::Note,
+            _ if frames >= MIN_FRAMES && frames * 2 > states.frames() => Severity::Error,
+            _ => Severity::Warning,
+        };
+        findings.push(Finding { severity, kind: FindingKind::Undefined { source, frames } });
+    }
+    if let Some(behaviour) = states.implausible(is_lamp) {
+        let changes = states.changes();
+        let severity = match behaviour {
+            Implausible::Flickers => Severity::Error,
+            Implausible::Flashes | Implausible::Crosses => Severity::Warning,
+        };
+        findings.push(Finding { severity, kind: FindingKind::Implausible { source, behaviour, changes } });
+    }
+}
+
+/// States that were never shown. A state that never changes confirms a profile only where a checksum does.
+fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
+    let lights = evidence.lights();
+    let mut push = |severity, kind| findings.push(Finding { severity, kind });
+    let is_proven = evidence.messages.iter().any(has_proven_checksum);
+    let has_turn = matches!(lights.turn, StateBinding::From(_));
+    let hazard_sources = lights.hazard.sources();
+    let can_show_hazard = hazard_sources.iter().any(|source| match source.source {
+        HazardSource::BothSides => lights.turn.sources().iter().any(|turn| turn.source.shows_both()),
+        HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
+    });
+    if evidence.messages.iter().all(|message| message.frames == 0) {
+        return;
+    }
+    let missing: Vec<_> = [
+        (has_turn && !evidence.has_seen_turn(TurnCode::Left), Coverage::Left),
+        (has_turn && !evidence.has_seen_turn(TurnCode::Right), Coverage::Right),
+        (can_show_hazard && !evidence.has_seen_hazard(), Coverage::Hazard),
+    ]
+    .into_iter()
+    .filter_map(|(is_missing, state)| is_missing.then_some(state))
+    .collect();
+    let has_changed = evidence.turn.iter().chain(&evidence.hazard).any(|states| states.changes() > 0);
+    if (has_turn || can_show_hazard) && !has_changed && !is_proven {
+        let expected = if has_turn { 2 } else { 0 } + usize::from(can_show_hazard);
+        let is_on = missing.len() < expected;
+        return push(Severity::Warning, FindingKind::NothingChanged { is_on });
+    }
+    for state in missing {
+        push(Severity::Note, FindingKind::NeverOn(state));
+    }
+}
+
+fn has_proven_checksum(message: &MessageEvidence) -> bool {
+    let has_rules = message.integrity().is_some_and(|(rules, _)| match &rules.protection {
+        Protection::Fields { checksum, .. } => checksum.is_some(),
+        Protection::E2e { .. } => true,
+    });
+    has_rules && matches!(message.proof(), Proof::Holds { .. })
+}

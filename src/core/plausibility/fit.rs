@@ -1,0 +1,166 @@
+//! How well a profile fits frames of an unknown vehicle.
+
+use std::time::Duration;
+
+use super::evidence::ProfileEvidence;
+use super::finding::{Finding, FindingKind, Severity, findings};
+use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
+use crate::core::can::frame::CanId;
+use crate::core::vehicle_lights::state::TurnCode;
+
+/// How sure a fit is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// Something contradicts the profile.
+    No,
+    /// Nothing contradicts it, and nothing in it is more than an identifier that other vehicles use as well.
+    Possible,
+    /// A rhythm, a rule or a behaviour of the profile holds.
+    Fits,
+}
+
+/// Something that speaks for a profile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Support {
+    /// Counter or checksum hold.
+    Integrity {
+        /// The message.
+        message: usize,
+        /// Number of frames for which they hold.
+        frames: u64,
+        /// True with a checksum.
+        checksum: bool,
+    },
+    /// A message has the period of the DBC.
+    Period {
+        /// The message.
+        message: usize,
+        /// Usual gap between frames.
+        median: Duration,
+    },
+    /// Identifiers of 29 bits are rarely shared by chance.
+    ExtendedIdentifier {
+        /// The message.
+        message: usize,
+    },
+    /// A side was on and off as a driver does it.
+    Sides {
+        /// True if left was on.
+        left: bool,
+        /// True if right was on.
+        right: bool,
+    },
+    /// All values are named by the profile, and not all of them are 0.
+    NamedValues,
+    /// A message that proves the bus alive was received.
+    Heartbeat {
+        /// The identifier.
+        id: CanId,
+    },
+}
+
+/// A profile against frames.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fit {
+    /// How sure it is.
+    pub verdict: Verdict,
+    /// Rank among profiles of the same verdict.
+    pub score: u32,
+    /// What speaks for it, the strongest first.
+    pub support: Vec<Support>,
+    /// What speaks against it.
+    pub against: Vec<Finding>,
+    /// Number of its messages that were received, and of all.
+    pub received: (usize, usize),
+}
+
+impl Support {
+    fn points(&self) -> u32 {
+        match self {
+            Self::Integrity { checksum: true, .. } => 60,
+            Self::Integrity { checksum: false, .. } => 30,
+            Self::Sides { left, right } => 10 * (u32::from(*left) + u32::from(*right)),
+            Self::Period { .. } | Self::ExtendedIdentifier { .. } => 10,
+            Self::Heartbeat { .. } => 6,
+            Self::NamedValues => 5,
+        }
+    }
+}
+
+/// Points from which a profile fits.
+const FITTING: u32 = 10;
+
+/// Judges a profile; `None` when none of its messages was received. `heartbeats` are the identifiers of further
+/// messages that its bus should carry and did.
+pub fn fit(evidence: &ProfileEvidence, heartbeats: &[CanId]) -> Option<Fit> {
+    let received = evidence.messages.iter().filter(|message| message.frames > 0).count();
+    if received == 0 {
+        return None;
+    }
+    let mut support: Vec<_> = evidence.messages.iter().enumerate().flat_map(of_message).collect();
+    support.extend(heartbeats.iter().map(|id| Support::Heartbeat { id: *id }));
+    let [left, right] = [TurnCode::Left, TurnCode::Right].map(|side| evidence.has_seen_turn(side));
+    let was_off = evidence.has_seen_turn(TurnCode::Off);
+    if was_off && (left || right) {
+        support.push(Support::Sides { left, right });
+    }
+    let undefined: u64 =
+        evidence.turn.iter().chain(&evidence.hazard).map(super::states::States::undefined).sum();
+    if evidence.has_nonzero && undefined == 0 {
+        support.push(Support::NamedValues);
+    }
+    support.sort_by_key(|support| std::cmp::Reverse(support.points()));
+    let against: Vec<_> = findings(evidence).into_iter().filter(speaks_against).collect();
+    let is_refuted = against.iter().any(|finding| finding.severity == Severity::Error)
+        || evidence.messages.iter().any(|message| {
+            let rhythm = message.rhythm();
+            matches!(rhythm, Rhythm::TooSlow | Rhythm::Slower)
+        });
+    let score: u32 = support.iter().map(Support::points).sum();
+    let is_whole = received == evidence.messages.len();
+    let verdict = if is_refuted {
+        Verdict::No
+    } else if is_whole && score >= FITTING {
+        Verdict::Fits
+    } else {
+        Verdict::Possible
+    };
+    // Each fault that does not refute it alone makes it less likely.
+    let faults = u32::try_from(against.len()).unwrap_or(u32::MAX);
+    let score = score.saturating_sub(faults.saturating_mul(3));
+    Some(Fit { verdict, score, support, against, received: (received, evidence.messages.len()) })
+}
+
+fn of_message((message, evidence): (usize, &MessageEvidence)) -> Vec<Support> {
+    let mut support = Vec::new();
+    if evidence.frames == 0 {
+        return support;
+    }
+    if let Proof::Holds { frames, checksum } = evidence.proof() {
+        support.push(Support::Integrity { message, frames, checksum });
+    }
+    if let (Rhythm::AsDescribed, Some(median)) = (evidence.rhythm(), evidence.gaps.median()) {
+        support.push(Support::Period { message, median });
+    }
+    if matches!(evidence.bound.id, CanId::Extended(_)) && evidence.frames >= MIN_FRAMES {
+        support.push(Support::ExtendedIdentifier { message });
+    }
+    support
+}
+
+/// True for a finding on the frames, not on what they do not show.
+fn speaks_against(finding: &Finding) -> bool {
+    match finding.kind {
+        FindingKind::WrongLength { .. }
+        | FindingKind::TooSlow { .. }
+        | FindingKind::IntegrityFails { .. }
+        | FindingKind::Implausible { .. }
+        | FindingKind::Undefined { .. }
+        | FindingKind::NoMessage => true,
+        FindingKind::Faster { .. }
+        | FindingKind::UnusedCounter { .. }
+        | FindingKind::UnusedChecksum { .. }
+        | FindingKind::NothingChanged { .. }
+        | FindingKind::NeverOn(_) => false,
+    }
+}

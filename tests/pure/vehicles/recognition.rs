@@ -1,0 +1,218 @@
+//! Every shipped profile on every public recording: which ones `identify` finds, and what `check` says of the right and the
+//! wrong ones. `docs/identify.md` has the table, made by
+//! `UPDATE_DOCS=1 cargo test --test pure vehicles::recognition`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use signal_gateway::check::identify::Identifier;
+use signal_gateway::check::{self, Report};
+use signal_gateway::core::can::link::BusIndex;
+use signal_gateway::core::plausibility::evidence::ProfileEvidence;
+use signal_gateway::core::plausibility::finding::{FindingKind, Severity, findings};
+use signal_gateway::core::plausibility::fit::Verdict;
+use signal_gateway::io::can::formats::Content;
+use signal_gateway::io::can::log::Log;
+use signal_gateway::replay::{Replay, Routes};
+
+use crate::pure::vehicles::{profile, profile_names, project};
+use crate::support::prerequisite::{require, shared_data};
+
+/// A public recording.
+struct Recording {
+    /// Its file among the shared data.
+    file: &'static str,
+    /// Where it was published, and the name that it has there.
+    public: &'static str,
+    /// The profiles of this vehicle, the best first. Others of the list bind the same bits of the same message.
+    right: &'static [&'static str],
+}
+
+const FORDS: &[&str] = &["ford_lincoln", "ford_fusion_2018"];
+
+const RECORDINGS: [Recording; 19] = [
+    recording(
+        "comma2k19-rav4-b0c9d232-seg40.candump.log.gz",
+        "comma2k19, segment 40 of a RAV4",
+        &["toyota_nodsu"],
+    ),
+    recording(
+        "css-truck-j1939-00000001.candump.log.gz",
+        "CSS Electronics, truck `00000001.MF4`",
+        &["j1939_truck"],
+    ),
+    recording("eld-camaro-engineon.log", "CANBUSlogs, `camaro/engineon.log`", &["gm_global_a"]),
+    recording(
+        "eld-civic-type-r-2019-turnonanddrive.log",
+        "CANBUSlogs, `civic 19 type r/turnonanddrive.log`",
+        &["honda_civic_hatchback_2017", "honda_civic_touring_2016"],
+    ),
+    recording("eld-durango-keyon.log", "CANBUSlogs, `durango/keyon.log`", &["chrysler_pacifica_2017"]),
+    recording("eld-gt350-2reverselog.trc", "CANBUSlogs, `gt350 can logs/2reverselog.trc`", FORDS),
+    recording(
+        "eld-gt350-engineoffthenonthenoff.log",
+        "CANBUSlogs, `gt350 can logs/engineoffthenonthenoff.log`",
+        FORDS,
+    ),
+    recording("eld-kona-turnonlog.log", "CANBUSlogs, `kona/turnonlog.log`", &["hyundai_kia"]),
+    recording("eld-subaru-va-cruise.log", "CANBUSlogs, `vabsubaru/cruise.log`", &["subaru_outback_2015"]),
+    recording(
+        "ford-falcon-fg-candump-2021-01-20_205722.log.gz",
+        "FG-Falcon, `candump-2021-01-20_205722.log`",
+        &["ford_falcon_fg"],
+    ),
+    recording("ford-mustang-s550.txt.gz", "parse_can_logs, `log Mustang S550.txt`", FORDS),
+    recording("hyundai-i30-serial.txt.gz", "nodejs-can-monitor, i30", &["hyundai_i30_2014"]),
+    recording(
+        "hyundai-kona-ev-2019-pcan-ccan-power-cycle.csv.gz",
+        "hyundai-kona-ev-can-logs, 230112-7",
+        &["hyundai_kia"],
+    ),
+    recording("icsim-sample-can.log", "ICSim, `sample-can.log`", &["acura_ilx_2016"]),
+    recording("remora-truck-engine-on.log", "remora_ctrl_proto, big truck, engine on", &[]),
+    recording("savvycan-BusMasterLog.log", "SavvyCAN, `BusMasterLog.log`", &["tesla_model_s_powertrain"]),
+    recording("savvycan-GVRET_Log.csv", "SavvyCAN, `GVRET_Log.csv`", &["tesla_model_s_powertrain"]),
+    recording("savvycan-candump.log", "SavvyCAN, `candump.log`", &["tesla_model_s_powertrain"]),
+    recording("volvo-s60-2002-key-steering.csv", "Volvo-V70-P2, S60 key and steering", &["volvo_s60_2002"]),
+];
+
+const fn recording(file: &'static str, public: &'static str, right: &'static [&'static str]) -> Recording {
+    Recording { file, public, right }
+}
+
+/// Name, interface and verdict of each candidate, the best first.
+type Candidates = Vec<(&'static str, String, Verdict)>;
+
+fn identify(path: &Path) -> Candidates {
+    let (mut log, mut identifier) = (Log::open(path).unwrap(), Identifier::new().unwrap());
+    while let Some(record) = log.next_record().unwrap() {
+        if let Content::Data(frame) = record.content {
+            identifier.frame(&log.interfaces()[record.interface.0], &frame, record.stamp);
+        }
+    }
+    let candidates = identifier.candidates().into_iter();
+    candidates.map(|found| (found.profile, found.interface.to_owned(), found.fit.verdict)).collect()
+}
+
+/// `check` of a profile with one bus on an interface of a recording.
+fn check(path: &Path, name: &str, interface: &str) -> Report {
+    let settings = profile(name);
+    let routes = Routes(vec![(interface.to_owned(), BusIndex(0))]);
+    let replay = Replay::surveying(settings.gateway.clone(), Log::open(path).unwrap(), routes).unwrap();
+    let (report, outcome) = check::recording(settings, replay);
+    outcome.unwrap();
+    report
+}
+
+fn counts(report: &Report) -> [usize; 3] {
+    [Severity::Error, Severity::Warning, Severity::Note].map(|severity| report.count(severity))
+}
+
+/// The weights of a report in the table.
+fn weights(report: &Report) -> String {
+    let [errors, warnings, _] = counts(report);
+    match (errors, warnings) {
+        (0, 0) => "0".to_owned(),
+        (0, warnings) => format!("{warnings} W"),
+        (errors, _) => format!("**{errors} E**"),
+    }
+}
+
+/// What must be so for a recording, and its row of the table.
+fn row(folder: &Path, recording: &Recording) -> String {
+    let path = folder.join("can-logs").join(recording.file);
+    let identified = identify(&path);
+    let possible: Vec<_> = identified.iter().filter(|(_, _, verdict)| *verdict > Verdict::No).collect();
+    match (possible.first(), recording.right.first()) {
+        (Some((name, _, Verdict::Fits)), Some(right)) => assert_eq!(name, right, "{}", recording.file),
+        (None, None) => {}
+        (best, right) => panic!("{}: {best:?} instead of {right:?}", recording.file),
+    }
+    let first_three: Vec<_> = possible
+        .iter()
+        .take(3)
+        .map(
+            |(name, _, verdict)| {
+                if *verdict == Verdict::Fits { format!("**{name}**") } else { (*name).to_owned() }
+            },
+        )
+        .collect();
+    let (mut right, mut wrong) = (Vec::new(), Vec::new());
+    for (name, interface, _) in &identified {
+        let report = check(&path, name, interface);
+        let [errors, warnings, _] = counts(&report);
+        let cell = format!("{name}: {}", weights(&report));
+        if recording.right.contains(name) {
+            let text = report.text(check::Layout::default());
+            assert_eq!(errors, 0, "{}: {name} is right\n{text}", recording.file);
+            right.push(cell);
+        } else {
+            assert!(errors + warnings > 0, "{}: {name} is wrong and passes", recording.file);
+            wrong.push(cell);
+        }
+    }
+    let list = |items: &[String]| if items.is_empty() { "–".to_owned() } else { items.join("<br>") };
+    let first_three = if first_three.is_empty() { "none".to_owned() } else { first_three.join(", ") };
+    format!("| {} | {first_three} | {} | {} |\n", recording.public, list(&right), list(&wrong))
+}
+
+/// The table in the document.
+fn table_in(text: &str) -> Option<(&str, &str, &str)> {
+    let (before, rest) = text.split_once("<!-- recordings -->\n")?;
+    let (table, after) = rest.split_once("<!-- end of recordings -->")?;
+    Some((before, table, after))
+}
+
+#[test]
+fn small_recordings_are_identified() {
+    let folder = require!(shared_data());
+    let is_small = |recording: &&Recording| {
+        ["eld-gt350-2reverselog.trc", "icsim-sample-can.log", "remora-truck-engine-on.log"]
+            .contains(&recording.file)
+    };
+    for recording in RECORDINGS.iter().filter(is_small) {
+        row(&folder, recording);
+    }
+}
+
+/// So that the table needs the profiles alone of which a message came.
+#[test]
+fn a_profile_of_which_no_message_came_is_an_error() {
+    for name in profile_names() {
+        let settings = profile(&name);
+        let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
+        let gateway = &settings.gateway;
+        let evidence = ProfileEvidence::new(&gateway.lights, &gateway.v2i.table, &databases);
+        let findings = findings(&evidence);
+        assert!(
+            findings.iter().any(|finding| finding.kind == FindingKind::NoMessage),
+            "{name}: {findings:?}"
+        );
+        assert_eq!(findings[0].severity, Severity::Error, "{name}");
+    }
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn the_right_profile_is_first_and_no_wrong_one_passes_a_check() {
+        let folder = require!(shared_data());
+        let mut table =
+            "| recording | identify | check, right profile | check, other profiles of which a message came |\n\
+             |---|---|---|---|\n"
+                .to_owned();
+        for recording in &RECORDINGS {
+            let _ = write!(table, "{}", row(&folder, recording));
+        }
+        let path: PathBuf = project().join("docs/identify.md");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let (before, shown, after) = table_in(&text).expect("docs/identify.md has a place for the table");
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            let text = format!("{before}<!-- recordings -->\n{table}<!-- end of recordings -->{after}");
+            std::fs::write(&path, text).unwrap();
+        } else {
+            assert_eq!(shown, table, "renew it: UPDATE_DOCS=1 cargo test --test pure vehicles::recognition");
+        }
+    }
+}
