@@ -5,8 +5,8 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::messages::{
-    ControlModeReport, HazardLightsCommand, LaneletRoute, Odometry, OperationModeState, PathWithLaneId,
-    PlanningFactorArray, Scenario, Text, TrafficLightGroupArray, TurnIndicatorsCommand,
+    Clock, ControlModeReport, HazardLightsCommand, LaneletRoute, Odometry, OperationModeState,
+    PathWithLaneId, PlanningFactorArray, Scenario, Text, TrafficLightGroupArray, TurnIndicatorsCommand,
 };
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
@@ -54,6 +54,8 @@ pub fn read(
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
         SubscriptionKind::Groups(store) => bytes.whole::<TrafficLightGroupArray>()?.for_store(store).into(),
+        SubscriptionKind::Camera => bytes.whole::<TrafficLightGroupArray>()?.for_arbiter().into(),
+        SubscriptionKind::Clock => TrafficLightInput::Clock(bytes.whole::<Clock>()?.clock.into()).into(),
         SubscriptionKind::Command => TrafficLightInput::Command(bytes.whole::<Text>()?.data).into(),
         SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
         SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),
