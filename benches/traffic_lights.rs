@@ -219,11 +219,10 @@ fn share_of_a_core(lights: usize, load_of: Load) -> f64 {
     let phases = PHASES.map(|(_, seconds)| Duration::from_secs(seconds) * load_of.slower);
     let cycle = CYCLE * load_of.slower.min(10);
     let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
+    let apart = cycle / u32::try_from(lights / LIGHTS_PER_CROSSING).unwrap();
     settings.traffic_lights = Some(FlowSettings {
-        lights: self::settings(lights, phases, cycle / u32::try_from(lights / LIGHTS_PER_CROSSING).unwrap()),
-        camera_faults: None,
-        v2i_faults: None,
         arbiter: load_of.arbiter.then(ArbiterSettings::default),
+        ..FlowSettings::new(self::settings(lights, phases, apart))
     });
     let mut gateway = Gateway::new(settings, LinkState::Up, at(MonoTime::ZERO));
     let mut due = MonoTime::ZERO;
@@ -340,6 +339,7 @@ fn lights_type(topic: LightsTopic) -> LightsType {
         LightsTopic::GroundTruth => LightsType::ArrayV1,
         LightsTopic::Camera | LightsTopic::V2i | LightsTopic::Arbiter => LightsType::GroupArray,
         LightsTopic::Markers => LightsType::MarkerArray,
+        LightsTopic::Clock => LightsType::Clock,
     }
 }
 

@@ -59,7 +59,8 @@ is shown for twice its longest cycle, or until 5 s after the last time a trigger
 minute.
 
 The exit code is 5 when the scenario ends with exitFailure or cannot be carried out, and 6 when its
-verdict is not known, because an event that would end it needs what is not interpreted here.";
+verdict is not known, because an event that could have ended it otherwise needs what is not
+interpreted here.";
 
 #[derive(Debug, Args)]
 pub(super) struct LightsArgs {
@@ -133,7 +134,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     };
     let file = scenario::read(&Disk, &args.scenario, options)?;
     let map = Arc::new(light_map(args, &file)?);
-    let left_out_verdict = file.left_out_verdict.clone();
+    let uncertain_ends = file.uncertain_ends.clone();
     let unknown = file.check_against(&map, args.compat);
     if !unknown.is_empty() {
         return Err(Refused(unknown).into());
@@ -166,20 +167,31 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let until = MonoTime::ZERO.after(span.until);
     let open_end = run.verdict().is_none().then(|| writer.until(until, span.why)).flatten();
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    for (store, id, at) in run.contradictions() {
+        let seconds = Duration::from_nanos(at.as_nanos()).as_secs_f64();
+        say(&format!("warning: {id} {} shows red and green from {seconds:.3} s", store.name()));
+    }
     let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
-    let undecided = left_out_verdict.filter(|_| !has_failed);
-    if let Some(event) = &undecided {
-        writeln!(out, "{}", writer.undecided(run.at().min(until), event))?;
+    // The same verdict at another time is the same verdict.
+    let decided = match run.verdict() {
+        Some(ScenarioOutcome::Success) => Some(true),
+        Some(ScenarioOutcome::Failure) => Some(false),
+        Some(ScenarioOutcome::Stopped | ScenarioOutcome::Fault(_)) | None => None,
+    };
+    let undecided = uncertain_ends.iter().find(|end| Some(end.success) != decided);
+    let undecided = undecided.filter(|_| !matches!(run.verdict(), Some(ScenarioOutcome::Fault(_))));
+    if let Some(end) = undecided {
+        writeln!(out, "{}", writer.undecided(run.at().min(until), &end.event))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
         let end = if run.verdict().is_some() { run.at() } else { until };
         draw(path, &chart.chart(file_name(&args.scenario), subtitle(args), end, run.scenario()))?;
     }
-    Ok(if has_failed {
-        ExitCode::from(5)
-    } else if undecided.is_some() {
+    Ok(if undecided.is_some() {
         ExitCode::from(6)
+    } else if has_failed {
+        ExitCode::from(5)
     } else {
         ExitCode::SUCCESS
     })

@@ -18,6 +18,9 @@ use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
 use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
 
+/// The topic of a simulator's clock; ROS knows it by this name only.
+const CLOCK_TOPIC: &str = "/clock";
+
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
 pub struct Publisher {
@@ -198,10 +201,12 @@ fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     let topics = &settings.light_topics;
     let states =
         topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
+    let camera = topics.camera.iter().map(|name| Subscription::new(name, SubscriptionKind::Camera));
+    let clock = topics.use_sim_time.then(|| Subscription::new(CLOCK_TOPIC, SubscriptionKind::Clock));
     let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
     let decider = settings.turn_signal.iter().filter(|decider| decider.runs).flat_map(decider_subscriptions);
     let vehicle = settings.command.iter().flat_map(command_subscriptions);
-    states.chain(commands).chain(decider).chain(vehicle).collect()
+    states.chain(camera).chain(clock).chain(commands).chain(decider).chain(vehicle).collect()
 }
 
 /// Commands for the vehicle. The turn command is our own decider's where that is the source.

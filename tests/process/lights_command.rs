@@ -359,7 +359,7 @@ fn commands_of_the_documentation_are_commands() {
     let commands: Vec<_> = rows
         .flat_map(|row| row.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>())
         .collect();
-    assert_eq!(commands.len(), 9);
+    assert_eq!(commands.len(), 11);
     let stop = Phase { name: "stop".to_owned(), duration: None, entries: Vec::new() };
     let main = Controller { name: "main road".to_owned(), reference: None, phases: vec![stop] };
     for command in commands {
@@ -476,4 +476,24 @@ fn a_verdict_that_cannot_be_decided_is_said_in_text_json_and_exit_code() {
     let last: Value =
         serde_json::from_str(String::from_utf8(json.stdout).unwrap().lines().last().unwrap()).unwrap();
     assert_eq!((json.status.code(), &last["events"][0]["verdict"]), (Some(6), &json!("undecided")));
+}
+
+#[test]
+fn a_timeout_is_no_failure_when_the_success_before_it_was_left_out() {
+    let event = |command: &str, condition: &str| {
+        format!(
+            "<Event name='e'><Action name='x'><UserDefinedAction><CustomCommandAction type='{command}'/></UserDefinedAction>\
+             </Action><StartTrigger><ConditionGroup><Condition>{condition}</Condition></ConditionGroup></StartTrigger></Event>"
+        )
+    };
+    let timeout =
+        "<ByValueCondition><SimulationTimeCondition value='2' rule='greaterThan'/></ByValueCondition>";
+    for (before, code) in [("exitSuccess", 6), ("exitFailure", 5)] {
+        let events = event(before, "<ByEntityCondition/>") + &event("exitFailure", timeout);
+        let text = format!(
+            "<OpenSCENARIO><Storyboard><Story><Act><ManeuverGroup><Maneuver>{events}</Maneuver></ManeuverGroup></Act></Story>\
+             </Storyboard></OpenSCENARIO>"
+        );
+        assert_eq!(Bench::new("s.xosc", &text).run(&["--without-map"]).status.code(), Some(code), "{before}");
+    }
 }

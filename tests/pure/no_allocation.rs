@@ -238,10 +238,8 @@ fn ten_thousand_lights() -> LightsSettings {
 fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
     let mut settings = demo().gateway;
     settings.traffic_lights = Some(FlowSettings {
-        lights: ten_thousand_lights(),
-        camera_faults: None,
-        v2i_faults: None,
         arbiter: Some(ArbiterSettings::default()),
+        ..FlowSettings::new(ten_thousand_lights())
     });
     let period = settings.diagnostics_period;
     let now = |mono| Now { mono, wall: WallStamp::default() };

@@ -23,12 +23,21 @@ pub struct ScenarioFile {
     pub map: Option<PathBuf>,
     /// Groups instead of a map; bench format only.
     pub groups: Vec<GroupEntry>,
-    /// Name of the first event that was left out although it would end the scenario: its verdict is then not known.
-    pub left_out_verdict: Option<String>,
+    /// Ends of the scenario that could come earlier than they do, since their triggers are not interpreted as a whole.
+    pub uncertain_ends: Vec<UncertainEnd>,
     /// Parts that are not about traffic lights, in the order of the file.
     pub not_interpreted: Vec<NotInterpreted>,
     /// Every id that it names, for [`ScenarioFile::check_against`].
     pub ids: Vec<UsedId>,
+}
+
+/// An event that ends the scenario and was left out, or of whose trigger a group of conditions was.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UncertainEnd {
+    /// Name of the event, or its path.
+    pub event: String,
+    /// `true` for `exitSuccess`, `false` for `exitFailure`.
+    pub success: bool,
 }
 
 /// A part of the file that has no effect.

@@ -16,7 +16,7 @@ use std::path::Path;
 
 pub use crate::config::reading::location::SourceLocation;
 pub use bulb_order::BulbOrder;
-pub use file::{NotInterpreted, ScenarioFile, UsedId};
+pub use file::{NotInterpreted, ScenarioFile, UncertainEnd, UsedId};
 pub use reader::ReadOptions;
 
 use crate::config::built_in::BuiltIn;

@@ -21,6 +21,8 @@ pub enum LightsType {
     GroupArray,
     /// `visualization_msgs/msg/MarkerArray`, for [`Content::Markers`](super::emission::Content::Markers).
     MarkerArray,
+    /// `rosgraph_msgs/msg/Clock`, for [`Content::Clock`](super::emission::Content::Clock).
+    Clock,
 }
 
 /// The generation of Autoware that a configuration names, for example `awf/universe/20240605`.

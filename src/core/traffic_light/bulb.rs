@@ -181,6 +181,14 @@ impl BulbSet {
         self.0.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
+    /// Returns whether a red and a green circle are lit. A red circle with a green arrow is usual.
+    pub fn is_contradictory(self) -> bool {
+        let shows = |color| {
+            self.iter().any(|bulb| bulb.color == color && bulb.shape == Shape::Circle && bulb.status.is_lit())
+        };
+        shows(Color::Red) && shows(Color::Green)
+    }
+
     /// The bulbs in the order of their keys.
     pub fn iter(&self) -> impl Iterator<Item = Bulb> + use<> {
         let mut words = self.0;

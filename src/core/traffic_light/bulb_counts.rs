@@ -11,6 +11,8 @@ pub(super) struct BulbCounts {
     pub(super) dark: u32,
     /// Lights with a colour or status that was not recognised.
     pub(super) unknown: u32,
+    /// Lights that show red and green at once.
+    pub(super) contradictory: u32,
 }
 
 impl BulbCounts {
@@ -20,7 +22,12 @@ impl BulbCounts {
         let is_lit = bulbs.iter().any(|bulb| bulb.status.is_lit());
         let is_unknown =
             bulbs.iter().any(|bulb| bulb.color == Color::Unknown || bulb.status == Status::Unknown);
-        Self { lights: 1, dark: u32::from(!is_lit), unknown: u32::from(is_unknown) }
+        Self {
+            lights: 1,
+            dark: u32::from(!is_lit),
+            unknown: u32::from(is_unknown),
+            contradictory: u32::from(bulbs.is_contradictory()),
+        }
     }
 
     /// Records that one of these lights changed.
@@ -33,5 +40,6 @@ impl BulbCounts {
         self.lights = self.lights + to.lights - from.lights;
         self.dark = self.dark + to.dark - from.dark;
         self.unknown = self.unknown + to.unknown - from.unknown;
+        self.contradictory = self.contradictory + to.contradictory - from.contradictory;
     }
 }

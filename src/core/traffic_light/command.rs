@@ -148,6 +148,8 @@ pub fn parse_command(
         (Command::Clear, [target]) => Ok(Action::Clear { target: Target::parse(target)? }),
         (Command::SetV2iState, [id, state]) => set_v2i_state(id, state, None, quirks),
         (Command::SetV2iState, [id, state, rate]) => set_v2i_state(id, state, Some(rate), quirks),
+        (Command::SetV2iRate, [rate]) => Ok(Action::SetV2iRate { rate_hz: rate_in(rate)? }),
+        (Command::SetGroundTruthRate, [rate]) => Ok(Action::SetGroundTruthRate { rate_hz: rate_in(rate)? }),
         (Command::EnableV2i, [_, ..]) => Ok(Action::EnableV2i { ids: ids(&arguments)? }),
         (Command::DisableV2i, [_, ..]) => Ok(Action::DisableV2i { ids: ids(&arguments)? }),
         (Command::SetConfidence, [target, confidence]) => set_confidence(target, confidence, quirks),
@@ -156,7 +158,7 @@ pub fn parse_command(
         (Command::SetState | Command::EnterPhase | Command::SetConfidence, _) => Err(count("2 arguments")),
         (Command::SetV2iState, _) => Err(count("2 or 3 arguments")),
         (Command::EnableV2i | Command::DisableV2i, _) => Err(count("at least 1 argument")),
-        (Command::Clear, _) => Err(count("1 argument")),
+        (Command::Clear | Command::SetV2iRate | Command::SetGroundTruthRate, _) => Err(count("1 argument")),
         (Command::ExitSuccess | Command::ExitFailure, _) => Err(count("no arguments")),
     }
 }
@@ -167,6 +169,8 @@ enum Command {
     EnterPhase,
     Clear,
     SetV2iState,
+    SetV2iRate,
+    SetGroundTruthRate,
     EnableV2i,
     DisableV2i,
     SetConfidence,
@@ -174,11 +178,13 @@ enum Command {
     ExitFailure,
 }
 
-const COMMANDS: [(&str, Command); 9] = [
+const COMMANDS: [(&str, Command); 11] = [
     ("TrafficSignalStateAction", Command::SetState),
     ("TrafficSignalControllerAction", Command::EnterPhase),
     ("ClearTrafficSignal", Command::Clear),
     ("V2ITrafficSignalStateAction", Command::SetV2iState),
+    ("SetV2IRate", Command::SetV2iRate),
+    ("SetGroundTruthRate", Command::SetGroundTruthRate),
     ("EnableTrafficSignalV2IFeatureAction@v1", Command::EnableV2i),
     ("DisableTrafficSignalV2IFeatureAction@v1", Command::DisableV2i),
     ("PseudoTrafficSignalDetectorConfidenceSetAction@v1", Command::SetConfidence),
@@ -203,11 +209,12 @@ fn set_v2i_state(
     quirks: UpstreamQuirks,
 ) -> Result<Action, CommandError> {
     let (id, state) = (parse_id(id)?, state_for(StoreId::V2I, state, quirks)?);
-    let number = |rate: &str| {
-        let number = rate.parse().ok().filter(|rate| RATES_HZ.contains(rate));
-        number.ok_or_else(|| CommandError::Rate(printable(rate)))
-    };
-    Ok(Action::SetV2iState { id, state, rate_hz: rate.map(number).transpose()? })
+    Ok(Action::SetV2iState { id, state, rate_hz: rate.map(rate_in).transpose()? })
+}
+
+fn rate_in(text: &str) -> Result<f64, CommandError> {
+    let rate = text.parse().ok().filter(|rate| RATES_HZ.contains(rate));
+    rate.ok_or_else(|| CommandError::Rate(printable(text)))
 }
 
 fn set_confidence(target: &str, confidence: &str, quirks: UpstreamQuirks) -> Result<Action, CommandError> {

@@ -21,6 +21,8 @@ pub enum LightsTopic {
     Arbiter,
     /// Spheres for a viewer, on `traffic_light/marker`.
     Markers,
+    /// The time of each frame, on `/clock`.
+    Clock,
 }
 
 /// One message, independent of its type.
@@ -46,6 +48,8 @@ pub enum Content {
     Groups(Groups),
     /// Markers of lamps, ascending by way id.
     Markers(Arc<Vec<LampMarker>>),
+    /// Nothing but the stamp.
+    Clock,
 }
 
 /// A list of groups, which messages share, as lists share groups.
@@ -73,7 +77,8 @@ impl Content {
             (Self::Lights(one), Self::Lights(other)) => Arc::ptr_eq(one, other),
             (Self::Groups(one), Self::Groups(other)) => Arc::ptr_eq(one, other),
             (Self::Markers(one), Self::Markers(other)) => Arc::ptr_eq(one, other),
-            (Self::Lights(_) | Self::Groups(_) | Self::Markers(_), _) => false,
+            (Self::Clock, Self::Clock) => true,
+            (Self::Lights(_) | Self::Groups(_) | Self::Markers(_) | Self::Clock, _) => false,
         }
     }
 }

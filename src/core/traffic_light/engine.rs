@@ -44,7 +44,7 @@ pub struct LightsSettings {
     pub frame_rate: Rate,
     /// Number of the first frame: 1 as in the simulator, or 0 for a frame at the very start.
     pub first_frame: u8,
-    /// Rate of the ground-truth topic, and of the markers.
+    /// Rate of the ground-truth topic, and of the markers, until an action changes it.
     pub ground_truth_rate: Rate,
     /// Rate of the V2I topics, until an action changes it.
     pub v2i_rate: Rate,
@@ -75,7 +75,6 @@ pub struct TrafficLights {
     storyboard: Storyboard,
     frames: FrameClock,
     last_frame: Option<Moment>,
-    ground_truth: PeriodicTimer,
     pub(super) expiry: Expiry,
     v2i_timeout: Option<Duration>,
     topics: BTreeSet<LightsTopic>,
@@ -134,6 +133,7 @@ impl TrafficLights {
             controllers: Controllers::new(&scenario, quirks),
             variables: scenario.variables.iter().map(|variable| variable.value.clone()).collect(),
             predictions,
+            ground_truth: PeriodicTimer::new(settings.ground_truth_rate),
             v2i: PeriodicTimer::new(settings.v2i_rate),
             verdict: None,
             events: VecDeque::new(),
@@ -154,7 +154,6 @@ impl TrafficLights {
             scenario_state,
             frames: FrameClock::new(settings.frame_rate, settings.first_frame),
             last_frame: None,
-            ground_truth: PeriodicTimer::new(settings.ground_truth_rate),
             expiry: Expiry::default(),
             v2i_timeout: settings.v2i_timeout,
             topics: settings.topics,
@@ -220,7 +219,7 @@ impl TrafficLights {
     pub fn advance(&mut self, now: Now) {
         let reached = self.nanos(now.mono);
         self.skipped += self.frames.skip(reached)
-            + self.ground_truth.skip(reached)
+            + self.scenario_state.ground_truth.skip(reached)
             + self.scenario_state.v2i.skip(reached);
         while let Some((at, due)) = self.next_due().filter(|(at, _)| *at <= reached) {
             let late = i64::try_from(reached - at).unwrap_or(i64::MAX);
@@ -299,7 +298,7 @@ impl TrafficLights {
 
     /// The present rates of the ground truth and V2I topics.
     pub(super) fn rates(&self) -> (Rate, Rate) {
-        (self.ground_truth.rate(), self.scenario_state.v2i.rate())
+        (self.scenario_state.ground_truth.rate(), self.scenario_state.v2i.rate())
     }
 
     /// The state of a controller.
@@ -322,7 +321,8 @@ impl TrafficLights {
     fn next_due(&self) -> Option<(u64, Due)> {
         let frame = self.frames.next();
         let tick = |at: u64| if at < frame && frame - at <= SAME_TIME_NANOS { frame } else { at };
-        let timers = [(&self.ground_truth, Due::GroundTruth), (&self.scenario_state.v2i, Due::V2i)];
+        let timers =
+            [(&self.scenario_state.ground_truth, Due::GroundTruth), (&self.scenario_state.v2i, Due::V2i)];
         let ticks = timers.into_iter().filter_map(|(timer, due)| Some((tick(timer.next()?), due)));
         let expiry = self.expiry.next().map(|at| (at, Due::Expiry));
         ticks.chain(expiry).chain([(frame, Due::Frame)]).min()
@@ -341,11 +341,14 @@ impl TrafficLights {
                 self.scenario_state.end(ScenarioOutcome::Fault(refusal));
             }
         }
+        if self.publishes(LightsTopic::Clock) {
+            self.outbox.send_clock(wall);
+        }
         if self.publishes(LightsTopic::Camera) {
             self.outbox.send_camera(self.scenario_state.lights.stores(), wall);
         }
         if self.publishes(LightsTopic::GroundTruth) || self.publishes(LightsTopic::Markers) {
-            self.ground_truth.start(now.nanos);
+            self.scenario_state.ground_truth.start(now.nanos);
         }
         let draws_v2i = self.publishes(LightsTopic::Markers) && self.quirks().draws_each_channel;
         if self.publishes(LightsTopic::V2i) || draws_v2i {
@@ -354,7 +357,7 @@ impl TrafficLights {
     }
 
     fn publish_ground_truth(&mut self, wall: WallStamp) {
-        self.ground_truth.tick();
+        self.scenario_state.ground_truth.tick();
         if self.publishes(LightsTopic::GroundTruth) {
             self.outbox.send_ground_truth(self.scenario_state.lights.stores(), wall);
         }

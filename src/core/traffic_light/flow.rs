@@ -1,5 +1,5 @@
 //! The whole traffic-light flow: states of a V2X unit go into the engine, its messages through the faults on
-//! purpose, and those that arrive to the arbiter.
+//! purpose, and those that arrive to the arbiter. Time is the gateway's, or that of a simulator.
 
 use std::collections::VecDeque;
 
@@ -11,11 +11,12 @@ use super::event_log::ScenarioEvent;
 use super::faults::Faults;
 use super::input::TrafficLightInput;
 use super::output::TrafficLightOutput;
-use super::target::StoreId;
+use super::simulated_clock::{ClockStep, SimulatedClock};
+use super::target::{Channel, StoreId};
 use super::v2i_reception::binding::V2iBinding;
 use super::v2i_reception::{V2iReception, ValidState};
 use crate::core::can::bus::Bus;
-use crate::core::diagnostics::Status;
+use crate::core::diagnostics::{Level, Status};
 use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// The settings of the flow.
@@ -29,31 +30,79 @@ pub struct FlowSettings {
     pub v2i_faults: Option<Faults>,
     /// Settings of the arbiter; `None` when there is no merged topic.
     pub arbiter: Option<ArbiterSettings>,
+    /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera topic.
+    pub external_camera: bool,
+    /// True when the time of scenario, faults and messages is that of [`TrafficLightInput::Clock`]: nothing happens
+    /// before the first one. The unit on CAN is judged by the gateway's own clock in any case.
+    pub use_sim_time: bool,
+}
+
+impl FlowSettings {
+    /// Only the engine, in the gateway's time.
+    pub fn new(lights: LightsSettings) -> Self {
+        Self {
+            lights,
+            camera_faults: None,
+            v2i_faults: None,
+            arbiter: None,
+            external_camera: false,
+            use_sim_time: false,
+        }
+    }
 }
 
 /// The traffic lights with reception, faults on purpose and arbiter.
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
-    engine: TrafficLights,
+    run: Run,
     reception: V2iReception,
-    camera: Option<Faults>,
-    v2i: Option<Faults>,
-    arbiter: Option<Arbiter>,
+    external_camera: bool,
+    /// `None` when time is that of the gateway.
+    simulation: Option<Simulation>,
     ready: VecDeque<TrafficLightOutput>,
     refused: u64,
     news: bool,
 }
 
-impl TrafficLightFlow {
-    /// Starts the scenario.
-    pub fn new(settings: FlowSettings, binding: V2iBinding, now: Now) -> Self {
-        let arbiter = settings.arbiter.map(|arbiter| Arbiter::new(arbiter, &settings.lights.map));
+/// All that begins anew with the clock.
+#[derive(Debug, Clone)]
+struct Run {
+    engine: TrafficLights,
+    camera: Option<Faults>,
+    v2i: Option<Faults>,
+    arbiter: Option<Arbiter>,
+}
+
+/// The clock of a simulator.
+#[derive(Debug, Clone)]
+struct Simulation {
+    clock: SimulatedClock,
+    /// The settings of a run.
+    settings: Box<FlowSettings>,
+}
+
+impl Run {
+    fn new(settings: FlowSettings, now: Now) -> Self {
         Self {
+            arbiter: settings.arbiter.map(|arbiter| Arbiter::new(arbiter, &settings.lights.map)),
             camera: settings.camera_faults,
             v2i: settings.v2i_faults,
             engine: TrafficLights::new(settings.lights, now),
+        }
+    }
+}
+
+impl TrafficLightFlow {
+    /// Starts the scenario.
+    pub fn new(settings: FlowSettings, binding: V2iBinding, now: Now) -> Self {
+        let simulation = settings
+            .use_sim_time
+            .then(|| Simulation { clock: SimulatedClock::default(), settings: Box::new(settings.clone()) });
+        Self {
+            external_camera: settings.external_camera,
+            run: Run::new(settings, now),
             reception: V2iReception::new(binding),
-            arbiter,
+            simulation,
             ready: VecDeque::new(),
             refused: 0,
             news: true,
@@ -67,13 +116,33 @@ impl TrafficLightFlow {
 
     /// Takes an input. Call [`Self::settle`] afterwards.
     pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
+        if let TrafficLightInput::Clock(stamp) = input {
+            self.handle_clock(stamp, now);
+            return;
+        }
+        let Some(now) = self.time(now) else {
+            // States come again, commands do not.
+            self.refused += u64::from(matches!(input, TrafficLightInput::Command(_)));
+            return;
+        };
         match input {
             TrafficLightInput::States { store, states, rejected, .. } => {
                 // Diagnostics show the last rejected state: one with an id rather than an unreadable one.
-                self.engine.count_rejected(store.channel, rejected, now);
-                let refused = self.engine.set_states(store, states, true, now);
+                self.run.engine.count_rejected(store.channel, rejected, now);
+                let refused = self.run.engine.set_states(store, states, true, now);
                 self.news |= refused > 0 || rejected > 0;
             }
+            TrafficLightInput::Camera { stamp, groups, rejected } => {
+                self.run.engine.count_rejected(Channel::Conventional, rejected, now);
+                self.news |= rejected > 0;
+                let merged = self.run.arbiter.as_mut().map(|arbiter| {
+                    let groups = arbiter.perception(ArbiterStamp(stamp.as_nanos()), &groups);
+                    let (topic, content) = (LightsTopic::Arbiter, Content::Groups(groups));
+                    TrafficLightOutput::Publish(Emission { topic, stamp, content })
+                });
+                self.ready.extend(merged);
+            }
+            TrafficLightInput::Clock(_) => {}
             TrafficLightInput::Command(text) => {
                 let done = self.perform(&text, now);
                 self.refused += u64::from(!done);
@@ -82,10 +151,27 @@ impl TrafficLightFlow {
         }
     }
 
+    /// The time of the run; `None` before a simulator has given one.
+    fn time(&self, now: Now) -> Option<Now> {
+        self.simulation.as_ref().map_or(Some(now), |simulation| simulation.clock.now())
+    }
+
+    /// Takes the time of a simulator, with which a run can begin.
+    fn handle_clock(&mut self, stamp: WallStamp, now: Now) {
+        let Some(Simulation { clock, settings }) = &mut self.simulation else { return };
+        let was_silent = clock.is_silent(now.mono);
+        let begins = clock.handle(stamp, now.mono) == ClockStep::Begins;
+        self.news |= begins || was_silent;
+        let Some(now) = clock.now().filter(|_| begins) else { return };
+        self.run = Run::new(settings.as_ref().clone(), now);
+        let states = self.reception.valid_states().map(|(id, state)| (id, Some(observation(state))));
+        self.run.engine.set_states(StoreId::V2I, states, false, now);
+    }
+
     /// Does the action of a command. Returns false when the command is not understood, or cannot be done.
     fn perform(&mut self, text: &str, now: Now) -> bool {
-        match parse_command(text, self.engine.controllers(), self.engine.quirks()) {
-            Ok(action) => self.engine.apply(&action, now).is_ok(),
+        match parse_command(text, self.run.engine.controllers(), self.run.engine.quirks()) {
+            Ok(action) => self.run.engine.apply(&action, now).is_ok(),
             Err(error) => {
                 self.ready.push_back(TrafficLightOutput::CommandRefused(error));
                 false
@@ -97,22 +183,25 @@ impl TrafficLightFlow {
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let settled = self.reception.settle(buses, now);
         self.news |= settled.news;
+        self.news |= self.simulation.as_ref().is_some_and(|simulation| simulation.clock.is_silent(now.mono));
+        let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
         if !settled.changes.is_empty() {
-            let observation =
-                |ValidState { bulbs, confidence, .. }: ValidState| LightObservation { bulbs, confidence };
             let changes = settled.changes.iter().map(|change| (change.id, change.state.map(observation)));
             // These are only the changes, so they do not expire: the reception knows the age of each state.
-            self.engine.set_states(StoreId::V2I, changes, false, now);
+            self.run.engine.set_states(StoreId::V2I, changes, false, now);
         }
-        self.engine.advance(now);
-        while let Some(logged) = self.engine.poll_event() {
+        self.run.engine.advance(now);
+        while let Some(logged) = self.run.engine.poll_event() {
             self.news |= matches!(logged.event, ScenarioEvent::Ended(_));
         }
-        while let Some(emission) = self.engine.poll_output() {
+        while let Some(emission) = self.run.engine.poll_output() {
             let faults = match emission.topic {
-                LightsTopic::Camera => &mut self.camera,
-                LightsTopic::V2i => &mut self.v2i,
-                LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => &mut None,
+                LightsTopic::Camera => &mut self.run.camera,
+                LightsTopic::V2i => &mut self.run.v2i,
+                LightsTopic::GroundTruth
+                | LightsTopic::Arbiter
+                | LightsTopic::Markers
+                | LightsTopic::Clock => &mut None,
             };
             match faults {
                 Some(faults) => faults.send(emission, now.mono),
@@ -130,22 +219,44 @@ impl TrafficLightFlow {
         self.ready.pop_front()
     }
 
-    /// The next time at which [`Self::settle`] has something to do.
+    /// The next time at which [`Self::settle`] has something to do. With a simulated clock its messages are what a run
+    /// waits for.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
-        let faults = [&self.camera, &self.v2i].into_iter().flatten().filter_map(Faults::next_deadline);
-        faults.chain(self.reception.next_deadline(now)).fold(self.engine.next_deadline(), MonoTime::min)
+        let own = match &self.simulation {
+            Some(simulation) => simulation.clock.next_deadline(now),
+            None => {
+                let faults = [&self.run.camera, &self.run.v2i].into_iter().flatten();
+                let faults = faults.filter_map(Faults::next_deadline);
+                Some(faults.fold(self.run.engine.next_deadline(), MonoTime::min))
+            }
+        };
+        own.into_iter().chain(self.reception.next_deadline(now)).min().unwrap_or(MonoTime::MAX)
     }
 
     /// The engine that the flow runs.
     pub fn engine(&self) -> &TrafficLights {
-        &self.engine
+        &self.run.engine
     }
 
     /// One status for each channel, one for the scenario, one for the V2X unit if there is one.
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
-        let mut statuses = self.engine.statuses(node, now);
+        let clock = self.simulation.as_ref().map(|simulation| &simulation.clock);
+        let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
+        let mut statuses = self.run.engine.statuses(node, time);
         if let Some(scenario) = statuses.last_mut() {
             scenario.values.push(("refused_commands", self.refused.to_string()));
+            if let Some(clock) = clock {
+                scenario.values.push(("clock_restarts", clock.restarts.to_string()));
+                scenario.values.push(("clock_overtaken", clock.overtaken.to_string()));
+                let finding = match clock.now() {
+                    None => Some("waiting for /clock"),
+                    Some(_) if clock.is_silent(now) => Some("/clock is no longer received"),
+                    Some(_) => None,
+                };
+                if let Some(finding) = finding.filter(|_| scenario.level == Level::Ok) {
+                    (scenario.level, scenario.message) = (Level::Warn, finding.to_owned());
+                }
+            }
         }
         if !self.reception.binding().is_empty() {
             statuses.push(self.reception.status(node, buses, now));
@@ -155,14 +266,16 @@ impl TrafficLightFlow {
 
     /// The first of the delayed messages that has arrived by now.
     fn next_arrival(&mut self, now: MonoTime) -> Option<Emission> {
-        let delayed = [&mut self.camera, &mut self.v2i].into_iter().flatten();
+        let delayed = [&mut self.run.camera, &mut self.run.v2i].into_iter().flatten();
         let due = delayed.filter_map(|faults| Some((faults.next_deadline()?, faults)));
         due.min_by_key(|(at, _)| *at)?.1.poll(now)
     }
 
     /// Sends a message that has arrived, and what the arbiter makes of it, with the same stamp.
     fn arrived(&mut self, emission: Emission, now: Now) {
-        let merged = self.arbiter.as_mut().and_then(|arbiter| merge(arbiter, &emission, now.wall));
+        let is_replaced = self.external_camera && emission.topic == LightsTopic::Camera;
+        let arbiter = self.run.arbiter.as_mut().filter(|_| !is_replaced);
+        let merged = arbiter.and_then(|arbiter| merge(arbiter, &emission, now.wall));
         let stamp = emission.stamp;
         self.ready.push_back(TrafficLightOutput::Publish(emission));
         self.ready.extend(merged.map(|groups| {
@@ -179,6 +292,11 @@ fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option
     match emission.topic {
         LightsTopic::Camera => Some(arbiter.perception(stamp, groups)),
         LightsTopic::V2i => arbiter.external(stamp, groups, ArbiterStamp(clock.as_nanos())),
-        LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => None,
+        LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers | LightsTopic::Clock => None,
     }
+}
+
+/// A state of the V2X unit for the engine.
+fn observation(ValidState { bulbs, confidence, .. }: ValidState) -> LightObservation {
+    LightObservation { bulbs, confidence }
 }

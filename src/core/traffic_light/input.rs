@@ -1,5 +1,6 @@
 //! Inputs of the traffic lights, beside the V2X unit on a CAN bus.
 
+use super::emission::Groups;
 use super::engine::LightObservation;
 use super::target::StoreId;
 use crate::core::time::WallStamp;
@@ -18,6 +19,17 @@ pub enum TrafficLightInput {
         /// Number of further states that could not be read.
         rejected: u32,
     },
+    /// Groups of a camera pipeline, for the arbiter.
+    Camera {
+        /// The sender's stamp, which the arbiter compares with those of the network.
+        stamp: WallStamp,
+        /// The groups of the message.
+        groups: Groups,
+        /// Number of further groups that could not be read.
+        rejected: u32,
+    },
+    /// The time of a simulator.
+    Clock(WallStamp),
     /// An action as text, see [`parse_command`](super::command::parse_command).
     Command(String),
 }

@@ -30,6 +30,7 @@ pub mod refusal;
 pub mod scenario;
 mod scenario_state;
 pub mod signal_id;
+mod simulated_clock;
 pub mod state_check;
 mod status;
 pub mod store;

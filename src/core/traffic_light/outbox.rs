@@ -92,6 +92,10 @@ impl Outbox {
         self.send(LightsTopic::Markers, stamp, Content::Markers(markers));
     }
 
+    pub(super) fn send_clock(&mut self, stamp: WallStamp) {
+        self.send(LightsTopic::Clock, stamp, Content::Clock);
+    }
+
     fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: Content) {
         if self.waiting.len() >= MAX_WAITING {
             self.waiting.pop_front();

@@ -249,6 +249,8 @@ pub enum ElementState {
     EndTransition,
     /// It was stopped in this frame.
     StopTransition,
+    /// It was skipped in this frame: never, since all actions complete at once.
+    SkipTransition,
 }
 
 /// An action on the lights, which completes at once
@@ -285,6 +287,11 @@ pub enum Action {
     },
     /// Sets the rate of the V2I topics.
     SetV2iRate {
+        /// The new rate, Hz, above zero.
+        rate_hz: f64,
+    },
+    /// Sets the rate of the ground-truth topic and of the markers.
+    SetGroundTruthRate {
         /// The new rate, Hz, above zero.
         rate_hz: f64,
     },
@@ -336,6 +343,7 @@ impl Action {
             Self::SetV2iState { id, .. } => slice::from_ref(id),
             Self::EnableV2i { ids } | Self::DisableV2i { ids } => ids,
             Self::SetV2iRate { .. }
+            | Self::SetGroundTruthRate { .. }
             | Self::EnterPhase { .. }
             | Self::SetVariable { .. }
             | Self::ModifyVariable { .. }

@@ -1,4 +1,4 @@
-//! The state that actions and phases change: lights, controllers, predictions, the rate of V2I.
+//! The state that actions and phases change: lights, controllers, variables, predictions, rates.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -30,6 +30,7 @@ pub(super) struct ScenarioState {
     /// The present values of the variables, by position in the scenario.
     pub(super) variables: Vec<VariableValue>,
     pub(super) predictions: Predictions,
+    pub(super) ground_truth: PeriodicTimer,
     pub(super) v2i: PeriodicTimer,
     pub(super) verdict: Option<ScenarioOutcome>,
     pub(super) events: VecDeque<LoggedEvent>,
@@ -82,6 +83,10 @@ impl ScenarioState {
             Action::SetV2iRate { rate_hz } => {
                 let rate = Rate::from_hz(*rate_hz).ok_or(Refusal::Rate(*rate_hz))?;
                 self.v2i.restart(rate, self.now.nanos);
+            }
+            Action::SetGroundTruthRate { rate_hz } => {
+                let rate = Rate::from_hz(*rate_hz).ok_or(Refusal::Rate(*rate_hz))?;
+                self.ground_truth.restart(rate, self.now.nanos);
             }
             Action::EnableV2i { ids } => self.enable_v2i(scenario, ids)?,
             Action::DisableV2i { ids } => {

@@ -31,7 +31,10 @@ impl TrafficLights {
         let (truth, detected) = (self.stores().truth(channel).counts, self.stores().detected(channel).counts);
         let rejected = counts.last_rejected.filter(|(_, at)| now.since(*at) < REJECTED_LATELY);
         let (level, message) = match (stale, rejected) {
-            (0, None) => (Level::Ok, "normal".to_owned()),
+            (0, None) => match self.stores().contradictory_light(channel) {
+                None => (Level::Ok, "normal".to_owned()),
+                Some(id) => (Level::Warn, format!("{id} shows red and green")),
+            },
             (0, Some((Some(id), _))) => (Level::Warn, format!("an input for {id} was rejected")),
             (0, Some((None, _))) => (Level::Warn, "an unreadable input was rejected".to_owned()),
             (_, _) => (Level::Warn, "lights are no longer received".to_owned()),
@@ -41,6 +44,7 @@ impl TrafficLights {
             ("dark", truth.dark.to_string()),
             ("unknown", (truth.unknown + detected.unknown).to_string()),
             ("detected", detected.lights.to_string()),
+            ("contradictory", (truth.contradictory + detected.contradictory).to_string()),
             ("stale", stale.to_string()),
             ("rejected", counts.rejected.to_string()),
             ("rate_hz", rate.as_hz().to_string()),

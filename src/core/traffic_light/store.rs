@@ -214,6 +214,19 @@ impl Stores {
         &self.channels[channel as usize].1
     }
 
+    /// Way id of the first light of a channel that shows red and green; for upstream the id as it was written.
+    pub(super) fn contradictory_light(&self, channel: Channel) -> Option<i64> {
+        let (truth, detected) = (self.truth(channel), self.detected(channel));
+        let is_contradictory = |light: &Light| light.bulbs.is_some_and(BulbSet::is_contradictory);
+        // Counts are cheap to read, a search is not.
+        if truth.counts.contradictory > 0 {
+            let head = truth.lights.iter().position(is_contradictory)?;
+            return self.map.heads().get(head).map(|head| head.way_id);
+        }
+        let mut entries = detected.entries().filter(|_| detected.counts.contradictory > 0);
+        entries.find(|(_, entry)| is_contradictory(&entry.light)).map(|(id, _)| id)
+    }
+
     /// Number of changes of a store so far: it differs whenever a light of the store does.
     pub fn changes(&self, store: StoreId) -> u64 {
         match store.layer {

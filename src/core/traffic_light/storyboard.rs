@@ -291,6 +291,7 @@ impl Progress {
             ElementState::StartTransition => just(self.started),
             ElementState::EndTransition => just(self.ended),
             ElementState::StopTransition => just(self.stopped),
+            ElementState::SkipTransition => false,
         }
     }
 
@@ -302,6 +303,7 @@ impl Progress {
             ElementState::Complete => self.state == RunState::Complete,
             ElementState::EndTransition => self.ended.is_some(),
             ElementState::StopTransition => self.stopped.is_some(),
+            ElementState::SkipTransition => false,
         }
     }
 }

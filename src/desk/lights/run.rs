@@ -1,5 +1,6 @@
 //! A scenario from its start to its end, one step for each time at which something is due.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -19,6 +20,7 @@ pub struct Run {
     events: Vec<LoggedEvent>,
     store_changes: [u64; 4],
     at: Option<MonoTime>,
+    contradictions: BTreeMap<(StoreId, i64), MonoTime>,
 }
 
 impl Run {
@@ -33,6 +35,7 @@ impl Run {
             events: Vec::new(),
             store_changes: [0; 4],
             at: None,
+            contradictions: BTreeMap::new(),
         }
     }
 
@@ -55,7 +58,10 @@ impl Run {
             let sent = match emission.topic {
                 LightsTopic::Camera => &mut self.states.internal,
                 LightsTopic::V2i => &mut self.states.external,
-                LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => continue,
+                LightsTopic::GroundTruth
+                | LightsTopic::Arbiter
+                | LightsTopic::Markers
+                | LightsTopic::Clock => continue,
             };
             let Content::Groups(groups) = emission.content else { continue };
             if sent.as_ref() != Some(&groups) {
@@ -69,6 +75,11 @@ impl Run {
         self.states.phases = controllers.map(|index| self.lights.phase(ControllerIndex(index))).collect();
         let scenario = self.lights.scenario();
         Some(Snapshot { at, is_frame, has_changed, events: &self.events, states: &self.states, scenario })
+    }
+
+    /// The lights that showed red and green at once, with the time at which each first did so.
+    pub fn contradictions(&self) -> impl Iterator<Item = (StoreId, i64, MonoTime)> {
+        self.contradictions.iter().map(|((store, id), at)| (*store, *id, *at))
     }
 
     /// The scenario, for the names behind positions.
@@ -93,6 +104,9 @@ impl Run {
             if *last != changes {
                 *last = changes;
                 let lights = self.lights.states(store);
+                for (id, _) in lights.iter().filter(|(_, light)| light.bulbs.is_contradictory()) {
+                    self.contradictions.entry((store, *id)).or_insert(self.at.unwrap_or_default());
+                }
                 // A phase that sets the present state again changes the store, but not its content.
                 has_changed |= self.states.stores.get(&store) != Some(&lights);
                 self.states.stores.insert(store, lights);

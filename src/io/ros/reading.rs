@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::messages::{
-    ControlModeReport, FlaggedPoseWithUuidStamped, HazardLightsCommand, LaneletRoute, Odometry,
+    Clock, ControlModeReport, FlaggedPoseWithUuidStamped, HazardLightsCommand, LaneletRoute, Odometry,
     OperationModeState, PathWithLaneId, PlanningFactorArray, PoseWithUuidStamped, Scenario, Text,
     TrafficLightGroupArray, TurnIndicatorsCommand,
 };
@@ -55,6 +55,8 @@ pub fn read(
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
         SubscriptionKind::Groups(store) => bytes.whole::<TrafficLightGroupArray>()?.for_store(store).into(),
+        SubscriptionKind::Camera => bytes.whole::<TrafficLightGroupArray>()?.for_arbiter().into(),
+        SubscriptionKind::Clock => TrafficLightInput::Clock(bytes.whole::<Clock>()?.clock.into()).into(),
         SubscriptionKind::Command => TrafficLightInput::Command(bytes.whole::<Text>()?.data).into(),
         SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
         SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),

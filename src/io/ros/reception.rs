@@ -154,10 +154,11 @@ fn printable(text: &str) -> String {
 
 /// Groups of the input that could not be read.
 fn rejected(input: &Input) -> u64 {
-    if let Input::TrafficLight(TrafficLightInput::States { rejected, .. }) = input {
-        u64::from(*rejected)
-    } else {
-        0
+    match input {
+        Input::TrafficLight(
+            TrafficLightInput::States { rejected, .. } | TrafficLightInput::Camera { rejected, .. },
+        ) => u64::from(*rejected),
+        Input::TrafficLight(_) | Input::Can(_) | Input::Planner(_) | Input::Command(_) | Input::Tick => 0,
     }
 }
 

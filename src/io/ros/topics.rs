@@ -2,7 +2,7 @@
 //!
 //! Reports are reliable with depth 1, diagnostics reliable, volatile, with depth 10
 //! (docs/spec/vehicle-interface.md, "Topics and quality of service"); traffic lights reliable,
-//! transient local, with depth 10, markers with depth 1
+//! transient local, with depth 10, markers and clock with depth 1
 //! (docs/spec/traffic-lights.md, "Messages and topics"); commands reliable, volatile, with depth 1.
 
 use serde::{Deserialize, Serialize};
@@ -100,12 +100,12 @@ pub struct Subscription {
 }
 
 impl Subscription {
-    /// A reliable subscription with the durability and depth of its kind.
+    /// A subscription with the reliability, durability and depth of its kind.
     pub fn new(name: &str, kind: SubscriptionKind) -> Self {
         Self {
             name: name.to_owned(),
             kind,
-            reliability: Reliability::Reliable,
+            reliability: kind.reliability(),
             durability: kind.durability(),
             depth: kind.depth(),
         }
@@ -117,6 +117,10 @@ impl Subscription {
 pub enum SubscriptionKind {
     /// `TrafficLightGroupArray` for a store: states, of which the newest counts.
     Groups(StoreId),
+    /// `TrafficLightGroupArray` of a camera pipeline for the arbiter, of which the newest counts.
+    Camera,
+    /// `Clock` of a simulator, `/clock`, of which the newest counts.
+    Clock,
     /// `std_msgs/msg/String`: commands, of which each counts.
     Command,
     /// `Odometry` for the decider, `/localization/kinematic_state`. The newest counts, of this and of all
@@ -152,7 +156,8 @@ impl SubscriptionKind {
     /// The topic's type.
     pub const fn type_name(self) -> TypeName {
         match self {
-            Self::Groups(_) => LightsType::GroupArray.type_name(),
+            Self::Groups(_) | Self::Camera => LightsType::GroupArray.type_name(),
+            Self::Clock => LightsType::Clock.type_name(),
             Self::Command => TEXT_TYPE,
             Self::Odometry => ("nav_msgs", "Odometry"),
             Self::Route => ("autoware_planning_msgs", "LaneletRoute"),
@@ -165,6 +170,11 @@ impl SubscriptionKind {
             Self::HazardRequest | Self::OwnHazardCommand | Self::HazardCommand => HAZARD_COMMAND_TYPE,
             Self::ControlMode => ("autoware_vehicle_msgs", "ControlModeReport"),
         }
+    }
+
+    /// Reliability to request from writers: a clock is often published at best effort, and the next message follows soon.
+    pub const fn reliability(self) -> Reliability {
+        if matches!(self, Self::Clock) { Reliability::BestEffort } else { Reliability::Reliable }
     }
 
     /// Durability to request from writers: what is published only when it changes is handed to late readers too; of the
@@ -209,6 +219,7 @@ impl LightsType {
             Self::SignalArray => ("autoware_perception_msgs", "TrafficSignalArray"),
             Self::GroupArray => ("autoware_perception_msgs", "TrafficLightGroupArray"),
             Self::MarkerArray => ("visualization_msgs", "MarkerArray"),
+            Self::Clock => ("rosgraph_msgs", "Clock"),
         }
     }
 
@@ -216,7 +227,7 @@ impl LightsType {
     pub const fn depth(self) -> i32 {
         match self {
             Self::ArrayV1 | Self::SignalArray | Self::GroupArray => 10,
-            Self::MarkerArray => 1,
+            Self::MarkerArray | Self::Clock => 1,
         }
     }
 }

@@ -87,6 +87,7 @@ fn action(action: &Action, scenario: &Scenario) -> String {
             set(&Target { id: *id, store: StoreId::V2I }, &state.text) + &rate
         }
         Action::SetV2iRate { rate_hz } => format!("send v2i at {rate_hz} Hz"),
+        Action::SetGroundTruthRate { rate_hz } => format!("send ground truth at {rate_hz} Hz"),
         Action::EnableV2i { ids } => format!("enable v2i of {}", list(ids)),
         Action::DisableV2i { ids } => format!("disable v2i of {}", list(ids)),
         Action::SetConfidence { target, confidence } => format!("confidence of {target} is {confidence}"),

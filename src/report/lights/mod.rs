@@ -51,7 +51,9 @@ impl LightsWriter {
 
     /// The line for a verdict that is not known, since the event of this name was left out.
     pub fn undecided(&self, at: MonoTime, event: &str) -> String {
-        let reason = format!("the event {event:?} would end the scenario and was left out");
+        let reason = format!(
+            "the event {event:?} would end the scenario, and its trigger is not interpreted as a whole"
+        );
         match self.form {
             Form::Text => text::line(at, "end", &format!("undecided: {reason}")),
             Form::Json => json::undecided(at, &reason).to_string(),

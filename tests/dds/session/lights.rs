@@ -146,6 +146,12 @@ fn shown(subscription: usize, input: &Input, at: f64) -> Value {
             });
             json!({"sec": stamp.sec(), "groups": listed.collect::<Vec<_>>(), "rejected": rejected})
         }
+        Input::TrafficLight(TrafficLightInput::Camera { stamp, groups, rejected }) => {
+            json!({"sec": stamp.sec(), "groups": groups.len(), "rejected": rejected})
+        }
+        Input::TrafficLight(TrafficLightInput::Clock(stamp)) => {
+            json!({"sec": stamp.sec(), "nanosec": stamp.nanosec()})
+        }
         Input::Planner(_) | Input::Command(_) | Input::Can(_) | Input::Tick => autoware_topics::shown(input),
     };
     json!({"event": "arrived", "at": at, "subscription": subscription, "what": what})

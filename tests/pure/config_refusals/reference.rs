@@ -139,11 +139,13 @@ fn what_the_gateway_file_shows_are_the_defaults() {
     default.ros.only_networks.clone_from(&shown.ros.only_networks);
     let (there, here) = (&shown.light_topics, &mut default.light_topics);
     here.inputs.clone_from(&there.inputs);
+    here.camera.clone_from(&there.camera);
     here.command.clone_from(&there.command);
     let flow = |settings: &Settings| settings.gateway.traffic_lights.clone().unwrap();
     let lights = default.gateway.traffic_lights.as_mut().unwrap();
     lights.lights.v2i_timeout = flow(&shown).lights.v2i_timeout;
     lights.camera_faults = flow(&shown).camera_faults;
+    lights.external_camera = there.camera.is_some();
     default.black_box.folder.clone_from(&shown.black_box.folder);
     let (there, here) = (shown.turn_signal.as_ref().unwrap(), default.turn_signal.as_mut().unwrap());
     here.country.clone_from(&there.country);

@@ -31,6 +31,11 @@ fn broken_lights_are_refused_at_their_keys() {
 > gateway.toml:5:39: traffic_lights.inputs.v2i_detected: another topic has this name; give each its own
 + inputs = { v2i = '/a', command = '/a' }
 > gateway.toml:5:34: traffic_lights.inputs.command: another topic has this name; give each its own
++ inputs.camera = '/camera'
+> gateway.toml:5:17: traffic_lights.inputs.camera: there is no arbiter; add [traffic_lights.arbiter]
++ use_sim_time = true
++ topics.clock = '/clock'
+> gateway.toml:5:16: traffic_lights.use_sim_time: topics.clock publishes a clock as well; keep one of them
 + inputs.v2i = '/v2x/traffic_signals'
 > gateway.toml:5:14: traffic_lights.inputs.v2i: another topic has this name; give each its own
 + arbiter.source_priority = 'x'

@@ -5,3 +5,4 @@ mod coverage;
 mod drives;
 mod levels;
 mod maps;
+mod random_drives;

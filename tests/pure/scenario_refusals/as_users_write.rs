@@ -124,14 +124,17 @@ fn an_undecidable_group_is_never_true_and_the_others_stay() {
     assert!(matches!(condition.test, Test::SimulationTime { .. }) && condition.edge == Edge::Sticky);
     let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(left_out.contains("this group of conditions is never true"), "{left_out}");
-    assert_eq!(file.left_out_verdict, None);
+    assert_eq!(file.uncertain_ends, []);
 }
 
 #[test]
 fn a_verdict_that_was_left_out_is_named() {
-    for (conditions, expected) in [(ENTITY, Some("e")), (TIME, None)] {
+    let either = format!("{ENTITY}</ConditionGroup>\n<ConditionGroup>{TIME}");
+    for (conditions, expected) in [(ENTITY, Some("e")), (TIME, None), (&either, Some("e"))] {
         let inner = condition(conditions).replace("</Event>", &format!("{END}</Event>"));
         let file = accepted(Compat::Improved, "s.xosc", &document("", &inner));
-        assert_eq!(file.left_out_verdict.as_deref(), expected);
+        let uncertain: Vec<_> =
+            file.uncertain_ends.iter().map(|end| (end.event.as_str(), end.success)).collect();
+        assert_eq!(uncertain, expected.map(|event| (event, true)).into_iter().collect::<Vec<_>>());
     }
 }

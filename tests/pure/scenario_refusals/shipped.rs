@@ -68,7 +68,7 @@ fn every_key_that_is_commented_out_is_valid() {
         }
         shown_keys.push(bare.split(' ').find(|part| *part != "{").unwrap().to_owned());
     }
-    assert_eq!(shown_keys, ["map", "stop_when", "light", "before_s", "v2i_rate_hz"]);
+    assert_eq!(shown_keys, ["map", "stop_when", "light", "before_s", "v2i_rate_hz", "ground_truth_rate_hz"]);
 }
 
 #[test]

@@ -179,3 +179,22 @@ fn mistakes_in_variables_are_refused() {
     let actions: Vec<_> = actions.iter().map(|row| (action(row.0), *row)).collect();
     assert_refused(Improved, "s.xosc", &actions);
 }
+
+#[test]
+fn a_parameter_of_the_document_is_told_from_one_of_a_maneuver() {
+    let own = "<ParameterDeclarations><ParameterDeclaration name=\"count\" parameterType=\"integer\" value=\"7\"/>\
+               </ParameterDeclarations>";
+    let set = |name: &str| parameter(name, "<SetAction value=\"2\"/>");
+    let nothing = parameter("word", "<SetAction value=\"red\"/>");
+    let events = [
+        event("own is 7", &when("ParameterCondition", "count", "equalTo", "7"), &nothing),
+        event("own is 2", &when("ParameterCondition", "count", "equalTo", "2"), &nothing),
+        event("global is 2", &when("ParameterCondition", "::count", "equalTo", "2"), &nothing),
+        event("sets global", &at("1"), &set("::count")),
+        event("sets own", &at("2"), &set("m::count")),
+    ];
+    let found = starts_of(&document(&format!("{own}{}", events.concat())));
+    let expected =
+        [("own is 7", 0), ("sets global", 10), ("global is 2", 10), ("sets own", 20), ("own is 2", 20)];
+    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
+}

@@ -2,6 +2,7 @@
 //! their neighbours.
 
 mod arbiter;
+mod clock;
 mod inputs;
 mod map;
 mod messages;

@@ -130,6 +130,7 @@ impl Model {
             Action::EnterPhase { .. }
             | Action::SetV2iState { .. }
             | Action::SetV2iRate { .. }
+            | Action::SetGroundTruthRate { .. }
             | Action::SetConfidence { .. }
             | Action::SetVariable { .. }
             | Action::ModifyVariable { .. }

@@ -82,7 +82,7 @@ fn groups(emissions: &[Emission]) -> Vec<&Arc<GroupState>> {
     let of_v2i = emissions.iter().filter(|emission| emission.topic == LightsTopic::V2i);
     let groups = of_v2i.map(|emission| match &emission.content {
         Content::Groups(groups) => groups.iter(),
-        Content::Lights(_) | Content::Markers(_) => panic!("V2I sends groups"),
+        Content::Lights(_) | Content::Markers(_) | Content::Clock => panic!("V2I sends groups"),
     });
     groups.flatten().inspect(|group| assert_eq!(group.relation_id, 34806)).collect()
 }
@@ -101,7 +101,7 @@ fn o_ground_truth() {
             .iter()
             .filter_map(|emission| match &emission.content {
                 Content::Lights(lights) => lights.iter().find(|light| light.way_id == 34802),
-                Content::Groups(_) | Content::Markers(_) => None,
+                Content::Groups(_) | Content::Markers(_) | Content::Clock => None,
             })
             .map(|light| light.bulbs)
             .collect();

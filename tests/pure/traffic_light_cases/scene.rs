@@ -174,7 +174,9 @@ impl Scene {
     fn groups(&self, topic: LightsTopic) -> &[Arc<GroupState>] {
         match self.last.get(&topic).map(|emission| &emission.content) {
             Some(Content::Groups(groups)) => groups,
-            Some(Content::Lights(_) | Content::Markers(_)) => panic!("{topic:?} sends groups"),
+            Some(Content::Lights(_) | Content::Markers(_) | Content::Clock) => {
+                panic!("{topic:?} sends groups")
+            }
             None => &[],
         }
     }

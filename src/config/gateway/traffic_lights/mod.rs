@@ -27,7 +27,7 @@ use crate::core::traffic_light::periodic_timer::Rate;
 use crate::core::traffic_light::target::StoreId;
 use faults::faults;
 pub use topics::LightsOutput;
-use topics::{inputs, outputs};
+use topics::{InputTopics, inputs, outputs};
 
 const DEFAULT_ARCHITECTURE: &str = "awf/universe/20240605";
 const COMPAT: Keywords<Compat> = &[("improved", Compat::Improved), ("upstream", Compat::Upstream)];
@@ -41,8 +41,12 @@ pub struct LightTopics {
     pub outputs: Vec<LightsOutput>,
     /// Topics from which states are read.
     pub inputs: Vec<(StoreId, String)>,
+    /// Topic of a camera pipeline, for the arbiter.
+    pub camera: Option<String>,
     /// Topic from which actions are read.
     pub command: Option<String>,
+    /// True when the time is that of a simulator, on `/clock`.
+    pub use_sim_time: bool,
     /// Parts of the scenario that have no effect.
     pub not_interpreted: Vec<NotInterpreted>,
 }
@@ -62,7 +66,12 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
     let outputs = architecture
         .map(|types| outputs(fields.section("topics"), types, arbiter.is_some()))
         .unwrap_or_default();
-    let (inputs, command) = inputs(fields.section("inputs"), &outputs);
+    let InputTopics { states, camera, command } =
+        inputs(fields.section("inputs"), &outputs, arbiter.is_some());
+    let use_sim_time = fields.flag("use_sim_time").unwrap_or_default();
+    if use_sim_time && outputs.iter().any(|lights_output| lights_output.topic == LightsTopic::Clock) {
+        fields.refuse("use_sim_time", "topics.clock publishes a clock as well", "keep one of them");
+    }
     let draws = outputs.iter().any(|lights_output| lights_output.topic == LightsTopic::Markers);
     if let Some(MapLights { unplaced: Some(reason), .. }) = map.as_ref().filter(|_| draws) {
         let remedy = "correct the map or its map_projector_info.yaml, or leave out topics.markers";
@@ -90,19 +99,25 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
     lights.copy_on_enable = copy_on_enable.unwrap_or(lights.copy_on_enable);
     lights.one_group_per_head = one_group_per_head.unwrap_or(lights.one_group_per_head);
     lights.v2i_timeout = v2i_timeout;
-    lights.topics = topics(&outputs);
-    let flow = FlowSettings { lights, camera_faults, v2i_faults, arbiter };
-    Some((flow, LightTopics { compat, outputs, inputs, command, not_interpreted }))
+    lights.topics = topics(&outputs, camera.is_some());
+    let external_camera = camera.is_some();
+    let flow = FlowSettings { lights, camera_faults, v2i_faults, arbiter, external_camera, use_sim_time };
+    let topics =
+        LightTopics { compat, outputs, inputs: states, camera, command, use_sim_time, not_interpreted };
+    Some((flow, topics))
 }
 
 /// The topics that the engine must make for these outputs.
-fn topics(outputs: &[LightsOutput]) -> BTreeSet<LightsTopic> {
+fn topics(outputs: &[LightsOutput], external_camera: bool) -> BTreeSet<LightsTopic> {
     let of_engine = |topic: LightsTopic| match topic {
         // The arbiter merges the other two.
+        LightsTopic::Arbiter if external_camera => vec![LightsTopic::V2i],
         LightsTopic::Arbiter => vec![LightsTopic::Camera, LightsTopic::V2i],
-        LightsTopic::GroundTruth | LightsTopic::Camera | LightsTopic::V2i | LightsTopic::Markers => {
-            vec![topic]
-        }
+        LightsTopic::GroundTruth
+        | LightsTopic::Camera
+        | LightsTopic::V2i
+        | LightsTopic::Markers
+        | LightsTopic::Clock => vec![topic],
     };
     outputs.iter().flat_map(|lights_output| of_engine(lights_output.topic)).collect()
 }

@@ -34,6 +34,7 @@ pub(super) fn outputs(
         ("v2i_legacy", V2I_LEGACY, LightsTopic::V2i, v2i),
         ("arbiter", arbiter, LightsTopic::Arbiter, LightsType::GroupArray),
         ("markers", "", LightsTopic::Markers, LightsType::MarkerArray),
+        ("clock", "", LightsTopic::Clock, LightsType::Clock),
     ];
     let mut outputs: Vec<LightsOutput> = Vec::new();
     for (key, default, topic, message) in topics {
@@ -53,11 +54,19 @@ pub(super) fn outputs(
     outputs
 }
 
-/// Reads the topics that are read: those of states, each for one store, and that of actions.
-pub(super) fn inputs(
-    fields: Fields<'_>,
-    outputs: &[LightsOutput],
-) -> (Vec<(StoreId, String)>, Option<String>) {
+/// The topics that are read.
+#[derive(Debug, Default)]
+pub(super) struct InputTopics {
+    /// Topics of states, each for one store.
+    pub(super) states: Vec<(StoreId, String)>,
+    /// The topic of a camera pipeline, for the arbiter.
+    pub(super) camera: Option<String>,
+    /// The topic of actions.
+    pub(super) command: Option<String>,
+}
+
+/// Reads the topics that are read.
+pub(super) fn inputs(fields: Fields<'_>, outputs: &[LightsOutput], has_arbiter: bool) -> InputTopics {
     let mut taken: Vec<String> = outputs.iter().map(|lights_output| lights_output.name.clone()).collect();
     let mut input = |key| {
         fields.value(key)?;
@@ -69,8 +78,11 @@ pub(super) fn inputs(
         taken.push(name.clone());
         Some(name)
     };
-    let inputs = StoreId::ALL.map(|store| Some((store, input(store.name())?)));
-    let command = input("command");
+    let states = StoreId::ALL.map(|store| Some((store, input(store.name())?)));
+    let (camera, command) = (input("camera"), input("command"));
+    if camera.is_some() && !has_arbiter {
+        fields.refuse("camera", "there is no arbiter", "add [traffic_lights.arbiter]");
+    }
     fields.done();
-    (inputs.into_iter().flatten().collect(), command)
+    InputTopics { states: states.into_iter().flatten().collect(), camera, command }
 }

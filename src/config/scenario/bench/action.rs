@@ -8,8 +8,17 @@ use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
 
 /// The kinds of actions by their keys; an action has exactly one of them.
-const KINDS: &[&str] =
-    &["set", "clear", "enter", "enable_v2i", "disable_v2i", "v2i_rate_hz", "confidence", "end"];
+const KINDS: &[&str] = &[
+    "set",
+    "clear",
+    "enter",
+    "enable_v2i",
+    "disable_v2i",
+    "v2i_rate_hz",
+    "ground_truth_rate_hz",
+    "confidence",
+    "end",
+];
 
 /// Reads a list of actions, or one action.
 pub(super) fn actions(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Vec<Action> {
@@ -50,6 +59,10 @@ fn of_kind(
         "v2i_rate_hz" => {
             let rate = fields.unquoted(kind)?;
             Some(Action::SetV2iRate { rate_hz: reader.rate_hz(&rate)? })
+        }
+        "ground_truth_rate_hz" => {
+            let rate = fields.unquoted(kind)?;
+            Some(Action::SetGroundTruthRate { rate_hz: reader.rate_hz(&rate)? })
         }
         "confidence" => {
             let confidence = fields.unquoted(kind);

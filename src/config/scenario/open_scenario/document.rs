@@ -1,5 +1,7 @@
 //! An OpenSCENARIO document while it is read: attributes with their parameters replaced.
 
+use std::collections::BTreeMap;
+
 use super::super::reader::Reader;
 use super::parameters::{Parameter, Parameters};
 use crate::config::reading::checker::LocatedText;
@@ -14,6 +16,8 @@ const NUMBERS: [&str; 6] = ["integer", "int", "unsignedInt", "unsignedShort", "d
 pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut Reader<'c>,
     pub(super) parameters: Parameters,
+    /// The parameters of each element that can have some, by its position in the file.
+    pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Parameter>>,
     /// The declared parameters and variables.
     pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
@@ -23,25 +27,53 @@ pub(super) struct Document<'r, 'c> {
 }
 
 impl Document<'_, '_> {
-    /// Opens the scope of an element; [`Self::leave`] closes it.
-    pub(super) fn enter(&mut self, element: &Element) {
-        self.parameters.enter();
-        if let Some(declarations) = element.child("ParameterDeclarations") {
+    /// Declares the parameters and variables of the document and of its storyboard, so that references find them
+    /// wherever they stand. The document's scope stays open.
+    pub(super) fn declare(&mut self, root: &Element) {
+        self.declare_in(root, &[]);
+        let variables = root.child("VariableDeclarations");
+        for declaration in variables.into_iter().flat_map(|variables| variables.all("VariableDeclaration")) {
+            let kind = declaration.attribute("variableType");
+            let Some((name, value)) = self.declaration(declaration) else { continue };
+            let variable = self.add_variable(&name, kind, &value);
+            self.parameters.declare_variable(name, variable);
+        }
+        if let Some(storyboard) = root.child("Storyboard") {
+            self.declare_below(storyboard, &["Story", "Act", "ManeuverGroup", "Maneuver"], &[]);
+        }
+    }
+
+    fn declare_below(&mut self, parent: &Element, kinds: &[&str], path: &[String]) {
+        let [kind, kinds @ ..] = kinds else { return };
+        for element in parent.children.iter().filter(|child| child.name == *kind) {
+            let name = element.attributes.iter().find(|attribute| attribute.name == "name");
+            let path = [path, &[name.map(|name| name.value.clone()).unwrap_or_default()]].concat();
+            self.declare_in(element, &path);
+            self.declare_below(element, kinds, &path);
+            self.leave();
+        }
+    }
+
+    /// Opens the scope of an element and declares its parameters there.
+    fn declare_in(&mut self, element: &Element, path: &[String]) {
+        self.parameters.enter(BTreeMap::new());
+        let declarations = element.children.iter().filter(|child| child.name == "ParameterDeclarations");
+        for declarations in declarations {
+            declarations.is_interpreted.set(true);
             for declaration in declarations.all("ParameterDeclaration") {
                 let kind = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
                 let Some((name, value)) = self.declaration(declaration) else { continue };
                 let variable = self.add_variable(&name, kind, &value);
-                self.parameters.declare(name, Parameter { value, variable });
+                self.parameters.declare(path, name, Parameter { value, variable });
             }
         }
-        if let Some(declarations) = element.child("VariableDeclarations") {
-            for declaration in declarations.all("VariableDeclaration") {
-                let kind = declaration.attribute("variableType");
-                let Some((name, value)) = self.declaration(declaration) else { continue };
-                let variable = self.add_variable(&name, kind, &value);
-                self.parameters.declare_variable(name, variable);
-            }
-        }
+        self.scopes.insert(element.location.position, self.parameters.innermost());
+    }
+
+    /// Opens the scope of an element; [`Self::leave`] closes it.
+    pub(super) fn enter(&mut self, element: &Element) {
+        let scope = self.scopes.get(&element.location.position).cloned();
+        self.parameters.enter(scope.unwrap_or_default());
     }
 
     /// The name and value of a declaration.

@@ -35,7 +35,7 @@ impl MakeOperators<f64> for Operators {
     }
 }
 
-/// Computes an expression of numbers, and writes the result as a number.
+/// Computes an expression of numbers, and writes the result as a number: whole, or with 15 digits.
 ///
 /// # Errors
 /// The reason as text.
@@ -47,7 +47,12 @@ pub(super) fn compute(expression: &str) -> Result<String, String> {
     let value = parsed.and_then(|parsed| parsed.eval(&[])).map_err(|_| {
         format!("{expression:?} is not an expression of numbers, + - * / %, pow, sqrt, round, floor and ceil")
     })?;
-    if value.is_finite() { Ok(value.to_string()) } else { Err(format!("{expression:?} has no finite value")) }
+    if !value.is_finite() {
+        return Err(format!("{expression:?} has no finite value"));
+    }
+    // 1 + 3 * 2.2 is meant to be 7.6. Ids are whole numbers, which are exact.
+    let rounded = format!("{value:.14e}").parse().unwrap_or(value);
+    Ok(if value.fract() == 0.0 { value.to_string() } else { rounded.to_string() })
 }
 
 #[cfg(test)]
@@ -67,6 +72,8 @@ mod tests {
             ("pow(2, 3) + sqrt(16)", "12"),
             ("round(2.5) + floor(-0.5) + ceil(0.1)", "3"),
             ("not(0) and true or false", "1"),
+            ("1 + sqrt(9) * 2.2", "7.6"),
+            ("9007199254740990 + 1", "9007199254740991"),
             ("(-3) * 2", "-6"),
         ] {
             assert_eq!(compute(expression).as_deref(), Ok(value), "{expression}");

@@ -12,6 +12,8 @@ mod storyboard;
 mod transliterated;
 mod trigger;
 
+use std::collections::BTreeMap;
+
 use super::file::ScenarioFile;
 use super::reader::Reader;
 use crate::config::reading::element::Element;
@@ -42,14 +44,15 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
     }
     let parameters = Parameters::new(reader.options.packages.clone());
     let (controllers, variables) = (Vec::new(), Vec::new());
-    let mut document = Document { reader, parameters, variables, controllers, references: 0 };
-    document.enter(root);
+    let scopes = BTreeMap::new();
+    let mut document = Document { reader, parameters, scopes, variables, controllers, references: 0 };
+    document.declare(root);
     if let Some(network) = network {
         file.map = document.map(network);
         document.controllers(network);
     }
     if let Some(storyboard) = storyboard {
-        file.left_out_verdict = document.storyboard(storyboard, &mut file.scenario);
+        file.uncertain_ends = document.storyboard(storyboard, &mut file.scenario);
     }
     (file.scenario.controllers, file.scenario.variables) = (document.controllers, document.variables);
     leftovers::list(root, reader);

@@ -23,6 +23,8 @@ pub(super) struct Parameter {
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
     scopes: Vec<BTreeMap<String, Parameter>>,
+    /// The parameters of the whole document, by the names of the elements around each and its own name.
+    declared: Vec<(Vec<String>, String, Parameter)>,
     /// The declared variables.
     variables: BTreeMap<String, VariableIndex>,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
@@ -35,9 +37,9 @@ impl Parameters {
         Self { packages, ..Self::default() }
     }
 
-    /// Opens a scope; [`Self::leave`] closes it.
-    pub(super) fn enter(&mut self) {
-        self.scopes.push(BTreeMap::new());
+    /// Opens a scope with its parameters; [`Self::leave`] closes it.
+    pub(super) fn enter(&mut self, scope: BTreeMap<String, Parameter>) {
+        self.scopes.push(scope);
     }
 
     /// Closes the innermost scope.
@@ -45,11 +47,17 @@ impl Parameters {
         self.scopes.pop();
     }
 
-    /// Adds a parameter to the innermost scope.
-    pub(super) fn declare(&mut self, name: String, parameter: Parameter) {
+    /// Adds a parameter to the innermost scope. `path` are the names of the elements around it.
+    pub(super) fn declare(&mut self, path: &[String], name: String, parameter: Parameter) {
+        self.declared.push((path.to_vec(), name.clone(), parameter.clone()));
         if let Some(scope) = self.scopes.last_mut() {
             scope.insert(name, parameter);
         }
+    }
+
+    /// The parameters of the innermost scope.
+    pub(super) fn innermost(&self) -> BTreeMap<String, Parameter> {
+        self.scopes.last().cloned().unwrap_or_default()
     }
 
     /// Adds a variable, which no reference in a text can name.
@@ -87,14 +95,28 @@ impl Parameters {
         }
     }
 
-    /// The parameter of a name in the innermost scope that has one.
+    /// The parameter of a name in the innermost scope that has one. `::name` is one of the whole document, and
+    /// `element::name` one below an element of the storyboard, as TIER IV writes them.
     ///
     /// # Errors
     /// The reason and the remedy.
     pub(super) fn parameter(&self, name: &str) -> Result<&Parameter, (String, String)> {
-        self.scopes.iter().rev().find_map(|scope| scope.get(name)).ok_or_else(|| {
-            let known = listed(self.scopes.iter().flat_map(BTreeMap::keys).map(String::as_str));
-            (format!("no parameter is called {name}"), known)
+        let found = match name.rsplit_once("::") {
+            None => self.scopes.iter().rev().find_map(|scope| scope.get(name)),
+            Some(("", own)) => self.scopes.first().and_then(|scope| scope.get(own)),
+            Some((path, own)) => {
+                let leads_to = |above: &[String]| {
+                    let mut above = above.iter();
+                    path.trim_start_matches("::").split("::").all(|step| above.any(|name| name == step))
+                };
+                let mut declared = self.declared.iter();
+                let found = declared.find(|(above, name, _)| name == own && leads_to(above));
+                found.map(|(.., parameter)| parameter)
+            }
+        };
+        found.ok_or_else(|| {
+            let known = self.scopes.iter().flat_map(BTreeMap::keys);
+            (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
         })
     }
 
@@ -158,6 +180,22 @@ mod tests {
         let refused = |text| parameters.value(text).unwrap_err();
         assert_eq!(refused("$dark"), ("no parameter is called dark".into(), "there are light, light".into()));
         assert!(refused("$(var light)").0.contains("launch system"));
+    }
+
+    #[test]
+    fn a_path_leads_to_a_parameter_anywhere_in_the_document() {
+        let mut parameters = Parameters::default();
+        parameters.enter(BTreeMap::new());
+        let path = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        parameters.declare(&[], "light".to_owned(), parameter("1"));
+        parameters.enter(BTreeMap::new());
+        parameters.declare(&path(&["story", "act", "", "m"]), "light".to_owned(), parameter("3"));
+        parameters.leave();
+        parameters.enter(BTreeMap::new());
+        let texts = ["$light", "$::light", "$act::light", "$story::m::light", "$::story::act::light"];
+        let values = ["1", "1", "3", "3", "3"];
+        assert_eq!(texts.map(|text| parameters.value(text).unwrap()), values);
+        assert_eq!(parameters.value("$m::act::light").unwrap_err().0, "no parameter is called m::act::light");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use super::super::file::UncertainEnd;
 use super::super::naming::{Names, action_path, event_path};
 use super::super::reader::Reader;
 use super::draft::{ActDraft, ConditionDraft, EventDraft, StoryDraft, TestDraft, TriggerDraft};
@@ -33,8 +34,8 @@ pub(super) struct Resolved {
     pub(super) acts: Vec<Act>,
     /// The trigger that ends the scenario.
     pub(super) stop: Option<Trigger>,
-    /// The first event that was left out although it ends the scenario.
-    pub(super) left_out_verdict: Option<String>,
+    /// The ends of the scenario that can come at another time than they do here, or not at all.
+    pub(super) uncertain_ends: Vec<UncertainEnd>,
 }
 
 /// Returns what can run, and lists the elements that were left out.
@@ -51,19 +52,21 @@ pub(super) fn resolve(
     }
     let names = names(stories, &acts);
     board.list(reader, &acts);
-    let ends = |event: &EventDraft<'_>| {
-        event
-            .actions
-            .iter()
-            .flat_map(|action| &action.actions)
-            .any(|action| matches!(action, Action::End { .. }))
-    };
-    let verdict = events(&acts).find(|(at, event)| board.is_left_out(*at) && ends(event));
-    let left_out_verdict = verdict.and_then(|(_, event)| event.path.last().cloned());
     let finish = Finish { board: &board, names: &names };
+    let is_uncertain = |(at, event): &(At, &EventDraft<'_>)| {
+        board.is_left_out(*at) || event.start.iter().flatten().any(|group| board.obstacle_of(group).is_some())
+    };
+    let uncertain_ends = events(&acts).filter(is_uncertain).flat_map(|(at, event)| {
+        let actions = event.actions.iter().flat_map(|action| &action.actions);
+        let ends = actions
+            .filter_map(|action| if let Action::End { success } = action { Some(*success) } else { None });
+        let event = finish.name(at);
+        ends.map(move |success| UncertainEnd { event: event.clone(), success })
+    });
+    let uncertain_ends = uncertain_ends.collect();
     let stop = stop.map(|(_, groups)| finish.trigger(groups));
     let stories = finish.stories(stories);
-    Resolved { stories, acts: finish.acts(acts), stop, left_out_verdict }
+    Resolved { stories, acts: finish.acts(acts), stop, uncertain_ends }
 }
 
 /// The acts with the references to them.

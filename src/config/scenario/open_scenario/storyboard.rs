@@ -1,5 +1,6 @@
 //! Stories, acts and events.
 
+use super::super::file::UncertainEnd;
 use super::document::Document;
 use super::draft::{ActDraft, ActionDraft, EventDraft, GroupDraft, StoryDraft};
 use super::references::resolve;
@@ -7,8 +8,8 @@ use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::Scenario;
 
 impl Document<'_, '_> {
-    /// Reads the storyboard into the scenario. Returns the first event that was left out although it ends the scenario.
-    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) -> Option<String> {
+    /// Reads the storyboard into the scenario. Returns the uncertain ends.
+    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) -> Vec<UncertainEnd> {
         if let Some(actions) = storyboard.child("Init").and_then(|init| init.child("Actions")) {
             scenario.init = self.actions(actions).0;
         }
@@ -17,7 +18,9 @@ impl Document<'_, '_> {
             self.enter(story);
             let (path, first) = (vec![self.name(story)], acts.len());
             for act in story.all("Act") {
+                self.enter(act);
                 acts.push(self.act(act, &path));
+                self.leave();
             }
             stories.push(StoryDraft { path, acts: first..acts.len() });
             self.leave();
@@ -26,7 +29,7 @@ impl Document<'_, '_> {
         let stop = stop.map(|groups| (storyboard, groups));
         let resolved = resolve(self.reader, &stories, acts, stop);
         (scenario.stories, scenario.acts, scenario.stop) = (resolved.stories, resolved.acts, resolved.stop);
-        resolved.left_out_verdict
+        resolved.uncertain_ends
     }
 
     fn act<'e>(&mut self, act: &'e Element, story: &[String]) -> ActDraft<'e> {
@@ -35,6 +38,7 @@ impl Document<'_, '_> {
         let stop = self.trigger(act, "StopTrigger");
         let (mut events, mut groups) = (Vec::new(), Vec::new());
         for group in act.all("ManeuverGroup") {
+            self.enter(group);
             let (path, first) = (self.below(&path, group), events.len());
             if let Some(count) = self.given(group, "maximumExecutionCount").filter(|count| count.text != "1")
             {
@@ -49,6 +53,7 @@ impl Document<'_, '_> {
                 self.leave();
             }
             groups.push(GroupDraft { kind: "maneuverGroup", path, events: first..events.len() });
+            self.leave();
         }
         ActDraft { element: act, path, start, stop, events, groups }
     }

@@ -25,15 +25,15 @@ const RULES: Keywords<Rule> = &[
     ("lessThan", Rule::LessThan),
     ("lessOrEqual", Rule::LessOrEqual),
 ];
-/// States and transitions. Our events are never skipped, so that the last one is not interpreted.
-const STATES: Keywords<Option<ElementState>> = &[
-    ("standbyState", Some(ElementState::Standby)),
-    ("runningState", Some(ElementState::Running)),
-    ("completeState", Some(ElementState::Complete)),
-    ("startTransition", Some(ElementState::StartTransition)),
-    ("endTransition", Some(ElementState::EndTransition)),
-    ("stopTransition", Some(ElementState::StopTransition)),
-    ("skipTransition", None),
+/// States and transitions.
+const STATES: Keywords<ElementState> = &[
+    ("standbyState", ElementState::Standby),
+    ("runningState", ElementState::Running),
+    ("completeState", ElementState::Complete),
+    ("startTransition", ElementState::StartTransition),
+    ("endTransition", ElementState::EndTransition),
+    ("stopTransition", ElementState::StopTransition),
+    ("skipTransition", ElementState::SkipTransition),
 ];
 /// Kinds of elements.
 const KINDS: Keywords<&str> = &[
@@ -154,11 +154,7 @@ impl Document<'_, '_> {
             (self.reader.checker.keyword(&kind?, KINDS), self.reader.checker.keyword(&state?, STATES));
         let (kind, reference, state) = (kind?, reference?, state?);
         self.references += 1;
-        let number = self.references;
-        Some(match state {
-            Some(state) => TestDraft::Element { number, kind, reference, state },
-            None => undecidable(element),
-        })
+        Some(TestDraft::Element { number: self.references, kind, reference, state })
     }
 }
 

@@ -56,7 +56,7 @@ fn many() -> impl Iterator<Item = Emission> {
 fn groups_of(emission: &Emission) -> &[Arc<GroupState>] {
     match &emission.content {
         Content::Groups(groups) => groups,
-        Content::Lights(_) | Content::Markers(_) => panic!("groups were sent"),
+        Content::Lights(_) | Content::Markers(_) | Content::Clock => panic!("groups were sent"),
     }
 }
 

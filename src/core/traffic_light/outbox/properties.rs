@@ -133,6 +133,7 @@ fn copy(content: &Content) -> Content {
         Content::Lights(lights) => Content::lights(lights.iter().copied()),
         Content::Groups(groups) => Content::groups(groups.iter().map(|group| (**group).clone())),
         Content::Markers(markers) => Content::markers(markers.iter().copied()),
+        Content::Clock => Content::Clock,
     }
 }
 
@@ -141,6 +142,7 @@ fn counted(lights: impl Iterator<Item = BulbCounts>) -> BulbCounts {
         lights: sum.lights + light.lights,
         dark: sum.dark + light.dark,
         unknown: sum.unknown + light.unknown,
+        contradictory: sum.contradictory + light.contradictory,
     })
 }
 

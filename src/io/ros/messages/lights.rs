@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use super::clock::Clock;
 use super::marker_array::MarkerArray;
 use super::traffic_light_array_v1::TrafficLightArrayV1;
 use super::traffic_light_group_array::TrafficLightGroupArray;
@@ -21,6 +22,8 @@ pub enum LightsMessage {
     GroupArray(TrafficLightGroupArray),
     /// One marker for each lamp.
     MarkerArray(MarkerArray),
+    /// The time of the frame.
+    Clock(Clock),
 }
 
 impl LightsMessage {
@@ -45,7 +48,8 @@ impl LightsMessage {
                     Compat::Upstream => vec![Self::MarkerArray(MarkerArray::delete_all(stamp)), spheres],
                 }
             }
-            (Content::Lights(_) | Content::Groups(_) | Content::Markers(_), _) => Vec::new(),
+            (Content::Clock, LightsType::Clock) => vec![Self::Clock(Clock { clock: stamp.into() })],
+            (Content::Lights(_) | Content::Groups(_) | Content::Markers(_) | Content::Clock, _) => Vec::new(),
         }
     }
 }
@@ -58,6 +62,7 @@ impl Serialize for LightsMessage {
             Self::SignalArray(message) => message.serialize(serializer),
             Self::GroupArray(message) => message.serialize(serializer),
             Self::MarkerArray(message) => message.serialize(serializer),
+            Self::Clock(message) => message.serialize(serializer),
         }
     }
 }

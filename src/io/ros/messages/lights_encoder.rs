@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::array_element::{ArrayElement, StampPosition};
 use super::cdr_bytes::CdrBytes;
+use super::clock::Clock;
 use super::marker::Marker;
 use super::marker_array::MarkerArray;
 use super::stamp::Time;
@@ -46,6 +47,8 @@ enum AnyArray {
     Signals(ArrayEncoder<TrafficSignal>),
     Groups(ArrayEncoder<TrafficLightGroup>),
     Markers(ArrayEncoder<Marker>),
+    /// No array, and nothing to keep.
+    Clock,
 }
 
 impl LightsEncoder {
@@ -56,6 +59,7 @@ impl LightsEncoder {
             LightsType::SignalArray => AnyArray::Signals(ArrayEncoder::default()),
             LightsType::GroupArray => AnyArray::Groups(ArrayEncoder::default()),
             LightsType::MarkerArray => AnyArray::Markers(ArrayEncoder::default()),
+            LightsType::Clock => AnyArray::Clock,
         };
         Self { compat, array }
     }
@@ -74,7 +78,8 @@ impl LightsEncoder {
                     Compat::Upstream => vec![CdrBytes::encode(&MarkerArray::delete_all(stamp))?, spheres],
                 }
             }
-            (_, Content::Lights(_) | Content::Groups(_) | Content::Markers(_)) => Vec::new(),
+            (AnyArray::Clock, Content::Clock) => vec![CdrBytes::encode(&Clock { clock: stamp.into() })?],
+            (_, Content::Lights(_) | Content::Groups(_) | Content::Markers(_) | Content::Clock) => Vec::new(),
         })
     }
 }

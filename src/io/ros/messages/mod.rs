@@ -3,7 +3,7 @@
 //!
 //! One `Serialize` serves two readers: CDR on the wire (fields in order) and JSON for people and
 //! scripts (fields by name; `level` is a number). Conversions from the core's types go one way.
-//! Sources: `builtin_interfaces`, `std_msgs`, `geometry_msgs`, `nav_msgs`, `sensor_msgs`,
+//! Sources: `builtin_interfaces`, `rosgraph_msgs`, `std_msgs`, `geometry_msgs`, `nav_msgs`, `sensor_msgs`,
 //! `visualization_msgs` and `diagnostic_msgs` of `common_interfaces`, `unique_identifier_msgs` (Humble and
 //! Jazzy lay them out alike); `autoware_vehicle_msgs`, `autoware_perception_msgs` and
 //! `autoware_planning_msgs` 1.12, `autoware_internal_planning_msgs` 1.12, `autoware_adapi_v1_msgs`,
@@ -12,6 +12,7 @@
 mod array_element;
 mod bounded;
 mod cdr_bytes;
+mod clock;
 mod diagnostics;
 mod element;
 mod geometry;
@@ -35,6 +36,7 @@ mod traffic_signal_array;
 mod vehicle;
 
 pub use cdr_bytes::CdrBytes;
+pub use clock::Clock;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use element::TrafficLightElement;
 pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};

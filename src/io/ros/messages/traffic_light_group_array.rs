@@ -13,7 +13,7 @@ use super::stamp::Time;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::BulbSet;
-use crate::core::traffic_light::emission::{GroupState, Prediction};
+use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
 use crate::core::traffic_light::engine::LightObservation;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::traffic_light::target::StoreId;
@@ -87,6 +87,24 @@ impl TrafficLightGroupArray {
             states.push((group.traffic_light_group_id, observation));
         }
         TrafficLightInput::States { store, stamp: self.stamp.into(), states, rejected }
+    }
+}
+
+impl TrafficLightGroupArray {
+    /// The core's input of a camera pipeline. A group with an undefined number is left out as a whole and counted;
+    /// predictions of cameras are not used.
+    pub fn for_arbiter(&self) -> TrafficLightInput {
+        let group = |group: &TrafficLightGroup| {
+            let element = |element: &TrafficLightElement| {
+                Some(Element { bulb: element.bulb()?, confidence: f64::from(element.confidence) })
+            };
+            let elements = group.elements.iter().map(element).collect::<Option<_>>()?;
+            let relation_id = group.traffic_light_group_id;
+            Some(Arc::new(GroupState { relation_id, elements, predictions: Vec::new() }))
+        };
+        let groups: Vec<_> = self.traffic_light_groups.iter().filter_map(group).collect();
+        let rejected = u32::try_from(self.traffic_light_groups.len() - groups.len()).unwrap_or(u32::MAX);
+        TrafficLightInput::Camera { stamp: self.stamp.into(), groups: groups.into(), rejected }
     }
 }
 

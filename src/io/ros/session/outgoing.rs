@@ -75,6 +75,7 @@ impl Outgoing {
             Source::Lights(LightsTopic::V2i, ..) => "V2I lights",
             Source::Lights(LightsTopic::Arbiter, ..) => "arbiter lights",
             Source::Lights(LightsTopic::Markers, ..) => "markers",
+            Source::Lights(LightsTopic::Clock, ..) => "clock",
             Source::TurnCommand => "turn command",
             Source::HazardCommand => "hazard command",
             Source::SectionMarkers => "section markers",

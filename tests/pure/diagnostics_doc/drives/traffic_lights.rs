@@ -5,6 +5,7 @@ use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::compat::Compat;
+use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings};
 use signal_gateway::core::traffic_light::flow::{FlowSettings, TrafficLightFlow};
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
@@ -19,6 +20,7 @@ use crate::support::files::MemoryFiles;
 
 pub(super) fn drive(reported: &mut Reported) {
     scenarios(reported);
+    simulated_time(reported);
     channels(reported);
     unit(reported);
 }
@@ -31,8 +33,7 @@ fn flow(acts: Vec<Act>, compat: Compat) -> TrafficLightFlow {
         ..Scenario::default()
     };
     let lights = LightsSettings::new(small_map(), scenario, compat);
-    let settings = FlowSettings { lights, camera_faults: None, v2i_faults: None, arbiter: None };
-    TrafficLightFlow::new(settings, V2iBinding::default(), at_ms(0))
+    TrafficLightFlow::new(FlowSettings::new(lights), V2iBinding::default(), at_ms(0))
 }
 
 fn scenarios(reported: &mut Reported) {
@@ -56,6 +57,18 @@ fn lights<'a>(scenario: &str, reported: &'a mut Reported) -> Desk<'a> {
     let gateway = "[traffic_lights]\nscenario = \"s.toml\"\nv2i_timeout_ms = 500\n[traffic_lights.inputs]\nv2i = \"/v2i\"\n";
     let scenario = format!("{scenario}[groups]\n100 = [11]\n");
     Desk::of(&MemoryFiles::new([("gateway.toml", gateway), ("s.toml", &scenario)]), reported)
+}
+
+fn simulated_time(reported: &mut Reported) {
+    let gateway = "[traffic_lights]\nscenario = \"s.toml\"\nuse_sim_time = true\n";
+    let scenario = "[groups]\n100 = [11]\n[[controller]]\nname = \"A\"\n\
+                    phase = [{ name = \"p1\", duration_s = 9, states = { \"11\" = \"red, green\" } }]\n";
+    let mut desk = Desk::of(&MemoryFiles::new([("gateway.toml", gateway), ("s.toml", scenario)]), reported);
+    desk.pass(500);
+    for ms in [100, 200] {
+        desk.input(TrafficLightInput::Clock(WallStamp::from_nanos(ms * 1_000_000)));
+    }
+    desk.pass(6_000);
 }
 
 fn channels(reported: &mut Reported) {

@@ -135,6 +135,11 @@ pub(super) fn channel() -> Task {
         about: "The traffic lights of one channel. With a `[traffic_lights]` section.",
         messages: vec![
             message(Ok, "normal", NOTHING),
+            message(
+                Warn,
+                "{id} shows red and green",
+                "Correct the phases, actions or inputs that set this light.",
+            ),
             message(Warn, "an input for {id} was rejected", "Correct the id or the state; shown for 10 s."),
             message(Warn, "an unreadable input was rejected", "Correct the sender; shown for 10 s."),
             message(
@@ -148,6 +153,11 @@ pub(super) fn channel() -> Task {
             key("dark", "-", "Of these, without a lit bulb."),
             key("unknown", "-", "Of these and of the detected ones, with an unknown colour or status."),
             key("detected", "-", "Lights with a detected state."),
+            key(
+                "contradictory",
+                "-",
+                "Of these and of the detected ones, with a red and a green circle lit.",
+            ),
             key("stale", "-", "Lights removed since they were not renewed; 0 for `conventional`."),
             key("rejected", "-", "Inputs rejected since start."),
             key("rate_hz", "Hz", "Rate of the channel's messages."),
@@ -163,6 +173,8 @@ pub(super) fn scenario() -> Task {
         messages: vec![
             message(Ok, "no scenario", NOTHING),
             message(Ok, "running", NOTHING),
+            message(Warn, "waiting for /clock", "Start the simulator; nothing is sent before its first time."),
+            message(Warn, "/clock is no longer received", "Check the simulator; time stands still without it."),
             message(Ok, "ended", NOTHING),
             message(Ok, "ended in success", NOTHING),
             message(Warn, "ended in failure", "Read in the log which condition failed it."),
@@ -178,6 +190,9 @@ pub(super) fn scenario() -> Task {
             .when("if the scenario has controllers"),
             key("skipped", "-", "Frames and messages left out after gaps in time."),
             key("refused_commands", "-", "Text commands that were refused."),
+            key("clock_restarts", "-", "Times that the simulated clock began anew.").when("with `use_sim_time`"),
+            key("clock_overtaken", "-", "Messages of `/clock` older than the one before, which had no effect.")
+                .when("with `use_sim_time`"),
         ],
     }
 }

@@ -146,6 +146,7 @@ proptest! {
                     LightsType::ArrayV1 => Content::Lights(Arc::clone(&lights)),
                     LightsType::SignalArray | LightsType::GroupArray => Content::Groups(Arc::clone(&groups)),
                     LightsType::MarkerArray => Content::Markers(Arc::clone(&markers)),
+                    LightsType::Clock => Content::Clock,
                 };
                 let stamp = WallStamp::from_nanos(nanos);
                 let emission = Emission { topic: LightsTopic::V2i, stamp, content };
