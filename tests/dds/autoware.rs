@@ -41,7 +41,8 @@ fn is_arrival(line: &Value, subscription: usize) -> bool {
 
 /// The input that each topic's sample becomes, in the order of [`KINDS`].
 fn expected() -> [Value; 13] {
-    let pose = Pose::new(1.0, 2.0, std::f64::consts::PI);
+    let at = Pose::new(1.0, 2.0, std::f64::consts::PI);
+    let pose = Pose { position: at.position.at_height(3.0), ..at };
     let stamp = WallStamp::from_nanos(7_000_000_001);
     let id = 0x0102_0304_0506_0708_090A_0B0C_0D0E_0F10;
     let segments = vec![Segment { preferred: 10, lanes: vec![11, 10] }];
