@@ -109,12 +109,6 @@ const DEVIATIONS: &[Deviation] = &[
         why: "side shifts are not published, so that they erase nothing",
         within_m: None,
     },
-    Deviation {
-        name: "three_at_once.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: "factors come in the order of the planner's modules: the lane change replaces the avoidance, not the reverse",
-        within_m: None,
-    },
 ];
 
 const TURN: Kind<TurnCommand> = Kind {

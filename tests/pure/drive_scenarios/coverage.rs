@@ -84,7 +84,6 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
         "W19",
         &[
             "lane_changes_same_side.toml",
-            "three_at_once.toml",
             "lane_changes_one_after_the_other.toml",
             "lane_change_then_back.toml",
         ],
