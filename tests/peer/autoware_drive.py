@@ -6,7 +6,7 @@ a cycle also waits until commands follow the last but one, and one that is late 
 that a busy machine makes a drive longer and no different. NAME begins with `turn` or `hazard`: commands to read there; or with
 `report`: reports of the turn indicators.
 SCRIPT has a JSON object a line: first the topics by name, then a cycle each with `t` in seconds, `odometry`
-(x, y, yaw, speed), `path` (x, y, yaw, speed, lanelet), `factors` by module, `lane_driving`, and
+(x, y, yaw, z, speed), `path` (x, y, yaw, z, speed, lanelet), `factors` by module, `lane_driving`, and
 `route`, `hazard_request`, `own_turn`, `own_hazard`, `control_mode` where there are any. The first cycle is repeated until
 a command comes on every topic that is read. Prints one line of JSON: `cycles`, when each was published, and
 `received`, by name: the stamp of each command, its number, when it was received; times of day in nanoseconds.
@@ -70,9 +70,10 @@ def number(value):
     return math.nan if value is None else value
 
 
-def pose(x, y, yaw):
+def pose(x, y, yaw, z):
     x, y, yaw = number(x), number(y), number(yaw)
-    return Pose(Vector(x, y, 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+    # A height that is not known is that of a flat map.
+    return Pose(Vector(x, y, z or 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
 
 def path(points):
@@ -80,8 +81,8 @@ def path(points):
     return PathWithLaneId(
         Header(Time(0, 0), "map"),
         [
-            PathPointWithLaneId(PathPoint(pose(x, y, yaw), speed, 0.0, 0.0, False), [lane] if lane else [])
-            for x, y, yaw, speed, lane in points
+            PathPointWithLaneId(PathPoint(pose(x, y, yaw, z), speed, 0.0, 0.0, False), [lane] if lane else [])
+            for x, y, yaw, z, speed, lane in points
         ],
         [],
         [],
@@ -91,9 +92,9 @@ def path(points):
 def path_bytes(points):
     """The bytes of [`path`]; Cyclone needs a tenth of a second for them, and they are due that often."""
     data = bytearray(b"\0\1\0\0" + struct.pack("<iiI4sI", 0, 0, 4, b"map\0", len(points)))
-    for x, y, yaw, speed, lane in points:
+    for x, y, yaw, z, speed, lane in points:
         data += bytes((4 - len(data)) % 8)
-        data += struct.pack("<7d3f?", x, y, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2), speed, 0.0, 0.0, False)
+        data += struct.pack("<7d3f?", x, y, z or 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2), speed, 0.0, 0.0, False)
         data += struct.pack("<3xI", 1 if lane else 0)
         if lane:
             data += bytes((4 - len(data)) % 8) + struct.pack("<q", lane)
@@ -107,7 +108,7 @@ def factors(header, module, listed):
             PlanningFactor(
                 module,
                 factor["forward"],
-                [ControlPoint(pose(x, y, yaw), 0.0, shift, 0.0) for x, y, yaw, shift in factor["points"]],
+                [ControlPoint(pose(x, y, yaw, z), 0.0, shift, 0.0) for x, y, yaw, z, shift in factor["points"]],
                 factor["behavior"],
                 "",
                 SafetyFactorArray(header, [], True, ""),
@@ -162,9 +163,9 @@ class Autoware:
             if name in cycle:
                 self.write(name, message(stamp, cycle[name]))
         if cycle["odometry"] is not None:
-            x, y, yaw, speed = cycle["odometry"]
+            x, y, yaw, z, speed = cycle["odometry"]
             twist = Twist(Vector(number(speed), 0.0, 0.0), NOTHING)
-            where = PoseWithCovariance(pose(x, y, yaw), COVARIANCE)
+            where = PoseWithCovariance(pose(x, y, yaw, z), COVARIANCE)
             self.write("odometry", Odometry(header, "base_link", where, TwistWithCovariance(twist, COVARIANCE)))
 
     def write_path(self, points, stamp):

@@ -109,11 +109,12 @@ impl Script {
 /// The messages of Autoware at a cycle.
 fn messages(cycle: &Cycle) -> Map<String, Value> {
     let odometry = cycle.odometry.map(|Odometry { pose: Pose { position, yaw_rad }, speed_mps }| {
-        json!([position.x_m, position.y_m, yaw_rad, speed_mps])
+        json!([position.x_m, position.y_m, yaw_rad, position.z_m, speed_mps])
     });
     let speed_mps = cycle.speed_mps;
-    let point =
-        |pose: Pose, lane| json!([pose.position.x_m, pose.position.y_m, pose.yaw_rad, speed_mps, lane]);
+    let point = |pose: Pose, lane| {
+        json!([pose.position.x_m, pose.position.y_m, pose.yaw_rad, pose.position.z_m, speed_mps, lane])
+    };
     let path: Vec<_> = cycle.path.iter().map(|planned| point(planned.pose, planned.lane)).collect();
     let mut factors = Map::new();
     for (module, factor) in cycle.manoeuvres.iter().flat_map(factors_of) {
@@ -131,7 +132,7 @@ fn messages(cycle: &Cycle) -> Map<String, Value> {
 }
 
 fn planner_route(cycle: &Cycle) -> Value {
-    let pose = |Pose { position, yaw_rad }: Pose| json!([position.x_m, position.y_m, yaw_rad]);
+    let pose = |Pose { position, yaw_rad }: Pose| json!([position.x_m, position.y_m, yaw_rad, position.z_m]);
     // In the message the preferred lanelet comes in front of all of them, itself included.
     let segments = cycle.route.segments().iter().map(|segment| {
         let others = segment.lanes.iter().filter(|lane| **lane != segment.preferred);
@@ -198,8 +199,9 @@ fn shift(from: (Pose, f64), to: (Pose, f64), forward: bool) -> Value {
 }
 
 fn factor(behavior: u8, forward: bool, points: &[(Pose, f64)]) -> Value {
-    let point =
-        |(pose, shift_m): &(Pose, f64)| json!([pose.position.x_m, pose.position.y_m, pose.yaw_rad, shift_m]);
+    let point = |(pose, shift_m): &(Pose, f64)| {
+        json!([pose.position.x_m, pose.position.y_m, pose.yaw_rad, pose.position.z_m, shift_m])
+    };
     json!({
         "behavior": behavior,
         "forward": forward,

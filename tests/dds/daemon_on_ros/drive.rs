@@ -88,8 +88,15 @@ const DEVIATIONS: &[Deviation] = &[
     Deviation {
         name: "lane_change_masked.toml",
         modes: &[DeciderCompat::Improved],
-        why: "the scenario gives the position at which the bound is crossed, but its path stays in the lane",
-        within_m: Some(10.0),
+        why: "the scenario gives the position at which the bound is crossed, but its path stays in the lane: the turn lies \
+              within the lane change",
+        within_m: None,
+    },
+    Deviation {
+        name: "pull_out_beside_oncoming.toml",
+        modes: &[DeciderCompat::Improved],
+        why: "a pull-out beside the lane by which the route comes back is complete too early for the offsets of the path",
+        within_m: Some(11.0),
     },
     Deviation {
         name: "reroute_stale_start.toml",
