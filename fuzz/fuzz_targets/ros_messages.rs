@@ -13,7 +13,7 @@ use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput
 use signal_gateway::io::ros::reading::{Endian, read};
 use signal_gateway::io::ros::topics::SubscriptionKind;
 
-const KINDS: [SubscriptionKind; 14] = [
+const KINDS: [SubscriptionKind; 17] = [
     SubscriptionKind::Odometry,
     SubscriptionKind::Route,
     SubscriptionKind::PlannedPath,
@@ -28,6 +28,9 @@ const KINDS: [SubscriptionKind; 14] = [
     SubscriptionKind::ControlMode,
     SubscriptionKind::Command,
     SubscriptionKind::Groups(StoreId { channel: Channel::V2i, layer: Layer::Detected }),
+    SubscriptionKind::Camera,
+    SubscriptionKind::Clock,
+    SubscriptionKind::ModifiedGoal,
 ];
 
 fuzz_target!(|bytes: &[u8]| {
@@ -43,8 +46,11 @@ fuzz_target!(|bytes: &[u8]| {
         Input::TrafficLight(TrafficLightInput::States { states, rejected, .. }) => {
             states.len() + usize::try_from(*rejected).unwrap()
         }
+        Input::TrafficLight(TrafficLightInput::Camera { groups, rejected, .. }) => {
+            groups.len() + usize::try_from(*rejected).unwrap()
+        }
         Input::Planner(_)
-        | Input::TrafficLight(TrafficLightInput::Command(_))
+        | Input::TrafficLight(TrafficLightInput::Clock(_) | TrafficLightInput::Command(_))
         | Input::Command(_)
         | Input::Can(_)
         | Input::Tick => 0,
