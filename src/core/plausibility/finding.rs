@@ -5,7 +5,6 @@ use std::time::Duration;
 use super::evidence::ProfileEvidence;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use super::states::{Implausible, States};
-use crate::core::validation::integrity::Protection;
 use crate::core::validation::integrity::search::FoundChecksum;
 use crate::core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSource};
 use crate::core::vehicle_lights::state::TurnCode;
@@ -238,9 +237,5 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
 }
 
 fn has_proven_checksum(message: &MessageEvidence) -> bool {
-    let has_rules = message.integrity().is_some_and(|(rules, _)| match &rules.protection {
-        Protection::Fields { checksum, .. } => checksum.is_some(),
-        Protection::E2e { .. } => true,
-    });
-    has_rules && matches!(message.proof(), Proof::Holds { .. })
+    matches!(message.proof(), Proof::Holds { checksum: true, .. })
 }

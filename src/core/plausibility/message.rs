@@ -15,6 +15,7 @@ use crate::core::validation::table::{BoundMessage, Timing};
 
 /// Number of frames from which a rule is proven, or refuted.
 pub(super) const MIN_FRAMES: u64 = 10;
+
 /// The evidence of one message.
 #[derive(Debug, Clone)]
 pub struct MessageEvidence {
@@ -58,11 +59,9 @@ pub enum Proof {
 
 impl MessageEvidence {
     pub(super) fn new(bound: &BoundMessage, described: Option<&Message>) -> Self {
-        let (has_checksum, has_counter) = match bound.integrity.as_ref().map(|rules| &rules.protection) {
-            Some(Protection::Fields { checksum, counter }) => (checksum.is_some(), counter.is_some()),
-            Some(Protection::E2e { .. }) => (true, true),
-            None => (false, false),
-        };
+        let protection = bound.integrity.as_ref().map(|rules| &rules.protection);
+        let has_checksum = protection.is_some_and(Protection::has_checksum);
+        let has_counter = protection.is_some_and(Protection::has_counter);
         Self {
             length: described.map_or(0, |message| message.length),
             cycle: described.and_then(|message| message.cycle_ms).map(|ms| Duration::from_millis(ms.into())),
@@ -104,10 +103,7 @@ impl MessageEvidence {
     /// What its counter and checksum come to.
     pub fn proof(&self) -> Proof {
         let Some((rules, counts)) = self.integrity() else { return Proof::None };
-        let checksum = match &rules.protection {
-            Protection::Fields { checksum, .. } => checksum.is_some(),
-            Protection::E2e { .. } => true,
-        };
+        let checksum = rules.protection.has_checksum();
         let broken = counts.wrong_checksum
             + counts.wrong_data_id
             + counts.counter_out_of_range

@@ -181,6 +181,16 @@ impl Protection {
         let counter = CounterRule::new(first, last)?.with_max_step(max_step)?;
         Ok(Self::E2e { profile, counter })
     }
+
+    /// True if frames carry a checksum, as those of every E2E profile do.
+    pub fn has_checksum(&self) -> bool {
+        matches!(self, Self::Fields { checksum: Some(_), .. } | Self::E2e { .. })
+    }
+
+    /// True if frames carry a counter, as those of every E2E profile do.
+    pub fn has_counter(&self) -> bool {
+        matches!(self, Self::Fields { counter: Some(_), .. } | Self::E2e { .. })
+    }
 }
 
 impl IntegrityChecker {
