@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{RecordingArgs, open, recording, settings};
+use super::arguments::{ConfigArgs, RecordingArgs, open, recording, settings};
 use super::replay::{has_frames, mention_losses};
 use super::{Failure, start_log};
 use crate::check;
@@ -121,6 +121,13 @@ fn layout() -> Layout {
     }
     let width = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
     Layout { has_color: std::env::var_os("NO_COLOR").is_none(), width }
+}
+
+/// Checks new files on a recording, as `check LOG --config CONFIG` does.
+pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure> {
+    let config = ConfigArgs { config: config.to_owned(), profile: None };
+    let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new() };
+    check(&CheckArgs { recording, strict: false, fix: false, json: false })
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
