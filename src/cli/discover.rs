@@ -118,8 +118,8 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
     let new = NewFiles::in_folder(folder, args.force).map_err(Failure::file(folder))?;
     let path = new.path(SESSION_LOG);
     let log = new.create(SESSION_LOG).map_err(Failure::file(&path))?;
-    let mut session =
-        LiveSession { log, interfaces: args.live.clone(), screen: Screen::new(io::stdout().is_terminal()) };
+    let screen = Screen::new(io::stdout().is_terminal());
+    let mut session = LiveSession { log, mark: None, interfaces: args.live.clone(), screen };
     if io::stdin().is_terminal() && io::stdout().is_terminal() {
         session.screen.line(
             "The car stands, the ignition is on, the indicators are off. About a minute and a half.\n\
@@ -135,6 +135,7 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
     };
     let outcome =
         discover(&args.live, settings, |event, discovery, now| session.take(&event, discovery, now));
+    session.write_mark()?;
     session.log.flush()?;
     let Some((discovery, findings)) = outcome? else {
         say(&format!("signal-gateway: given up; the recording is {}", path.display()));
@@ -160,7 +161,8 @@ fn finish(
 ) -> Result<ExitCode, Failure> {
     let mut out = io::stdout().lock();
     let (messages, frames) = (capture.messages(), capture.frames());
-    writeln!(out, "\n{frames} frames of {messages} messages\n\n{}", texts::result(findings))?;
+    let plural = if messages == 1 { "" } else { "s" };
+    writeln!(out, "\n{frames} frames of {messages} message{plural}\n\n{}", texts::result(findings))?;
     let draft = VehicleDraft { name: &args.name, interfaces, capture, findings };
     let Some(files) = draft.files() else {
         writeln!(out, "Nothing is written: a wrong signal would be worse than none.")?;
@@ -182,6 +184,8 @@ fn finish(
 /// The recording and the screen of a live session.
 struct LiveSession {
     log: BufWriter<File>,
+    /// The latest mark, which is written behind the frames received before it.
+    mark: Option<(WallStamp, Mark)>,
     interfaces: Vec<String>,
     screen: Screen,
 }
@@ -190,6 +194,9 @@ impl LiveSession {
     fn take(&mut self, event: &LiveEvent<'_>, discovery: &Discovery, now: Now) -> io::Result<()> {
         match event {
             LiveEvent::Input(CanInput::Frame { bus, frame, stamp }) => {
+                if self.mark.is_some_and(|(marked, _)| marked.as_nanos() <= stamp.as_nanos()) {
+                    self.write_mark()?;
+                }
                 let interface = self.interfaces.get(usize::from(bus.0)).map_or("can0", String::as_str);
                 writeln!(self.log, "({}) {interface} {frame}", stamp_text(*stamp))
             }
@@ -197,13 +204,18 @@ impl LiveSession {
             LiveEvent::Tick => self.screen.tick(now.mono),
             LiveEvent::Discovery(event) => {
                 if let DiscoveryEvent::Request { mark, .. } = event {
-                    let interface = self.interfaces.first().map_or("can0", String::as_str);
-                    let note = Note::Mark(*mark);
-                    writeln!(self.log, "# ({}) {interface} {note}", stamp_text(now.wall))?;
+                    self.write_mark()?;
+                    self.mark = Some((now.wall, *mark));
                 }
                 self.screen.show(event, discovery, now.mono)
             }
         }
+    }
+
+    fn write_mark(&mut self) -> io::Result<()> {
+        let Some((stamp, mark)) = self.mark.take() else { return Ok(()) };
+        let interface = self.interfaces.first().map_or("can0", String::as_str);
+        writeln!(self.log, "# ({}) {interface} {}", stamp_text(stamp), Note::Mark(mark))
     }
 }
 

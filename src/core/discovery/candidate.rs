@@ -144,6 +144,8 @@ pub enum Drawback {
     TwoMessages,
     /// Its byte changes whenever anything in the message does, as a checksum does.
     LikeChecksum,
+    /// Bits beside it change with the requests in other manners, as lower bits of a number do.
+    PartOfNumber,
     /// Bits beside it that follow the requests as well.
     Cut(u16),
     /// It is not in a message of the turn indicators.
@@ -171,7 +173,7 @@ impl Drawback {
             Self::HidesHazard => 8,
             Self::Momentary => 40,
             Self::TwoMessages => 50,
-            Self::LikeChecksum => 20,
+            Self::LikeChecksum | Self::PartOfNumber => 20,
             Self::Cut(bits) => 4 * usize::from(bits),
             Self::OtherMessage => 15,
             Self::Gaps(bits) => 2 * usize::from(bits),
@@ -198,6 +200,16 @@ pub struct Candidate<F> {
 }
 
 impl<F> Candidate<F> {
+    /// Number of requests that it did not follow.
+    pub(super) fn missed(&self) -> usize {
+        self.followed.iter().map(|(count, of)| of - count).sum()
+    }
+
+    /// True if its bits may be a part of something else.
+    pub(super) fn is_suspect(&self) -> bool {
+        self.drawbacks.contains(&Drawback::LikeChecksum) || self.drawbacks.contains(&Drawback::PartOfNumber)
+    }
+
     /// Sum of the weights of all drawbacks; the candidate with the lowest one is first.
     pub fn weight(&self) -> usize {
         self.drawbacks.iter().map(|drawback| drawback.weight()).sum()

@@ -95,6 +95,14 @@ impl Track {
         self.changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
     }
 
+    /// Likewise the last one before a time, and all since then.
+    pub fn changes_from(&self, from: MonoTime) -> impl Iterator<Item = (MonoTime, &Frame)> {
+        let is_before = |(at, _): &(usize, Frame)| self.times.get(*at).is_some_and(|at| *at < from);
+        let first = self.changes.partition_point(is_before).saturating_sub(1);
+        let changes = self.changes.get(first..).unwrap_or_default();
+        changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
+    }
+
     /// Frames that differ from the one before, at most `limit`: the first ones.
     pub fn different_frames(&self, limit: usize) -> Vec<Frame> {
         self.changes.iter().take(limit).map(|(_, frame)| *frame).collect()

@@ -71,6 +71,7 @@ impl fmt::Display for Drawback {
             Self::LikeChecksum => {
                 f.write_str("its byte changes with everything in the message, as a checksum does")
             }
+            Self::PartOfNumber => f.write_str("bits beside it change as those of a number do"),
             Self::Cut(bits) => write!(f, "{bits} bits beside it follow the requests as well"),
             Self::OtherMessage => f.write_str("is not in a message of the turn indicators"),
             Self::Gaps(bits) => write!(f, "{bits} of its bits never changed"),

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::capture::{Capture, MessageKey};
-use super::findings::{Certainty, Findings};
+use super::findings::Findings;
 use super::search::seen;
 use super::session::{Session, SessionSettings, Step};
 use super::timeline::{Action, Timeline};
@@ -47,6 +47,8 @@ pub struct Discovery {
     capture: Capture,
     marks: Vec<(MonoTime, Mark)>,
     events: VecDeque<DiscoveryEvent>,
+    /// Number of requests whose responses were reported.
+    reviewed: usize,
 }
 
 impl Discovery {
@@ -57,6 +59,7 @@ impl Discovery {
             capture: Capture::default(),
             marks: Vec::new(),
             events: VecDeque::new(),
+            reviewed: 0,
         }
     }
 
@@ -109,17 +112,17 @@ impl Discovery {
     /// Reports what responded to the action that has ended.
     fn look_back(&mut self, now: MonoTime) {
         let timeline = self.timeline(now);
-        let Some(window) = timeline.windows.last() else { return };
+        let Some(window) = timeline.windows.last().filter(|_| self.reviewed < timeline.windows.len()) else {
+            return;
+        };
+        self.reviewed = timeline.windows.len();
         let (messages, bits) = seen(&self.capture, &timeline);
         self.events.push_back(DiscoveryEvent::Seen { action: window.action, messages, bits });
     }
 
     fn evaluate(&mut self, now: MonoTime) {
         let findings = Findings::new(&self.capture, &self.timeline(now));
-        let is_unsure =
-            |action: &Action| matches!(findings.certainty(*action), Certainty::Unsure | Certainty::NotFound);
-        let unsure: Vec<_> = Action::ALL.into_iter().filter(is_unsure).collect();
-        let repeats = self.session.evaluated(&unsure, now);
+        let repeats = self.session.evaluated(&findings.unsure(), now);
         self.events.push_back(if repeats.is_empty() {
             DiscoveryEvent::Finished(Box::new(findings))
         } else {

@@ -12,6 +12,7 @@
 //! | [`timeline`] | the requests over time |
 //! | `bits`, `response` | bits that rest without a request; their responses to each |
 //! | `search`, [`candidate`] | signals made of them, ranked |
+//! | `widening` | bits beside a signal that belong to it |
 //! | [`protection`] | counter and checksum of a message |
 //! | [`findings`] | the result, and what is not sure |
 
@@ -26,5 +27,6 @@ mod response;
 mod search;
 pub mod session;
 pub mod timeline;
+mod widening;
 
 pub use response::Shape;

@@ -106,8 +106,7 @@ impl Responses {
     }
 
     fn add(&mut self, window: &Window, runs: &[Run]) {
-        let begin = window.on.as_nanos().saturating_sub(u64::try_from(EARLY.as_nanos()).unwrap_or(0));
-        let begin = MonoTime::from_nanos(begin);
+        let begin = window.on.before(EARLY);
         let latest = window.off.after(LATE).min(window.end);
         let begun: Vec<_> =
             runs.iter().filter(|run| begin <= run.from && run.from <= latest).copied().collect();

@@ -5,7 +5,7 @@ use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, Switch, Tur
 use super::capture::{Capture, MessageKey, Track};
 use super::protection::Protection;
 use super::response::{Response, Responses, Shape, Typical};
-use super::timeline::{Action, Timeline};
+use super::timeline::{Action, EARLY, Timeline};
 use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use crate::core::time::MonoTime;
 
@@ -23,10 +23,12 @@ const MIN_CHECKSUM_BITS: usize = 3;
 pub(super) struct Responding<'a> {
     pub(super) key: MessageKey,
     pub(super) protection: Protection,
-    quiet: QuietBits<'a>,
+    pub(super) quiet: QuietBits<'a>,
     bits: Vec<(u16, Responses)>,
     /// Bytes that change whenever anything does.
     like_checksum: Vec<u16>,
+    /// Bits that change with most turns of the indicators, in no known manner.
+    restless: Vec<u16>,
     is_regular: bool,
     length: usize,
 }
@@ -46,7 +48,9 @@ impl<'a> Responding<'a> {
         let bits = responding_bits(&quiet, track)?;
         let is_regular = track.gaps().is_some_and(|gaps| gaps.longest.as_secs() < REGULAR_S);
         let like_checksum = like_checksum(&quiet, &bits);
-        Some(Self { key, protection, quiet, bits, like_checksum, is_regular, length: track.shortest() })
+        let restless = restless(&quiet, &bits);
+        let length = track.shortest();
+        Some(Self { key, protection, quiet, bits, like_checksum, restless, is_regular, length })
     }
 
     /// Fields of two bits or more that could be an enumerated signal.
@@ -97,6 +101,8 @@ impl<'a> Responding<'a> {
         drawbacks.extend(
             bits.iter().any(|bit| self.like_checksum.contains(&(bit / 8))).then_some(Drawback::LikeChecksum),
         );
+        let is_near = |other: &u16| bits.iter().any(|bit| bit / 8 == other / 8 || is_next(bit, other));
+        drawbacks.extend(self.restless.iter().any(is_near).then_some(Drawback::PartOfNumber));
         drawbacks.extend((cut > 0).then_some(Drawback::Cut(u16::try_from(cut).unwrap_or(u16::MAX))));
         drawbacks.extend((gaps > 0).then_some(Drawback::Gaps(u16::try_from(gaps).unwrap_or(u16::MAX))));
         let wide = bits.len().saturating_sub(2);
@@ -133,11 +139,29 @@ fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
     bytes.iter().copied().filter(is_like).collect()
 }
 
+/// The bits that change with most turns of the indicators, but do not respond to them: lower bits of a number, as the
+/// angle of the steering wheel.
+fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
+    let turns = quiet.timeline.windows.iter().filter(|window| window.action != Action::Hazard);
+    let masks: Vec<_> = turns.map(|window| quiet.changed_in(window.on.before(EARLY), window.end)).collect();
+    let changes = |bit: &u16| {
+        let changes = masks.iter().filter(|mask| mask[usize::from(bit / 8)] >> (bit % 8) & 1 == 1);
+        changes.count() * 2 > masks.len()
+    };
+    let responds = |bit: &u16| bits.iter().any(|(known, _)| known == bit);
+    quiet.bits.iter().copied().filter(|bit| changes(bit) && !responds(bit)).collect()
+}
+
 /// The messages that responded to the last request, and the number of bits that did.
 pub(super) fn seen(capture: &Capture, timeline: &Timeline) -> (Vec<MessageKey>, usize) {
     let end = capture.span().map_or(MonoTime::ZERO, |(_, end)| end);
     let (mut messages, mut bits) = (Vec::new(), 0);
+    let Some(last) = timeline.windows.last() else { return (messages, bits) };
     for (key, track) in capture.tracks() {
+        let begin = last.on.before(EARLY);
+        if !track.changes_from(begin).any(|(at, _)| begin <= at) {
+            continue;
+        }
         let Some(quiet) = quiet_bits(track, timeline, end, &[]) else { continue };
         let responds =
             |bit: &&u16| responses_of(&quiet, **bit, track).is_some_and(|responses| responses.to_last());

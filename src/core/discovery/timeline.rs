@@ -88,9 +88,7 @@ impl Timeline {
     }
 
     fn add_quiet(&mut self, from: MonoTime, until: MonoTime) {
-        let until = MonoTime::from_nanos(
-            until.since(MonoTime::ZERO).saturating_sub(EARLY).as_nanos().try_into().unwrap_or(0),
-        );
+        let until = until.before(EARLY);
         if from < until {
             self.quiet.push((from, until));
         }

@@ -2,7 +2,8 @@
 
 use signal_gateway::core::can::mark::Mark;
 
-use super::car::{Car, Ending, Lights, Stalk, State};
+use super::car::{Car, Ending};
+use super::lights::{Lights, Stalk, State};
 use super::random::Random;
 
 /// What a driver does at a time, ms.
@@ -11,6 +12,9 @@ enum Act {
     Switch(State),
     Stalk(Stalk),
     Button(bool),
+    Brake(bool),
+    Door(bool),
+    Wheel(i64),
 }
 
 pub(crate) struct Driver {
@@ -30,7 +34,7 @@ impl Driver {
             acts: Vec::new(),
             random: Random::new(seed ^ 0xD21F),
             clumsy,
-            lights: Lights { state: State::Off, lit: false, stalk: Stalk::Rest, button: false },
+            lights: Lights::REST,
             on_since_ms: 0,
             wanted: State::Off,
             states: vec![(0, State::Off)],
@@ -52,6 +56,9 @@ impl Driver {
             }
             return;
         }
+        if self.clumsy {
+            self.operate_others(state, at);
+        }
         let mistake = if self.clumsy { self.random.below(100) } else { 100 };
         let wrong = match state {
             State::Left => State::Right,
@@ -72,6 +79,34 @@ impl Driver {
             _ => {}
         }
         self.change(state, at, car);
+    }
+
+    /// Brakes, steers to the side, or opens a door about the time of an action.
+    fn operate_others(&mut self, state: State, at: u64) {
+        if self.random.percent(25) {
+            let pressed = at.saturating_sub(self.random.between(0, 700)) + self.random.between(0, 500);
+            self.acts.push((pressed, Act::Brake(true)));
+            self.acts.push((pressed + self.random.between(300, 5000), Act::Brake(false)));
+        }
+        if self.random.percent(5) {
+            self.acts.push((at, Act::Door(true)));
+            self.acts.push((at + self.random.between(1000, 6000), Act::Door(false)));
+        }
+        let side = match state {
+            State::Left => 1,
+            State::Right => -1,
+            State::Off | State::Hazard => return,
+        };
+        if self.random.percent(60) {
+            let angle = side * i64::try_from(self.random.between(5, 400)).unwrap();
+            let begins = at + self.random.between(0, 1000);
+            let turns = self.random.between(1000, 5000);
+            for step in 0..10 {
+                let to = i64::try_from(step + 1).unwrap();
+                self.acts.push((begins + 40 * step, Act::Wheel(angle * to / 10)));
+                self.acts.push((begins + turns + 40 * step, Act::Wheel(angle * (10 - to) / 10)));
+            }
+        }
     }
 
     /// Operates the controls so that the state becomes another one.
@@ -115,6 +150,9 @@ impl Driver {
             match act {
                 Act::Stalk(stalk) => self.lights.stalk = stalk,
                 Act::Button(button) => self.lights.button = button,
+                Act::Brake(brake) => self.lights.brake = brake,
+                Act::Door(door) => self.lights.door = door,
+                Act::Wheel(wheel) => self.lights.wheel = wheel,
                 Act::Switch(state) => {
                     self.lights.state = state;
                     self.on_since_ms = at;

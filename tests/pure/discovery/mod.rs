@@ -3,6 +3,8 @@
 mod car;
 mod driver;
 mod injected;
+mod lights;
+mod message;
 mod random;
 mod simulated;
 mod synthetic;
