@@ -10,6 +10,9 @@ use crate::core::traffic_light::variable::VariableIndex;
 /// The substitutions of a launch system that name the folder of a package.
 const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
+/// A declared parameter, or the reason why its value is not known and the remedy.
+pub(super) type Declared = Result<Parameter, (String, String)>;
+
 /// A declared parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Parameter {
@@ -22,9 +25,9 @@ pub(super) struct Parameter {
 /// The declared parameters, those of the innermost scope last.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
-    scopes: Vec<BTreeMap<String, Parameter>>,
+    scopes: Vec<BTreeMap<String, Declared>>,
     /// The parameters of the whole document, by the names of the elements around each and its own name.
-    declared: Vec<(Vec<String>, String, Parameter)>,
+    declared: Vec<(Vec<String>, String, Declared)>,
     /// The declared variables.
     variables: BTreeMap<String, VariableIndex>,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
@@ -38,7 +41,7 @@ impl Parameters {
     }
 
     /// Opens a scope with its parameters; [`Self::leave`] closes it.
-    pub(super) fn enter(&mut self, scope: BTreeMap<String, Parameter>) {
+    pub(super) fn enter(&mut self, scope: BTreeMap<String, Declared>) {
         self.scopes.push(scope);
     }
 
@@ -48,7 +51,7 @@ impl Parameters {
     }
 
     /// Adds a parameter to the innermost scope. `path` are the names of the elements around it.
-    pub(super) fn declare(&mut self, path: &[String], name: String, parameter: Parameter) {
+    pub(super) fn declare(&mut self, path: &[String], name: String, parameter: Declared) {
         self.declared.push((path.to_vec(), name.clone(), parameter.clone()));
         if let Some(scope) = self.scopes.last_mut() {
             scope.insert(name, parameter);
@@ -56,7 +59,7 @@ impl Parameters {
     }
 
     /// The parameters of the innermost scope.
-    pub(super) fn innermost(&self) -> BTreeMap<String, Parameter> {
+    pub(super) fn innermost(&self) -> BTreeMap<String, Declared> {
         self.scopes.last().cloned().unwrap_or_default()
     }
 
@@ -114,10 +117,14 @@ impl Parameters {
                 found.map(|(.., parameter)| parameter)
             }
         };
-        found.ok_or_else(|| {
+        let found = found.ok_or_else(|| {
             let known = self.scopes.iter().flat_map(BTreeMap::keys);
             (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
-        })
+        })?;
+        let unknown = |(reason, remedy): &(String, String)| {
+            (format!("the value of the parameter {name} is not known: {reason}"), remedy.clone())
+        };
+        found.as_ref().map_err(unknown)
     }
 
     fn computed(&self, expression: &str) -> Result<String, (String, String)> {
@@ -166,8 +173,8 @@ fn is_name(text: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn parameter(value: &str) -> Parameter {
-        Parameter { value: value.to_owned(), variable: VariableIndex(0) }
+    fn parameter(value: &str) -> Declared {
+        Ok(Parameter { value: value.to_owned(), variable: VariableIndex(0) })
     }
 
     #[test]
