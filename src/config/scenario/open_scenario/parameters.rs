@@ -173,13 +173,13 @@ fn is_name(text: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn parameter(value: &str) -> Declared {
-        Ok(Parameter { value: value.to_owned(), variable: VariableIndex(0) })
+    fn parameter(value: &str) -> Parameter {
+        Parameter { value: value.to_owned(), variable: VariableIndex(0) }
     }
 
     #[test]
     fn a_reference_is_the_value_of_the_innermost_scope() {
-        let scope = |value: &str| BTreeMap::from([("light".to_owned(), parameter(value))]);
+        let scope = |value: &str| BTreeMap::from([("light".to_owned(), Ok(parameter(value)))]);
         let parameters = Parameters { scopes: vec![scope("1"), scope("2")], ..Parameters::default() };
         for text in ["$light", "${light}", "${ $light }", "2"] {
             assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
@@ -194,9 +194,9 @@ mod tests {
         let mut parameters = Parameters::default();
         parameters.enter(BTreeMap::new());
         let path = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
-        parameters.declare(&[], "light".to_owned(), parameter("1"));
+        parameters.declare(&[], "light".to_owned(), Ok(parameter("1")));
         parameters.enter(BTreeMap::new());
-        parameters.declare(&path(&["story", "act", "", "m"]), "light".to_owned(), parameter("3"));
+        parameters.declare(&path(&["story", "act", "", "m"]), "light".to_owned(), Ok(parameter("3")));
         parameters.leave();
         parameters.enter(BTreeMap::new());
         let texts = ["$light", "$::light", "$act::light", "$story::m::light", "$::story::act::light"];
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn an_expression_of_parameters_is_computed() {
         let scope = [("way", "34802"), ("step", "-2"), ("color", "red")];
-        let scope = scope.map(|(name, value)| (name.to_owned(), parameter(value))).into();
+        let scope = scope.map(|(name, value)| (name.to_owned(), Ok(parameter(value)))).into();
         let parameters = Parameters { scopes: vec![scope], ..Parameters::default() };
         for (text, value) in
             [("${$way + 1}", "34803"), ("${$way - $step}", "34804"), ("${ 2.5 * 2 }", "5"), ("${7}", "7")]
