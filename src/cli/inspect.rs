@@ -125,7 +125,7 @@ fn layout() -> Layout {
 
 /// Checks new files on a recording, as `check LOG --config CONFIG` does.
 pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure> {
-    let config = ConfigArgs { config: config.to_owned(), profile: None };
+    let config = ConfigArgs { config: Some(config.to_owned()), profile: None };
     let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new() };
     check(&CheckArgs { recording, strict: false, fix: false, json: false })
 }

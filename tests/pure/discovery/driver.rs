@@ -150,9 +150,9 @@ impl Driver {
             match act {
                 Act::Stalk(stalk) => self.lights.stalk = stalk,
                 Act::Button(button) => self.lights.button = button,
-                Act::Brake(brake) => self.lights.brake = brake,
-                Act::Door(door) => self.lights.door = door,
-                Act::Wheel(wheel) => self.lights.wheel = wheel,
+                Act::Brake(brake) => self.lights.others.brake = brake,
+                Act::Door(door) => self.lights.others.door = door,
+                Act::Wheel(wheel) => self.lights.others.wheel = wheel,
                 Act::Switch(state) => {
                     self.lights.state = state;
                     self.on_since_ms = at;

@@ -25,12 +25,18 @@ pub(crate) struct Lights {
     pub(crate) lit: bool,
     pub(crate) stalk: Stalk,
     pub(crate) button: bool,
+    pub(crate) others: Others,
+    /// Signals do not show anything yet: all of their bits are set.
+    pub(crate) unavailable: bool,
+}
+
+/// What else the driver operates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Others {
     pub(crate) brake: bool,
     pub(crate) door: bool,
     /// Angle of the steering wheel, in units; positive to the left.
     pub(crate) wheel: i64,
-    /// Signals do not show anything yet: all of their bits are set.
-    pub(crate) unavailable: bool,
 }
 
 impl Lights {
@@ -40,9 +46,7 @@ impl Lights {
         lit: false,
         stalk: Stalk::Rest,
         button: false,
-        brake: false,
-        door: false,
-        wheel: 0,
+        others: Others { brake: false, door: false, wheel: 0 },
         unavailable: false,
     };
 }
@@ -108,12 +112,12 @@ impl Shows {
             Self::Hazard(values) => values[usize::from(lights.state == Hazard)],
             Self::Button(values) => values[usize::from(lights.button)],
             Self::Any { flashes } => u64::from(lights.state != Off && (lights.lit || !flashes)),
-            Self::Brake => u64::from(lights.brake),
-            Self::Door => u64::from(lights.door),
+            Self::Brake => u64::from(lights.others.brake),
+            Self::Door => u64::from(lights.others.door),
             Self::Wheel { from_middle } => {
                 let size = 1_i64 << length;
                 let middle = if from_middle { size / 2 } else { 0 };
-                let angle = lights.wheel.clamp(1 - size / 2, size / 2 - 1);
+                let angle = lights.others.wheel.clamp(1 - size / 2, size / 2 - 1);
                 u64::try_from((angle + middle).rem_euclid(size)).unwrap()
             }
         }

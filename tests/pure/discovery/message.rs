@@ -41,6 +41,12 @@ enum Content {
     Secret,
 }
 
+impl Content {
+    fn is_of_indicators(&self) -> bool {
+        matches!(self, Self::Shown(shows) if shows.is_of_indicators())
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Message {
     pub(crate) id: CanId,
@@ -243,9 +249,7 @@ impl Message {
     }
 
     pub(crate) fn is_of_indicators(&self) -> bool {
-        self.parts
-            .iter()
-            .any(|(_, content)| matches!(content, Content::Shown(shows) if shows.is_of_indicators()))
+        self.parts.iter().any(|(_, content)| content.is_of_indicators())
     }
 
     /// The frame that is sent at a moment, if one is.
@@ -290,20 +294,17 @@ impl Message {
 
     /// Its signals of the indicators, for messages of failed tests.
     pub(crate) fn indicators(&self) -> Vec<String> {
-        let shown = |(field, content): &(Field, Content)| match content {
-            Content::Shown(shows) if shows.is_of_indicators() => {
-                Some(format!("{} {:?} {shows:?} every {} ms", self.id, field.layout, self.period_ms))
-            }
-            _ => None,
+        let fields = self.parts.iter().filter(|(_, content)| content.is_of_indicators());
+        let text = |(field, content): &(Field, Content)| {
+            format!("{} {:?} {content:?} every {} ms", self.id, field.layout, self.period_ms)
         };
-        self.parts.iter().filter_map(shown).collect()
+        fields.map(text).collect()
     }
 
     /// What its signals show, with their lengths.
     pub(crate) fn shown_signals(&self) -> Vec<(u16, Shows)> {
-        let shown = |(field, content): &(Field, Content)| match content {
-            Content::Shown(shows) => Some((field.layout.length, *shows)),
-            _ => None,
+        let shown = |(field, content): &(Field, Content)| {
+            if let Content::Shown(shows) = content { Some((field.layout.length, *shows)) } else { None }
         };
         self.parts.iter().filter_map(shown).collect()
     }
