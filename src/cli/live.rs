@@ -7,11 +7,12 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::arguments::{ConfigArgs, settings, speed};
-use super::{Failure, start_log};
+use super::{Failure, messages};
 use crate::config::files::{DEMO_CONFIG, Embedded, Files};
 use crate::config::{Overrides, load};
 use crate::daemon::{self, DaemonError, Playback};
 use crate::io::can::log::Log;
+use crate::io::process_log::LogForm;
 use crate::replay::Routes;
 use crate::report::view::{Style, View};
 
@@ -70,7 +71,7 @@ pub(super) struct DemoArgs {
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
-    start_log("info");
+    messages::start_log("info", LogForm::Timed);
     let mut settings = settings(&args.config)?;
     settings.ros.isolated = !args.isolation.no_isolation;
     let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
@@ -79,7 +80,7 @@ pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
 }
 
 pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
+    messages::start_log("warn", LogForm::Timed);
     let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default())?;
     settings.ros.enabled &= !args.no_ros;
     settings.ros.isolated = !args.isolation.no_isolation;
@@ -99,7 +100,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
 /// The network side of another process.
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
-    start_log(&args.log_level);
+    messages::start_log(&args.log_level, LogForm::Timed);
     match crate::io::ros::network::process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),

@@ -13,6 +13,7 @@
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`built_in`] | files in the binary by name |
 //! | `named_file` | files by path, or by the name of a built-in one |
+//! | [`file_kind`] | kinds of files, recognised by their content |
 //! | [`files`] | sources of files: the disk, or the binary itself |
 //! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
 
@@ -21,6 +22,7 @@ pub mod country;
 mod decider;
 mod dimensions;
 pub mod drive;
+pub mod file_kind;
 pub mod files;
 pub mod gateway;
 mod map;
@@ -30,5 +32,6 @@ pub mod scenario;
 mod vehicle;
 
 pub use gateway::{Overrides, Settings, load, load_profile};
-pub use map::{MapLights, read_lane_network, read_lights};
+pub use map::{MapLights, find_map, read_lane_network, read_lights};
+pub use reading::near_miss::nearest;
 pub use reading::problem::{Problem, Refused};
