@@ -11,6 +11,7 @@ mod messages;
 mod profiles;
 mod progress;
 mod replay;
+mod ros_arguments;
 mod unreadable;
 mod vehicle;
 
@@ -112,7 +113,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     messages::set_options(cli.messages);
     let outcome = match cli.command {
-        Command::Run(args) => live::run(&args),
+        Command::Run(args) => live::run(args),
         Command::Demo(args) => live::demo(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Check(args) => inspect::check(&args),
@@ -141,7 +142,7 @@ pub fn main() -> ExitCode {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
                 | Failure::Daemon(DaemonError::Publisher(
-                    PublisherError::Environment(_) | PublisherError::NotBuilt,
+                    PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,

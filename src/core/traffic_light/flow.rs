@@ -238,6 +238,16 @@ impl TrafficLightFlow {
         &self.run.engine
     }
 
+    /// The reception of the V2X unit.
+    pub(super) fn v2i(&self) -> &V2iReception {
+        &self.reception
+    }
+
+    /// Commands since start that were not understood or could not be done.
+    pub(super) fn refused_commands(&self) -> u64 {
+        self.refused
+    }
+
     /// One status for each channel, one for the scenario, one for the V2X unit if there is one.
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let clock = self.simulation.as_ref().map(|simulation| &simulation.clock);

@@ -8,6 +8,7 @@ pub(crate) mod drive;
 mod faults;
 mod inputs;
 mod joining;
+mod launch;
 mod light_text;
 mod notes;
 mod peer;
