@@ -4,6 +4,7 @@
 //! Everything happens on the loopback.
 
 mod arbiter;
+mod clock;
 pub(crate) mod drive;
 mod faults;
 mod inputs;
