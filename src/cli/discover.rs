@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::arguments::{open, seconds};
-use super::{Failure, inspect, say, start_log};
+use super::arguments::{Shown, open, seconds};
+use super::{Failure, inspect, messages};
 use crate::config::draft::VehicleDraft;
 use crate::core::can::input::CanInput;
 use crate::core::can::mark::Mark;
@@ -19,9 +19,10 @@ use crate::core::discovery::findings::Findings;
 use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
 use crate::core::discovery::session::SessionSettings;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::daemon::discover::{LiveEvent, discover};
+use crate::daemon::discover::{self, LiveEvent};
 use crate::desk::recorded_session::{RecordedSession, marks};
 use crate::io::new_files::NewFiles;
+use crate::io::process_log::LogForm;
 use crate::report::discovery as texts;
 
 pub(super) const HELP: &str = "\
@@ -82,7 +83,12 @@ impl DiscoverArgs {
 }
 
 pub(super) fn run(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
+    messages::start_log("warn", LogForm::Messages);
+    discover(args)
+}
+
+/// Discovers, with the log already started.
+pub(super) fn discover(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
     let folder =
         args.output.clone().unwrap_or_else(|| args.name.replace(['/', ' '], "_").to_lowercase().into());
     match &args.log {
@@ -99,7 +105,7 @@ fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCo
         }
         None => Vec::new(),
     };
-    let session = RecordedSession::read(open(log)?, &given).map_err(Failure::file(log))?;
+    let session = RecordedSession::read(open(log, Shown::Always)?, &given).map_err(Failure::file(log))?;
     if session.marks.is_empty() {
         return Err(Failure::Usage(format!(
             "{}: no mark says what the driver did: name a file with --marks, or record with discover --live",
@@ -133,12 +139,13 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
         rest: args.rest_s,
         ..SessionSettings::default()
     };
-    let outcome =
-        discover(&args.live, settings, |event, discovery, now| session.take(&event, discovery, now));
+    let outcome = discover::discover(&args.live, settings, |event, discovery, now| {
+        session.take(&event, discovery, now)
+    });
     session.write_mark()?;
     session.log.flush()?;
     let Some((discovery, findings)) = outcome? else {
-        say(&format!("signal-gateway: given up; the recording is {}", path.display()));
+        messages::note(&format!("given up; the recording is {}", path.display()));
         return Ok(ExitCode::FAILURE);
     };
     if discovery.capture().frames() == 0 {

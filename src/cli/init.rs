@@ -7,13 +7,14 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::discover::{self, DiscoverArgs};
-use super::{Failure, start_log};
+use super::{Failure, messages};
 use crate::config::built_in::BuiltIn;
 use crate::config::draft::{BusInterface, gateway_toml};
 use crate::config::files::Disk;
 use crate::config::load_profile;
 use crate::io::can::interfaces::can_interfaces;
 use crate::io::new_files::write_new;
+use crate::io::process_log::LogForm;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -45,7 +46,7 @@ pub(super) struct InitArgs {
 const DISCOVER: &str = "discover";
 
 pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
+    messages::start_log("warn", LogForm::Messages);
     if args.output.exists() && !args.force {
         return Err(Failure::Usage(format!(
             "{} exists, and nothing is overwritten unasked: give another --output, or --force",
@@ -76,7 +77,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         let [interface] = interfaces.as_slice() else {
             return Err(Failure::Usage("one interface is discovered at a time: give one".to_owned()));
         };
-        return discover::run(&DiscoverArgs::live(interface.clone(), folder, args.force));
+        return discover::discover(&DiscoverArgs::live(interface.clone(), folder, args.force));
     }
     let settings = load_profile(&Disk, Path::new(&profile))?;
     let names: Vec<_> = settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect();
