@@ -83,11 +83,11 @@ fn a_wrong_keyword_hides_no_contradiction_of_a_command_message() {
 - constants = { DOOR = 0 }
 + idle = "neutrl"
 > car.toml:7:8: command.message[1].name: no value is given for DOOR; give each a raw value in `constants`
-> car.toml:10:8: command.message[1].idle: unknown value "neutrl"; give one of neutral, silent
+> car.toml:10:8: command.message[1].idle: unknown value "neutrl"; did you mean neutral?
 - turn.hazard = { TURN_REQ = 3 }
 + idle = "neutrl"
 > car.toml:6:3: command: no message requests the hazard lights; give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them
-> car.toml:16:8: command.message[1].idle: unknown value "neutrl"; give one of neutral, silent
+> car.toml:16:8: command.message[1].idle: unknown value "neutrl"; did you mean neutral?
 "#;
     assert_refused(&with("car.toml", HERE, COMMAND), "car.toml", cases);
 }
@@ -201,8 +201,8 @@ fn the_section_of_the_gateway_is_checked() {
 > gateway.toml:10:18: command.error_after_ms: 400 ms is less than warn_after_ms; give at least 500 ms
 + control_mode = "signal"
 > gateway.toml:9:16: command.control_mode: the vehicle profile binds no signal for the control mode; add [command.control_mode] there, or use "topic"
-+ topics.control_mode = "mode"
-> gateway.toml:9:23: command.topics.control_mode: "mode" is not an absolute topic; write it as /a/b
++ topics.control_mode = "/mode/"
+> gateway.toml:9:23: command.topics.control_mode: "/mode/" is not a topic; write it as /a/b, a/b or ~/a
 + on_turn_timeout = "on"
 > gateway.toml:9:19: command.on_turn_timeout: unknown value "on"; give one of off, hold, hazard
 "#;

@@ -18,7 +18,7 @@ fn broken_sections_are_refused_where_they_break() {
 > gateway.toml:8:1: turn_signal: the turn signal decider has no map; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 - map = "map.osm"
 + map = "away.osm"
-> gateway.toml:9:7: turn_signal.map: away.osm: cannot read it: entity not found; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
+> gateway.toml:9:7: turn_signal.map: away.osm: there is no such file; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 - map = "map.osm"
 + map = "empty.osm"
 > gateway.toml:9:7: turn_signal.map: empty.osm: it has no lanelet; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
@@ -35,7 +35,7 @@ fn broken_sections_are_refused_where_they_break() {
 + country = "FR"
 > gateway.toml:10:11: turn_signal.country: there are no rules for "FR"; give AT, CH, DE, GB, JP, KR, US-CA, the path of a file like config/countries/JP.toml, or leave it out
 + country = "away.toml"
-> gateway.toml:10:11: turn_signal.country: away.toml: cannot read it: entity not found; give the path of a country's rules, relative to this file, or AT, CH, DE, GB, JP, KR, US-CA
+> gateway.toml:10:11: turn_signal.country: away.toml: there is no such file; give the path of a country's rules, relative to this file, or AT, CH, DE, GB, JP, KR, US-CA
 + planning_hz = 0.5
 > gateway.toml:10:15: turn_signal.planning_hz: 0.5 Hz is out of range; give 1 to 100 Hz
 + planning_hz = nan
@@ -65,9 +65,9 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
 + parameters.turn_signal_intersection_angle_threshold_degree = 9
 > gateway.toml:11:12: turn_signal.parameters.turn_signal_intersection_angle_threshold_degree: turn_signal_intersection_angle_threshold_degree is given twice; keep one of its names
 + inputs.odometry = ""
-> gateway.toml:10:19: turn_signal.inputs.odometry: "" is not an absolute topic; write it as /a/b
-+ inputs.scenario = "scenario"
-> gateway.toml:10:19: turn_signal.inputs.scenario: "scenario" is not an absolute topic; write it as /a/b
+> gateway.toml:10:19: turn_signal.inputs.odometry: "" is not a topic; write it as /a/b, a/b or ~/a
++ inputs.scenario = "scen-ario"
+> gateway.toml:10:19: turn_signal.inputs.scenario: "scen-ario" is not a topic; write it as /a/b, a/b or ~/a
 + outputs.markers = "/localization/kinematic_state"
 > gateway.toml:10:19: turn_signal.outputs.markers: another topic has this name; give each its own
 + outputs.planning_factors = "/planning/planning_factors/goal_planner"

@@ -10,9 +10,11 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["drive", "scenario", "vehicle"],
     &["decider"],
-    &["country", "dimensions", "map", "named_file"],
+    &["country", "dimensions", "map", "ros_parameters"],
+    &["named_file"],
+    &["file_kind"],
     &["files", "reading"],
-    &["built_in"],
+    &["built_in", "ros_names"],
 ];
 
 #[test]
