@@ -94,15 +94,3 @@ fn a_pull_out_is_known_from_its_factor_and_the_path() {
         assert!(are_same, "{name}: {found:?} instead of {expected:?}");
     }
 }
-
-#[test]
-fn tmp_story() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/drives/roundabout_once_around.toml");
-    let simulation = DriveSimulation::new(read(&Disk, &file).unwrap()).unwrap();
-    let mut run = Run::new(&simulation, DeciderCompat::Improved);
-    let mut changes = Vec::new();
-    for cycle in simulation.cycles() {
-        note(&mut changes, cycle.at_m, run.step(&cycle).turn);
-    }
-    panic!("{changes:?}");
-}
