@@ -8,7 +8,7 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::Failure;
-use super::arguments::{Every, draw, file_name};
+use super::arguments::{Every, draw, file_name, svg_path};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
 use crate::config::{Overrides, Problem, Refused, load};
@@ -68,7 +68,7 @@ pub(super) struct DecideArgs {
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
     /// Draw the route with all sections and signals as well
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path)]
     picture: Option<PathBuf>,
 }
 

@@ -1,7 +1,7 @@
 //! `run` and `demo`: the gateway in real time.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -19,6 +19,7 @@ pub(super) const RUN_HELP: &str = "\
 Examples:
   signal-gateway run --config /etc/signal-gateway/gateway.toml
   RUST_LOG=debug signal-gateway run --config config/gateway.toml
+  signal-gateway run --record /var/lib/signal-gateway/bags
 
 On a terminal the last line shows the live state; elsewhere all that happens at one moment is one log record.
 SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in order.";
@@ -33,6 +34,9 @@ Examples:
 pub(super) struct RunArgs {
     #[command(flatten)]
     config: ConfigArgs,
+    /// Record what is received and published in DIR, as MCAP files of rosbag2; [mcap] in the configuration bounds them
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
     #[command(flatten)]
     isolation: IsolationArgs,
 }
@@ -72,6 +76,9 @@ pub(super) struct DemoArgs {
 pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     start_log("info");
     let mut settings = settings(&args.config)?;
+    if let Some(folder) = &args.record {
+        settings.mcap.folder = Some(folder.clone());
+    }
     settings.ros.isolated = !args.isolation.no_isolation;
     let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
     daemon::run(settings, view)?;

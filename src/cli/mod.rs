@@ -7,6 +7,7 @@ mod inspect;
 mod lights;
 mod live;
 mod manual;
+mod mcap_export;
 mod profiles;
 mod replay;
 mod vehicle;

@@ -9,6 +9,7 @@ mod late_reports;
 pub mod live;
 pub mod publisher;
 mod receivers;
+pub mod recording;
 mod ros_environment;
 pub mod vehicle;
 
@@ -282,6 +283,9 @@ async fn play_on(
             }
         }
         replay.set_wall_time(clock.now().wall);
+        if let Some((input, _)) = replay.upcoming() {
+            gateway_io.record_received(input, clock.now());
+        }
         replay.step().map_err(unreadable)?;
     }
 }

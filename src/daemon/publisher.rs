@@ -159,6 +159,14 @@ impl Publisher {
     }
 }
 
+/// Durability of the reports as configured.
+pub(super) fn durability(settings: &Settings) -> Durability {
+    match settings.ros.durability {
+        ConfiguredDurability::TransientLocal => Durability::TransientLocal,
+        ConfiguredDurability::Volatile => Durability::Volatile,
+    }
+}
+
 /// Topic names as configured; what the profile leaves out has none, as it is never published.
 pub fn topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
@@ -257,10 +265,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         graph: settings.ros.graph,
         domain_id: network.domain_id,
         only_networks: network.only_networks,
-        durability: match settings.ros.durability {
-            ConfiguredDurability::TransientLocal => Durability::TransientLocal,
-            ConfiguredDurability::Volatile => Durability::Volatile,
-        },
+        durability: durability(settings),
         topics: topics(settings),
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),

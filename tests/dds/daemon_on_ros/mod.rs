@@ -9,6 +9,7 @@ mod faults;
 mod inputs;
 mod joining;
 mod light_text;
+mod mcap;
 mod notes;
 mod peer;
 mod recording;
