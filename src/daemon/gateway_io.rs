@@ -26,7 +26,7 @@ use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::process_status::LostLines;
-use crate::core::time::Now;
+use crate::core::time::{Now, WallStamp};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
@@ -234,9 +234,9 @@ impl GatewayIo {
     }
 
     /// Records an input of a recording that is played, at the time it is handled.
-    pub(super) fn record_received(&self, input: &CanInput, at: Now) {
+    pub(super) fn record_received(&self, input: CanInput, at: WallStamp) {
         if let Some(mcap) = &self.mcap {
-            mcap.received(*input, at.wall);
+            mcap.received(input, at);
         }
     }
 

@@ -1,19 +1,18 @@
 """Reads MCAP recordings with two readers that are not ours, and prints what they have, as JSON.
 
 mcap_reader.py both BAG         rosbags and mcap-ros2-support on the folder of a bag: they must agree, and each message is
-                                a line {"topic", "type", "log_time", "publish_time", "cdr", "fields"}
+                                a line {"topic", "type", "log_time", "publish_time", "fields"}, in order
 mcap_reader.py prefix FILE...   mcap-ros2-support on files that may have been cut: for each a line
                                 {"file", "messages", "last", "is_complete"}, up to the last whole chunk
 """
 
-import io
 import json
 import sys
 from pathlib import Path
 
 import numpy
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.reader import NonSeekingReader, make_reader
+from mcap.exceptions import EndOfFile, McapError
+from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
@@ -55,13 +54,15 @@ def with_mcap(bag):
 
 def both(bag):
     theirs = sorted(with_rosbags(bag), key=lambda entry: (entry[2], entry[0], entry[3]))
-    ours = sorted(with_mcap(bag), key=lambda entry: (entry[2].log_time, entry[0], entry[2].data))
+    in_order = list(with_mcap(bag))
+    ours = sorted(in_order, key=lambda entry: (entry[2].log_time, entry[0], entry[2].data))
     assert len(theirs) == len(ours), (len(theirs), len(ours))
     for (topic, kind, log_time, data, fields), (topic2, kind2, message, fields2) in zip(theirs, ours):
         assert (topic, kind, log_time, data) == (topic2, kind2, message.log_time, message.data)
         assert fields == fields2, (topic, fields, fields2)
-        line = {"topic": topic, "type": kind, "log_time": log_time, "publish_time": message.publish_time}
-        print(json.dumps(line | {"cdr": data.hex(), "fields": fields}))
+    for topic, kind, message, fields in in_order:
+        times = {"log_time": message.log_time, "publish_time": message.publish_time}
+        print(json.dumps({"topic": topic, "type": kind, **times, "fields": fields}))
 
 
 def prefix(path):

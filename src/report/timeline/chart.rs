@@ -60,13 +60,7 @@ fn bar(span: &Span, group: Group) -> Option<Bar> {
         (Tone::Warn, _) => Look::Status(Level::Warn, span.text.clone()),
         (Tone::Error, _) => Look::Status(Level::Error, span.text.clone()),
         (
-            Tone::Left
-            | Tone::Right
-            | Tone::Hazard
-            | Tone::Off
-            | Tone::Nothing
-            | Tone::Plain
-            | Tone::Folded,
+            Tone::Left | Tone::Right | Tone::Hazard | Tone::Off | Tone::Nothing | Tone::Plain | Tone::Folded,
             _,
         ) => Look::Named(span.text.clone()),
     };
