@@ -22,6 +22,7 @@ mod pure {
     mod recording_variants;
     mod report_model;
     mod scenario_refusals;
+    mod snapshot;
     mod spec_citations;
     mod traffic_light_cases;
     mod turn_signal_cases;

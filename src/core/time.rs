@@ -104,6 +104,11 @@ pub struct Now {
     pub wall: WallStamp,
 }
 
+/// Whole milliseconds of a duration; saturates.
+pub fn millis(duration: Duration) -> u64 {
+    u64::try_from(duration.as_millis()).unwrap_or(u64::MAX)
+}
+
 /// The first instant at which more than `limit` has passed since `start`.
 pub fn deadline_after(start: MonoTime, limit: Duration) -> MonoTime {
     start.after(limit.saturating_add(Duration::from_nanos(1)))

@@ -60,6 +60,11 @@ impl Live {
         Some(at)
     }
 
+    /// The gateway that is being fed.
+    pub fn gateway(&self) -> &Gateway {
+        &self.gateway
+    }
+
     /// The time of the last step, or the beginning.
     pub fn now(&self) -> Now {
         self.time.now(self.handled)

@@ -15,13 +15,6 @@ use crate::core::turn_signal::section::Distances;
 /// The commands, the candidate that won by which rule, and why each other one lost, as an object that
 /// `decide --help` describes. Distances are metres to the micrometre, negative behind the vehicle.
 pub fn fields(decision: &Decision) -> Value {
-    let basis = match decision.basis {
-        Basis::NoInputs => "no_inputs",
-        Basis::Hazard => "hazard",
-        Basis::ManoeuvreAlone(_) => "manoeuvres",
-        Basis::PathGenerator(_) => "path_generator",
-        Basis::Candidates(_) => "candidates",
-    };
     let intersection = decision.intersection.map(|TurnAhead { side, active, distance_m, .. }| {
         json!({
             "side": side.to_string(), "active": active, "distance_m": to_the_micrometre(distance_m)
@@ -31,7 +24,7 @@ pub fn fields(decision: &Decision) -> Value {
     let mut fields = json!({
         "turn": decision.turn.to_string(),
         "hazard": decision.hazard.to_string(),
-        "basis": basis,
+        "basis": decision.basis.name(),
         "winner": text(decision.winner()),
         "case": text(decision.case()),
         "held": text(decision.held),

@@ -9,3 +9,4 @@ pub mod input;
 pub mod link;
 pub mod mark;
 pub mod note;
+pub mod snapshot;

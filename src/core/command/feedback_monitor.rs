@@ -3,6 +3,8 @@
 use std::num::NonZeroU8;
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use super::Turn;
 use crate::core::time::{MonoTime, deadline_after};
 
@@ -55,7 +57,8 @@ impl Lights for bool {
 }
 
 /// The result of comparing the report with the request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Compliance {
     /// Nothing is requested.
     #[default]

@@ -302,6 +302,11 @@ impl CommandFlow {
         names.zip(self.outputs.iter().map(|output| output.sender.counts()))
     }
 
+    /// Last values of the signals that are received for commands.
+    pub(super) fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
     pub(super) fn finding(&self) -> &Finding {
         &self.finding
     }

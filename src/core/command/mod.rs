@@ -19,6 +19,7 @@ pub mod patch;
 pub mod push_button;
 pub mod sender;
 pub mod settings;
+pub mod snapshot;
 mod stale_message_filter;
 mod status;
 

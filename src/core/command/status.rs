@@ -1,5 +1,6 @@
 //! The statuses of the command machine: one for each function, and one for sending.
 
+use super::Turn;
 use super::arbitration::DecisionReason;
 use super::control_mode::Mode;
 use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
@@ -12,12 +13,29 @@ use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
 /// Level and message of one status.
-type StatusText = (Level, String);
+pub(super) type StatusText = (Level, String);
 
 impl CommandFlow {
     /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
-        let Finding { decision, turn, hazard, button_given_up, .. } = self.finding();
+        let (turn, hazard) = self.views();
+        let hazard_text = self.hazard_text(&hazard);
+        let status = |task: &str, (level, message): StatusText, values| Status {
+            name: format!("{node}: {task}"),
+            level,
+            message,
+            values,
+        };
+        vec![
+            status("turn_indicators_command", turn.text(), turn.values(now)),
+            status("hazard_lights_command", hazard_text, hazard.values(now)),
+            status("command_transmission", self.transmission(buses), self.transmission_values()),
+        ]
+    }
+
+    /// Turn indicators and hazard lights.
+    pub(super) fn views(&self) -> (FunctionView<'_, Turn>, FunctionView<'_, bool>) {
+        let Finding { decision, turn, hazard, .. } = self.finding();
         let turn = FunctionView {
             finding: turn,
             request: decision.request.turn,
@@ -34,21 +52,15 @@ impl CommandFlow {
             intake: &self.hazard,
             feedback: self.hazard_feedback.counts(),
         };
-        let mut hazard_text = hazard.text();
-        if *button_given_up && hazard_text.0 != Level::Error {
-            hazard_text = (Level::Error, "no response to the hazard button".to_owned());
+        (turn, hazard)
+    }
+
+    pub(super) fn hazard_text(&self, hazard: &FunctionView<'_, bool>) -> StatusText {
+        let text = hazard.text();
+        if self.finding().button_given_up && text.0 != Level::Error {
+            return (Level::Error, "no response to the hazard button".to_owned());
         }
-        let status = |task: &str, (level, message): StatusText, values| Status {
-            name: format!("{node}: {task}"),
-            level,
-            message,
-            values,
-        };
-        vec![
-            status("turn_indicators_command", turn.text(), turn.values(now)),
-            status("hazard_lights_command", hazard_text, hazard.values(now)),
-            status("command_transmission", self.transmission(buses), self.transmission_values()),
-        ]
+        text
     }
 
     fn transmission(&self, buses: &[Bus]) -> StatusText {
@@ -77,13 +89,9 @@ impl CommandFlow {
             let texts = self.send_counts().map(|(name, counts)| format!("{name} {}", count(counts)));
             texts.collect::<Vec<_>>().join(", ")
         };
-        let source = match self.settings.source {
-            CommandSource::Topic => "topic",
-            CommandSource::Decider => "decider",
-        };
         vec![
             ("tx", if self.is_live() { "on" } else { "off" }.to_owned()),
-            ("source", source.to_owned()),
+            ("source", source_name(self.settings.source).to_owned()),
             ("control_mode", mode_text(self.finding().mode)),
             ("undefined_control_modes", self.undefined_modes.to_string()),
             ("frames", each(|counts| counts.sent)),
@@ -100,7 +108,14 @@ fn request_text<T: Lights>(request: Option<T>) -> &'static str {
     request.map_or("left to the vehicle", Lights::name)
 }
 
-fn mode_text(mode: Mode) -> String {
+pub(super) fn source_name(source: CommandSource) -> &'static str {
+    match source {
+        CommandSource::Topic => "topic",
+        CommandSource::Decider => "decider",
+    }
+}
+
+pub(super) fn mode_text(mode: Mode) -> String {
     match mode {
         Mode::Known(mode) => mode.name().to_owned(),
         Mode::Undefined(raw) => format!("undefined ({raw})"),
@@ -109,17 +124,17 @@ fn mode_text(mode: Mode) -> String {
 }
 
 /// One function with all that its status shows.
-struct FunctionView<'a, T> {
-    finding: &'a FunctionFinding<T>,
-    request: Option<T>,
-    commanded: Option<T>,
-    reason: DecisionReason,
-    intake: &'a Intake<T>,
-    feedback: FeedbackCounts,
+pub(super) struct FunctionView<'a, T> {
+    pub(super) finding: &'a FunctionFinding<T>,
+    pub(super) request: Option<T>,
+    pub(super) commanded: Option<T>,
+    pub(super) reason: DecisionReason,
+    pub(super) intake: &'a Intake<T>,
+    pub(super) feedback: FeedbackCounts,
 }
 
 impl<T: Lights> FunctionView<'_, T> {
-    fn text(&self) -> StatusText {
+    pub(super) fn text(&self) -> StatusText {
         let finding = self.finding;
         let request = request_text(self.request);
         let commanded = request_text(self.commanded);
@@ -179,17 +194,20 @@ impl<T: Lights> FunctionView<'_, T> {
         }
     }
 
-    fn values(&self, now: MonoTime) -> Vec<(&'static str, String)> {
-        let command = match self.finding.command_state {
+    pub(super) fn command_text(&self) -> &'static str {
+        match self.finding.command_state {
             CommandState::NeverReceived => "never",
             CommandState::NoCommand => "nothing requested",
             CommandState::Requested(requested) => requested.name(),
             CommandState::TimedOut(_) => "silent",
-        };
+        }
+    }
+
+    fn values(&self, now: MonoTime) -> Vec<(&'static str, String)> {
         let age = self.intake.age(now).map_or("-".to_owned(), |age| format!("{:.1}", age.as_secs_f64()));
         let counts = self.intake.counts();
         vec![
-            ("command", command.to_owned()),
+            ("command", self.command_text().to_owned()),
             ("requested", request_text(self.request).to_owned()),
             ("reason", self.reason.text().to_owned()),
             ("reported", self.finding.reported.map_or("unknown", Lights::name).to_owned()),

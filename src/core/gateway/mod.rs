@@ -47,6 +47,7 @@ pub mod live_time;
 pub mod network;
 mod perception;
 pub mod process_status;
+pub mod snapshot;
 mod wall_clock;
 
 /// The settings of the gateway, checked by `config`.

@@ -10,6 +10,7 @@ use crate::core::can::bus_status;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::snapshot::BusSnapshot;
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::timer_table::TimerTable;
@@ -239,6 +240,14 @@ impl Perception {
     /// All statuses of the buses.
     pub(super) fn bus_statuses(&self, now: MonoTime) -> impl Iterator<Item = Status> {
         (0..self.buses.len()).map(move |index| self.bus_status(index, now))
+    }
+
+    /// The present states of the buses.
+    pub(super) fn bus_snapshots(&self, now: MonoTime) -> impl Iterator<Item = BusSnapshot> {
+        self.buses
+            .iter()
+            .zip(&self.bus_rates)
+            .map(move |(bus, rate)| BusSnapshot::of(bus, rate.rate_hz(bus.counts.frames, now), now))
     }
 
     fn lights_status(&self, task: Task, now: MonoTime) -> Status {

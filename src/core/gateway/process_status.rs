@@ -1,9 +1,11 @@
 //! Statuses of the process itself, which no input tells the gateway of: its black-box files, its recording and its log.
 
+use serde::{Deserialize, Serialize};
+
 use crate::core::diagnostics::{Level, Status};
 
 /// State of the black-box files.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct RecorderState {
     /// Folder of the recordings.
     pub folder: String,
@@ -89,7 +91,7 @@ impl McapState {
 }
 
 /// State of the log on standard error.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LogState {
     /// Number of lines left out since start because their kind came too often.
     pub suppressed: u64,

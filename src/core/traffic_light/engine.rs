@@ -269,21 +269,24 @@ impl TrafficLights {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// The states of a store: of the heads that were ever touched, by way id, or of detected lights, by way id; for
-    /// upstream by the id as it was written.
+    /// The states of a store, ascending by id: of the heads that were ever touched, by way id, or of detected lights, by
+    /// way id; for upstream by the id as it was written.
     pub fn states(&self, store: StoreId) -> BTreeMap<i64, LightObservation> {
+        self.iter_states(store).collect()
+    }
+
+    /// The same one by one, without a map of them.
+    pub(super) fn iter_states(&self, store: StoreId) -> impl Iterator<Item = (i64, LightObservation)> {
         let (map, truth, detected) =
             (self.stores().map(), self.stores().truth(store.channel), self.stores().detected(store.channel));
         let state = |id: i64, Light { bulbs, confidence, .. }: &Light| {
             bulbs.map(|bulbs| (id, LightObservation { bulbs, confidence: *confidence }))
         };
-        match store.layer {
-            Layer::GroundTruth => {
-                let heads = map.heads().iter().zip(truth.lights());
-                heads.filter_map(|(head, light)| state(head.way_id, light)).collect()
-            }
-            Layer::Detected => detected.entries().filter_map(|(id, entry)| state(id, &entry.light)).collect(),
-        }
+        let is_truth = store.layer == Layer::GroundTruth;
+        let truth = is_truth.then(|| map.heads().iter().zip(truth.lights())).into_iter().flatten();
+        let detected = (!is_truth).then(|| detected.entries()).into_iter().flatten();
+        let truth = truth.filter_map(move |(head, light)| state(head.way_id, light));
+        truth.chain(detected.filter_map(move |(id, entry)| state(id, &entry.light)))
     }
 
     /// Number of frames and messages that were skipped after gaps.

@@ -31,6 +31,7 @@ pub mod scenario;
 mod scenario_state;
 pub mod signal_id;
 mod simulated_clock;
+pub mod snapshot;
 pub mod state_check;
 mod status;
 pub mod store;

@@ -23,9 +23,9 @@ impl TrafficLights {
 
     fn channel_status(&self, node: &str, channel: Channel, now: MonoTime) -> Status {
         let (truth_rate, v2i_rate) = self.rates();
-        let (name, rate, stale) = match channel {
-            Channel::Conventional => ("conventional", truth_rate, 0),
-            Channel::V2i => ("v2i", v2i_rate, self.expiry.expired()),
+        let (rate, stale) = match channel {
+            Channel::Conventional => (truth_rate, 0),
+            Channel::V2i => (v2i_rate, self.expiry.expired()),
         };
         let counts = self.counts[channel as usize];
         let (truth, detected) = (self.stores().truth(channel).counts, self.stores().detected(channel).counts);
@@ -52,7 +52,7 @@ impl TrafficLights {
         if let Some((Some(id), _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
         }
-        Status { name: format!("{node}: traffic_lights_{name}"), level, message, values }
+        Status { name: format!("{node}: traffic_lights_{}", channel.name()), level, message, values }
     }
 
     fn scenario_status(&self, node: &str, now: MonoTime) -> Status {

@@ -12,6 +12,14 @@ pub enum Channel {
 impl Channel {
     /// Both channels, in the order of their numbers.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::V2i];
+
+    /// The name in diagnostics.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Conventional => "conventional",
+            Self::V2i => "v2i",
+        }
+    }
 }
 
 /// The origin of a state: the light itself, or the vehicle's perception of it.

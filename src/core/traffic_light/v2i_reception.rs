@@ -18,7 +18,7 @@ use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observation, Observations};
-use crate::core::validation::table::{MessageIndex, Role, SignalIndex};
+use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 use binding::{Cycle, Group, V2iBinding, V2iSource, V2iStates};
 
 pub use finding::GroupFinding;
@@ -127,6 +127,11 @@ impl V2iReception {
             groups,
             counts: V2iCounts::default(),
         }
+    }
+
+    /// The signals and messages of the unit, and what was received of them.
+    pub(super) fn received(&self) -> (&SignalTable, &Observations) {
+        (&self.binding.table, &self.observations)
     }
 
     /// The binding of the profile.

@@ -49,6 +49,19 @@ pub enum Basis {
     Candidates(Box<Resolution>),
 }
 
+impl Basis {
+    /// The name in JSON.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::NoInputs => "no_inputs",
+            Self::Hazard => "hazard",
+            Self::ManoeuvreAlone(_) => "manoeuvres",
+            Self::PathGenerator(_) => "path_generator",
+            Self::Candidates(_) => "candidates",
+        }
+    }
+}
+
 impl Decision {
     /// The resolution of the candidates, if they were evaluated.
     pub const fn resolution(&self) -> Option<&Resolution> {

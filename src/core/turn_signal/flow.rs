@@ -26,6 +26,7 @@ use shadow_comparison::ShadowComparison;
 
 mod latest_inputs;
 mod shadow_comparison;
+pub mod snapshot;
 mod status;
 
 /// Settings of the flow.

@@ -8,4 +8,5 @@ pub mod display;
 pub mod integrity;
 pub mod meaning;
 pub mod observation;
+pub mod snapshot;
 pub mod table;

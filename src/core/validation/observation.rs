@@ -321,6 +321,12 @@ impl Observations {
         self.messages[message.0].last_reject
     }
 
+    /// True if the last frame of a message passed its integrity check; `None` before the first, and without a check.
+    pub fn is_trusted(&self, message: MessageIndex) -> Option<bool> {
+        let state = &self.messages[message.0];
+        (state.checker.is_some() && state.counts.frames > 0).then_some(state.trusted_since)
+    }
+
     /// Number of frames of a message since start.
     pub fn counts(&self, message: MessageIndex) -> MessageCounts {
         self.messages[message.0].counts

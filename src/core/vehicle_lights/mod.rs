@@ -31,6 +31,7 @@ use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
 pub use state::FaultKind;
+pub use status::snapshot::{FailureCounts, LastFailure, ReportSnapshot};
 pub use status::{LightsFinding, Task};
 
 /// State machine of both reports.

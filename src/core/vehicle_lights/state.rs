@@ -1,5 +1,7 @@
 //! State of a light source, or the reason why it is unavailable.
 
+use serde::{Deserialize, Serialize};
+
 use crate::core::can::bus::Received;
 use crate::core::time::MonoTime;
 use crate::core::validation::observation::MissingReason;
@@ -83,7 +85,8 @@ pub enum UnavailableReason {
 }
 
 /// Kind of failure of a report (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// There is no valid value.
     Unknown,

@@ -1,5 +1,6 @@
 //! Diagnostic status of the two reports.
 
+pub(super) mod snapshot;
 #[cfg(test)]
 mod tests;
 

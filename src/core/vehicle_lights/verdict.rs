@@ -3,6 +3,8 @@
 //! This is the only place where the four fates of a value collapse into a report
 //! (docs/spec/vehicle-interface.md, "The four fates of a value" and "Report rules").
 
+use serde::{Deserialize, Serialize};
+
 use super::binding::{FaultBinding, OnFault, TurnWhileHazard};
 use super::sources::{LightsContext, SourceMemory, SourceStates};
 use super::state::{HazardCode, Judged, TurnCode};
@@ -13,7 +15,8 @@ use crate::core::validation::observation::Reading;
 use crate::core::validation::table::{FaultSignal, SignalIndex};
 
 /// `TurnIndicatorsReport.report`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum TurnIndicators {
     /// The constant `DISABLE` (1).
     Disable,
@@ -24,7 +27,8 @@ pub enum TurnIndicators {
 }
 
 /// `HazardLightsReport.report`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum HazardLights {
     /// The constant `DISABLE` (1).
     Disable,

@@ -34,6 +34,15 @@ impl TurnSignalFlow {
         (level, format!("{}: {text}", decision.turn))
     }
 
+    /// The route: its id, `none` or `refused`.
+    pub(super) fn route_text(&self) -> String {
+        match &self.route {
+            None => "none".to_owned(),
+            Some(Ok(route)) => format!("{:032x}", route.id()),
+            Some(Err(_)) => "refused".to_owned(),
+        }
+    }
+
     /// Key/values in a fixed order.
     pub(super) fn values(&self, now: MonoTime) -> Vec<Value> {
         let mut values = vec![(
@@ -46,12 +55,7 @@ impl TurnSignalFlow {
         if let Some(decision) = &self.decision {
             decided(decision, &mut values);
         }
-        let route = match &self.route {
-            None => "none".to_owned(),
-            Some(Ok(route)) => format!("{:032x}", route.id()),
-            Some(Err(_)) => "refused".to_owned(),
-        };
-        values.push(("route", route));
+        values.push(("route", self.route_text()));
         let age_ms = self.latest.odometry.map(|odometry| now.since(odometry.at).as_millis());
         values.push(("odometry_age_ms", age_ms.map_or("none".to_owned(), |age| age.to_string())));
         let mode = self.latest.operation_mode;

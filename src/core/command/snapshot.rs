@@ -1,0 +1,139 @@
+//! The present state of commands to the vehicle, for people and programs that watch the gateway.
+
+use serde::{Deserialize, Serialize};
+
+use super::feedback_monitor::{Compliance, Lights};
+use super::flow::CommandFlow;
+use super::status::{FunctionView, StatusText, mode_text, source_name};
+use crate::core::can::bus::Bus;
+use crate::core::diagnostics::Level;
+use crate::core::time::{MonoTime, millis};
+use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot};
+
+/// Commands to the vehicle.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CommandSnapshot {
+    /// True if frames are sent; false in a dry run.
+    pub is_transmitting: bool,
+    /// Origin of the turn command: `topic` or `decider`.
+    pub source: String,
+    /// Control mode, e.g. `AUTONOMOUS`, `unknown` or `undefined (9)`.
+    pub control_mode: String,
+    /// Turn indicators; the values are `off`, `left` and `right`.
+    pub turn_indicators: FunctionSnapshot,
+    /// Hazard lights; the values are `off` and `on`.
+    pub hazard_lights: FunctionSnapshot,
+    /// The messages that are sent, in the order of the profile.
+    pub messages: Vec<SentMessageSnapshot>,
+}
+
+/// One function that can be commanded.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FunctionSnapshot {
+    /// The command received: a value, `never`, `nothing requested` or `silent` after its timeout.
+    pub command: String,
+    /// Time since the last command that was used, ms; `None` before the first.
+    pub command_age_ms: Option<u64>,
+    /// Value to be requested, were there no driver; `None` where the vehicle is left alone.
+    pub commanded: Option<String>,
+    /// Value that is requested of the vehicle; `None` where it is left alone.
+    pub requested: Option<String>,
+    /// Why this is requested.
+    pub reason: String,
+    /// Value that the vehicle reports; `None` while it is unknown.
+    pub reported: Option<String>,
+    /// Result of comparing the report with the command.
+    pub compliance: Compliance,
+    /// Level of its diagnostic status.
+    pub level: Level,
+    /// Message of its diagnostic status.
+    pub message: String,
+    /// Commands received since start.
+    pub commands: u64,
+    /// Times since start that the driver did something else.
+    pub driver_overrides: u64,
+    /// Times since start that the report differed for too long.
+    pub feedback_mismatches: u64,
+}
+
+/// Frames of one message to the vehicle, since start.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SentMessageSnapshot {
+    /// Name in the DBC.
+    pub name: String,
+    /// Bus that carries it, by its name in the vehicle profile.
+    pub bus: String,
+    /// Given out to be sent and not failed.
+    pub sent: u64,
+    /// Those of them that request something of the vehicle.
+    pub with_authority: u64,
+    /// Not sent because the queue was full.
+    pub queue_full: u64,
+    /// Not sent because the socket refused them.
+    pub refused: u64,
+    /// Received back by loopback.
+    pub echoed: u64,
+    /// Frames of this message from somebody else.
+    pub foreign: u64,
+}
+
+impl CommandFlow {
+    /// The signals and messages that are received for commands.
+    pub(in crate::core) fn received_snapshot(
+        &self,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+        let (table, observations) = (&self.binding.table, self.observations());
+        let received = Received { used_by: "command", table, observations, buses };
+        (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
+    }
+
+    /// The present state.
+    pub fn snapshot(&self, buses: &[Bus], now: MonoTime) -> CommandSnapshot {
+        let (turn, hazard) = self.views();
+        let messages = self.send_counts().zip(&self.binding.messages).map(|((name, counts), message)| {
+            let bus = buses.get(usize::from(message.permission.bus().0));
+            SentMessageSnapshot {
+                name: name.to_owned(),
+                bus: bus.map_or_else(String::new, |bus| bus.settings().name.clone()),
+                sent: counts.sent,
+                with_authority: counts.with_authority,
+                queue_full: counts.queue_full,
+                refused: counts.refused,
+                echoed: counts.echoed,
+                foreign: counts.foreign,
+            }
+        });
+        CommandSnapshot {
+            is_transmitting: self.is_live(),
+            source: source_name(self.settings.source).to_owned(),
+            control_mode: mode_text(self.finding().mode),
+            turn_indicators: function_snapshot(&turn, turn.text(), now),
+            hazard_lights: function_snapshot(&hazard, self.hazard_text(&hazard), now),
+            messages: messages.collect(),
+        }
+    }
+}
+
+fn function_snapshot<T: Lights>(
+    view: &FunctionView<'_, T>,
+    (level, message): StatusText,
+    now: MonoTime,
+) -> FunctionSnapshot {
+    let name = |value: Option<T>| value.map(|value| value.name().to_owned());
+    FunctionSnapshot {
+        command: view.command_text().to_owned(),
+        command_age_ms: view.intake.age(now).map(millis),
+        commanded: name(view.commanded),
+        requested: name(view.request),
+        reason: view.reason.text().to_owned(),
+        reported: name(view.finding.reported),
+        compliance: view.finding.compliance,
+        level,
+        message,
+        commands: view.intake.counts().received,
+        driver_overrides: view.feedback.driver_overrides,
+        feedback_mismatches: view.feedback.mismatches,
+    }
+}

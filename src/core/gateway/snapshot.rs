@@ -1,0 +1,211 @@
+//! The present state of the whole gateway in one value, for people and programs that watch it: terminal, page,
+//! `status`, metrics. `docs/status.md` describes its JSON.
+//!
+//! [`Gateway::snapshot`] takes it. It allocates, and is taken on demand or at a fixed rate, never for each frame.
+
+use serde::{Deserialize, Serialize};
+
+use super::Gateway;
+use super::network::NetworkState;
+use super::process_status::{LogState, RecorderState};
+use crate::core::can::snapshot::BusSnapshot;
+use crate::core::command::snapshot::CommandSnapshot;
+use crate::core::diagnostics::{Level, Status};
+use crate::core::time::{Now, millis};
+use crate::core::traffic_light::flow::TrafficLightFlow;
+use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
+use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
+use crate::core::validation::snapshot::{MessageSnapshot, SignalSnapshot};
+use crate::core::vehicle_lights::ReportSnapshot;
+use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+
+/// Version of the JSON: it grows when a field changes its meaning or goes. New fields leave it as it is.
+pub const SCHEMA: u32 = 1;
+
+/// The present state of the gateway.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// ROS node name, which begins each diagnostic name.
+    pub node: String,
+    /// When it was taken, nanoseconds since 1970; that of the recording where one is replayed.
+    pub stamp_ns: i64,
+    /// The worst level of all diagnostics.
+    pub level: Level,
+    /// The process; `None` in a replay and in a simulation.
+    pub process: Option<ProcessSnapshot>,
+    /// Report on turn indicators; `None` when the profile leaves it out.
+    pub turn_indicators: Option<ReportSnapshot<TurnIndicators>>,
+    /// Report on hazard lights, likewise.
+    pub hazard_lights: Option<ReportSnapshot<HazardLights>>,
+    /// Commands to the vehicle; `None` unless configured.
+    pub commands: Option<CommandSnapshot>,
+    /// The buses, in the order of the vehicle profile.
+    pub buses: Vec<BusSnapshot>,
+    /// All signals that are received, by flow.
+    pub signals: Vec<SignalSnapshot>,
+    /// All messages that are received, by flow.
+    pub messages: Vec<MessageSnapshot>,
+    /// Traffic lights; `None` unless configured.
+    pub traffic_lights: Option<TrafficLightsSnapshot>,
+    /// Turn signal decider; `None` unless it runs.
+    pub decider: Option<DeciderSnapshot>,
+    /// All diagnostic statuses, in the order in which they are published.
+    pub diagnostics: Vec<StatusSnapshot>,
+}
+
+/// The process that the gateway runs in.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ProcessSnapshot {
+    /// Name of the vehicle profile.
+    pub vehicle: String,
+    /// Its process id.
+    pub pid: u32,
+    /// Time since its start, ms.
+    pub uptime_ms: u64,
+    /// The build.
+    pub build: Build,
+    /// Black-box files; `None` without a folder for them.
+    pub black_box: Option<RecorderState>,
+    /// Log; `None` without one.
+    pub log: Option<LogState>,
+    /// ROS 2; `None` while it is off.
+    pub ros: Option<RosSnapshot>,
+}
+
+/// The origin of a binary.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Build {
+    /// Version of the package.
+    pub version: String,
+    /// Commit that it was built of; `None` where the build did not know it.
+    pub commit: Option<String>,
+    /// ROS 2 distribution; `None` in a build without ROS 2.
+    pub distribution: Option<String>,
+}
+
+/// The connection to ROS 2.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct RosSnapshot {
+    /// DDS domain.
+    pub domain_id: u16,
+    /// True while the network side has joined the network and answers.
+    pub is_up: bool,
+    /// Times since start that the network side was replaced.
+    pub restarts: u64,
+    /// Why it ended the last time; `None` if it has not.
+    pub last_failure: Option<String>,
+    /// Time since it joined the network, ms; `None` while it is not up.
+    pub joined_ms: Option<u64>,
+    /// Memory in use by its process, bytes; `None` where that is not known.
+    pub memory_bytes: Option<u64>,
+    /// Topics that are written.
+    pub written: Vec<TopicSnapshot>,
+    /// Topics that are read.
+    pub read: Vec<TopicSnapshot>,
+    /// Participants whose lease ran out and that were not found again yet.
+    pub missing_peers: u64,
+    /// Samples since start that could not be written.
+    pub write_errors: u64,
+}
+
+/// One topic.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct TopicSnapshot {
+    /// Absolute name.
+    pub name: String,
+    /// Readers of a topic that is written, writers of one that is read.
+    pub peers: u64,
+}
+
+/// One diagnostic status.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StatusSnapshot {
+    /// Name of the task, without that of the node.
+    pub task: String,
+    /// Severity.
+    pub level: Level,
+    /// Short text.
+    pub message: String,
+    /// Details in a fixed order.
+    pub values: Vec<KeyValue>,
+}
+
+/// One detail of a status.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeyValue {
+    /// Name, which ends in its unit. A name may come more than once.
+    pub key: String,
+    /// Value as text.
+    pub value: String,
+}
+
+impl Gateway {
+    /// The present state. `now` is that of the gateway's calls, or later.
+    pub fn snapshot(&self, now: Now) -> Snapshot {
+        let (perception, mono) = (&self.perception, now.mono);
+        let (lights, buses) = (&perception.lights, &perception.buses);
+        let mut received = vec![lights.received_snapshot(buses, mono)];
+        received.extend(self.commands.as_ref().map(|flow| flow.received_snapshot(buses, mono)));
+        received.extend(perception.traffic_lights.as_ref().map(|flow| flow.received_snapshot(buses, mono)));
+        let (signals, messages): (Vec<_>, Vec<_>) = received.into_iter().unzip();
+        let snapshot = Snapshot {
+            schema: SCHEMA,
+            node: perception.node.clone(),
+            stamp_ns: now.wall.as_nanos(),
+            level: Level::Ok,
+            process: None,
+            turn_indicators: lights.turn_snapshot(buses, mono),
+            hazard_lights: lights.hazard_snapshot(buses, mono),
+            commands: self.commands.as_ref().map(|flow| flow.snapshot(buses, mono)),
+            buses: perception.bus_snapshots(mono).collect(),
+            signals: signals.into_iter().flatten().collect(),
+            messages: messages.into_iter().flatten().collect(),
+            traffic_lights: perception.traffic_lights.as_ref().map(TrafficLightFlow::snapshot),
+            decider: perception.turn_signal.as_ref().map(|flow| flow.snapshot(mono)),
+            diagnostics: Vec::new(),
+        };
+        snapshot.with_statuses(&self.statuses(mono))
+    }
+}
+
+impl Snapshot {
+    /// The snapshot with the process, and with the statuses that the process adds to those of the gateway.
+    #[must_use]
+    pub fn with_process(self, process: ProcessSnapshot, statuses: &[Status]) -> Self {
+        Self { process: Some(process), ..self }.with_statuses(statuses)
+    }
+
+    fn with_statuses(mut self, statuses: &[Status]) -> Self {
+        let node = format!("{}: ", self.node);
+        self.level = statuses.iter().map(|status| status.level).fold(self.level, Level::max);
+        self.diagnostics.extend(statuses.iter().map(|status| {
+            StatusSnapshot {
+                task: status.name.strip_prefix(&node).unwrap_or(&status.name).to_owned(),
+                level: status.level,
+                message: status.message.clone(),
+                values: status
+                    .values
+                    .iter()
+                    .map(|(key, value)| KeyValue { key: (*key).to_owned(), value: value.clone() })
+                    .collect(),
+            }
+        }));
+        self
+    }
+}
+
+impl RosSnapshot {
+    /// The part of it that its network side gives.
+    pub fn of(network: &NetworkState) -> Self {
+        Self {
+            is_up: network.is_up,
+            restarts: network.restarts,
+            last_failure: network.last_failure.as_ref().map(ToString::to_string),
+            joined_ms: network.age.map(millis),
+            memory_bytes: network.memory_bytes,
+            ..Self::default()
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The present state of the traffic lights, for people and programs that watch the gateway.
+
+use serde::{Deserialize, Serialize};
+
+use super::flow::TrafficLightFlow;
+use super::scenario::ControllerIndex;
+use super::target::{Channel, Layer, StoreId};
+use crate::core::can::bus::Bus;
+use crate::core::time::MonoTime;
+use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot};
+
+/// The number of lights that are listed of each store; a map can have thousands.
+pub const MAX_LISTED_LIGHTS: usize = 200;
+/// The number of controllers that are listed.
+const MAX_LISTED_CONTROLLERS: usize = 100;
+
+/// The traffic lights of both channels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrafficLightsSnapshot {
+    /// The channels `conventional` and `v2i`.
+    pub channels: Vec<ChannelSnapshot>,
+    /// The controllers of the scenario and their phases, at most 100.
+    pub controllers: Vec<ControllerPhaseSnapshot>,
+    /// Commands since start that were not understood or could not be done.
+    pub refused_commands: u64,
+}
+
+/// The lights of one channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChannelSnapshot {
+    /// `conventional` or `v2i`.
+    pub channel: String,
+    /// Lights in the ground truth.
+    pub lights: u32,
+    /// Those of them that show no light.
+    pub dark: u32,
+    /// Lights with a colour or status that was not recognised.
+    pub unknown: u32,
+    /// Lights that are reported as detected in place of the ground truth.
+    pub detected: u32,
+    /// Lights that show red and green at once.
+    pub contradictory: u32,
+    /// Inputs since start that were rejected.
+    pub rejected: u64,
+    /// Lights removed because no state was received for too long.
+    pub stale: u64,
+    /// The lights with their states, at most [`MAX_LISTED_LIGHTS`] of each layer.
+    pub states: Vec<LightSnapshot>,
+}
+
+/// The state of one light.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LightSnapshot {
+    /// Way id of its head in the map.
+    pub id: i64,
+    /// Relation ids of the groups that it belongs to.
+    pub groups: Vec<i64>,
+    /// `ground_truth` or `detected`.
+    pub layer: String,
+    /// Bulbs as colour, status and shape, with commas between them; empty when it is dark.
+    pub state: String,
+    /// Confidence of the state, 0 to 1.
+    pub confidence: f64,
+}
+
+/// The phase of one controller.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControllerPhaseSnapshot {
+    /// Name of the controller.
+    pub name: String,
+    /// Name of its phase; `None` before the first.
+    pub phase: Option<String>,
+}
+
+impl TrafficLightFlow {
+    /// The present state.
+    pub fn snapshot(&self) -> TrafficLightsSnapshot {
+        let engine = self.engine();
+        let controllers = engine.controllers().iter().enumerate().take(MAX_LISTED_CONTROLLERS);
+        let controllers = controllers.map(|(index, controller)| {
+            let phase = engine.phase(ControllerIndex(index)).and_then(|phase| controller.phases.get(phase));
+            ControllerPhaseSnapshot {
+                name: controller.name.clone(),
+                phase: phase.map(|phase| phase.name.clone()),
+            }
+        });
+        TrafficLightsSnapshot {
+            channels: Channel::ALL.into_iter().map(|channel| self.channel_snapshot(channel)).collect(),
+            controllers: controllers.collect(),
+            refused_commands: self.refused_commands(),
+        }
+    }
+
+    fn channel_snapshot(&self, channel: Channel) -> ChannelSnapshot {
+        let engine = self.engine();
+        let (truth, detected) =
+            (engine.stores().truth(channel).counts, engine.stores().detected(channel).counts);
+        let stale = match channel {
+            Channel::Conventional => 0,
+            Channel::V2i => engine.expiry.expired(),
+        };
+        let layers = [(Layer::GroundTruth, "ground_truth"), (Layer::Detected, "detected")];
+        let states = layers.into_iter().flat_map(|(layer, name)| {
+            self.light_snapshots(StoreId { channel, layer }, name).take(MAX_LISTED_LIGHTS)
+        });
+        ChannelSnapshot {
+            channel: channel.name().to_owned(),
+            lights: truth.lights,
+            dark: truth.dark,
+            unknown: truth.unknown + detected.unknown,
+            detected: detected.lights,
+            contradictory: truth.contradictory + detected.contradictory,
+            rejected: engine.counts[channel as usize].rejected,
+            stale: u64::try_from(stale).unwrap_or(u64::MAX),
+            states: states.collect(),
+        }
+    }
+
+    fn light_snapshots(&self, store: StoreId, layer: &str) -> impl Iterator<Item = LightSnapshot> {
+        let map = self.engine().stores().map();
+        self.engine().iter_states(store).map(move |(id, light)| {
+            let head = map.head(id).and_then(|head| map.at(head));
+            LightSnapshot {
+                id,
+                groups: head.map_or_else(Vec::new, |head| head.relation_ids.to_vec()),
+                layer: layer.to_owned(),
+                state: light.bulbs.to_string(),
+                confidence: light.confidence,
+            }
+        })
+    }
+
+    /// The signals and messages of the V2X unit.
+    pub(in crate::core) fn received_snapshot(
+        &self,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+        let (table, observations) = self.v2i().received();
+        let received = Received { used_by: "v2i", table, observations, buses };
+        (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
+    }
+}

@@ -1,0 +1,135 @@
+//! The snapshot says what the outputs say, at every step of the demo, and its JSON is read back as it was.
+
+mod fields;
+
+use std::collections::BTreeSet;
+use std::io::Cursor;
+use std::path::Path;
+
+use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files as _};
+use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::gateway::snapshot::{Build, ProcessSnapshot, Snapshot};
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::io::can::log::Log;
+use signal_gateway::replay::{Replay, Routes};
+use signal_gateway::report::gateway::Changes;
+
+fn settings() -> Settings {
+    load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap()
+}
+
+fn replay() -> Replay {
+    let settings = settings();
+    let bytes = Embedded.read(&settings.recording.unwrap().file).unwrap();
+    let routes = Routes::by_interface(&settings.gateway);
+    Replay::new(settings.gateway, Log::new(Box::new(Cursor::new(bytes))).unwrap(), routes).unwrap()
+}
+
+fn snapshot(replay: &Replay) -> Snapshot {
+    replay.gateway().snapshot(replay.now())
+}
+
+/// Bits 1 to 3 of byte 2 of 0x2A5: the turn state of the demo vehicle.
+fn turn_state(frame: &Frame) -> Option<i128> {
+    (frame.id() == CanId::Standard(0x2A5)).then(|| i128::from(frame.data()[2] >> 1 & 7))
+}
+
+#[test]
+fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
+    let (mut replay, mut changes) = (replay(), Changes::default());
+    let (mut last, mut seen, mut steps) = (None, BTreeSet::new(), 0);
+    loop {
+        let next = replay.upcoming().and_then(|(input, at)| {
+            let CanInput::Frame { frame, .. } = input else { return None };
+            Some((turn_state(frame)?, at))
+        });
+        if !replay.step().unwrap() {
+            break;
+        }
+        last = next.or(last);
+        let outputs = std::iter::from_fn(|| replay.poll_output());
+        let has_changed = outputs.map(|output| changes.of(&output).len()).sum::<usize>() > 0;
+        steps += 1;
+        if !has_changed && steps % 400 != 0 {
+            continue;
+        }
+        let (snapshot, now) = (snapshot(&replay), replay.now().mono);
+        let turn = snapshot.turn_indicators.as_ref().unwrap();
+        let hazard = snapshot.hazard_lights.as_ref().unwrap();
+        assert_eq!(turn.published.map(TurnIndicators::name), changes.turn());
+        assert_eq!(hazard.published.map(HazardLights::name), changes.hazard());
+        assert_eq!(turn.published.is_none(), turn.withheld.is_some());
+        seen.extend(turn.withheld.clone().or(changes.turn().map(str::to_owned)));
+        let signal = snapshot.signals.iter().find(|signal| turn.signals.contains(&signal.name)).unwrap();
+        let expected = last.map(|(state, at)| (state, age_ms(now, at)));
+        assert_eq!(signal.raw.zip(signal.age_ms), expected);
+        let is_missing = turn.message.contains("stale") || turn.message.contains("yet");
+        assert_eq!(signal.missing.is_some(), is_missing, "{}", turn.message);
+        let statuses = replay.gateway().statuses(now);
+        let shown = snapshot
+            .diagnostics
+            .iter()
+            .map(|shown| (format!("signal_gateway: {}", shown.task), shown.level, shown.message.clone()));
+        let expected =
+            statuses.iter().map(|status| (status.name.clone(), status.level, status.message.clone()));
+        assert!(shown.eq(expected));
+        assert_eq!(snapshot.level, statuses.iter().map(|status| status.level).max().unwrap());
+    }
+    assert!(steps > 1000, "{steps}");
+    for begin in ["ENABLE_LEFT", "ENABLE_RIGHT", "DISABLE", "unknown: ", "invalid: "] {
+        assert!(seen.iter().any(|text| text.starts_with(begin)), "{seen:?}");
+    }
+}
+
+fn age_ms(now: MonoTime, at: MonoTime) -> u64 {
+    u64::try_from(now.since(at).as_millis()).unwrap()
+}
+
+#[test]
+fn json_is_read_back_as_it_was() {
+    let mut replay = replay();
+    let mut steps = 0;
+    while replay.step().unwrap() {
+        while replay.poll_output().is_some() {}
+        steps += 1;
+        if steps % 1000 == 0 {
+            let snapshot = snapshot(&replay);
+            let json = serde_json::to_string(&snapshot).unwrap();
+            assert_eq!(serde_json::from_str::<Snapshot>(&json).unwrap(), snapshot);
+        }
+    }
+    assert!(steps > 1000, "{steps}");
+}
+
+#[test]
+fn an_older_program_reads_the_json_of_a_newer_one_with_more_fields() {
+    let snapshot = snapshot(&replay());
+    let mut json = serde_json::to_value(&snapshot).unwrap();
+    json["new_field"] = 1.into();
+    json["buses"][0]["new_field"] = 2.into();
+    assert_eq!(serde_json::from_str::<Snapshot>(&json.to_string()).unwrap(), snapshot);
+}
+
+#[test]
+fn statuses_of_the_process_count_for_the_level() {
+    let before = snapshot(&replay());
+    let log = Status {
+        name: "signal_gateway: log".to_owned(),
+        level: Level::Error,
+        message: "log lines are lost".to_owned(),
+        values: vec![("dropped_lines", "3".to_owned())],
+    };
+    let process = ProcessSnapshot {
+        build: Build { version: "1.2.3".to_owned(), ..Build::default() },
+        ..ProcessSnapshot::default()
+    };
+    let after = before.clone().with_process(process.clone(), &[log]);
+    assert_eq!((after.level, after.process), (Level::Error, Some(process)));
+    assert_eq!(after.diagnostics.len(), before.diagnostics.len() + 1);
+    let last = after.diagnostics.last().unwrap();
+    assert_eq!((last.task.as_str(), last.values[0].key.as_str()), ("log", "dropped_lines"));
+}
