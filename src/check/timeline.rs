@@ -148,7 +148,9 @@ impl TimelineCollector {
     pub fn finish(mut self, title: String, subtitle: String, length: MonoTime) -> Timeline {
         let length_s = seconds(length);
         let mut lanes: Vec<_> = std::mem::take(&mut self.lanes).into_values().collect();
-        lanes.iter_mut().for_each(|lane| lane.finish(length_s));
+        for lane in &mut lanes {
+            lane.finish(length_s);
+        }
         let mut remarks = Vec::new();
         if self.lights_left_out {
             remarks.push(format!("of the traffic lights, {MAX_LIGHTS} are shown"));

@@ -92,12 +92,16 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         while let Some(output) = replay.poll_output() {
             write_output(&mut out, json.as_ref(), &mut changes, &output, now.mono)?;
             mcap.iter_mut().try_for_each(|mcap| mcap.given_out(&output, now.wall))?;
-            timeline.iter_mut().for_each(|timeline| timeline.given_out(&output, now.mono));
+            if let Some(timeline) = &mut timeline {
+                timeline.given_out(&output, now.mono);
+            }
         }
         if let Some((input, at)) = replay.upcoming() {
             let at = Now { mono: at, wall: now.wall.after(at.since(now.mono)) };
             mcap.iter_mut().try_for_each(|mcap| mcap.received(input, at.wall))?;
-            timeline.iter_mut().for_each(|timeline| timeline.received(input, at));
+            if let Some(timeline) = &mut timeline {
+                timeline.received(input, at);
+            }
         }
         match replay.step() {
             Ok(true) => {}
