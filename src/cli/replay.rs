@@ -29,7 +29,7 @@ pub(super) const REPLAY_HELP: &str = "\
 Examples:
   signal-gateway replay --config config/demo.toml --json
   signal-gateway replay drive.log.gz --profile hyundai_kia
-  signal-gateway replay drive.log --config gateway.toml --mcap drive.mcap --report drive.html
+  signal-gateway replay drive.log -c gateway.toml --mcap drive.mcap --report drive.html
   signal-gateway replay drive.log --config gateway.toml --map can1=body \\
     --speed 1 --ros
 

@@ -52,7 +52,11 @@ fn every_sample_that_a_peer_receives_is_in_the_recording_in_the_same_order() {
     assert!(frames > 1_000, "{frames} frames");
     for (_, name, topic) in topics {
         let samples = reader.samples(Mark::START, name);
-        let received: Vec<_> = samples.iter().map(|line| &line["data"]).collect();
+        let mut received: Vec<_> = samples.iter().map(|line| &line["data"]).collect();
+        if [TURN.1, HAZARD.1].contains(&name) {
+            // What is current is sent again for a reader that has joined.
+            received.dedup();
+        }
         let of_topic = messages.iter().filter(|message| message["topic"] == format!("/{topic}"));
         let recorded: Vec<_> = of_topic.map(|message| &message["fields"]).collect();
         println!("{name}: {} received, {} recorded", received.len(), recorded.len());
