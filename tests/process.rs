@@ -12,5 +12,6 @@ mod process {
     mod log_output;
     mod mcap;
     mod pictures;
+    mod refusals;
     mod systemd_units;
 }
