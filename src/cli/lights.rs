@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{Every, draw, file_name, seconds};
+use super::arguments::{Every, draw, file_name, seconds, svg_path};
 use super::progress::Progress;
 use super::{Failure, messages};
 use crate::config::files::Disk;
@@ -108,7 +108,7 @@ pub(super) struct LightsArgs {
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
     /// Draw the timeline as well
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path)]
     picture: Option<PathBuf>,
 }
 
