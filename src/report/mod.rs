@@ -8,6 +8,7 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
+//! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
 //!
@@ -19,6 +20,7 @@ pub mod decision;
 pub mod drive;
 pub mod gateway;
 pub mod lights;
+pub mod refusal;
 pub mod text;
 pub mod vehicle;
 pub mod view;
