@@ -61,7 +61,7 @@ impl TriggerState {
             // All conditions are evaluated, since their edges depend on it.
             for (condition, state) in group.iter().zip(states) {
                 if scenario_state.is_first_frame && !scenario_state.quirks.starts_without_time {
-                    state.start(&condition.test);
+                    state.start(condition);
                 }
                 let value = value(&condition.test, scenario, scenario_state, &element)?;
                 all &= state.is_true(condition, value, scenario_state.now, scenario_state.quirks);
@@ -104,12 +104,13 @@ impl ConditionState {
         self.history.len() == 1 && self.previous.is_some()
     }
 
-    /// Takes the value that a time has at the start of the scenario, before the first frame.
-    fn start(&mut self, test: &Test) {
-        if let Test::SimulationTime { rule, value } = test {
+    /// Takes the value that a time has at the start of the scenario, before the first frame, where its edge counts.
+    fn start(&mut self, condition: &Condition) {
+        let Test::SimulationTime { rule, value } = &condition.test else { return };
+        if matches!(condition.edge, Edge::Rising | Edge::Falling | Edge::RisingOrFalling) {
             let at_start = rule.holds(&Duration::ZERO, value);
             self.history.push_back((Moment::default(), at_start));
-            self.previous = Some(at_start);
+            self.previous = condition.delay.is_zero().then_some(at_start);
         }
     }
 
@@ -284,6 +285,7 @@ mod tests {
                 let [found, expected] = [&mut idle, &mut busy]
                     .map(|state| state.fires(&trigger, &scenario, &mut scenario_state, |_, _| false).unwrap());
                 prop_assert_eq!(found, expected, "at {}", scenario_state.now.nanos);
+                scenario_state.is_first_frame = false;
             }
         }
 
