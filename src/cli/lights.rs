@@ -178,10 +178,10 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         Some(ScenarioOutcome::Failure) => Some(false),
         Some(ScenarioOutcome::Stopped | ScenarioOutcome::Fault(_)) | None => None,
     };
-    let undecided = uncertain_ends.iter().find(|end| Some(end.success) != decided);
+    let undecided = uncertain_ends.iter().find(|end| end.success != decided);
     let undecided = undecided.filter(|_| !matches!(run.verdict(), Some(ScenarioOutcome::Fault(_))));
     if let Some(end) = undecided {
-        writeln!(out, "{}", writer.undecided(run.at().min(until), &end.event))?;
+        writeln!(out, "{}", writer.undecided(run.at().min(until), &end.to_string()))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
@@ -213,6 +213,10 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
     }
     if let Some(path) = &file.map {
         return read_map(path, "it is the map that the scenario names: give another one with --map FILE.osm");
+    }
+    if let Some(reason) = &file.unresolved_map {
+        let remedy = "or give the map with --map FILE.osm, or --without-map";
+        return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
     }
     if file.groups.is_empty() {
         let reason = "it names no map and no groups, so its lights are not known";
