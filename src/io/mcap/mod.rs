@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`schema`] | definitions of the messages, as `ros2msg` |
 //! | [`encoder`] | inputs and outputs of the gateway ─► messages of channels |
-//! | [`file`] | messages ─► chunks of a file, which ends between two chunks whatever happens |
+//! | [`mod@file`] | messages ─► chunks of a file, which ends between two chunks whatever happens |
 //! | [`bag`] | a folder of such files with its `metadata.yaml`: a bag |
 //! | [`recorder`] | the bags of a folder, and the thread that writes them |
 //!
