@@ -10,6 +10,7 @@ mod process {
     mod decide_command;
     mod lights_command;
     mod log_output;
+    mod mistakes;
     mod pictures;
     mod refusals;
     mod systemd_units;

@@ -13,4 +13,5 @@ mod vcan {
     mod vcan_faults;
     #[cfg(feature = "ros")]
     mod vcan_gateway;
+    mod vcan_identify;
 }

@@ -14,6 +14,7 @@ pub mod vehicle;
 
 use std::future::pending;
 use std::io;
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use tokio::time::sleep_until;
@@ -21,13 +22,16 @@ use tokio::time::sleep_until;
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::bus_status::link_text;
+use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
-use crate::core::can::link::LinkState;
+use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
+use crate::io::can::bus::BusSocketSettings;
 use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::{SenderLock, SenderLockError};
+use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
 use crate::replay::{Replay, Routes};
@@ -96,6 +100,9 @@ const LAST_FRAMES: Duration = Duration::from_millis(300);
 /// Longest time for which a late recording is played without a check for a stop or for messages.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
+/// Kernel receive buffer of an interface that is only listened to, bytes.
+const LISTENING_BUFFER: usize = 4 << 20;
+
 /// Runs on the source that the configuration names until a signal requests a stop.
 ///
 /// # Errors
@@ -163,6 +170,43 @@ pub fn listen(
                     }
                     take(input)
                 })?,
+            }
+        }
+    })
+}
+
+/// Hands on what one interface receives of these identifiers until `take` breaks, a signal requests a stop, or the
+/// time is over. An interface that is not up is handed on as such.
+///
+/// # Errors
+/// See [`DaemonError`].
+pub fn listen_to(
+    interface: &str,
+    ids: Vec<CanId>,
+    length: Duration,
+    mut take: impl FnMut(CanInput) -> ControlFlow<()>,
+) -> Result<(), DaemonError> {
+    let socket = BusSocketSettings {
+        bus: BusIndex(0),
+        interface: interface.to_owned(),
+        ids,
+        receive_buffer_bytes: LISTENING_BUFFER,
+        transmitter: Transmitter::default(),
+    };
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let mut receivers = Receivers::of(vec![socket]);
+        let end = sleep_until((Instant::now() + length).into());
+        tokio::pin!(end);
+        loop {
+            tokio::select! {
+                () = stop.requested() => return Ok(()),
+                () = &mut end => return Ok(()),
+                batch = receivers.recv() => {
+                    if batch?.into_iter().try_for_each(&mut take).is_break() {
+                        return Ok(());
+                    }
+                }
             }
         }
     })

@@ -35,23 +35,29 @@ impl Receivers {
         settings: &Settings,
         ids: impl Fn(BusIndex) -> Vec<CanId>,
     ) -> (Self, Vec<Transmitter>) {
-        let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
-        let mut receivers = Self { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() };
-        let mut transmitters = Vec::new();
         let buses =
             (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
-        for ((bus, described), receive_buffer_bytes) in buses {
-            let bus_settings = BusSocketSettings {
-                bus,
-                interface: described.interface.clone(),
-                ids: ids(bus),
-                receive_buffer_bytes: *receive_buffer_bytes,
-                transmitter: Transmitter::default(),
-            };
-            transmitters.push(bus_settings.transmitter.clone());
-            receivers.spawn(&described.interface, receive(bus_settings, sender.clone()));
+        let sockets = buses.map(|((bus, described), receive_buffer_bytes)| BusSocketSettings {
+            bus,
+            interface: described.interface.clone(),
+            ids: ids(bus),
+            receive_buffer_bytes: *receive_buffer_bytes,
+            transmitter: Transmitter::default(),
+        });
+        let sockets: Vec<_> = sockets.collect();
+        let transmitters = sockets.iter().map(|socket| socket.transmitter.clone()).collect();
+        (Self::of(sockets), transmitters)
+    }
+
+    /// Starts a receiver for each of these.
+    pub(super) fn of(sockets: Vec<BusSocketSettings>) -> Self {
+        let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
+        let mut receivers = Self { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() };
+        for socket in sockets {
+            let interface = socket.interface.clone();
+            receivers.spawn(&interface, receive(socket, sender.clone()));
         }
-        (receivers, transmitters)
+        receivers
     }
 
     fn spawn(&mut self, interface: &str, receiver: impl Future<Output = ()> + Send + 'static) {
