@@ -118,12 +118,6 @@ impl Identifier {
         }
     }
 
-    /// Identifiers of the messages of all profiles, which are all that count.
-    pub fn ids(&self) -> Vec<CanId> {
-        let ids: BTreeSet<_> = self.bound.keys().chain(&self.heartbeats).copied().collect();
-        ids.into_iter().collect()
-    }
-
     /// True if further frames would hardly change who is first: one profile alone fits, with a checksum or a counter that
     /// holds, or a side that was on.
     pub fn is_sure(&self) -> bool {

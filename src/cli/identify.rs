@@ -89,7 +89,7 @@ fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
     let progress = Progress::new(format!("listening to {interface}"), Some(millis), form);
     let start = Instant::now();
     let (mut looked, mut unusable) = (SHORTEST, None);
-    daemon::listen_to(interface, identifier.ids(), length, |input| {
+    daemon::listen_to(interface, length, |input| {
         if let CanInput::Link { state, .. } = input {
             unusable = (state != LinkState::Up).then_some(state);
             return if unusable.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
@@ -111,8 +111,7 @@ fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
     if identifier.frames() == 0 {
         let seconds = start.elapsed().as_secs_f64();
         return Err(Failure::Usage(format!(
-            "{interface}: no frame of any built-in profile in {seconds:.0} s; see with `candump {interface}` whether \
-             anything comes: ignition, cable, bit rate"
+            "{interface}: not one frame was received in {seconds:.0} s; look at ignition, cable and bit rate"
         )));
     }
     Ok(identifier)

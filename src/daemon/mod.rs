@@ -3,6 +3,7 @@
 //! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
+pub mod discover;
 mod fault_recorder;
 mod gateway_io;
 mod late_reports;
@@ -22,16 +23,13 @@ use tokio::time::sleep_until;
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::bus_status::link_text;
-use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::link::LinkState;
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
-use crate::io::can::bus::BusSocketSettings;
 use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::{SenderLock, SenderLockError};
-use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
 use crate::replay::{Replay, Routes};
@@ -65,6 +63,14 @@ pub enum DaemonError {
     /// Commands cannot be sent by this process.
     #[error(transparent)]
     SenderLock(#[from] SenderLockError),
+    /// An interface cannot be used.
+    #[error("{}", link_text(.interface, *.state))]
+    NoLink {
+        /// Name of the interface.
+        interface: String,
+        /// State of its link.
+        state: LinkState,
+    },
     /// A task that receives frames ended by itself.
     #[error("the task that receives {interface} has ended unexpectedly{reason}")]
     ReceiverEnded {
@@ -99,9 +105,6 @@ const LAST_FRAMES: Duration = Duration::from_millis(300);
 
 /// Longest time for which a late recording is played without a check for a stop or for messages.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
-
-/// Kernel receive buffer of an interface that is only listened to, bytes.
-const LISTENING_BUFFER: usize = 4 << 20;
 
 /// Runs on the source that the configuration names until a signal requests a stop.
 ///
@@ -175,27 +178,19 @@ pub fn listen(
     })
 }
 
-/// Hands on what one interface receives of these identifiers until `take` breaks, a signal requests a stop, or the
+/// Hands on what one interface receives until `take` breaks, a signal requests a stop, or the
 /// time is over. An interface that is not up is handed on as such.
 ///
 /// # Errors
 /// See [`DaemonError`].
 pub fn listen_to(
     interface: &str,
-    ids: Vec<CanId>,
     length: Duration,
     mut take: impl FnMut(CanInput) -> ControlFlow<()>,
 ) -> Result<(), DaemonError> {
-    let socket = BusSocketSettings {
-        bus: BusIndex(0),
-        interface: interface.to_owned(),
-        ids,
-        receive_buffer_bytes: LISTENING_BUFFER,
-        transmitter: Transmitter::default(),
-    };
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let mut receivers = Receivers::of(vec![socket]);
+        let mut receivers = Receivers::of_all_frames(&[interface.to_owned()]);
         let end = sleep_until((Instant::now() + length).into());
         tokio::pin!(end);
         loop {
