@@ -15,7 +15,9 @@ use super::fault_recorder::FaultRecorder;
 use super::late_reports::LateReports;
 use super::live::Live;
 use super::publisher::Publisher;
+use super::recording;
 use crate::config::Settings;
+use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
@@ -24,10 +26,11 @@ use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::process_status::LostLines;
-use crate::core::time::Now;
+use crate::core::time::{Now, WallStamp};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
+use crate::io::mcap::recorder::McapRecorder;
 use crate::io::process_log;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
@@ -46,6 +49,7 @@ pub(super) struct GatewayIo {
     pub(super) watchdog: Watchdog,
     pub(super) stop: StopSignals,
     faults: Option<FaultRecorder>,
+    mcap: Option<McapRecorder>,
     late_reports: LateReports,
     /// The node's name for statuses of the process itself; `None` leaves them out.
     node: Option<String>,
@@ -77,6 +81,7 @@ impl GatewayIo {
             watchdog,
             stop,
             faults: None,
+            mcap: recording::start(settings),
             late_reports: LateReports::default(),
             node: None,
             given_out: Vec::new(),
@@ -104,8 +109,12 @@ impl GatewayIo {
         // The outputs from before the first step belong to the start.
         self.emit_and_send(live, transmitters, clock, read, started);
         while let Some(at) = live.step(read.mono, |input, at| {
-            if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
+            let Input::Can(input) = input else { return };
+            if let Some(faults) = &mut self.faults {
                 faults.keep(*input, at);
+            }
+            if let Some(mcap) = &self.mcap {
+                mcap.received(*input, at.wall);
             }
         }) {
             if let Some(faults) = &mut self.faults {
@@ -115,7 +124,7 @@ impl GatewayIo {
         }
         // All that was due at `read` is decided: what is held now is current.
         for output in self.late_reports.take() {
-            self.publisher.send(&Output::VehicleLights(output));
+            self.publish(&Output::VehicleLights(output), read);
         }
         live.settle_commands(read);
         self.emit_and_send(live, transmitters, clock, read, read);
@@ -157,6 +166,9 @@ impl GatewayIo {
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
                 let result = transmit(frame, transmitters);
+                if let (CommandInput::Sent(_), Some(mcap)) = (&result, &self.mcap) {
+                    mcap.given_out(output.clone(), read.wall);
+                }
                 live.take([result], clock.now());
             }
             self.emit_output(output, now, read.mono.since(now.mono));
@@ -202,13 +214,30 @@ impl GatewayIo {
     /// Publishes and shows an output.
     fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) {
         if !self.late_reports.holds(output, lag) {
-            self.publisher.send(output);
+            self.publish(output, Now { wall: now.wall.after(lag), ..now });
         }
         let shown = match &self.json {
             Some(json) => json.line(output, now.mono).map_or(Ok(()), |line| write_line(&line)),
             None => self.view.show(output, now.mono),
         };
         self.note(shown.map_err(DaemonError::from));
+    }
+
+    /// Publishes an output at `now`, and records it. Frames to the vehicle are recorded where they are sent.
+    fn publish(&self, output: &Output, now: Now) {
+        self.publisher.send(output);
+        if let (Some(mcap), false) =
+            (&self.mcap, matches!(output, Output::Command(CommandOutput::Transmit { .. })))
+        {
+            mcap.given_out(output.clone(), now.wall);
+        }
+    }
+
+    /// Records an input of a recording that is played, at the time it is handled.
+    pub(super) fn record_received(&self, input: CanInput, at: WallStamp) {
+        if let Some(mcap) = &self.mcap {
+            mcap.received(input, at);
+        }
     }
 
     fn note(&mut self, outcome: Result<(), DaemonError>) {
@@ -222,10 +251,16 @@ impl GatewayIo {
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
         let recordings = self.faults.as_ref().map(|faults| faults.status(node));
+        let mcap = self.mcap.as_ref().map(|mcap| mcap.state().status(node));
         let network = self.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
         let log = log.map(|log| log.with(elsewhere).status(node));
-        recordings.into_iter().chain(log).chain(network.map(|network| network.status(node))).collect()
+        recordings
+            .into_iter()
+            .chain(mcap)
+            .chain(log)
+            .chain(network.map(|network| network.status(node)))
+            .collect()
     }
 
     fn refresh(&mut self, now: Now) {
@@ -261,6 +296,7 @@ impl GatewayIo {
         faults.iter_mut().for_each(FaultRecorder::save_open);
         self.publisher.stop();
         faults.iter_mut().for_each(FaultRecorder::stop);
+        self.mcap.iter().for_each(|mcap| mcap.stop(recording::STOP_PATIENCE));
         tracing::info!("stopped");
     }
 }

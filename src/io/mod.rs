@@ -2,6 +2,7 @@
 
 pub mod can;
 pub mod clock;
+pub mod mcap;
 pub mod new_files;
 pub mod output_queue;
 pub mod process_log;

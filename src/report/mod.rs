@@ -9,6 +9,7 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
+//! | [`timeline`] | a recording: states over time, each with the frame behind it |
 //! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
@@ -24,6 +25,7 @@ pub mod gateway;
 pub mod lights;
 pub mod refusal;
 pub mod text;
+pub mod timeline;
 pub mod vehicle;
 pub mod view;
 

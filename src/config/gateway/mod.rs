@@ -5,6 +5,7 @@ mod black_box;
 mod can;
 pub mod command;
 mod diagnostics;
+mod mcap;
 mod recording;
 mod reports;
 mod ros;
@@ -14,6 +15,7 @@ pub mod turn_signal;
 use std::path::{Path, PathBuf};
 
 pub use black_box::BlackBoxConfig;
+pub use mcap::McapConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::{DEFAULT_NODE, RosConfig};
@@ -79,6 +81,8 @@ pub struct Settings {
     pub hardware_id: String,
     /// Recordings around faults.
     pub black_box: BlackBoxConfig,
+    /// The recording of all that is received and published.
+    pub mcap: McapConfig,
     /// Node, network and report topics.
     pub ros: RosConfig,
     /// Topics of the traffic lights; empty without them.
@@ -253,6 +257,7 @@ fn settings(
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
     let (node, ros) = ros::ros(top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
+    let mcap = mcap::mcap(top.section("mcap"));
     let recording = top.table("recording").and_then(recording::recording);
     if source == SourceKind::Recording && !top.has("recording") {
         let reason = "source = \"recording\" without a recording";
@@ -301,6 +306,7 @@ fn settings(
         recording,
         hardware_id,
         black_box,
+        mcap,
         ros,
         light_topics: light_topics.unwrap_or_default(),
         command,
