@@ -12,6 +12,7 @@ mod process {
     mod lights_command;
     mod log_output;
     mod mcap;
+    mod mistakes;
     mod pictures;
     mod refusals;
     mod systemd_units;

@@ -14,4 +14,5 @@ mod vcan {
     mod vcan_faults;
     #[cfg(feature = "ros")]
     mod vcan_gateway;
+    mod vcan_identify;
 }

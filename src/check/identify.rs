@@ -10,8 +10,11 @@ use crate::config::{Refused, load_profile};
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::BusIndex;
 use crate::core::plausibility::evidence::ProfileEvidence;
-use crate::core::plausibility::fit::{Fit, fit};
+use crate::core::plausibility::fit::{Fit, Support, Verdict, fit};
 use crate::core::time::{MonoTime, WallStamp};
+
+/// Frames for which a checksum or counter must hold before it decides.
+const MIN_PROOF: u64 = 100;
 
 /// The evidence for each profile on each interface, frame by frame.
 #[derive(Debug)]
@@ -113,6 +116,18 @@ impl Identifier {
             // Every built-in profile has one bus.
             evidence.frame(BusIndex(0), frame, self.now);
         }
+    }
+
+    /// True if further frames would hardly change who is first: one profile alone fits, with a checksum or a counter that
+    /// holds, or a side that was on.
+    pub fn is_sure(&self) -> bool {
+        let candidates = self.candidates();
+        let mut fitting = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::Fits);
+        let (Some(first), None) = (fitting.next(), fitting.next()) else { return false };
+        let is_strong = |support: &Support| {
+            matches!(support, Support::Integrity { frames: MIN_PROOF.., .. } | Support::Sides { .. })
+        };
+        first.fit.support.iter().any(is_strong)
     }
 
     /// Number of frames taken.

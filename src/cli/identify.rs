@@ -1,15 +1,22 @@
 //! `identify`: the built-in profiles that fit a recording or a bus.
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use super::arguments::{Shown, open};
+use super::arguments::{Shown, open, seconds};
+use super::progress::Progress;
 use super::{Failure, messages};
 use crate::check::identify::Identifier;
 use crate::check::identify_text;
+use crate::config::nearest;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
+use crate::daemon;
 use crate::io::can::formats::Content;
 use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
@@ -17,12 +24,23 @@ use crate::io::process_log::LogForm;
 pub(super) const HELP: &str = "\
 Examples:
   signal-gateway identify drive.log.gz
-  signal-gateway identify drive.log --all --json";
+  signal-gateway identify drive.log --all --json
+  signal-gateway identify --live can0 --seconds 60
+
+Listening ends with --seconds, on Ctrl-C with what was received until then, or as soon as one profile alone fits.
+Use the indicators meanwhile: left, right and hazard tell profiles apart.";
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyArgs {
     /// Recording in any format that `check` reads, - for standard input
-    log: PathBuf,
+    #[arg(required_unless_present = "live")]
+    log: Option<PathBuf>,
+    /// Listen to INTERFACE instead of reading a recording; nothing is sent
+    #[arg(long, value_name = "INTERFACE", conflicts_with = "log")]
+    live: Option<String>,
+    /// Longest time to listen
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "30", requires = "live")]
+    seconds: Duration,
     /// List every profile of which a message was received, not only the best three
     #[arg(long)]
     all: bool,
@@ -33,22 +51,104 @@ pub(super) struct IdentifyArgs {
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages);
-    let unreadable = Failure::file(&args.log);
-    let mut log = open(&args.log, Shown::Always)?;
-    let mut identifier = Identifier::new()?;
-    while let Some(record) = log.next_record().map_err(&unreadable)? {
-        if let Content::Data(frame) = record.content {
-            identifier.frame(&log.interfaces()[record.interface.0], &frame, record.stamp);
-        }
-    }
-    drop(log);
-    if identifier.frames() == 0 {
-        return Err(unreadable(no_frame()));
-    }
+    let identifier = match (&args.live, &args.log) {
+        (Some(interface), _) => listen(interface, args.seconds)?,
+        (None, log) => read(log.as_deref().unwrap_or(Path::new("-")))?,
+    };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let text =
         if args.json { identify_text::json(&identifier) } else { identify_text::text(&identifier, args.all) };
     out.write_all(text.as_bytes())?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn read(path: &Path) -> Result<Identifier, Failure> {
+    let unreadable = Failure::file(path);
+    let mut log = open(path, Shown::Always)?;
+    let mut identifier = Identifier::new()?;
+    while let Some(record) = log.next_record().map_err(&unreadable)? {
+        if let Content::Data(frame) = record.content {
+            identifier.frame(&log.interfaces()[record.interface.0], &frame, record.stamp);
+        }
+    }
+    if identifier.frames() == 0 {
+        return Err(unreadable(no_frame()));
+    }
+    Ok(identifier)
+}
+
+/// Shortest time to listen, and the time between two looks at who is first.
+const SHORTEST: Duration = Duration::from_secs(3);
+const LOOK: Duration = Duration::from_secs(1);
+
+fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
+    let mut identifier = Identifier::new()?;
+    let form = "{spinner} {msg} [{wide_bar}] {eta} left";
+    let millis = u64::try_from(length.as_millis()).unwrap_or(u64::MAX);
+    let progress = Progress::new(format!("listening to {interface}"), Some(millis), form);
+    let start = Instant::now();
+    let (mut looked, mut unusable) = (SHORTEST, None);
+    daemon::listen_to(interface, length, |input| {
+        if let CanInput::Link { state, .. } = input {
+            unusable = (state != LinkState::Up).then_some(state);
+            return if unusable.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        }
+        let CanInput::Frame { frame, stamp, .. } = input else { return ControlFlow::Continue(()) };
+        identifier.frame(interface, &frame, stamp);
+        let elapsed = start.elapsed();
+        progress.set(u64::try_from(elapsed.as_millis()).unwrap_or(u64::MAX));
+        if elapsed < looked {
+            return ControlFlow::Continue(());
+        }
+        looked = elapsed + LOOK;
+        if identifier.is_sure() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    drop(progress);
+    if let Some(state) = unusable.filter(|_| identifier.frames() == 0) {
+        return Err(Failure::Usage(unusable_text(interface, state)));
+    }
+    if identifier.frames() == 0 {
+        let seconds = start.elapsed().as_secs_f64();
+        return Err(Failure::Usage(format!(
+            "{interface}: not one frame was received in {seconds:.0} s; look at ignition, cable and bit rate"
+        )));
+    }
+    Ok(identifier)
+}
+
+/// The reason for which nothing can be received, with what to type next.
+fn unusable_text(interface: &str, state: LinkState) -> String {
+    match state {
+        LinkState::Missing => {
+            let names = interfaces();
+            let near = nearest(interface, names.iter().map(String::as_str));
+            let advice = match (near, names.as_slice()) {
+                (Some(near), _) => format!("did you mean {near}?"),
+                (None, []) => "`ip link` lists the interfaces".to_owned(),
+                (None, names) => format!("there is {}", names.join(", ")),
+            };
+            format!("{interface}: there is no such interface; {advice}")
+        }
+        LinkState::NotCan => {
+            format!("{interface} is not a CAN interface; `ip -details link` shows which one is")
+        }
+        LinkState::Failed(errno) => {
+            format!("{interface} cannot be opened: {}", io::Error::from_raw_os_error(errno))
+        }
+        LinkState::Up | LinkState::Down | LinkState::Ended => {
+            format!(
+                "{interface} is down; bring it up first: ip link set {interface} up type can bitrate 500000"
+            )
+        }
+    }
+}
+
+/// Names of the interfaces of this machine.
+fn interfaces() -> Vec<String> {
+    let entries = std::fs::read_dir("/sys/class/net").into_iter().flatten();
+    let mut names: Vec<_> =
+        entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned())).collect();
+    names.sort_unstable();
+    names
 }

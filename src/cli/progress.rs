@@ -57,6 +57,11 @@ impl Progress {
         let progress = Self::new(text, length, form);
         Reading { source: progress.bar.wrap_read(source), _progress: progress }
     }
+
+    /// Sets the position, in the unit of the length.
+    pub(super) fn set(&self, position: u64) {
+        self.bar.set_position(position);
+    }
 }
 
 impl Drop for Progress {

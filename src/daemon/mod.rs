@@ -16,6 +16,7 @@ pub mod vehicle;
 
 use std::future::pending;
 use std::io;
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use tokio::time::sleep_until;
@@ -173,6 +174,35 @@ pub fn listen(
                     }
                     take(input)
                 })?,
+            }
+        }
+    })
+}
+
+/// Hands on what one interface receives until `take` breaks, a signal requests a stop, or the
+/// time is over. An interface that is not up is handed on as such.
+///
+/// # Errors
+/// See [`DaemonError`].
+pub fn listen_to(
+    interface: &str,
+    length: Duration,
+    mut take: impl FnMut(CanInput) -> ControlFlow<()>,
+) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let mut receivers = Receivers::of_all_frames(&[interface.to_owned()]);
+        let end = sleep_until((Instant::now() + length).into());
+        tokio::pin!(end);
+        loop {
+            tokio::select! {
+                () = stop.requested() => return Ok(()),
+                () = &mut end => return Ok(()),
+                batch = receivers.recv() => {
+                    if batch?.into_iter().try_for_each(&mut take).is_break() {
+                        return Ok(());
+                    }
+                }
             }
         }
     })

@@ -40,8 +40,8 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
     }
     let remedy = if message.contains("must be quoted") {
         Some("write it in quotes: \"…\"")
-    } else if message.contains("unclosed") {
-        Some("close it on the same line")
+    } else if message.contains("basic string") || message.contains("literal string") {
+        Some("close the text with a quote on the same line")
     } else {
         None
     };

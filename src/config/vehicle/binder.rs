@@ -73,8 +73,12 @@ impl<'a> Binder<'a> {
                     None => {
                         let known = self.buses.iter().flat_map(|bus| &bus.database.messages);
                         let (reason, is_rejected) = self.missing_message(bus, name);
-                        let known = known.map(|message| message.name.as_str()).filter(|_| !is_rejected);
-                        let remedy = did_you_mean(name, known, "name a message of the DBC");
+                        let known = known.map(|message| message.name.as_str());
+                        let remedy = if is_rejected {
+                            "mend that line of the DBC, or name another message".to_owned()
+                        } else {
+                            did_you_mean(name, known, "name a message of the DBC")
+                        };
                         self.refuse(at, reason, &remedy);
                     }
                 }
@@ -143,9 +147,13 @@ impl<'a> Binder<'a> {
     pub(super) fn refuse_signal(&self, at: &Location, message: &Message, name: &str, rejected: &str) {
         let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
         let reason = format!("{} has no signal {name}{rejected}", message.name);
-        let all = format!("it has {}", names.join(", "));
-        let is_known = |_: &&str| rejected.is_empty();
-        self.refuse(at, reason, &did_you_mean(name, names.into_iter().filter(is_known), all));
+        let remedy = if rejected.is_empty() {
+            let all = format!("it has {}", names.join(", "));
+            did_you_mean(name, names, all)
+        } else {
+            "mend that line of the DBC, or bind another signal".to_owned()
+        };
+        self.refuse(at, reason, &remedy);
     }
 
     /// The message's name for people: with its bus, when several buses have one of that name.

@@ -94,10 +94,10 @@ fn signals_that_cannot_be_bound_are_refused() {
 > car.toml:8:10: turn.signal: the profile has no bus boot; it has body
 - signal = "BLINK.TURN"
 + signal = "BLINK.TORN"
-> car.toml:8:10: turn.signal: BLINK has no signal TORN; rejected at car.dbc:6: needs 5 bytes, the message has 4; it has TURN, HAZARD, LEFT, RIGHT, TILT, COUNT, CRC, NIBBLE, PAGE, PAGED
+> car.toml:8:10: turn.signal: BLINK has no signal TORN; rejected at car.dbc:6: needs 5 bytes, the message has 4; mend that line of the DBC, or bind another signal
 - signal = "BLINK.TURN"
 + signal = "LAMPS.TURN"
-> car.toml:8:10: turn.signal: car.dbc has no message LAMPS; rejected at car.dbc:15: …; name a message of the DBC
+> car.toml:8:10: turn.signal: car.dbc has no message LAMPS; rejected at car.dbc:15: …; mend that line of the DBC, or name another message
 - signal = "BLINK.TURN"
 + signal = "CLIMATE.HEAT"
 > car.toml:8:10: turn.signal: HEAT is a floating-point signal; bind a signal with integer raw values
