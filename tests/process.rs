@@ -11,5 +11,6 @@ mod process {
     mod lights_command;
     mod log_output;
     mod pictures;
+    mod status_command;
     mod systemd_units;
 }

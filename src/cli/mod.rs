@@ -9,6 +9,7 @@ mod live;
 mod manual;
 mod profiles;
 mod replay;
+mod status;
 mod vehicle;
 
 use std::io;
@@ -34,6 +35,7 @@ use live::{DemoArgs, RunArgs};
 use manual::{CompletionsArgs, ManArgs};
 use profiles::ProfilesArgs;
 use replay::ReplayArgs;
+use status::StatusArgs;
 use vehicle::VehicleArgs;
 
 /// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
@@ -51,9 +53,11 @@ Exit codes:
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check found warnings
+  4  check or status found warnings
   5  the scenario of lights ended in failure, or an expectation of a drive was not met
   6  the verdict of a scenario of lights is not known
+  7  status found errors
+  8  status reaches no gateway
 
 Start with: signal-gateway demo";
 
@@ -89,6 +93,9 @@ enum Command {
     /// Simulate a vehicle on a virtual bus: lamps that flash, commands obeyed, faults on request
     #[command(after_help = vehicle::HELP)]
     Vehicle(VehicleArgs),
+    /// Show the present state of a running gateway
+    #[command(after_help = status::HELP)]
+    Status(StatusArgs),
     /// Serve a gateway that has started this process as its network side
     #[cfg(feature = "ros")]
     #[command(hide = true)]
@@ -116,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::Lights(args) => lights::run(&args),
         Command::Decide(args) => decide::run(&args),
         Command::Vehicle(args) => vehicle::run(&args),
+        Command::Status(args) => status::run(&args),
         #[cfg(feature = "ros")]
         Command::Network(args) => live::network(&args),
         Command::Completions(args) => manual::completions(&args),

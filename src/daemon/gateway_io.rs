@@ -15,6 +15,7 @@ use super::fault_recorder::FaultRecorder;
 use super::late_reports::LateReports;
 use super::live::Live;
 use super::publisher::Publisher;
+use super::watching::{Process, Watching};
 use crate::config::Settings;
 use crate::core::can::link::LinkState;
 use crate::core::command::allow_list::CommandFrame;
@@ -22,8 +23,10 @@ use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::{Diagnostics, Status};
+use crate::core::gateway::Gateway;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::process_status::LostLines;
+use crate::core::gateway::snapshot::ProcessSnapshot;
 use crate::core::time::Now;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::io::can::transmit::Transmitter;
@@ -45,6 +48,7 @@ pub(super) struct GatewayIo {
     pub(super) supervisor: Supervisor,
     pub(super) watchdog: Watchdog,
     pub(super) stop: StopSignals,
+    pub(super) watching: Watching,
     faults: Option<FaultRecorder>,
     late_reports: LateReports,
     /// The node's name for statuses of the process itself; `None` leaves them out.
@@ -76,6 +80,7 @@ impl GatewayIo {
             supervisor,
             watchdog,
             stop,
+            watching: Watching::start(settings),
             faults: None,
             late_reports: LateReports::default(),
             node: None,
@@ -218,14 +223,38 @@ impl GatewayIo {
     }
 
     fn process_statuses(&self) -> Vec<Status> {
-        // Asked for in any case, since it writes what is due.
+        // Called in any case, since it writes what is due.
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
-        let recordings = self.faults.as_ref().map(|faults| faults.status(node));
+        let recordings = self.faults.as_ref().map(|faults| faults.state().status(node));
         let network = self.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
         let log = log.map(|log| log.with(elsewhere).status(node));
         recordings.into_iter().chain(log).chain(network.map(|network| network.status(node))).collect()
+    }
+
+    /// Announces to the service manager that start-up is done.
+    pub(super) fn ready(&mut self, gateway: &Gateway, now: Now) {
+        let process = self.process();
+        self.watching.ready(gateway, now, &mut self.supervisor, process);
+    }
+
+    /// Takes a snapshot of the gateway, if somebody is to see one.
+    pub(super) fn show(&mut self, gateway: &Gateway, now: Now) {
+        if self.watching.is_due(&self.supervisor) {
+            let process = self.process();
+            self.watching.show(gateway, now, &mut self.supervisor, process);
+        }
+    }
+
+    fn process(&self) -> Process {
+        let snapshot = ProcessSnapshot {
+            black_box: self.faults.as_ref().map(FaultRecorder::state),
+            log: process_log::state(),
+            ros: self.publisher.snapshot(),
+            ..ProcessSnapshot::default()
+        };
+        Process { snapshot, statuses: self.process_statuses() }
     }
 
     fn refresh(&mut self, now: Now) {
@@ -248,6 +277,7 @@ impl GatewayIo {
                 biased;
                 () = self.stop.requested() => return Woken::Stopped,
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
+                () = self.watching.due() => return Woken::Watched,
                 input = &mut received => return Woken::Received(input),
                 () = sleep_until(wake.into()) => return Woken::Due,
             }
@@ -282,6 +312,8 @@ pub(super) enum Woken {
     Stopped,
     /// An input came over ROS 2.
     Received(Input),
+    /// Somebody is to see a snapshot.
+    Watched,
     /// Its time has come.
     Due,
 }

@@ -6,4 +6,5 @@ pub mod output_queue;
 pub mod process_log;
 pub mod recorder;
 pub mod ros;
+pub mod snapshots;
 pub mod systemd;

@@ -8,6 +8,7 @@ mod diagnostics;
 mod recording;
 mod reports;
 mod ros;
+mod status;
 pub mod traffic_lights;
 pub mod turn_signal;
 
@@ -17,6 +18,7 @@ pub use black_box::BlackBoxConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::RosConfig;
+pub use status::StatusConfig;
 
 pub use super::vehicle::LoadedDbc;
 
@@ -74,6 +76,8 @@ pub struct Settings {
     pub hardware_id: String,
     /// Recordings around faults.
     pub black_box: BlackBoxConfig,
+    /// The socket on which the present state is served.
+    pub status: StatusConfig,
     /// Node, network and report topics.
     pub ros: RosConfig,
     /// Topics of the traffic lights; empty without them.
@@ -222,6 +226,7 @@ fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
     let (node, ros) = ros::ros(top.section("ros"), durability);
     let black_box = black_box::black_box(top.section("black_box"));
+    let status = status::status(top.section("status"));
     let recording = top.table("recording").and_then(recording::recording);
     if source == SourceKind::Recording && !top.has("recording") {
         let reason = "source = \"recording\" without a recording";
@@ -268,6 +273,7 @@ fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<
         recording,
         hardware_id,
         black_box,
+        status,
         ros,
         light_topics: light_topics.unwrap_or_default(),
         command,
