@@ -8,7 +8,8 @@ use clap::{Args, ValueEnum};
 use super::Failure;
 use crate::check;
 use crate::config::files::Disk;
-use crate::config::{Overrides, Settings, load, load_profile};
+use crate::config::ros_names::RosOverrides;
+use crate::config::{Overrides, Settings, load, load_profile_for_node};
 use crate::core::can::link::BusIndex;
 use crate::io::can::formats;
 use crate::io::can::log::Log;
@@ -18,9 +19,8 @@ use crate::report::text::{counted, escaped, plain_path};
 
 #[derive(Debug, Args)]
 pub(super) struct ConfigArgs {
-    /// Configuration file; config/gateway.toml in the sources explains every key
-    #[arg(short, long, value_name = "FILE", default_value = DEFAULT_CONFIG)]
-    pub(super) config: PathBuf,
+    #[arg(short, long, value_name = "FILE", help = config_help())]
+    pub(super) config: Option<PathBuf>,
     /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without --config, buses are
     /// can0, can1 … in the order of their names
     #[arg(short, long, value_name = "NAME|FILE")]
@@ -52,6 +52,12 @@ pub(super) enum Every {
     Step,
 }
 
+fn config_help() -> String {
+    format!(
+        "Configuration file; config/gateway.toml in the sources explains every key; default: {DEFAULT_CONFIG}"
+    )
+}
+
 fn log_help() -> String {
     let formats = formats::names().join(", ");
     format!(
@@ -72,10 +78,17 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
 
 /// The configuration, with warnings about it in the log.
 pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
-    let default = Path::new(DEFAULT_CONFIG);
+    settings_of_node(args, &RosOverrides::default())
+}
+
+/// As [`settings`], with what the arguments of ROS 2 replace.
+pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
+    let config = args.config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
     let settings = match &args.profile {
-        Some(profile) if args.config == default && !default.exists() => load_profile(&Disk, profile)?,
-        profile => load(&Disk, &args.config, &Overrides { profile: profile.clone() })?,
+        Some(profile) if config == Path::new(DEFAULT_CONFIG) && !config.exists() => {
+            load_profile_for_node(&Disk, profile, ros)?
+        }
+        profile => load(&Disk, config, &Overrides { profile: profile.clone(), ros: ros.clone() })?,
     };
     for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
         let path = plain_path(&dbc.path);

@@ -6,19 +6,26 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{ConfigArgs, settings, speed};
+use super::arguments::{ConfigArgs, settings_of_node, speed};
+use super::ros_arguments::{self, RosArgs, RosArguments};
 use super::{Failure, start_log};
-use crate::config::files::{DEMO_CONFIG, Embedded, Files};
+use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
+use crate::config::gateway::DEFAULT_NODE;
 use crate::config::{Overrides, load};
 use crate::daemon::{self, DaemonError, Playback};
 use crate::io::can::log::Log;
 use crate::replay::Routes;
+use crate::report::text::escaped;
 use crate::report::view::{Style, View};
 
 pub(super) const RUN_HELP: &str = "\
 Examples:
   signal-gateway run --config /etc/signal-gateway/gateway.toml
   RUST_LOG=debug signal-gateway run --config config/gateway.toml
+  signal-gateway run -c config/gateway.toml --ros-args -r __ns:=/car -p use_sim_time:=true
+
+Behind --ros-args stands what launch files append: names and topics, the parameters config, profile
+and use_sim_time, files of parameters, and the level of the log. The rest is refused by name.
 
 On a terminal the last line shows the live state; elsewhere all that happens at one moment is one log record.
 SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in order.";
@@ -35,6 +42,8 @@ pub(super) struct RunArgs {
     config: ConfigArgs,
     #[command(flatten)]
     isolation: IsolationArgs,
+    #[command(flatten)]
+    ros: RosArgs,
 }
 
 /// Where DDS runs.
@@ -67,20 +76,45 @@ pub(super) struct DemoArgs {
     no_ros: bool,
     #[command(flatten)]
     isolation: IsolationArgs,
+    #[command(flatten)]
+    ros: RosArgs,
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
-    start_log("info");
-    let mut settings = settings(&args.config)?;
+pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
+    let ros = node_arguments(&args.ros, "info")?;
+    args.config.config = args.config.config.or(ros.config);
+    args.config.profile = args.config.profile.or(ros.profile);
+    let mut settings = settings_of_node(&args.config, &ros.overrides)?;
     settings.ros.isolated = !args.isolation.no_isolation;
     let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
     daemon::run(settings, view)?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// Reads the arguments of ROS 2 and starts the log as they say, else from `default_level` on.
+fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
+    let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
+    start_log(read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level));
+    let read = read?;
+    if !read.unknown.is_empty() {
+        let known = ros_arguments::PARAMETERS;
+        tracing::warn!(
+            "parameters without effect: {}; this node has {known}",
+            escaped(&read.unknown.join(", "))
+        );
+    }
+    Ok(read)
+}
+
 pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
-    let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default())?;
+    let ros = node_arguments(&args.ros, "warn")?;
+    if ros.config.is_some() || ros.profile.is_some() {
+        return Err(Failure::Usage(
+            "--ros-args: demo has its own configuration and profile; use run".to_owned(),
+        ));
+    }
+    let overrides = Overrides { profile: None, ros: ros.overrides };
+    let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &overrides)?;
     settings.ros.enabled &= !args.no_ros;
     settings.ros.isolated = !args.isolation.no_isolation;
     let (file, stamps) = match &settings.recording {

@@ -9,6 +9,7 @@ mod live;
 mod manual;
 mod profiles;
 mod replay;
+mod ros_arguments;
 mod status;
 mod vehicle;
 
@@ -113,7 +114,7 @@ const LAST_LINES: Duration = Duration::from_millis(300);
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
-        Command::Run(args) => live::run(&args),
+        Command::Run(args) => live::run(args),
         Command::Demo(args) => live::demo(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Check(args) => inspect::check(&args),
@@ -143,7 +144,7 @@ pub fn main() -> ExitCode {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
                 | Failure::Daemon(DaemonError::Publisher(
-                    PublisherError::Environment(_) | PublisherError::NotBuilt,
+                    PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,

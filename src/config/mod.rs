@@ -13,6 +13,7 @@
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`built_in`] | files in the binary by name |
 //! | `named_file` | files by path, or by the name of a built-in one |
+//! | [`ros_names`], [`ros_parameters`] | names of ROS 2 and remapping, files of parameters |
 //! | [`files`] | sources of files: the disk, or the binary itself |
 //! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
 
@@ -26,9 +27,11 @@ pub mod gateway;
 mod map;
 mod named_file;
 mod reading;
+pub mod ros_names;
+pub mod ros_parameters;
 pub mod scenario;
 mod vehicle;
 
-pub use gateway::{Overrides, Settings, load, load_profile};
+pub use gateway::{Overrides, Settings, load, load_profile, load_profile_for_node};
 pub use map::{MapLights, read_lane_network, read_lights};
 pub use reading::problem::{Problem, Refused};

@@ -8,6 +8,7 @@ use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
 use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::{DeciderOutputs, TurnSignalConfig};
+use crate::config::ros_names::{NodeNames, Remapping};
 use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::gateway::event::Output;
 use crate::core::gateway::network::NetworkState;
@@ -38,6 +39,9 @@ pub enum PublisherError {
     /// An environment variable of ROS 2 has a value that cannot be followed.
     #[error(transparent)]
     Environment(#[from] RosEnvironmentError),
+    /// A topic would be written and read by this node.
+    #[error("{0} would be both written and read by this node; give each topic its own name")]
+    Loop(String),
     /// The build contains no DDS implementation.
     #[error(
         "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"
@@ -67,7 +71,14 @@ impl Publisher {
         if !settings.ros.enabled {
             return Ok(Self::off());
         }
+        for rule in unused_rules(settings) {
+            let Remapping { from, to } = rule;
+            tracing::warn!("-r {from}:={to} has no effect: this node has no topic {from}");
+        }
         let ros = ros_settings(settings)?;
+        if let Some(name) = loop_topic(&ros) {
+            return Err(PublisherError::Loop(name));
+        }
         Self::join(ros)
     }
 
@@ -187,8 +198,49 @@ impl Publisher {
     }
 }
 
-/// Topic names as configured; what the profile leaves out has none, as it is never published.
+/// The names by which ROS 2 knows this node.
+fn names(settings: &Settings) -> NodeNames<'_> {
+    NodeNames {
+        node: &settings.gateway.node,
+        namespace: &settings.ros.namespace,
+        remappings: &settings.ros.remappings,
+    }
+}
+
+/// Topics by the names that ROS 2 knows; what the profile leaves out has none, as it is never published.
 pub fn topics(settings: &Settings) -> Topics {
+    let mut topics = configured_topics(settings);
+    topics.names_mut().for_each(|name| *name = names(settings).resolve(name));
+    topics
+}
+
+/// The topics that are subscribed to, likewise.
+fn subscriptions(settings: &Settings) -> Vec<Subscription> {
+    let mut subscriptions = configured_subscriptions(settings);
+    for topic in &mut subscriptions {
+        topic.name = names(settings).resolve(&topic.name);
+    }
+    subscriptions
+}
+
+/// Rules of remapping about topics that this node does not have.
+fn unused_rules(settings: &Settings) -> Vec<&Remapping> {
+    let (names, mut topics) = (names(settings), configured_topics(settings));
+    let mut known: Vec<_> = topics.names_mut().map(|name| name.clone()).collect();
+    known.extend(configured_subscriptions(settings).into_iter().map(|topic| topic.name));
+    let rules = settings.ros.remappings.iter();
+    rules.filter(|rule| !known.iter().any(|topic| names.concerns(rule, topic))).collect()
+}
+
+/// A topic that is written as well as read.
+fn loop_topic(ros: &RosSettings) -> Option<String> {
+    let mut topics = ros.topics.clone();
+    let is_read = |name: &&mut String| ros.subscriptions.iter().any(|topic| topic.name == **name);
+    topics.names_mut().find(is_read).cloned()
+}
+
+/// Topics as configured.
+fn configured_topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
     let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
     let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
@@ -225,7 +277,7 @@ fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopi
 }
 
 /// The topics that are subscribed to, by what reads them.
-fn subscriptions(settings: &Settings) -> Vec<Subscription> {
+fn configured_subscriptions(settings: &Settings) -> Vec<Subscription> {
     let topics = &settings.light_topics;
     let states =
         topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));

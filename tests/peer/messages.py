@@ -193,6 +193,11 @@ class MarkerArray(IdlStruct, typename="visualization_msgs::msg::dds_::MarkerArra
 
 
 @dataclass
+class Clock(IdlStruct, typename="rosgraph_msgs::msg::dds_::Clock_"):
+    clock: Time
+
+
+@dataclass
 class Text(IdlStruct, typename="std_msgs::msg::dds_::String_"):
     data: str
 
@@ -222,6 +227,7 @@ TYPES = {
     "array_v1": ArrayV1,
     "markers": MarkerArray,
     "text": Text,
+    "clock": Clock,
     "no_text": NoText,
     "no_groups": NoGroups,
 }

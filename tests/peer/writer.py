@@ -5,7 +5,7 @@ KIND is one of messages.py, RELIABILITY reliable or best_effort, DURABILITY tran
 volatile. Prints a line of JSON for each event: `ready`, `matched` and `unmatched` (with the number
 of the topic, from 0), `wrote`. Each line of standard input is a message: for text the text itself,
 or `LENGTH*` for one of that length; for groups `SEC GROUP[, GROUP]...` with a GROUP of `ID` and any
-number of `COLOR SHAPE STATUS CONFIDENCE`; else so many bytes of nonsense. With several topics the
+number of `COLOR SHAPE STATUS CONFIDENCE`; for clock `SEC NANOSEC`; else so many bytes of nonsense. With several topics the
 topic's number and a blank come first. Ends when standard input does.
 """
 
@@ -20,7 +20,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from messages import TYPES, Element, Group, GroupArray, Text, Time
+from messages import TYPES, Clock, Element, Group, GroupArray, Text, Time
 
 
 def emit(event, **fields):
@@ -32,6 +32,9 @@ def emit(event, **fields):
 def message(kind, line):
     if kind == "text":
         return Text("x" * int(line[:-1]) if line.endswith("*") else line)
+    if kind == "clock":
+        seconds, _, nanos = line.partition(" ")
+        return Clock(Time(int(seconds), int(nanos)))
     if kind == "groups":
         sec, _, groups = line.partition(" ")
         return GroupArray(Time(int(sec), 1), [group(text.split()) for text in groups.split(",")])

@@ -159,6 +159,11 @@ fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
 fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
     refused(2, &["fly"]);
     refused(2, &["replay", "--speed", "fast"]);
+    refused(2, &["check", "--config", DEMO, "--ros-args", "-r", "a:=b"]);
+    let text = refused(2, &["run", "--ros-args", "-p", "volume:=1"]);
+    assert!(text.contains("-p volume:=1: no such parameter; this node has config, profile"), "{text}");
+    let looped = ["run", "--config", DEMO, "--ros-args", "--remap", "a:=b", "-e", "/car"];
+    assert!(refused(2, &looped).contains("docs/security.md"));
     refused(2, &["replay", "x.log", "--config", DEMO, "--map", "can1=nosuch"]);
     let profile = refused(3, &["check", "--profile", "hyundai_ki"]);
     let expected = "hyundai_ki: cannot read it: No such file or directory (os error 2); did you mean the built-in \

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 pub use black_box::BlackBoxConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
-pub use ros::RosConfig;
+pub use ros::{DEFAULT_NODE, RosConfig};
 pub use status::StatusConfig;
 
 pub use super::vehicle::LoadedDbc;
@@ -30,6 +30,7 @@ use super::reading::fields::Fields;
 use super::reading::location::{Location, Text};
 use super::reading::problem::{Problem, Refused, remedy_of};
 use super::reading::toml_text::from_toml;
+use super::ros_names::RosOverrides;
 use super::vehicle::{self, SEE, Vehicle};
 use crate::core::command::settings::CommandBinding;
 use crate::core::gateway::GatewaySettings;
@@ -106,6 +107,8 @@ impl Settings {
 pub struct Overrides {
     /// Another vehicle profile, by its path relative to the working directory, or the name of a built-in one.
     pub profile: Option<PathBuf>,
+    /// What the command line says in the way of ROS 2.
+    pub ros: RosOverrides,
 }
 
 /// Reads a configuration and everything it names.
@@ -118,7 +121,8 @@ pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Set
         let path = std::path::absolute(given).unwrap_or_else(|_| given.clone());
         find(BuiltIn::Profile, files, &given.to_string_lossy(), path)
     });
-    resolve(files, &text, profile.as_deref().map_or(Profile::Named, Profile::Chosen))
+    let profile = profile.as_deref().map_or(Profile::Named, Profile::Chosen);
+    resolve(files, &text, profile, &overrides.ros)
 }
 
 /// Settings for a profile alone, by path or built-in name: its buses on `can0`, `can1`… in the order of their names, and defaults for
@@ -127,8 +131,20 @@ pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Set
 /// # Errors
 /// Every problem found.
 pub fn load_profile(files: &dyn Files, profile: &Path) -> Result<Settings, Refused> {
+    load_profile_for_node(files, profile, &RosOverrides::default())
+}
+
+/// As [`load_profile`], for a node with names of its own.
+///
+/// # Errors
+/// Every problem found.
+pub fn load_profile_for_node(
+    files: &dyn Files,
+    profile: &Path,
+    overrides: &RosOverrides,
+) -> Result<Settings, Refused> {
     let profile = find_here(BuiltIn::Profile, files, profile);
-    resolve(files, &Text::new(&profile, Vec::new())?, Profile::Alone(&profile))
+    resolve(files, &Text::new(&profile, Vec::new())?, Profile::Alone(&profile), overrides)
 }
 
 /// The vehicle profile to read.
@@ -142,10 +158,15 @@ enum Profile<'p> {
     Alone(&'p Path),
 }
 
-fn resolve(files: &dyn Files, text: &Text, profile: Profile<'_>) -> Result<Settings, Refused> {
+fn resolve(
+    files: &dyn Files,
+    text: &Text,
+    profile: Profile<'_>,
+    overrides: &RosOverrides,
+) -> Result<Settings, Refused> {
     let root = from_toml(text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
-    let settings = Fields::of(&checker, &root).and_then(|top| settings(files, top, profile));
+    let settings = Fields::of(&checker, &root).and_then(|top| settings(files, top, profile, overrides));
     checker.finish(settings).map_err(Refused)
 }
 
@@ -219,12 +240,17 @@ fn compiled(
     })
 }
 
-fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<Settings> {
+fn settings(
+    files: &dyn Files,
+    top: Fields<'_>,
+    profile: Profile<'_>,
+    overrides: &RosOverrides,
+) -> Option<Settings> {
     let vehicle = vehicle(files, &top, profile);
     let source = top.keyword("source", SOURCES).unwrap_or_default();
     let (publish, durability) = reports::reports(top.section("reports"));
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
-    let (node, ros) = ros::ros(top.section("ros"), durability);
+    let (node, ros) = ros::ros(top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
     let status = status::status(top.section("status"));
     let recording = top.table("recording").and_then(recording::recording);
@@ -232,7 +258,9 @@ fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<
         let reason = "source = \"recording\" without a recording";
         top.checker.refuse(top.location(), reason, "add [recording] file = \"….log\"");
     }
-    let lights = top.table("traffic_lights").and_then(|section| traffic_lights(files, section));
+    let lights = top
+        .table("traffic_lights")
+        .and_then(|section| traffic_lights(files, section, overrides.use_sim_time));
     let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
     let decider = top.table("turn_signal").and_then(|section| turn_signal(files, section));
     let binding = vehicle.as_ref().ok().map(|vehicle| &vehicle.command);

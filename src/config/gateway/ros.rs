@@ -5,8 +5,11 @@ use std::ops::RangeInclusive;
 
 use super::reports::Durability;
 use crate::config::reading::fields::Fields;
+use crate::config::ros_names::RosOverrides;
+use crate::config::ros_names::{Remapping, is_namespace};
 
-const DEFAULT_NODE: &str = "signal_gateway";
+/// Name of the node unless it is configured.
+pub const DEFAULT_NODE: &str = "signal_gateway";
 /// The process needs a tenth of it, and the rest for what readers have not acknowledged.
 const DEFAULT_MEMORY_MB: u32 = 384;
 /// What serves a vehicle without traffic lights, and more than any map needs.
@@ -23,6 +26,8 @@ pub struct RosConfig {
     pub memory_limit_mb: u32,
     /// Namespace, `/` or `/name`.
     pub namespace: String,
+    /// Topics under other names, from the command line.
+    pub remappings: Vec<Remapping>,
     /// Domain, when the configuration overrides `ROS_DOMAIN_ID`.
     pub domain_id: Option<u16>,
     /// False if the node is left out of the ROS 2 graph.
@@ -40,12 +45,18 @@ pub struct RosConfig {
 }
 
 /// Reads the section: the name of the node, and the rest; `durability` is that of the two reports.
-pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosConfig) {
+pub(super) fn ros(
+    fields: Fields<'_>,
+    durability: Durability,
+    overrides: &RosOverrides,
+) -> (String, RosConfig) {
     let node = fields.ros_name("node", DEFAULT_NODE);
-    let namespace = match fields.text("namespace") {
-        Some(root) if root.text == "/" => root.text,
-        Some(_) | None => fields.topic("namespace", "/"),
-    };
+    let namespace = fields.string("namespace");
+    if let Some(given) = namespace.as_ref().filter(|given| !is_namespace(&given.text)) {
+        let reason = format!("{:?} is not a namespace", given.text);
+        fields.refuse("namespace", reason, "write it as / or /vehicle");
+    }
+    let namespace = namespace.map_or("/".to_owned(), |given| given.text);
     let address = |value| {
         let given = fields.checker.string(value)?;
         fields.checker.accept(&given.location, given.text.parse(), "give IP addresses of this computer")
@@ -56,7 +67,8 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
         enabled: fields.flag("enabled").unwrap_or(true),
         isolated: true,
         memory_limit_mb: fields.number("memory_limit_mb", MEMORY_LIMIT_MB, "MB").unwrap_or(DEFAULT_MEMORY_MB),
-        namespace,
+        namespace: overrides.namespace.clone().unwrap_or(namespace),
+        remappings: overrides.remappings.clone(),
         graph: fields.flag("graph").unwrap_or(true),
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),
@@ -69,5 +81,5 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
     };
     topics.done();
     fields.done();
-    (node, config)
+    (overrides.node.clone().unwrap_or(node), config)
 }

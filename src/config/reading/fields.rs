@@ -10,6 +10,7 @@ use std::time::Duration;
 use super::checker::{Checker, LocatedText};
 use super::location::Location;
 use super::value::{Entry, Kind, Value};
+use crate::config::ros_names::{is_name, is_topic};
 
 /// The longest time limit, an hour in ms.
 pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
@@ -208,23 +209,23 @@ impl<'c> Fields<'c> {
     /// A ROS name (letters, digits and underscores, not beginning with a digit), or `default`.
     pub(crate) fn ros_name(&self, key: &'static str, default: &str) -> String {
         let given = self.string(key);
-        if let Some(name) = given.as_ref().filter(|name| !is_ros_name(&name.text)) {
+        if let Some(name) = given.as_ref().filter(|name| !is_name(&name.text)) {
             let reason = format!("{:?} is not a ROS name", name.text);
             self.refuse(key, reason, "use letters, digits and _, no digit first");
         }
         given.map_or(default.to_owned(), |name| name.text)
     }
 
-    /// An absolute topic such as `/a/b`, or `default`.
+    /// A topic such as `/a/b`, relative as `a/b`, private as `~/a`, or `default`.
     pub(crate) fn topic(&self, key: &'static str, default: &str) -> String {
         let given = self.string(key);
         if let Some(topic) = given.as_ref().filter(|topic| !is_topic(&topic.text)) {
-            self.refuse(key, format!("{:?} is not an absolute topic", topic.text), "write it as /a/b");
+            self.refuse(key, format!("{:?} is not a topic", topic.text), "write it as /a/b, a/b or ~/a");
         }
         given.map_or(default.to_owned(), |topic| topic.text)
     }
 
-    /// An absolute topic, empty for none, or `default`.
+    /// A topic, empty for none, or `default`.
     pub(crate) fn optional_topic(&self, key: &'static str, default: &str) -> String {
         match self.value(key).map(|value| &value.kind) {
             Some(Kind::Scalar { text, is_quoted: true }) if text.is_empty() => String::new(),
@@ -283,13 +284,4 @@ impl<'c> Fields<'c> {
             self.checker.refuse(&entry.location, reason.trim_end(), &remedy);
         }
     }
-}
-
-fn is_topic(topic: &str) -> bool {
-    topic.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_ros_name))
-}
-
-fn is_ros_name(name: &str) -> bool {
-    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
-        && name.chars().all(|char| char.is_ascii_alphanumeric() || char == '_')
 }

@@ -59,6 +59,8 @@ fn reference(
     let delay = draft.delay.as_ref().map(|delay| (delay, reader.seconds(delay)));
     let (name, delay) = match (draft.reference.as_ref().filter(|name| !name.text.is_empty()), delay) {
         (None, None) => return None,
+        // Without a delay it begins when it would anyway; generators write it on every controller.
+        (None, Some((_, Some(Duration::ZERO)))) if reader.compat == Compat::Improved => return None,
         (None, Some((delay, _))) => {
             reader.refuse(&delay.location, "a delay without a reference", "name the controller to follow");
             return None;

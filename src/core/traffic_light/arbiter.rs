@@ -62,6 +62,8 @@ pub struct Arbiter {
     map: BTreeMap<i64, bool>,
     /// Stamp of the last message of the camera.
     perception: Option<ArbiterStamp>,
+    /// The time by which its age is judged; `None` when only stamps of the network show that it lags.
+    clock: Option<ArbiterStamp>,
     perceived: Perceived,
     network: Network,
     /// Relation ids of groups that changed since they were merged.
@@ -97,12 +99,19 @@ impl Arbiter {
             settings,
             map: map.groups().map(|(id, group)| (id, group.is_pedestrian)).collect(),
             perception: None,
+            clock: None,
             perceived: Perceived::default(),
             network: Network::default(),
             changed: BTreeSet::new(),
             was_timely: true,
             merged: Arc::default(),
         }
+    }
+
+    /// Sets the time by which the camera's last message is judged from now on: while it lags behind that by more than
+    /// the tolerance, it does not count, whatever the network sends.
+    pub fn set_clock(&mut self, clock: ArbiterStamp) {
+        self.clock = Some(clock);
     }
 
     /// Takes a message of the camera, which replaces the one before. Returns the merged groups: ascending by relation
@@ -132,9 +141,10 @@ impl Arbiter {
         Some(self.merge())
     }
 
-    /// Returns whether perception counts: the newest stamp of the network does not show that it lags.
+    /// Returns whether perception counts: neither the newest stamp of the network nor the clock shows that it lags.
     fn is_timely(&self) -> bool {
-        let (Some(stamp), Some(newest)) = (self.perception, self.network.newest()) else { return true };
+        let newest = self.network.newest().max(self.clock);
+        let (Some(stamp), Some(newest)) = (self.perception, newest) else { return true };
         newest <= stamp || newest.distance(stamp) <= self.settings.perception_time_tolerance
     }
 

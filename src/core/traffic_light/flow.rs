@@ -135,7 +135,7 @@ impl TrafficLightFlow {
             TrafficLightInput::Camera { stamp, groups, rejected } => {
                 self.run.engine.count_rejected(Channel::Conventional, rejected, now);
                 self.news |= rejected > 0;
-                let merged = self.run.arbiter.as_mut().map(|arbiter| {
+                let merged = self.arbiter(now).map(|arbiter| {
                     let groups = arbiter.perception(ArbiterStamp(stamp.as_nanos()), &groups);
                     let (topic, content) = (LightsTopic::Arbiter, Content::Groups(groups));
                     TrafficLightOutput::Publish(Emission { topic, stamp, content })
@@ -281,10 +281,20 @@ impl TrafficLightFlow {
         due.min_by_key(|(at, _)| *at)?.1.poll(now)
     }
 
+    /// The arbiter at this time. A camera pipeline may stop, which our own camera topic does not.
+    fn arbiter(&mut self, now: Now) -> Option<&mut Arbiter> {
+        let may_stop = self.external_camera && !self.run.engine.quirks().keeps_last_camera;
+        let arbiter = self.run.arbiter.as_mut()?;
+        if may_stop {
+            arbiter.set_clock(ArbiterStamp(now.wall.as_nanos()));
+        }
+        Some(arbiter)
+    }
+
     /// Sends a message that has arrived, and what the arbiter makes of it, with the same stamp.
     fn arrived(&mut self, emission: Emission, now: Now) {
         let is_replaced = self.external_camera && emission.topic == LightsTopic::Camera;
-        let arbiter = self.run.arbiter.as_mut().filter(|_| !is_replaced);
+        let arbiter = self.arbiter(now).filter(|_| !is_replaced);
         let merged = arbiter.and_then(|arbiter| merge(arbiter, &emission, now.wall));
         let stamp = emission.stamp;
         self.ready.push_back(TrafficLightOutput::Publish(emission));

@@ -56,6 +56,8 @@ pub struct UpstreamQuirks {
     pub remembers_element_states: bool,
     /// An event whose trigger holds is executed as often as it may be within one frame (Q23, "Acts and events").
     pub repeats_events_at_once: bool,
+    /// A camera's last message counts until V2I groups show that it is old ("Inputs and tolerances").
+    pub keeps_last_camera: bool,
     /// Enabling V2I does not copy the present state ("Copying to V2I").
     pub enables_without_copy: bool,
     /// A follower whose delay is over enters its first phase even if its cycle has reached it already
@@ -91,6 +93,7 @@ impl From<Compat> for UpstreamQuirks {
             clears_confidence: upstream,
             remembers_element_states: upstream,
             repeats_events_at_once: upstream,
+            keeps_last_camera: upstream,
             enables_without_copy: upstream,
             repeats_first_phase: upstream,
             predicts_after_end: upstream,

@@ -50,6 +50,24 @@ impl Default for Topics {
     }
 }
 
+impl Topics {
+    /// The names of all topics, empty for those that are not written.
+    pub fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let Self { turn_indicators, hazard_lights, diagnostics, lights, .. } = self;
+        let optional = [
+            &mut self.turn_command,
+            &mut self.hazard_command,
+            &mut self.section_markers,
+            &mut self.planning_factors,
+        ];
+        let lights = lights.iter_mut().map(|topic| &mut topic.name);
+        [turn_indicators, hazard_lights, diagnostics]
+            .into_iter()
+            .chain(lights)
+            .chain(optional.into_iter().flatten())
+    }
+}
+
 /// A topic with traffic lights. Several can carry the same emissions, as the V2I topic and its legacy
 /// name do.
 #[derive(Debug, Clone, PartialEq, Eq)]

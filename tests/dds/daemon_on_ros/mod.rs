@@ -4,10 +4,12 @@
 //! Everything happens on the loopback.
 
 mod arbiter;
+mod clock;
 pub(crate) mod drive;
 mod faults;
 mod inputs;
 mod joining;
+mod launch;
 mod light_text;
 mod notes;
 mod peer;

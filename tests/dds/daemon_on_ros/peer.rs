@@ -17,6 +17,7 @@ pub(crate) const LEGACY: TopicToRead<'_> = ("groups", "legacy", "v2x/traffic_sig
 pub(crate) const ARBITER: TopicToRead<'_> =
     ("groups", "arbiter", "perception/traffic_light_recognition/traffic_signals");
 pub(crate) const MARKERS: TopicToRead<'_> = ("markers", "markers", "traffic_light/marker");
+pub(crate) const CLOCK: TopicToRead<'_> = ("clock", "clock", "clock");
 pub(crate) const DIAGNOSTICS: TopicToRead<'_> = ("diagnostics", "diagnostics", "diagnostics");
 pub(crate) const SECTIONS: TopicToRead<'_> = ("sections", "sections", "debug/sections");
 pub(crate) const FACTORS: TopicToRead<'_> = ("factors", "factors", "debug/factors");
@@ -118,13 +119,14 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts it and waits until every topic is read: kind and topic of each.
+    /// Starts it and waits until every topic is read: kind and topic of each. A clock is best effort, as nodes of ROS
+    /// publish it, the others are reliable.
     pub(crate) fn start(cyclone: &Cyclone, domain: u16, topics: &[(&str, &str)]) -> Self {
         let names: Vec<_> = topics.iter().map(|(_, topic)| format!("rt/{topic}")).collect();
         let written = topics.iter().zip(&names).map(|((kind, _), topic)| Writing {
             kind,
             topic,
-            reliability: "reliable",
+            reliability: if *kind == "clock" { "best_effort" } else { "reliable" },
             durability: "volatile",
         });
         let process = cyclone.writer(domain, &written.collect::<Vec<_>>());

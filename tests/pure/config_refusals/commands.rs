@@ -201,8 +201,8 @@ fn the_section_of_the_gateway_is_checked() {
 > gateway.toml:10:18: command.error_after_ms: 400 ms is less than warn_after_ms; give at least 500 ms
 + control_mode = "signal"
 > gateway.toml:9:16: command.control_mode: the vehicle profile binds no signal for the control mode; add [command.control_mode] there, or use "topic"
-+ topics.control_mode = "mode"
-> gateway.toml:9:23: command.topics.control_mode: "mode" is not an absolute topic; write it as /a/b
++ topics.control_mode = "/mode/"
+> gateway.toml:9:23: command.topics.control_mode: "/mode/" is not a topic; write it as /a/b, a/b or ~/a
 + on_turn_timeout = "on"
 > gateway.toml:9:19: command.on_turn_timeout: unknown value "on"; give one of off, hold, hazard
 "#;

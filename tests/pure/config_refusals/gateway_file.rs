@@ -97,7 +97,7 @@ fn broken_rates_names_and_recordings_are_refused() {
 > gateway.toml:10:8: ros.node: "2nd" is not a ROS name; use letters, digits and _, no digit first
 - node = "signal_gateway"
 + namespace = "car"
-> gateway.toml:10:13: ros.namespace: "car" is not an absolute topic; write it as /a/b
+> gateway.toml:10:13: ros.namespace: "car" is not a namespace; write it as / or /vehicle
 - node = "signal_gateway"
 + domain_id = 233
 > gateway.toml:10:13: ros.domain_id: 233 is out of range; give 0 to 232
@@ -112,7 +112,7 @@ fn broken_rates_names_and_recordings_are_refused() {
 > gateway.toml:10:19: ros.memory_limit_mb: 64 MB is out of range; give 128 to 16384 MB
 - node = "signal_gateway"
 + topics.diagnostics = "/diag nostics"
-> gateway.toml:10:22: ros.topics.diagnostics: "/diag nostics" is not an absolute topic; write it as /a/b
+> gateway.toml:10:22: ros.topics.diagnostics: "/diag nostics" is not a topic; write it as /a/b, a/b or ~/a
   profile = "car.toml"
 + source = "recording"
 > gateway.toml:1:1: source = "recording" without a recording; add [recording] file = "….log"

@@ -20,13 +20,13 @@ fn broken_lights_are_refused_at_their_keys() {
 + architecture = 'awf/universe/20240101'
 > gateway.toml:5:16: traffic_lights.architecture: architecture `awf/universe/20240101` is not supported; use `awf/universe/20230906`, or `awf/universe/20240605` or later
 + topics.camera = 'no slash'
-> gateway.toml:5:17: traffic_lights.topics.camera: "no slash" is not an absolute topic; write it as /a/b
+> gateway.toml:5:17: traffic_lights.topics.camera: "no slash" is not a topic; write it as /a/b, a/b or ~/a
 + topics = { camera = '/a', v2i = '/a' }
 > gateway.toml:5:33: traffic_lights.topics.v2i: another topic has this name; give each its own, or ""
 + topics.arbiter = '/a'
 > gateway.toml:5:18: traffic_lights.topics.arbiter: there is no arbiter; add [traffic_lights.arbiter]
-+ inputs.v2i = 'a'
-> gateway.toml:5:14: traffic_lights.inputs.v2i: "a" is not an absolute topic; write it as /a/b
++ inputs.v2i = '~a'
+> gateway.toml:5:14: traffic_lights.inputs.v2i: "~a" is not a topic; write it as /a/b, a/b or ~/a
 + inputs = { v2i = '/a', v2i_detected = '/a' }
 > gateway.toml:5:39: traffic_lights.inputs.v2i_detected: another topic has this name; give each its own
 + inputs = { v2i = '/a', command = '/a' }

@@ -65,9 +65,9 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
 + parameters.turn_signal_intersection_angle_threshold_degree = 9
 > gateway.toml:11:12: turn_signal.parameters.turn_signal_intersection_angle_threshold_degree: turn_signal_intersection_angle_threshold_degree is given twice; keep one of its names
 + inputs.odometry = ""
-> gateway.toml:10:19: turn_signal.inputs.odometry: "" is not an absolute topic; write it as /a/b
-+ inputs.scenario = "scenario"
-> gateway.toml:10:19: turn_signal.inputs.scenario: "scenario" is not an absolute topic; write it as /a/b
+> gateway.toml:10:19: turn_signal.inputs.odometry: "" is not a topic; write it as /a/b, a/b or ~/a
++ inputs.scenario = "scen-ario"
+> gateway.toml:10:19: turn_signal.inputs.scenario: "scen-ario" is not a topic; write it as /a/b, a/b or ~/a
 + outputs.markers = "/localization/kinematic_state"
 > gateway.toml:10:19: turn_signal.outputs.markers: another topic has this name; give each its own
 + outputs.planning_factors = "/planning/planning_factors/goal_planner"

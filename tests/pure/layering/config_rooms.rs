@@ -10,9 +10,9 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["drive", "scenario", "vehicle"],
     &["decider"],
-    &["country", "dimensions", "map", "named_file"],
+    &["country", "dimensions", "map", "named_file", "ros_parameters"],
     &["files", "reading"],
-    &["built_in"],
+    &["built_in", "ros_names"],
 ];
 
 #[test]

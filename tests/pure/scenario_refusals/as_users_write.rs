@@ -7,7 +7,7 @@ use signal_gateway::core::compat::Compat;
 use signal_gateway::core::traffic_light::scenario::{Action, Edge, Test};
 
 use super::open_scenario::{A, condition, document, light_action};
-use super::{accepted, read_text, shown};
+use super::{accepted, read_as, read_text, shown};
 use crate::support::files::MemoryFiles;
 
 const AS_UPSTREAM: &str = "\
@@ -136,5 +136,60 @@ fn a_verdict_that_was_left_out_is_named() {
         let uncertain: Vec<_> =
             file.uncertain_ends.iter().map(|end| (end.event.as_str(), end.success)).collect();
         assert_eq!(uncertain, expected.map(|event| (event, true)).into_iter().collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_delay_of_zero_needs_no_reference() {
+    let text = document(&A.replace("name=\"A\"", "name=\"A\" delay=\"0\""), "");
+    let file = accepted(Compat::Improved, "s.xosc", &text);
+    assert!(file.scenario.controllers[0].reference.is_none() && file.not_interpreted.is_empty());
+    let refused = shown(&read_as(Compat::Upstream, "s.xosc", text.as_bytes()).unwrap_err());
+    assert!(refused.contains("a delay without a reference"), "{refused}");
+}
+
+#[test]
+fn a_criterion_of_scenario_runner_is_left_out_and_a_parameter_with_a_typo_is_refused() {
+    let criteria = |name: &str, parameter: &str| {
+        let condition = format!(
+            "<Condition name=\"{name}\"><ByValueCondition><ParameterCondition parameterRef=\"{parameter}\" \
+             value=\"21\" rule=\"equalTo\"/></ByValueCondition></Condition>"
+        );
+        document(
+            "",
+            &format!("<StopTrigger><ConditionGroup>{condition}{TIME}</ConditionGroup></StopTrigger>"),
+        )
+    };
+    for parameter in ["", "distance_success"] {
+        let file = accepted(Compat::Improved, "s.xosc", &criteria("criteria_CollisionTest", parameter));
+        assert!(file.scenario.stop.is_none_or(|stop| stop.groups.is_empty()));
+        let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+        assert!(
+            left_out.contains("criteria_CollisionTest, which CARLA's scenario_runner judges"),
+            "{left_out}"
+        );
+    }
+    let declared = accepted(Compat::Improved, "s.xosc", &criteria("criteria_own", "p"));
+    assert_eq!(declared.scenario.stop.unwrap().groups[0].len(), 2);
+    for (name, parameter) in [("c", "distance_success"), ("c", "")] {
+        let refused = shown(&read_text("s.xosc", &criteria(name, parameter)).unwrap_err());
+        assert!(refused.contains("no parameter is called"), "{refused}");
+    }
+}
+
+#[test]
+fn a_parameter_that_a_launch_system_computes_is_refused_where_a_light_needs_it() {
+    let text = |duration: &str| {
+        let phase = format!("<Phase name=\"go\" duration=\"{duration}\"/>");
+        let controller = format!("<TrafficSignalController name=\"A\">{phase}</TrafficSignalController>");
+        document(&controller, "").replace("value=\"21\"", "value=\"$(ros2 run dice roll 1 6)\"")
+    };
+    let file = accepted(Compat::Improved, "s.xosc", &text("5"));
+    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+    assert!(left_out.contains("the value of \"p\": `$(ros2 run dice roll 1 6)`"), "{left_out}");
+    for duration in ["$p", "${$p + 1}"] {
+        let refused = shown(&read_text("s.xosc", &text(duration)).unwrap_err());
+        assert!(refused.contains("the value of the parameter p is not known"), "{refused}");
+        assert!(refused.contains("Phase/@duration"), "{refused}");
     }
 }

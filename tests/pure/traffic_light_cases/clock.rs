@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat::Improved;
+use signal_gateway::core::compat::Compat::{Improved, Upstream};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
@@ -200,5 +200,40 @@ fn the_arbiter_takes_the_camera_pipeline_instead_of_the_own_camera_topic() {
         assert_eq!((merged.stamp, &merged.content), (stamp, &Content::groups([group])));
         let status = &bench.flow.statuses("node", &[], MonoTime::from_millis(1_000))[0];
         assert_eq!(status.message, "an unreadable input was rejected");
+    }
+}
+
+#[test]
+fn a_camera_pipeline_that_stops_is_not_repeated() {
+    for (compat, ends_ms) in [(Improved, Some(1_000..=1_100)), (Upstream, None)] {
+        let mut bench = Bench::new(|settings| {
+            settings.lights.quirks = compat.into();
+            settings.arbiter = Some(ArbiterSettings::default());
+            settings.external_camera = true;
+            settings.lights.topics = [LightsTopic::V2i].into();
+        });
+        let element = Element { bulb: parse_bulb("green").unwrap(), confidence: 0.5 };
+        let group = GroupState { relation_id: 200, elements: vec![element], predictions: Vec::new() };
+        let camera = |bench: &Bench| TrafficLightInput::Camera {
+            stamp: bench.now.wall,
+            groups: Arc::new(vec![Arc::new(group.clone())]),
+            rejected: 0,
+        };
+        let sent = bench.now.wall.as_nanos();
+        bench.input(camera(&bench));
+        bench.settle();
+        bench.pass(5_000);
+        let empty = Content::groups([]);
+        let merged = bench.sent.iter().filter(|emission| emission.topic == LightsTopic::Arbiter);
+        let end = merged.clone().find(|emission| emission.content == empty);
+        let end_ms = end.map(|emission| (emission.stamp.as_nanos() - sent) / 1_000_000);
+        assert_eq!(end_ms.is_some(), ends_ms.is_some(), "{end_ms:?}");
+        assert!(ends_ms.is_none_or(|range| range.contains(&end_ms.unwrap())), "{end_ms:?}");
+        assert!(merged.count() > 40, "one with each message of V2I");
+        bench.sent.clear();
+        bench.input(camera(&bench));
+        bench.settle();
+        let merged = bench.sent.iter().find(|emission| emission.topic == LightsTopic::Arbiter).unwrap();
+        assert_eq!(merged.content, Content::groups([group.clone()]), "it counts again");
     }
 }

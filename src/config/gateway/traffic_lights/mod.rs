@@ -51,8 +51,12 @@ pub struct LightTopics {
     pub not_interpreted: Vec<NotInterpreted>,
 }
 
-/// Reads the section; `None` when it has a problem.
-pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(FlowSettings, LightTopics)> {
+/// Reads the section; `None` when it has a problem. `use_sim_time` is that of the command line, which comes first.
+pub(super) fn traffic_lights(
+    files: &dyn Files,
+    fields: Fields<'_>,
+    use_sim_time: Option<bool>,
+) -> Option<(FlowSettings, LightTopics)> {
     let checker = fields.checker;
     let before = checker.count();
     let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
@@ -68,7 +72,8 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
         .unwrap_or_default();
     let InputTopics { states, camera, command } =
         inputs(fields.section("inputs"), &outputs, arbiter.is_some());
-    let use_sim_time = fields.flag("use_sim_time").unwrap_or_default();
+    let configured = fields.flag("use_sim_time");
+    let use_sim_time = use_sim_time.or(configured).unwrap_or_default();
     if use_sim_time && outputs.iter().any(|lights_output| lights_output.topic == LightsTopic::Clock) {
         fields.refuse("use_sim_time", "topics.clock publishes a clock as well", "keep one of them");
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::reader::Reader;
-use super::parameters::{Parameter, Parameters};
+use super::parameters::{Declared, Parameter, Parameters};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::{Attribute, Element};
 use crate::core::traffic_light::scenario::Controller;
@@ -17,7 +17,7 @@ pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut Reader<'c>,
     pub(super) parameters: Parameters,
     /// The parameters of each element that can have some, by its position in the file.
-    pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Parameter>>,
+    pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Declared>>,
     /// The declared parameters and variables.
     pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
@@ -62,9 +62,13 @@ impl Document<'_, '_> {
             declarations.is_interpreted.set(true);
             for declaration in declarations.all("ParameterDeclaration") {
                 let kind = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
+                if let Some((name, unknown)) = self.unknown_declaration(declaration) {
+                    self.parameters.declare(path, name, Err(unknown));
+                    continue;
+                }
                 let Some((name, value)) = self.declaration(declaration) else { continue };
                 let variable = self.add_variable(&name, kind, &value);
-                self.parameters.declare(path, name, Parameter { value, variable });
+                self.parameters.declare(path, name, Ok(Parameter { value, variable }));
             }
         }
         self.scopes.insert(element.location.position, self.parameters.innermost());
@@ -74,6 +78,16 @@ impl Document<'_, '_> {
     pub(super) fn enter(&mut self, element: &Element) {
         let scope = self.scopes.get(&element.location.position).cloned();
         self.parameters.enter(scope.unwrap_or_default());
+    }
+
+    /// The name of a declaration whose value only a launch system knows, with the reason and the remedy. It is listed,
+    /// and refused where it is used.
+    fn unknown_declaration(&mut self, element: &Element) -> Option<(String, (String, String))> {
+        let value = element.attribute("value").filter(|value| value.value.contains("$("))?;
+        let unknown = self.parameters.value(&value.value).err()?;
+        let name = self.required(element, "name")?.text;
+        self.reader.leave_out(&value.location, &format!("the value of {name:?}: {}", unknown.0));
+        Some((name, unknown))
     }
 
     /// The name and value of a declaration.

@@ -10,6 +10,9 @@ use crate::core::traffic_light::variable::VariableIndex;
 /// The substitutions of a launch system that name the folder of a package.
 const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
+/// A declared parameter, or the reason why its value is not known and the remedy.
+pub(super) type Declared = Result<Parameter, (String, String)>;
+
 /// A declared parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Parameter {
@@ -22,9 +25,9 @@ pub(super) struct Parameter {
 /// The declared parameters, those of the innermost scope last.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
-    scopes: Vec<BTreeMap<String, Parameter>>,
+    scopes: Vec<BTreeMap<String, Declared>>,
     /// The parameters of the whole document, by the names of the elements around each and its own name.
-    declared: Vec<(Vec<String>, String, Parameter)>,
+    declared: Vec<(Vec<String>, String, Declared)>,
     /// The declared variables.
     variables: BTreeMap<String, VariableIndex>,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
@@ -38,7 +41,7 @@ impl Parameters {
     }
 
     /// Opens a scope with its parameters; [`Self::leave`] closes it.
-    pub(super) fn enter(&mut self, scope: BTreeMap<String, Parameter>) {
+    pub(super) fn enter(&mut self, scope: BTreeMap<String, Declared>) {
         self.scopes.push(scope);
     }
 
@@ -48,7 +51,7 @@ impl Parameters {
     }
 
     /// Adds a parameter to the innermost scope. `path` are the names of the elements around it.
-    pub(super) fn declare(&mut self, path: &[String], name: String, parameter: Parameter) {
+    pub(super) fn declare(&mut self, path: &[String], name: String, parameter: Declared) {
         self.declared.push((path.to_vec(), name.clone(), parameter.clone()));
         if let Some(scope) = self.scopes.last_mut() {
             scope.insert(name, parameter);
@@ -56,7 +59,7 @@ impl Parameters {
     }
 
     /// The parameters of the innermost scope.
-    pub(super) fn innermost(&self) -> BTreeMap<String, Parameter> {
+    pub(super) fn innermost(&self) -> BTreeMap<String, Declared> {
         self.scopes.last().cloned().unwrap_or_default()
     }
 
@@ -114,10 +117,14 @@ impl Parameters {
                 found.map(|(.., parameter)| parameter)
             }
         };
-        found.ok_or_else(|| {
+        let found = found.ok_or_else(|| {
             let known = self.scopes.iter().flat_map(BTreeMap::keys);
             (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
-        })
+        })?;
+        let unknown = |(reason, remedy): &(String, String)| {
+            (format!("the value of the parameter {name} is not known: {reason}"), remedy.clone())
+        };
+        found.as_ref().map_err(unknown)
     }
 
     fn computed(&self, expression: &str) -> Result<String, (String, String)> {
@@ -172,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_reference_is_the_value_of_the_innermost_scope() {
-        let scope = |value: &str| BTreeMap::from([("light".to_owned(), parameter(value))]);
+        let scope = |value: &str| BTreeMap::from([("light".to_owned(), Ok(parameter(value)))]);
         let parameters = Parameters { scopes: vec![scope("1"), scope("2")], ..Parameters::default() };
         for text in ["$light", "${light}", "${ $light }", "2"] {
             assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
@@ -187,9 +194,9 @@ mod tests {
         let mut parameters = Parameters::default();
         parameters.enter(BTreeMap::new());
         let path = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
-        parameters.declare(&[], "light".to_owned(), parameter("1"));
+        parameters.declare(&[], "light".to_owned(), Ok(parameter("1")));
         parameters.enter(BTreeMap::new());
-        parameters.declare(&path(&["story", "act", "", "m"]), "light".to_owned(), parameter("3"));
+        parameters.declare(&path(&["story", "act", "", "m"]), "light".to_owned(), Ok(parameter("3")));
         parameters.leave();
         parameters.enter(BTreeMap::new());
         let texts = ["$light", "$::light", "$act::light", "$story::m::light", "$::story::act::light"];
@@ -201,7 +208,7 @@ mod tests {
     #[test]
     fn an_expression_of_parameters_is_computed() {
         let scope = [("way", "34802"), ("step", "-2"), ("color", "red")];
-        let scope = scope.map(|(name, value)| (name.to_owned(), parameter(value))).into();
+        let scope = scope.map(|(name, value)| (name.to_owned(), Ok(parameter(value)))).into();
         let parameters = Parameters { scopes: vec![scope], ..Parameters::default() };
         for (text, value) in
             [("${$way + 1}", "34803"), ("${$way - $step}", "34804"), ("${ 2.5 * 2 }", "5"), ("${7}", "7")]

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::document::Document;
 use super::draft::{ConditionDraft, TestDraft, TriggerDraft};
 use crate::config::reading::checker::Keywords;
-use crate::config::reading::element::Element;
+use crate::config::reading::element::{Attribute, Element};
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
 use crate::core::traffic_light::variable::VariableValue;
@@ -67,7 +67,13 @@ impl Document<'_, '_> {
         let test = match self.only_child(element)? {
             child if ["ByValueCondition", "ByStateCondition"].contains(&child.name.as_str()) => {
                 let inner = self.only_child(child)?;
-                self.test(inner)
+                if self.is_criterion(&name, inner) {
+                    inner.mark_all_interpreted();
+                    let what = format!("{name}, which CARLA's scenario_runner judges");
+                    Some(TestDraft::Undecidable { what, location: inner.location.clone() })
+                } else {
+                    self.test(inner)
+                }
             }
             child => {
                 child.is_interpreted.set(true);
@@ -76,6 +82,16 @@ impl Document<'_, '_> {
             }
         };
         Some(ConditionDraft { name, edge: edge?, delay: delay?, test: test? })
+    }
+
+    /// Returns whether a condition is a criterion of CARLA's `scenario_runner`: it is named `criteria_…` and compares a
+    /// parameter that nobody declares, or none.
+    fn is_criterion(&self, name: &str, test: &Element) -> bool {
+        let reference = test.attribute("parameterRef").filter(|_| test.name == "ParameterCondition");
+        let is_declared = |reference: &Attribute| {
+            self.parameters.parameter(reference.value.trim_start_matches('$')).is_ok()
+        };
+        name.starts_with("criteria_") && reference.is_some_and(|reference| !is_declared(reference))
     }
 
     /// The only child of an element; any other number is refused.

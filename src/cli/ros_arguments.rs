@@ -1,0 +1,304 @@
+//! The arguments of ROS 2: what `ros2 run` and launch files put between `--ros-args` and `--`.
+
+use std::borrow::Cow;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::Failure;
+use crate::config::files::Files;
+use crate::config::ros_names::RosOverrides;
+use crate::config::ros_names::{NodeNames, Remapping, is_name, is_namespace, is_topic};
+use crate::config::ros_parameters::read_parameters;
+use crate::report::text::escaped;
+
+const BEGIN: &str = "--ros-args";
+/// The parameters of this node.
+pub(super) const PARAMETERS: &str = "config, profile and use_sim_time";
+
+/// The arguments of ROS 2 on the command line of a node.
+#[derive(Debug, Args)]
+pub(super) struct RosArgs {
+    /// Arguments of ROS 2, up to -- or the end
+    #[arg(long = "ros-args", value_name = "ARGS", num_args = 0.., allow_hyphen_values = true, value_terminator = "--")]
+    pub(super) arguments: Vec<OsString>,
+}
+
+/// What the arguments of ROS 2 come to.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct RosArguments {
+    /// Names, remapped topics and `use_sim_time`.
+    pub(super) overrides: RosOverrides,
+    /// Level of the log, as `RUST_LOG` names it.
+    pub(super) log_level: Option<&'static str>,
+    /// The parameter `config`: as `--config`, which comes first.
+    pub(super) config: Option<PathBuf>,
+    /// The parameter `profile`: as `--profile`, which comes first.
+    pub(super) profile: Option<PathBuf>,
+    /// Parameters of this node that it does not have.
+    pub(super) unknown: Vec<String>,
+}
+
+/// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`.
+///
+/// # Errors
+/// An option or a rule that is not known, or that this node does not follow; a file of parameters that is refused.
+pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> Result<RosArguments, Failure> {
+    let mut found = RosArguments::default();
+    let mut rules = Vec::new();
+    let mut parameters = Vec::new();
+    let mut parameter_files = Vec::new();
+    let mut rest = ros.iter().map(|argument| argument.to_string_lossy());
+    while let Some(option) = rest.next() {
+        let mut value = |form: &str| {
+            let missing = || usage(&option, &format!("give {form} after it"));
+            rest.next().map(Cow::into_owned).ok_or_else(missing)
+        };
+        match &*option {
+            "-r" | "--remap" => rules.push(Rule::read(&value("FROM:=TO")?)?),
+            "-p" | "--param" => parameters.push(value("NAME:=VALUE")?),
+            "--params-file" => parameter_files.push(PathBuf::from(value("a file")?)),
+            "--log-level" => found.set_log_level(&value("a level")?, default_node)?,
+            // The log goes to standard error only, and no library writes to it.
+            BEGIN
+            | "--disable-rosout-logs"
+            | "--enable-stdout-logs"
+            | "--enable-external-lib-logs"
+            | "--disable-external-lib-logs" => {}
+            "--enable-rosout-logs" => return Err(usage(&option, "this node does not write to /rosout")),
+            "--disable-stdout-logs" => return Err(usage(&option, "use --log-level fatal to log less")),
+            "-e" | "--enclave" => {
+                return Err(usage(&option, "this node has no DDS security; see docs/security.md"));
+            }
+            "--log-config-file" => return Err(usage(&option, "set --log-level, or the variable RUST_LOG")),
+            _ => {
+                let known = "-r, -p, --params-file and --log-level";
+                return Err(usage(
+                    &option,
+                    &format!("not an argument of ROS 2 that this node follows; it follows {known}"),
+                ));
+            }
+        }
+    }
+    found.remap(&rules, default_node)?;
+    let overrides = found.overrides.clone();
+    let names = NodeNames {
+        node: overrides.node.as_deref().unwrap_or(default_node),
+        namespace: overrides.namespace.as_deref().unwrap_or("/"),
+        remappings: &[],
+    };
+    for path in &parameter_files {
+        found.adopt_file(files, path, names)?;
+    }
+    // Those of the command line come last, so that they win.
+    for parameter in &parameters {
+        found.adopt_parameter(parameter, names)?;
+    }
+    Ok(found)
+}
+
+/// A rule of `--remap`.
+struct Rule {
+    /// The node that it is for; all when `None`.
+    node: Option<String>,
+    from: String,
+    to: String,
+}
+
+impl Rule {
+    /// Reads `FROM:=TO` or `NODE:FROM:=TO`.
+    fn read(text: &str) -> Result<Self, Failure> {
+        let (from, to) =
+            text.split_once(":=").ok_or_else(|| usage(&format!("-r {text}"), "write FROM:=TO"))?;
+        let (node, from) = match from.split_once(':') {
+            Some((node, from)) if !from.starts_with("//") => (Some(node.to_owned()), from),
+            _ => (None, from),
+        };
+        Ok(Self { node, from: from.to_owned(), to: to.to_owned() })
+    }
+
+    fn is_for(&self, node: &str) -> bool {
+        self.node.as_deref().is_none_or(|named| named == node)
+    }
+
+    fn wrong(&self, reason: &str) -> Failure {
+        usage(&format!("-r {}:={}", self.from, self.to), reason)
+    }
+}
+
+impl RosArguments {
+    fn set_log_level(&mut self, given: &str, default_node: &str) -> Result<(), Failure> {
+        let (logger, level) = given.split_once(":=").unwrap_or((default_node, given));
+        let level = match level.to_ascii_lowercase().as_str() {
+            "debug" => "debug",
+            "info" => "info",
+            "warn" => "warn",
+            "error" | "fatal" => "error",
+            "unset" => return Ok(()),
+            _ => {
+                return Err(usage(
+                    "--log-level",
+                    &format!("expected debug, info, warn, error or fatal, found {level:?}"),
+                ));
+            }
+        };
+        // Loggers of other names are those of other nodes.
+        if logger.trim_start_matches('/').replace('/', ".") == default_node {
+            self.log_level = Some(level);
+        }
+        Ok(())
+    }
+
+    /// Applies the rules for node and namespace, then keeps those for topics of the node by its new name.
+    fn remap(&mut self, rules: &[Rule], default_node: &str) -> Result<(), Failure> {
+        for rule in rules.iter().filter(|rule| rule.is_for(default_node)) {
+            match rule.from.as_str() {
+                "__node" | "__name" if is_name(&rule.to) => {
+                    self.overrides.node.get_or_insert_with(|| rule.to.clone());
+                }
+                "__node" | "__name" => {
+                    return Err(rule.wrong("a node's name has letters, digits and _, no digit first"));
+                }
+                "__ns" if is_namespace(&rule.to) => {
+                    self.overrides.namespace.get_or_insert_with(|| rule.to.clone());
+                }
+                "__ns" => return Err(rule.wrong("write a namespace as / or /vehicle")),
+                _ => {}
+            }
+        }
+        let node = self.overrides.node.clone();
+        let node = node.as_deref().unwrap_or(default_node);
+        // This node has no services.
+        let of_topics =
+            |rule: &&Rule| !rule.from.starts_with("__") && !rule.from.starts_with("rosservice://");
+        for rule in rules.iter().filter(of_topics).filter(|rule| rule.is_for(node)) {
+            let (from, to) = (rule.from.strip_prefix("rostopic://").unwrap_or(&rule.from), &rule.to);
+            if !is_topic(from) || !is_topic(to) {
+                return Err(rule.wrong("write topics as /a/b, a/b or ~/a"));
+            }
+            self.overrides.remappings.push(Remapping { from: from.to_owned(), to: to.clone() });
+        }
+        Ok(())
+    }
+
+    fn adopt_file(&mut self, files: &dyn Files, path: &Path, names: NodeNames<'_>) -> Result<(), Failure> {
+        for parameter in read_parameters(files, path, names)? {
+            let value = parameter.value.as_deref().unwrap_or_default();
+            let is_known = self.set(&parameter.name, value).map_err(|reason| {
+                usage(&format!("--params-file {}: {}", path.display(), parameter.name), reason)
+            })?;
+            // What a pattern says is meant for whoever has such a parameter.
+            if !is_known && parameter.is_for_this_node {
+                self.unknown.push(parameter.name);
+            }
+        }
+        Ok(())
+    }
+
+    fn adopt_parameter(&mut self, given: &str, names: NodeNames<'_>) -> Result<(), Failure> {
+        let wrong = |reason: &str| usage(&format!("-p {given}"), reason);
+        let (name, value) = given.split_once(":=").ok_or_else(|| wrong("write NAME:=VALUE"))?;
+        let (node, name) = name.split_once(':').map_or((None, name), |(node, name)| (Some(node), name));
+        if node.is_some_and(|node| node != names.node) {
+            return Ok(());
+        }
+        if !self.set(name, value).map_err(wrong)? {
+            return Err(wrong(&format!("no such parameter; this node has {PARAMETERS}")));
+        }
+        Ok(())
+    }
+
+    /// Sets a parameter; false if there is none of this name.
+    fn set(&mut self, name: &str, value: &str) -> Result<bool, &'static str> {
+        let path = || (!value.is_empty()).then(|| PathBuf::from(value)).ok_or("give a path or a name");
+        match name {
+            "use_sim_time" => {
+                let is_on = value.parse().map_err(|_| "expected true or false")?;
+                self.overrides.use_sim_time = Some(is_on);
+            }
+            "config" => self.config = Some(path()?),
+            "profile" => self.profile = Some(path()?),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+fn usage(argument: &str, reason: &str) -> Failure {
+    Failure::Usage(format!("{BEGIN}: {}: {reason}", escaped(argument)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+
+    struct Yaml;
+
+    impl Files for Yaml {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("p.yaml") => Ok(b"/**: {ros__parameters: {use_sim_time: true, wheel_radius: 0.4}}\n\
+                    /car/left: {ros__parameters: {profile: mazda_2017, colour: red}}"
+                    .to_vec()),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    fn of(line: &str) -> Result<RosArguments, String> {
+        let arguments: Vec<_> = line.split_whitespace().map(OsString::from).collect();
+        read(&Yaml, &arguments, "signal_gateway").map_err(|failure| failure.to_string())
+    }
+
+    #[test]
+    fn a_node_of_a_launch_file_is_named_remapped_and_given_parameters() {
+        assert_eq!((of("").unwrap(), of("--ros-args").unwrap()), Default::default());
+        let read = of("-r __node:=left -r __ns:=/car --params-file p.yaml -r status:=/s -r left:~/a:=b \
+             -r signal_gateway:c:=d -r rostopic:///e:=f -r rosservice:///g:=h -r __node:=late \
+             -p config:=x.toml -p left:profile:=kia -p other:profile:=y --log-level other:=debug --log-level WARN")
+        .unwrap();
+        let rule = |from: &str, to: &str| Remapping { from: from.into(), to: to.into() };
+        let expected = RosArguments {
+            overrides: RosOverrides {
+                node: Some("left".into()),
+                namespace: Some("/car".into()),
+                remappings: vec![rule("status", "/s"), rule("~/a", "b"), rule("/e", "f")],
+                use_sim_time: Some(true),
+            },
+            log_level: Some("warn"),
+            config: Some("x.toml".into()),
+            profile: Some("kia".into()),
+            unknown: vec!["colour".into()],
+        };
+        assert_eq!(read, expected);
+    }
+
+    #[test]
+    fn what_is_not_followed_is_refused_by_name() {
+        for (line, expected) in [
+            ("-r", "--ros-args: -r: give FROM:=TO after it"),
+            ("-r a=b", "--ros-args: -r a=b: write FROM:=TO"),
+            ("-r a:=b-c", "-r a:=b-c: write topics as"),
+            ("-r __node:=1", "a node's name has"),
+            ("-r __ns:=car", "write a namespace as / or /vehicle"),
+            ("-p use_sim_time:=1", "expected true or false"),
+            (
+                "-p volume:=1",
+                "-p volume:=1: no such parameter; this node has config, profile and use_sim_time",
+            ),
+            ("-p config:=", "give a path"),
+            ("--params-file none.yaml", "none.yaml: cannot read it"),
+            ("--log-level loud", "expected debug, info, warn, error or fatal, found \"loud\""),
+            ("-e /car", "-e: this node has no DDS security"),
+            ("--log-config-file x", "RUST_LOG"),
+            ("--enable-rosout-logs", "/rosout"),
+            ("--colour", "--colour: not an argument of ROS 2 that this node follows"),
+        ] {
+            let refused = of(line).unwrap_err();
+            assert!(refused.contains(expected), "{line}: {refused}");
+        }
+    }
+}

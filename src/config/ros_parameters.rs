@@ -1,0 +1,170 @@
+//! Files of parameters, as `--params-file` names them: nodes, and below `ros__parameters` their parameters.
+
+use std::path::Path;
+
+use super::files::Files;
+use super::reading::checker::Checker;
+use super::reading::location::{Location, Text};
+use super::reading::problem::Refused;
+use super::reading::value::{Entry, Kind, Value};
+use super::reading::yaml_text::from_yaml;
+use super::ros_names::NodeNames;
+
+/// The key below which a node's parameters are.
+const PARAMETERS: &str = "ros__parameters";
+const SEE: &str = "";
+
+/// A parameter of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileParameter {
+    /// Name, with a dot for each level.
+    pub name: String,
+    /// Value as it is written; `None` for a list.
+    pub value: Option<String>,
+    /// True if the file names the node, and not all nodes of a pattern.
+    pub is_for_this_node: bool,
+}
+
+/// Reads the parameters that a file has for a node, in the order of the file.
+///
+/// # Errors
+/// A file that cannot be read, or that is not one of parameters.
+pub fn read_parameters(
+    files: &dyn Files,
+    path: &Path,
+    names: NodeNames<'_>,
+) -> Result<Vec<FileParameter>, Refused> {
+    let text = Text::read(path, files.read(path), "give the path of a YAML file with parameters")?;
+    let root = from_yaml(&text)?;
+    let mut reader =
+        Reader { checker: Checker::new(&text.file, SEE), node: names.full_name(), found: Vec::new() };
+    for entry in reader.entries(&root) {
+        reader.nodes("", entry);
+    }
+    let Reader { checker, found, .. } = reader;
+    checker.finish(Some(found)).map_err(Refused)
+}
+
+struct Reader {
+    checker: Checker,
+    /// Name of the node with its namespace.
+    node: String,
+    found: Vec<FileParameter>,
+}
+
+impl Reader {
+    fn entries<'v>(&self, value: &'v Value) -> &'v [Entry] {
+        self.checker.entries(value, "/**: { ros__parameters: { use_sim_time: true } }")
+    }
+
+    /// Reads the nodes of one key below a pattern.
+    fn nodes(&mut self, above: &str, entry: &Entry) {
+        if entry.key == PARAMETERS {
+            if above.is_empty() {
+                self.refuse(
+                    &entry.location,
+                    "parameters without a node",
+                    "write the node's name above, or /**",
+                );
+            } else if matches(above, &self.node) {
+                self.parameters("", &entry.value, !above.contains('*'));
+            }
+            return;
+        }
+        let pattern = format!("{above}/{}", entry.key.trim_matches('/'));
+        for below in self.entries(&entry.value) {
+            self.nodes(&pattern, below);
+        }
+    }
+
+    fn parameters(&mut self, above: &str, value: &Value, is_for_this_node: bool) {
+        for entry in self.entries(value) {
+            let name = format!("{above}{}", entry.key);
+            let value = match &entry.value.kind {
+                Kind::Map(_) => {
+                    self.parameters(&format!("{name}."), &entry.value, is_for_this_node);
+                    continue;
+                }
+                Kind::Scalar { text, .. } => Some(text.clone()),
+                Kind::Null | Kind::List(_) => None,
+            };
+            self.found.push(FileParameter { name, value, is_for_this_node });
+        }
+    }
+
+    fn refuse(&self, at: &Location, reason: &str, remedy: &str) {
+        self.checker.refuse(at, reason, remedy);
+    }
+}
+
+/// True if a pattern such as `/**`, `/*/node` or `/car/node` fits a full name.
+fn matches(pattern: &str, name: &str) -> bool {
+    let (mut pattern, name): (Vec<_>, Vec<_>) = (pattern.split('/').collect(), name.split('/').collect());
+    // Once says as much, and is found faster.
+    pattern.dedup_by(|token, before| *token == "**" && *before == "**");
+    fits(&pattern, &name)
+}
+
+fn fits(pattern: &[&str], name: &[&str]) -> bool {
+    match (pattern, name) {
+        ([], []) => true,
+        (["**", rest @ ..], _) => {
+            (0..=name.len()).any(|taken| fits(rest, name.get(taken..).unwrap_or_default()))
+        }
+        ([token, pattern @ ..], [own, name @ ..]) => (*token == "*" || token == own) && fits(pattern, name),
+        ([], _) | (_, []) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+
+    struct Yaml(&'static str);
+
+    impl Files for Yaml {
+        fn read(&self, _: &Path) -> io::Result<Vec<u8>> {
+            Ok(self.0.as_bytes().to_vec())
+        }
+    }
+
+    fn read(text: &'static str) -> Result<Vec<String>, String> {
+        let names = NodeNames { node: "lights", namespace: "/car", remappings: &[] };
+        let read =
+            read_parameters(&Yaml(text), Path::new("p.yaml"), names).map_err(|error| error.to_string())?;
+        let shown = |parameter: FileParameter| {
+            let mark = if parameter.is_for_this_node { "!" } else { "" };
+            format!("{}={}{mark}", parameter.name, parameter.value.unwrap_or("[]".into()))
+        };
+        Ok(read.into_iter().map(shown).collect())
+    }
+
+    #[test]
+    fn parameters_of_this_node_and_of_patterns_are_found() {
+        let text = "/**:\n  ros__parameters:\n    use_sim_time: true\n    a: {b: 1, c: [1]}\n\
+                    /car/lights:\n  ros__parameters: {config: x.toml}\n\
+                    /car:\n  lights: {ros__parameters: {d: 1}}\n  other: {ros__parameters: {e: 1}}\n\
+                    /*/lights: {ros__parameters: {f: 'text'}}\n\
+                    lights: {ros__parameters: {g: 1}}\n/*: {ros__parameters: {h: 1}}\n\
+                    /**/lights: {ros__parameters: {i: 1}}";
+        let expected = ["use_sim_time=true", "a.b=1", "a.c=[]", "config=x.toml!", "d=1!", "f=text", "i=1"];
+        assert_eq!(read(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn what_is_not_a_file_of_parameters_is_refused_with_its_place() {
+        for (text, expected) in [
+            ("ros__parameters: {a: 1}", "p.yaml:1:1: ros__parameters: parameters without a node"),
+            ("- a", "expected a table"),
+            ("/**: 1", "expected a table"),
+            ("/**: {ros__parameters: 1}", "expected a table"),
+            ("", "the file is empty"),
+            ("a: [", "p.yaml:"),
+        ] {
+            let refused = read(text).unwrap_err();
+            assert!(refused.contains(expected), "{text}: {refused}");
+        }
+    }
+}

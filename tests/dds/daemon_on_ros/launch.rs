@@ -1,0 +1,36 @@
+//! The gateway as `launch_ros` starts a node: names, remapped topics and a file of parameters after `--ros-args`.
+
+use crate::dds::daemon_on_ros::Bench;
+use crate::dds::daemon_on_ros::peer::DIAGNOSTICS;
+use crate::support::json_process::Mark;
+use crate::support::prerequisite::require;
+use crate::support::process::Process;
+
+#[test]
+fn a_launch_file_names_the_node_and_its_topics() {
+    let keys = "scenario = \"crossing.xosc\"\nmap = \"crossroads.osm\"\ntopics.camera = \"~/camera\"\n";
+    let bench = require!(Bench::new(keys));
+    bench.folder.write(
+        "launch.yaml",
+        "/**:\n  ros__parameters:\n    use_sim_time: false\n    wheel_radius: 0.4\n\
+         /car/lights:\n  ros__parameters:\n    config: gateway.toml\n    colour: red\n",
+    );
+    let truth = ("array_v1", "truth", "car/truth");
+    let camera = ("groups", "camera", "car/lights/camera");
+    let reader = bench.reader(&[truth, camera, DIAGNOSTICS]);
+    let mut gateway = Process::start(bench.folder.path(), |command| {
+        command.args(["run", "--ros-args", "-r", "__node:=lights", "-r", "__ns:=/car"]);
+        command.args(["-r", "/simulation/traffic_lights:=truth", "-r", "nothing:=else"]);
+        command.args(["--params-file", "launch.yaml", "--log-level", "info"]);
+    });
+    for name in ["truth", "camera"] {
+        reader.wait(Mark::START, name, "a sample", |_| Some(()));
+    }
+    reader.wait(Mark::START, "diagnostics", "the node's own name", |data| {
+        let name = data["status"].as_array()?.first()?["name"].as_str()?;
+        name.starts_with("lights: ").then_some(())
+    });
+    gateway.wait_for_log("parameters without effect: colour; this node has config, profile and use_sim_time");
+    gateway.wait_for_log("-r nothing:=else has no effect: this node has no topic nothing");
+    println!("SIGTERM: {:?}", gateway.stop("TERM"));
+}
