@@ -10,6 +10,7 @@ mod process {
     mod decide_command;
     mod lights_command;
     mod log_output;
+    mod metrics_endpoint;
     mod pictures;
     mod status_command;
     mod systemd_units;

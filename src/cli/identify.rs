@@ -31,7 +31,7 @@ pub(super) struct IdentifyArgs {
 }
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
-    start_log("error");
+    start_log("error")?;
     let unreadable = Failure::file(&args.log);
     let mut log = open(&args.log)?;
     let mut identifier = Identifier::new()?;

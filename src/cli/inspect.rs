@@ -69,7 +69,7 @@ pub(super) struct DecodeArgs {
 }
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    start_log("error");
+    start_log("error")?;
     let recorded = &args.recording;
     if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
         let report = check::map(&Disk, path).map_err(|reason| {
@@ -124,7 +124,7 @@ fn layout() -> Layout {
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
+    start_log("warn")?;
     let settings = settings(&args.recording.config)?;
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {

@@ -94,7 +94,7 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
 /// Reads the arguments of ROS 2 and starts the log as they say, else from `default_level` on.
 fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
     let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
-    start_log(read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level));
+    start_log(read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level))?;
     let read = read?;
     if !read.unknown.is_empty() {
         let known = ros_arguments::PARAMETERS;
@@ -133,7 +133,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
 /// The network side of another process.
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
-    start_log(&args.log_level);
+    start_log(&args.log_level)?;
     match crate::io::ros::network::process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),

@@ -20,6 +20,7 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
 
 use crate::config::Refused;
 use crate::daemon::DaemonError;
@@ -143,6 +144,7 @@ pub fn main() -> ExitCode {
             ExitCode::from(match failure {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
+                | Failure::Environment(_)
                 | Failure::Daemon(DaemonError::Publisher(
                     PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
@@ -164,6 +166,9 @@ enum Failure {
     Usage(String),
     #[error("{0}")]
     Daemon(#[from] DaemonError),
+    /// A variable of the environment.
+    #[error("{0}")]
+    Environment(String),
     #[error("{0}: {1}")]
     File(String, io::Error),
     #[error("{0}")]
@@ -184,13 +189,26 @@ fn say(text: &str) {
 }
 
 /// Starts the log of messages from `default_level` on, or as `RUST_LOG` asks for.
-fn start_log(default_level: &str) {
+///
+/// # Errors
+/// A `RUST_LOG` that asks for nothing that exists.
+fn start_log(default_level: &str) -> Result<(), Failure> {
     // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
     let quiet = "rustdds=off,ros2_client=off,mio_06=off";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
-    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{requested}"))
-        .unwrap_or_else(|_| EnvFilter::new(format!("{default_level},{quiet}")));
+    let refused = |directive: &str| {
+        let expected =
+            "expected error, warn, info, debug, trace or off, or MODULE=LEVEL, with commas between them";
+        Failure::Environment(format!("RUST_LOG: cannot read {directive:?}; {expected}"))
+    };
+    for directive in requested.split(',').map(str::trim).filter(|directive| !directive.is_empty()) {
+        let level = directive.rsplit_once('=').map_or(directive, |(_, level)| level);
+        level.parse::<LevelFilter>().map_err(|_| refused(directive))?;
+    }
+    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{requested}"));
+    let filter = filter.map_err(|_| refused(&requested))?;
     if let Err(error) = process_log::start(filter) {
         say(&format!("signal-gateway: no log: {error}"));
     }
+    Ok(())
 }

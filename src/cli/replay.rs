@@ -53,7 +53,7 @@ pub(super) struct ReplayArgs {
 }
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
+    start_log("warn")?;
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
     let json = args.json.then(|| JsonTimeline {

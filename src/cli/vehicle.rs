@@ -96,7 +96,7 @@ pub(super) struct VehicleArgs {
 }
 
 pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
-    start_log("warn");
+    start_log("warn")?;
     let mut settings = settings(&args.config)?;
     choose_interfaces(args, &mut settings)?;
     let plan = settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()))?;

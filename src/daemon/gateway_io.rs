@@ -17,6 +17,7 @@ use super::live::Live;
 use super::publisher::Publisher;
 use super::watching::{Process, Watching};
 use crate::config::Settings;
+use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
@@ -29,11 +30,13 @@ use crate::core::gateway::process_status::LostLines;
 use crate::core::gateway::snapshot::ProcessSnapshot;
 use crate::core::time::Now;
 use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::process_log;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
+use crate::report::decision::reasons;
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 
@@ -109,6 +112,9 @@ impl GatewayIo {
         // The outputs from before the first step belong to the start.
         self.emit_and_send(live, transmitters, clock, read, started);
         while let Some(at) = live.step(read.mono, |input, at| {
+            if let Input::Can(CanInput::Frame { bus, frame, .. }) = input {
+                tracing::debug!("received on bus {}: {frame}", bus.0);
+            }
             if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
                 faults.keep(*input, at);
             }
@@ -206,6 +212,18 @@ impl GatewayIo {
 
     /// Publishes and shows an output.
     fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) {
+        match output {
+            Output::VehicleLights(report) => {
+                tracing::debug!("{report:?}, {lag:?} after its decision was due")
+            }
+            Output::TurnSignal(TurnSignalOutput::Decision(decision)) => {
+                reasons(decision).for_each(|reason| tracing::debug!("decision {}: {reason}", decision.turn));
+            }
+            Output::TurnSignal(_)
+            | Output::TrafficLights(_)
+            | Output::Command(_)
+            | Output::Diagnostics { .. } => {}
+        }
         if !self.late_reports.holds(output, lag) {
             self.publisher.send(output);
         }

@@ -7,6 +7,7 @@ mod fault_recorder;
 mod gateway_io;
 mod late_reports;
 pub mod live;
+mod pages;
 pub mod publisher;
 mod receivers;
 mod ros_environment;

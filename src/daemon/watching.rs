@@ -4,18 +4,21 @@
 use std::ffi::OsString;
 use std::future::pending;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::net::TcpListener;
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::pages::router;
 use crate::config::Settings;
 use crate::core::diagnostics::Status;
 use crate::core::gateway::Gateway;
 use crate::core::gateway::snapshot::{Build, ProcessSnapshot, Snapshot};
 use crate::core::time::{Now, millis};
 use crate::io::can::traffic::TrafficMeter;
+use crate::io::http;
 use crate::io::snapshots::feed::{SnapshotFeed, SnapshotSource};
-use crate::io::snapshots::socket::{self, StatusSocket};
+use crate::io::snapshots::socket::{StatusSocket, serve};
 use crate::io::systemd::Supervisor;
 use crate::report::status::headline;
 
@@ -42,13 +45,20 @@ pub(super) struct Process {
 }
 
 impl Watching {
-    /// Serves the socket of the configuration, or one in systemd's `RUNTIME_DIRECTORY`. Without a socket the gateway runs as
+    /// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. Without a socket the gateway runs as
     /// well: the log names the reason.
     pub(super) fn start(settings: &Settings) -> Self {
         let from_systemd = || runtime_socket(std::env::var_os("RUNTIME_DIRECTORY"));
         let config = &settings.status;
         let path = config.socket.clone().or_else(from_systemd).filter(|_| config.enabled);
-        let (feed, socket) = path.and_then(|path| open(&path)).unzip();
+        let socket = path.and_then(|path| {
+            StatusSocket::bind(&path).inspect_err(|error| tracing::warn!("no status socket: {error}")).ok()
+        });
+        let http = settings.http.address.and_then(|address| {
+            let failed = |error: &io::Error| tracing::warn!("no HTTP server: {address}: {error}");
+            TcpListener::bind(address).inspect_err(failed).ok()
+        });
+        let feed = open(socket.as_ref(), http, &settings.http.hosts);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.as_str());
         Self {
             feed,
@@ -143,22 +153,46 @@ fn build() -> Build {
     }
 }
 
-/// Binds the socket and starts the thread that serves it.
-fn open(path: &Path) -> Option<(SnapshotFeed, StatusSocket)> {
-    let socket =
-        StatusSocket::bind(path).inspect_err(|error| tracing::warn!("no status socket: {error}")).ok()?;
+/// Starts the thread that serves the socket and HTTP; `None` when there is neither.
+fn open(socket: Option<&StatusSocket>, http: Option<TcpListener>, hosts: &[String]) -> Option<SnapshotFeed> {
+    if socket.is_none() && http.is_none() {
+        return None;
+    }
     let (feed, source) = SnapshotFeed::new();
-    start_serving(&socket, source).inspect_err(|error| tracing::warn!("no status socket: {error}")).ok()?;
-    Some((feed, socket))
+    let started = start_serving(socket, http, hosts, source);
+    started.inspect_err(|error| tracing::warn!("no status: {error}")).ok()?;
+    Some(feed)
 }
 
-fn start_serving(socket: &StatusSocket, source: SnapshotSource) -> io::Result<()> {
-    let listener = socket.listener()?;
+fn start_serving(
+    socket: Option<&StatusSocket>,
+    http: Option<TcpListener>,
+    hosts: &[String],
+    source: SnapshotSource,
+) -> io::Result<()> {
+    let socket = socket.map(StatusSocket::listener).transpose()?;
+    let hosts = hosts.to_vec();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let pages = router(source.clone());
     thread::Builder::new().name("status".to_owned()).spawn(move || {
-        if let Err(error) = runtime.block_on(socket::serve(listener, source)) {
-            tracing::warn!("the status socket is no longer served: {error}");
-        }
+        runtime.block_on(async {
+            let socket = async {
+                match socket {
+                    Some(listener) => serve(listener, source).await,
+                    None => pending().await,
+                }
+            };
+            let http = async {
+                match http {
+                    Some(listener) => http::serve(listener, pages, hosts).await,
+                    None => pending().await,
+                }
+            };
+            let ended = tokio::select! { ended = socket => ended, ended = http => ended };
+            if let Err(error) = ended {
+                tracing::warn!("the status is no longer served: {error}");
+            }
+        });
     })?;
     Ok(())
 }

@@ -2,6 +2,8 @@
 
 pub mod can;
 pub mod clock;
+pub mod http;
+mod journal;
 pub mod output_queue;
 pub mod process_log;
 pub mod recorder;

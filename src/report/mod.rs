@@ -8,6 +8,7 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
+//! | [`metrics`] | the same for Prometheus |
 //! | [`status`] | the present state of a running gateway |
 //! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
@@ -20,6 +21,7 @@ pub mod decision;
 pub mod drive;
 pub mod gateway;
 pub mod lights;
+pub mod metrics;
 pub mod status;
 pub mod text;
 pub mod vehicle;

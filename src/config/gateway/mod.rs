@@ -5,6 +5,7 @@ mod black_box;
 mod can;
 pub mod command;
 mod diagnostics;
+mod http;
 mod recording;
 mod reports;
 mod ros;
@@ -15,6 +16,7 @@ pub mod turn_signal;
 use std::path::{Path, PathBuf};
 
 pub use black_box::BlackBoxConfig;
+pub use http::HttpConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::{DEFAULT_NODE, RosConfig};
@@ -79,6 +81,8 @@ pub struct Settings {
     pub black_box: BlackBoxConfig,
     /// The socket on which the present state is served.
     pub status: StatusConfig,
+    /// The HTTP server.
+    pub http: HttpConfig,
     /// Node, network and report topics.
     pub ros: RosConfig,
     /// Topics of the traffic lights; empty without them.
@@ -253,6 +257,7 @@ fn settings(
     let (node, ros) = ros::ros(top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
     let status = status::status(top.section("status"));
+    let http = http::http(top.section("http"));
     let recording = top.table("recording").and_then(recording::recording);
     if source == SourceKind::Recording && !top.has("recording") {
         let reason = "source = \"recording\" without a recording";
@@ -302,6 +307,7 @@ fn settings(
         hardware_id,
         black_box,
         status,
+        http,
         ros,
         light_topics: light_topics.unwrap_or_default(),
         command,

@@ -18,7 +18,7 @@ fn broken_gateway_files_are_refused_where_they_break() {
 > gateway.toml:4:1: can.body.speed: unknown key "speed"; valid keys: receive_buffer_bytes, interface
 - [ros]
 + [rosa]
-> gateway.toml:9:2: rosa: unknown key "rosa"; valid keys: profile, vehicle, source, reports, diagnostics, ros, black_box, recording, traffic_lights, turn_signal, command, can
+> gateway.toml:9:2: rosa: unknown key "rosa"; valid keys: profile, vehicle, source, reports, diagnostics, ros, black_box, status, http, recording, traffic_lights, turn_signal, command, can
 - interface = "can0"
 + interface = 0
 > gateway.toml:3:13: can.body.interface: expected a text in quotes, found 0; see config/gateway.toml
