@@ -214,7 +214,7 @@ impl GatewayIo {
     fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) {
         match output {
             Output::VehicleLights(report) => {
-                tracing::debug!("{report:?}, {lag:?} after its decision was due")
+                tracing::debug!("{report:?}, {lag:?} after its decision was due");
             }
             Output::TurnSignal(TurnSignalOutput::Decision(decision)) => {
                 reasons(decision).for_each(|reason| tracing::debug!("decision {}: {reason}", decision.turn));

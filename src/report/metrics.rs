@@ -1,4 +1,4 @@
-//! The present state as metrics for Prometheus: OpenMetrics text, or the older text format.
+//! The present state as metrics for Prometheus: `OpenMetrics` text, or the older text format.
 //!
 //! `docs/metrics.md` lists them, with a dashboard and alert rules beside it.
 
@@ -22,7 +22,7 @@ pub const OPENMETRICS: &str = "application/openmetrics-text; version=1.0.0; char
 /// Media type of [`classic`].
 pub const CLASSIC: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// The metrics as OpenMetrics text.
+/// The metrics as `OpenMetrics` text.
 pub fn openmetrics(snapshot: &Snapshot) -> String {
     let mut registry = Registry::with_prefix("signal_gateway");
     registry.register_collector(Box::new(Metrics(snapshot.clone())));
@@ -32,7 +32,7 @@ pub fn openmetrics(snapshot: &Snapshot) -> String {
     written
 }
 
-/// The metrics in the text format before OpenMetrics, in which a counter's name ends in `_total` everywhere.
+/// The metrics in the text format before `OpenMetrics`, in which a counter's name ends in `_total` everywhere.
 pub fn classic(snapshot: &Snapshot) -> String {
     let written = openmetrics(snapshot);
     let suffixes = |kind: &'static str, suffix: &'static str| {
@@ -78,6 +78,10 @@ impl Collector for Metrics {
     }
 }
 
+/// Name and help of a counter, and its value.
+type Count<T> = (&'static str, &'static str, fn(&T) -> u64);
+
+/// Labels and value.
 type Sample<'a, const N: usize, V> = ([(&'static str, &'a str); N], V);
 
 struct Writer<'a>(DescriptorEncoder<'a>);
@@ -87,14 +91,14 @@ impl Writer<'_> {
         &mut self,
         name: &str,
         help: &str,
-        unit: Option<Unit>,
+        unit: Option<&Unit>,
         samples: impl IntoIterator<Item = Sample<'a, N, f64>>,
     ) -> fmt::Result {
         let mut samples = samples.into_iter().peekable();
         if samples.peek().is_none() {
             return Ok(());
         }
-        let mut metric = self.0.encode_descriptor(name, help, unit.as_ref(), MetricType::Gauge)?;
+        let mut metric = self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?;
         samples.try_for_each(|(labels, value)| metric.encode_family(&labels)?.encode_gauge(&value))
     }
 
@@ -169,7 +173,7 @@ impl Writer<'_> {
         let valid = signals().map(|(labels, signal)| (labels, flag(signal.missing.is_none())));
         self.gauges("signal_valid", "1 while a signal has a valid value", None, valid)?;
         let ages = signals().filter_map(|(labels, signal)| Some((labels, seconds(signal.age_ms?))));
-        self.gauges("signal_age", "Time since a signal was received", Some(Unit::Seconds), ages)?;
+        self.gauges("signal_age", "Time since a signal was received", Some(&Unit::Seconds), ages)?;
         let messages = || {
             snapshot.messages.iter().map(|message| {
                 let labels = [
@@ -206,7 +210,7 @@ impl Writer<'_> {
         self.gauges("bus_receiving", "1 while frames of the vehicle profile are received", None, receiving)?;
         let load = each().filter_map(|(labels, bus)| Some((labels, bus.traffic?.load_percent? / 100.0)));
         self.gauges("bus_load_ratio", "Estimated share of the time in which a bus is busy", None, load)?;
-        let counts: [(&str, &str, fn(&BusSnapshot) -> u64); 6] = [
+        let counts: [Count<BusSnapshot>; 6] = [
             ("bus_frames", "Frames of the vehicle profile", |bus| bus.frames),
             ("bus_dropped_frames", "Frames dropped by the kernel or by the gateway", |bus| bus.drops),
             ("bus_error_frames", "Error frames", |bus| bus.error_frames),
@@ -224,7 +228,7 @@ impl Writer<'_> {
         let Some(commands) = &snapshot.commands else { return Ok(()) };
         let functions =
             [("turn_indicators", &commands.turn_indicators), ("hazard_lights", &commands.hazard_lights)];
-        let counts: [(&str, &str, fn(&FunctionSnapshot) -> u64); 3] = [
+        let counts: [Count<FunctionSnapshot>; 3] = [
             ("commands_received", "Commands received", |function| function.commands),
             ("command_driver_overrides", "Times that the driver did something else", |function| {
                 function.driver_overrides
@@ -283,7 +287,7 @@ impl Writer<'_> {
             .encode_descriptor("build", "Build of the gateway", None, MetricType::Info)?
             .encode_info(&labels)?;
         let uptime = [([], seconds(process.uptime_ms))];
-        self.gauges("uptime", "Time since the start of the gateway", Some(Unit::Seconds), uptime)?;
+        self.gauges("uptime", "Time since the start of the gateway", Some(&Unit::Seconds), uptime)?;
         if let Some(black_box) = &process.black_box {
             self.counters("black_box_written", "Black-box recordings written", [([], black_box.written)])?;
             self.counters(
@@ -301,7 +305,7 @@ impl Writer<'_> {
         self.counters("ros_restarts", "Times that the network side was replaced", [([], ros.restarts)])?;
         self.counters("ros_write_errors", "Samples that could not be written", [([], ros.write_errors)])?;
         let memory = ros.memory_bytes.map(|bytes| ([], float(bytes)));
-        self.gauges("ros_memory", "Memory of the network process", Some(Unit::Bytes), memory)?;
+        self.gauges("ros_memory", "Memory of the network process", Some(&Unit::Bytes), memory)?;
         let topics = ros
             .written
             .iter()

@@ -74,7 +74,7 @@ fn status_has_the_frames_of_the_bus_and_the_reports_of_the_reader() {
     );
     let traffic = std::iter::repeat_with(|| status(&bench)["buses"][0]["traffic"].clone());
     let traffic = traffic.inspect(|_| std::thread::sleep(Duration::from_millis(500))).take(20);
-    let measured = traffic.into_iter().find(|traffic| traffic.is_object()).unwrap();
+    let measured = traffic.into_iter().find(Value::is_object).unwrap();
     assert_eq!(
         (&measured["load_percent"], &measured["bitrate_bps"]),
         (&Value::Null, &Value::Null),
