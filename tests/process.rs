@@ -12,6 +12,7 @@ mod process {
     mod log_output;
     mod metrics_endpoint;
     mod pictures;
+    mod refusals;
     mod status_command;
     mod systemd_units;
 }

@@ -23,9 +23,10 @@ use crate::core::vehicle_lights::binding::{
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
+pub use crate::report::text::Layout;
 use crate::report::text::{counted, plain_path};
 pub use map::map;
-pub use report::{Fix, Layout, Report, ReportedFinding};
+pub use report::{Fix, Report, ReportedFinding};
 pub use survey::{bad_lines_text, recording};
 
 /// Lists the bindings of a configuration, and what was rejected of its DBCs.

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::core::plausibility::finding::Severity;
-use crate::report::text::{counted, escaped};
+use crate::report::text::{Layout, counted, escaped, wrapped};
 
 /// The facts and findings of a check.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -39,15 +39,6 @@ pub struct Fix {
     pub line: String,
 }
 
-/// How a text is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Layout {
-    /// True to write severities in colour.
-    pub has_color: bool,
-    /// Width at which lines are wrapped; `None` = never.
-    pub width: Option<usize>,
-}
-
 /// The widest heading that still has its text beside it, characters.
 const MAX_HEADING: usize = 10;
 
@@ -77,6 +68,11 @@ impl Report {
         findings
     }
 
+    /// The findings alone.
+    pub fn without_facts(&self) -> Self {
+        Self { facts: Vec::new(), findings: self.findings.clone() }
+    }
+
     /// Number of findings of a weight.
     pub fn count(&self, severity: Severity) -> usize {
         self.findings.iter().filter(|finding| finding.severity == severity).count()
@@ -88,7 +84,7 @@ impl Report {
         for Fact { heading, text: fact } in &self.facts {
             add(&mut text, &escaped(heading), "", &escaped(fact), layout);
         }
-        if !self.findings.is_empty() {
+        if !self.facts.is_empty() && !self.findings.is_empty() {
             text.push('\n');
         }
         for finding in self.findings() {
@@ -167,22 +163,10 @@ fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout
     let padding = " ".repeat((MAX_HEADING + 1).saturating_sub(heading.chars().count()).max(1));
     let reset = if color.is_empty() { "" } else { RESET };
     text.push_str(&format!("{color}{heading}{reset}{padding}"));
-    let width = layout.width.map_or(usize::MAX, |width| width.saturating_sub(indent.len()).max(30));
     // A heading that reaches into the column shortens its first line.
-    let mut used = heading.chars().count().saturating_sub(MAX_HEADING);
-    for (index, word) in body.split(' ').enumerate() {
-        let length = word.chars().count();
-        if index > 0 && used + 1 + length > width {
-            text.push('\n');
-            text.push_str(&indent);
-            used = 0;
-        } else if index > 0 {
-            text.push(' ');
-            used += 1;
-        }
-        text.push_str(word);
-        used += length;
-    }
+    let used = heading.chars().count().saturating_sub(MAX_HEADING);
+    let lines = wrapped(body, layout.width.map(|width| width.saturating_sub(indent.len())), used);
+    text.push_str(&lines.join(&format!("\n{indent}")));
     text.push('\n');
 }
 

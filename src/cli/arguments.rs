@@ -1,11 +1,14 @@
 //! Arguments of several commands: a configuration, a recording, a file for a chart.
 
+use std::fs::{File, Metadata};
+use std::io::{self, IsTerminal as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
 use super::Failure;
+use super::progress::Progress;
 use crate::check;
 use crate::config::files::Disk;
 use crate::config::ros_names::RosOverrides;
@@ -13,6 +16,7 @@ use crate::config::{Overrides, Settings, load, load_profile_for_node};
 use crate::core::can::link::BusIndex;
 use crate::io::can::formats;
 use crate::io::can::log::Log;
+use crate::io::standard_input;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
 use crate::report::text::{counted, escaped, plain_path};
@@ -83,6 +87,7 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
 
 /// As [`settings`], with what the arguments of ROS 2 replace.
 pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
+    let _progress = Progress::spinner("reading the configuration");
     let config = args.config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
     let settings = match &args.profile {
         Some(profile) if config == Path::new(DEFAULT_CONFIG) && !config.exists() => {
@@ -101,9 +106,34 @@ pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<
     Ok(settings)
 }
 
-/// Opens a recording.
-pub(super) fn open(path: &Path) -> Result<Log, Failure> {
-    Log::open(path).map_err(Failure::file(path))
+/// The occasions on which the progress of a recording is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shown {
+    /// Nothing is printed until its end.
+    Always,
+    /// Lines are printed meanwhile, which must not go to the same terminal.
+    WithoutOutput,
+}
+
+/// Opens a recording; `-` is standard input. Its progress is shown until it is closed.
+pub(super) fn open(path: &Path, shown: Shown) -> Result<Log, Failure> {
+    if shown == Shown::WithoutOutput && io::stdout().is_terminal() {
+        return Log::open(path).map_err(Failure::file(path));
+    }
+    let open = || {
+        if standard_input::is_named(path) {
+            return Log::new(Box::new(Progress::reading(
+                standard_input::stream()?,
+                None,
+                "standard input".to_owned(),
+            )));
+        }
+        let file = File::open(path)?;
+        // A pipe has no length.
+        let length = file.metadata().ok().filter(Metadata::is_file).map(|metadata| metadata.len());
+        Log::new(Box::new(Progress::reading(file, length, file_name(path))))
+    };
+    open().map_err(Failure::file(path))
 }
 
 /// Writes a chart to a file.

@@ -7,8 +7,9 @@ use std::process::ExitCode;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::Failure;
 use super::arguments::{Every, draw, file_name};
+use super::progress::Progress;
+use super::{Failure, messages};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
 use crate::config::{Overrides, Problem, Refused, load};
@@ -58,9 +59,6 @@ pub(super) struct DecideArgs {
     /// Configuration of a gateway whose decider's settings count, all but the map, instead of the scenario's
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// Print all numbers and reasons below each sentence
-    #[arg(short, long, conflicts_with = "json")]
-    verbose: bool,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
@@ -88,13 +86,15 @@ impl ValueEnum for DeciderCompat {
 }
 
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
+    let reading = Progress::spinner("reading the drive and its map");
     let mut file = drive::read(&Disk, &args.scenario)?;
+    drop(reading);
     if let Some(path) = &args.config {
         take_settings(&mut file, path)?;
     }
     let simulation = DriveSimulation::new(file)?;
     let compats = args.compat.map_or_else(|| simulation.file().compats.clone(), |compat| vec![compat]);
-    let form = match (args.json, args.verbose) {
+    let form = match (args.json, messages::options().verbose) {
         (true, _) => DriveForm::Json,
         (false, true) => DriveForm::Numbers,
         (false, false) => DriveForm::Sentences,

@@ -6,12 +6,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::open;
-use super::{Failure, start_log};
+use super::arguments::{Shown, open};
+use super::{Failure, messages};
 use crate::check::identify::Identifier;
 use crate::check::identify_text;
 use crate::io::can::formats::Content;
 use crate::io::can::log::no_frame;
+use crate::io::process_log::LogForm;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -31,15 +32,16 @@ pub(super) struct IdentifyArgs {
 }
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
-    start_log("error")?;
+    messages::start_log("error", LogForm::Messages)?;
     let unreadable = Failure::file(&args.log);
-    let mut log = open(&args.log)?;
+    let mut log = open(&args.log, Shown::Always)?;
     let mut identifier = Identifier::new()?;
     while let Some(record) = log.next_record().map_err(&unreadable)? {
         if let Content::Data(frame) = record.content {
             identifier.frame(&log.interfaces()[record.interface.0], &frame, record.stamp);
         }
     }
+    drop(log);
     if identifier.frames() == 0 {
         return Err(unreadable(no_frame()));
     }

@@ -1,22 +1,25 @@
 //! `check` and `decode`: bindings, and signals by name.
 
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{RecordingArgs, open, recording, settings};
+use super::arguments::{RecordingArgs, Shown, open, recording, settings};
+use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
-use super::{Failure, start_log};
+use super::{Failure, messages};
 use crate::check;
+use crate::check::Report;
 use crate::check::decode::Decoder;
-use crate::check::{Layout, Report};
 use crate::config::files::Disk;
 use crate::config::{Problem, Refused};
 use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
+use crate::io::process_log::LogForm;
+use crate::io::standard_input;
 use crate::replay::Replay;
 
 pub(super) const CHECK_HELP: &str = "\
@@ -69,9 +72,14 @@ pub(super) struct DecodeArgs {
 }
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    start_log("error")?;
+    messages::start_log("error", LogForm::Messages)?;
     let recorded = &args.recording;
+    if let Some(path) = recorded.log.as_deref().filter(|path| !standard_input::is_named(path)) {
+        // Before the configuration is looked at.
+        std::fs::metadata(path).map_err(Failure::file(path))?;
+    }
     if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
+        let _progress = Progress::spinner("reading the map");
         let report = check::map(&Disk, path).map_err(|reason| {
             let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
             Refused(vec![Problem::whole_file(path, reason, remedy)])
@@ -84,8 +92,8 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     if recorded.log.is_some() || settings.recording.is_some() {
         let (path, routes) = recording(recorded, &settings)?;
         let unreadable = Failure::file(&path);
-        let replay =
-            Replay::surveying(settings.gateway.clone(), open(&path)?, routes).map_err(&unreadable)?;
+        let replay = Replay::surveying(settings.gateway.clone(), open(&path, Shown::Always)?, routes)
+            .map_err(&unreadable)?;
         let (surveyed, read) = check::recording(&settings, replay);
         report.append(surveyed);
         outcome = read.map_err(unreadable);
@@ -101,12 +109,13 @@ fn is_map(path: &Path) -> bool {
 
 /// Prints a report in the form that is asked for; the exit code follows from its findings.
 fn print(args: &CheckArgs, report: &Report) -> Result<ExitCode, Failure> {
+    let report = if messages::options().quiet { &report.without_facts() } else { report };
     let text = if args.fix {
         report.patch()
     } else if args.json {
         report.json()
     } else {
-        report.text(layout())
+        report.text(messages::layout(&io::stdout()))
     };
     io::stdout().lock().write_all(text.as_bytes())?;
     let lightest = if args.strict { Severity::Note } else { Severity::Warning };
@@ -114,17 +123,8 @@ fn print(args: &CheckArgs, report: &Report) -> Result<ExitCode, Failure> {
     Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::from(4) })
 }
 
-/// Colours and wrapped lines on a terminal, neither elsewhere.
-fn layout() -> Layout {
-    if !io::stdout().is_terminal() {
-        return Layout::default();
-    }
-    let width = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
-    Layout { has_color: std::env::var_os("NO_COLOR").is_none(), width }
-}
-
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
-    start_log("warn")?;
+    messages::start_log("warn", LogForm::Messages)?;
     let settings = settings(&args.recording.config)?;
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {
@@ -135,7 +135,8 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     }
     let (path, routes) = recording(&args.recording, &settings)?;
     let unreadable = Failure::file(&path);
-    let mut replay = Replay::new(settings.gateway, open(&path)?, routes).map_err(&unreadable)?;
+    let mut replay =
+        Replay::new(settings.gateway, open(&path, Shown::WithoutOutput)?, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {

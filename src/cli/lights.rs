@@ -1,7 +1,7 @@
 //! `lights`: a scenario of traffic lights on virtual time.
 
 use std::collections::BTreeSet;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -11,11 +11,12 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::arguments::{Every, draw, file_name, seconds};
-use super::{Failure, say};
+use super::progress::Progress;
+use super::{Failure, messages};
 use crate::config::files::Disk;
-use crate::config::read_lights;
 use crate::config::scenario::{self, BulbOrder, ReadOptions, ScenarioFile};
 use crate::config::{Problem, Refused};
+use crate::config::{find_map, read_lights};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, LampSource, LightMap};
 use crate::core::time::MonoTime;
@@ -67,7 +68,7 @@ pub(super) struct LightsArgs {
     /// Scenario: OpenSCENARIO (.xosc), TIER IV's YAML, or a bench file (.toml)
     scenario: PathBuf,
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
-    #[arg(long, value_name = "FILE.osm")]
+    #[arg(long, value_name = "NAME|FILE.osm")]
     map: Option<PathBuf>,
     /// Take each id of the scenario for a light that is a group of its own, for scenarios of other kinds of maps
     #[arg(long, conflicts_with = "map")]
@@ -139,7 +140,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     if !unknown.is_empty() {
         return Err(Refused(unknown).into());
     }
-    file.not_interpreted.iter().for_each(|part| say(&part.to_string()));
+    file.not_interpreted.iter().for_each(|part| messages::note(&part.to_string()));
     let span = match args.until {
         Some(until) => Span { until, why: "given by --until" },
         None => Span::of(&file.scenario),
@@ -153,8 +154,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
 
     let mut run = Run::new(settings, span.until);
     let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map));
-    let wants_color = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    let style = if wants_color { Style::Colored } else { Style::Plain };
+    let style = if messages::layout(&io::stdout()).has_color { Style::Colored } else { Style::Plain };
     let mut writer = LightsWriter::new(Form::json_if(args.json), style);
     let mut out = io::BufWriter::new(io::stdout().lock());
     while let Some(snapshot) = run.step() {
@@ -169,7 +169,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     for (store, id, at) in run.contradictions() {
         let seconds = Duration::from_nanos(at.as_nanos()).as_secs_f64();
-        say(&format!("warning: {id} {} shows red and green from {seconds:.3} s", store.name()));
+        messages::warn(&format!("{id} {} shows red and green from {seconds:.3} s", store.name()));
     }
     let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
     // The same verdict at another time is the same verdict.
@@ -207,7 +207,9 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
         ));
     }
     if let Some(path) = &args.map {
-        return read_map(path, "give the path of a lanelet2 map with --map FILE.osm");
+        let remedy = "give a lanelet2 map with --map, by path or by the name of a built-in one";
+        let (path, remedy) = find_map(&Disk, path, remedy);
+        return read_map(&path, &remedy);
     }
     if let Some(path) = &file.map {
         return read_map(path, "it is the map that the scenario names: give another one with --map FILE.osm");
@@ -221,6 +223,7 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
+    let _progress = Progress::spinner("reading the map");
     // Positions of lamps are for viewers.
     read_lights(&Disk, path, LampSource::Drawn)
         .map(|map| map.lights)

@@ -8,12 +8,13 @@ use clap::Args;
 
 use super::arguments::{ConfigArgs, settings_of_node, speed};
 use super::ros_arguments::{self, RosArgs, RosArguments};
-use super::{Failure, start_log};
+use super::{Failure, messages};
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
 use crate::config::gateway::DEFAULT_NODE;
 use crate::config::{Overrides, load};
 use crate::daemon::{self, DaemonError, Playback};
 use crate::io::can::log::Log;
+use crate::io::process_log::LogForm;
 use crate::replay::Routes;
 use crate::report::text::escaped;
 use crate::report::view::{Style, View};
@@ -94,7 +95,8 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
 /// Reads the arguments of ROS 2 and starts the log as they say, else from `default_level` on.
 fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
     let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
-    start_log(read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level))?;
+    let level = read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level);
+    messages::start_log(level, LogForm::Timed)?;
     let read = read?;
     if !read.unknown.is_empty() {
         let known = ros_arguments::PARAMETERS;
@@ -133,7 +135,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
 /// The network side of another process.
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
-    start_log(&args.log_level)?;
+    messages::start_log(&args.log_level, LogForm::Timed)?;
     match crate::io::ros::network::process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),

@@ -7,26 +7,26 @@ mod inspect;
 mod lights;
 mod live;
 mod manual;
+mod messages;
 mod profiles;
+mod progress;
 mod replay;
 mod ros_arguments;
 mod status;
+mod unreadable;
 mod vehicle;
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::filter::LevelFilter;
 
 use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
-use crate::report::text::escaped;
 use decide::DecideArgs;
 use identify::IdentifyArgs;
 use inspect::{CheckArgs, DecodeArgs};
@@ -35,6 +35,7 @@ use lights::LightsArgs;
 use live::NetworkArgs;
 use live::{DemoArgs, RunArgs};
 use manual::{CompletionsArgs, ManArgs};
+use messages::MessageArgs;
 use profiles::ProfilesArgs;
 use replay::ReplayArgs;
 use status::StatusArgs;
@@ -45,6 +46,8 @@ use vehicle::VehicleArgs;
 #[derive(Debug, Parser)]
 #[command(name = "signal-gateway", version, max_term_width = 100, disable_help_subcommand = true, after_help = EXIT_CODES)]
 pub struct Cli {
+    #[command(flatten)]
+    messages: MessageArgs,
     #[command(subcommand)]
     command: Command,
 }
@@ -113,7 +116,9 @@ const LAST_LINES: Duration = Duration::from_millis(300);
 
 /// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
+    messages::choose_colors(std::env::args_os().skip(1));
     let cli = Cli::parse();
+    messages::set_options(cli.messages);
     let outcome = match cli.command {
         Command::Run(args) => live::run(args),
         Command::Demo(args) => live::demo(&args),
@@ -140,7 +145,7 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(failure) => {
-            say(&format!("signal-gateway: {failure}"));
+            failure.show();
             ExitCode::from(match failure {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
@@ -169,8 +174,8 @@ enum Failure {
     /// A variable of the environment.
     #[error("{0}")]
     Environment(String),
-    #[error("{0}: {1}")]
-    File(String, io::Error),
+    #[error("{}: {_1}", _0.display())]
+    File(PathBuf, io::Error),
     #[error("{0}")]
     System(#[from] io::Error),
 }
@@ -178,37 +183,18 @@ enum Failure {
 impl Failure {
     /// Makes the failure of an error of this file.
     fn file(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |error| Self::File(path.display().to_string(), error)
+        move |error| Self::File(path.to_owned(), error)
     }
-}
 
-/// Tells the caller something on standard error, in lines.
-fn say(text: &str) {
-    let lines: Vec<_> = text.split('\n').map(escaped).collect();
-    process_log::line(&lines.join("\n"));
-}
-
-/// Starts the log of messages from `default_level` on, or as `RUST_LOG` asks for.
-///
-/// # Errors
-/// A `RUST_LOG` that asks for nothing that exists.
-fn start_log(default_level: &str) -> Result<(), Failure> {
-    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
-    let quiet = "rustdds=off,ros2_client=off,mio_06=off";
-    let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
-    let refused = |directive: &str| {
-        let expected =
-            "expected error, warn, info, debug, trace or off, or MODULE=LEVEL, with commas between them";
-        Failure::Environment(format!("RUST_LOG: cannot read {directive:?}; {expected}"))
-    };
-    for directive in requested.split(',').map(str::trim).filter(|directive| !directive.is_empty()) {
-        let level = directive.rsplit_once('=').map_or(directive, |(_, level)| level);
-        level.parse::<LevelFilter>().map_err(|_| refused(directive))?;
+    /// Writes the reason, with what to do about it as far as that is known.
+    fn show(&self) {
+        match self {
+            Self::Refused(refused) => messages::refused(refused),
+            Self::File(path, error) => unreadable::show(path, error),
+            Self::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
+            Self::Usage(_) | Self::Environment(_) | Self::Daemon(_) | Self::System(_) => {
+                messages::error(&self.to_string(), "");
+            }
+        }
     }
-    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{requested}"));
-    let filter = filter.map_err(|_| refused(&requested))?;
-    if let Err(error) = process_log::start(filter) {
-        say(&format!("signal-gateway: no log: {error}"));
-    }
-    Ok(())
 }

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{RecordingArgs, open, recording, settings, speed};
+use super::arguments::{RecordingArgs, Shown, open, recording, settings, speed};
 use super::live::IsolationArgs;
-use super::{Failure, say, start_log};
+use super::{Failure, messages};
 use crate::check::bad_lines_text;
 use crate::config::Settings;
 use crate::config::gateway::Stamps;
@@ -17,6 +17,7 @@ use crate::core::time::MonoTime;
 use crate::daemon::publisher::topics;
 use crate::daemon::{self, Playback};
 use crate::io::can::log::{Log, no_frame};
+use crate::io::process_log::LogForm;
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::{Changes, JsonTimeline};
 use crate::report::text::times;
@@ -53,7 +54,7 @@ pub(super) struct ReplayArgs {
 }
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    start_log("warn")?;
+    messages::start_log("warn", LogForm::Messages)?;
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
     let json = args.json.then(|| JsonTimeline {
@@ -64,7 +65,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     if args.ros || args.speed.is_some() {
         return replay_in_time(args, settings, &path, routes, json);
     }
-    let log = open(&path)?;
+    let log = open(&path, Shown::WithoutOutput)?;
     let unreadable = Failure::file(&path);
     let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
@@ -111,14 +112,14 @@ fn write_output(
 pub(super) fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
     if let Some(first) = log.first_bad() {
-        say(&bad_lines_text(log.bad_lines(), first));
+        messages::warn(&bad_lines_text(log.bad_lines(), first));
     }
     if counts.jumps > 0 {
-        say(&format!("the recorder's clock jumped {}", times(counts.jumps)));
+        messages::warn(&format!("the recorder's clock jumped {}", times(counts.jumps)));
     }
     if counts.records > 0 && counts.foreign == counts.records {
         let names = log.interfaces().join(", ");
-        say(&format!(
+        messages::warn(&format!(
             "no frame was received on a configured interface; the log has {names}: use --map INTERFACE=BUS"
         ));
     }

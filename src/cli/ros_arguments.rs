@@ -290,7 +290,7 @@ mod tests {
                 "-p volume:=1: no such parameter; this node has config, profile and use_sim_time",
             ),
             ("-p config:=", "give a path"),
-            ("--params-file none.yaml", "none.yaml: cannot read it"),
+            ("--params-file none.yaml", "none.yaml: there is no such file"),
             ("--log-level loud", "expected debug, info, warn, error or fatal, found \"loud\""),
             ("-e /car", "-e: this node has no DDS security"),
             ("--log-config-file x", "RUST_LOG"),

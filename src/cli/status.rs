@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::{Failure, say};
+use super::{Failure, messages};
 use crate::core::diagnostics::Level;
 use crate::io::snapshots::client::{ClientError, StatusClient};
 use crate::report::status::text;
@@ -40,14 +40,11 @@ pub(super) struct StatusArgs {
     /// Go on, twice a second, until Ctrl-C or until the gateway ends
     #[arg(long)]
     watch: bool,
-    /// Print nothing: the exit code says it
-    #[arg(short, long, conflicts_with_all = ["json", "watch"])]
-    quiet: bool,
 }
 
 pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
     let unreachable = |error: ClientError| {
-        say(&format!("signal-gateway: no status from {}: {error}{}", args.socket.display(), remedy(&error)));
+        messages::error(&format!("no status from {}: {error}", args.socket.display()), remedy(&error));
         Ok(ExitCode::from(UNREACHABLE))
     };
     let mut client = match StatusClient::connect(&args.socket) {
@@ -59,7 +56,7 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
             Ok(received) => received,
             Err(error) => return unreachable(error),
         };
-        if !args.quiet {
+        if !messages::options().quiet {
             print(&if args.json { line } else { text(&snapshot) }, args)?;
         }
         if !args.watch {
@@ -89,9 +86,9 @@ fn remedy(error: &ClientError) -> &'static str {
     let ClientError::Socket(error) = error else { return "" };
     let kind = error.kind();
     if [io::ErrorKind::NotFound, io::ErrorKind::ConnectionRefused].contains(&kind) {
-        "; is the service running? give the path of another socket with --socket"
+        "start the service, or give the path of another socket with --socket"
     } else if kind == io::ErrorKind::PermissionDenied {
-        "; its group may read it: sudo usermod -aG signal-gateway $USER"
+        "join the group of the service: sudo usermod -aG signal-gateway $USER"
     } else {
         ""
     }

@@ -9,7 +9,7 @@ use clap::Args;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::arguments::{ConfigArgs, seconds, settings};
-use super::{Failure, say, start_log};
+use super::{Failure, messages};
 use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
@@ -19,6 +19,7 @@ use crate::core::time::WallStamp;
 use crate::daemon::vehicle::{RunEvent, VehicleRun, run_vehicle};
 use crate::desk;
 use crate::io::can::controller::has_controller;
+use crate::io::process_log::LogForm;
 use crate::report::Form;
 use crate::report::vehicle::{CandumpLog, line};
 
@@ -96,7 +97,7 @@ pub(super) struct VehicleArgs {
 }
 
 pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
-    start_log("warn")?;
+    messages::start_log("warn", LogForm::Messages)?;
     let mut settings = settings(&args.config)?;
     choose_interfaces(args, &mut settings)?;
     let plan = settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()))?;
@@ -120,8 +121,8 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
     for bus in &settings.gateway.buses {
         refuse_controller(&bus.interface)?;
     }
-    if form == Form::Text && io::stdout().is_terminal() {
-        say(&title(settings, &run.plan));
+    if form == Form::Text && io::stdout().is_terminal() && !messages::options().quiet {
+        messages::say(&title(settings, &run.plan));
     }
     run.lines = Some(lines_of_stdin());
     let mut out = io::stdout().lock();
@@ -135,9 +136,9 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
             RunEvent::SendFailed(bus, why) => {
                 let bus = settings.gateway.buses.get(usize::from(bus.0));
                 let interface = bus.map_or("?", |bus| bus.interface.as_str());
-                say(&format!("nothing can be sent on {interface}: {}", reason(why)));
+                messages::warn(&format!("nothing can be sent on {interface}: {}", reason(why)));
             }
-            RunEvent::InvalidRequest(error) => say(&format!("request: {error}")),
+            RunEvent::InvalidRequest(error) => messages::warn(&format!("request: {error}")),
         }
         Ok(())
     })?;
@@ -155,7 +156,7 @@ fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> 
             return writeln!(out, "{line}");
         }
         if let Output::Happened(VehicleEvent::NotPossible(why)) = output {
-            say(&format!("without effect on the bus: {why}"));
+            messages::warn(&format!("without effect on the bus: {why}"));
         }
         Ok(())
     })?;

@@ -3,6 +3,8 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use crate::io::standard_input;
+
 /// Every built-in file by its path in the project, ascending; `build.rs` lists them.
 const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/built_in.rs"));
 
@@ -85,8 +87,11 @@ impl BuiltIn {
     }
 }
 
-/// The path as people read it: `built-in profile hyundai_kia` of a built-in file, else the path itself.
+/// The path as people read it: `built-in profile hyundai_kia` of a built-in file, `standard input`, else the path itself.
 pub fn display(path: &Path) -> String {
+    if standard_input::is_named(path) {
+        return "standard input".to_owned();
+    }
     let Some(built_in) = project_path(path) else { return path.display().to_string() };
     let built_in = built_in.to_string_lossy();
     let name = |kind: BuiltIn| Some((kind, kind.name_of(&built_in)?));

@@ -4,11 +4,13 @@
 use std::path::Path;
 
 use super::built_in::files_in;
+use super::file_kind::FileKind;
 use super::files::{Embedded, Files};
 use super::reading::checker::{Checker, Keywords, LocatedText};
 use super::reading::fields::Fields;
 use super::reading::location::Text;
-use super::reading::problem::Problem;
+use super::reading::near_miss::did_you_mean;
+use super::reading::problem::{Problem, cannot_read};
 use super::reading::toml_text::from_toml;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters};
@@ -52,7 +54,11 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
     if !codes.contains(&given) {
         return Err(NoCountry::Nowhere {
             reason: format!("there are no rules for {given:?}"),
-            remedy: format!("give {}, the path of a file like {SEE}, or leave it out", codes.join(", ")),
+            remedy: did_you_mean(
+                given,
+                codes.iter().copied(),
+                format!("give {}, the path of a file like {SEE}, or leave it out", codes.join(", ")),
+            ),
         });
     }
     read(&Embedded, Path::new(&format!("config/countries/{given}.toml")))
@@ -97,12 +103,13 @@ fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Opti
 fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
     let one = |problem| NoCountry::Refused(vec![problem]);
     let bytes = files.read(path).map_err(|error| NoCountry::Nowhere {
-        reason: format!("{}: cannot read it: {error}", path.display()),
+        reason: format!("{}: {}", path.display(), cannot_read(&error)),
         remedy: format!(
             "give the path of a country's rules, relative to this file, or {}",
             built_in().join(", ")
         ),
     })?;
+    FileKind::Country.expect(path, &bytes).map_err(one)?;
     let text = Text::new(path, bytes).map_err(one)?;
     let root = from_toml(&text, SEE).map_err(one)?;
     let checker = Checker::new(&text.file, SEE);

@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::built_in;
+use crate::io::standard_input;
 
 /// The largest file that is read, bytes: a file named by mistake must not fill memory.
 const MAX_BYTES: u64 = 1 << 30;
@@ -16,9 +17,22 @@ pub trait Files {
     /// # Errors
     /// An error of the source, such as a missing file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// Looks for a file without reading it, where the source can; true for a folder.
+    ///
+    /// # Errors
+    /// An error of the source, such as a missing file.
+    fn is_folder(&self, path: &Path) -> io::Result<bool> {
+        match self.read(path) {
+            Ok(_) => Ok(false),
+            Err(error) if error.kind() == io::ErrorKind::IsADirectory => Ok(true),
+            Err(error) => Err(error),
+        }
+    }
 }
 
-/// The file system of the machine; and the built-in files, by the paths that [`BuiltIn::path`](built_in::BuiltIn::path) gives.
+/// The file system of the machine, with standard input as `-`; and the built-in files, by the paths that
+/// [`BuiltIn::path`](built_in::BuiltIn::path) gives.
 #[derive(Debug, Clone, Copy)]
 pub struct Disk;
 
@@ -27,13 +41,27 @@ impl Files for Disk {
         if let Some(path) = built_in::project_path(path) {
             return Embedded.read(&path);
         }
+        if standard_input::is_named(path) {
+            return at_most(standard_input::content(MAX_BYTES)?, MAX_BYTES);
+        }
         read_at_most(File::open(path)?, MAX_BYTES)
+    }
+
+    fn is_folder(&self, path: &Path) -> io::Result<bool> {
+        if built_in::project_path(path).is_some() || standard_input::is_named(path) {
+            return Ok(false);
+        }
+        Ok(path.metadata()?.is_dir())
     }
 }
 
 fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(most + 1).read_to_end(&mut bytes)?;
+    at_most(bytes, most)
+}
+
+fn at_most(bytes: Vec<u8>, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {most} bytes")));
     }

@@ -2,9 +2,13 @@
 
 use std::borrow::Cow;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::built_in::BuiltIn;
+use super::file_kind::FileKind;
 use super::files::Files;
+use super::named_file;
+use super::reading::problem::cannot_read;
 use crate::core::map::error::MapError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::{LampSource, LightMap};
@@ -22,6 +26,14 @@ pub struct MapLights {
     pub lights: LightMap,
     /// The reason why lamps have no positions; `None` when they have.
     pub unplaced: Option<MapError>,
+}
+
+/// The path of a map that is given by name, or by a path relative to the working directory; with the advice for one that does
+/// not exist.
+pub fn find_map(files: &dyn Files, given: &Path, otherwise: &str) -> (PathBuf, String) {
+    let path = named_file::find_here(BuiltIn::Map, files, given);
+    let remedy = named_file::remedy(BuiltIn::Map, files, &path, otherwise);
+    (path, remedy)
 }
 
 /// Reads the lights of a map from a file, or from `lanelet2_map.osm` in a folder.
@@ -69,11 +81,17 @@ impl MapFile {
             Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
                 let path = path.join(MAP_NAME);
                 let outcome = files.read(&path);
+                if outcome.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
+                    return Err(format!("this is a folder without a {MAP_NAME}"));
+                }
                 (Cow::from(path), outcome)
             }
             outcome => (path.into(), outcome),
         };
-        let bytes = outcome.map_err(|error| format!("cannot read it: {error}"))?;
+        let bytes = outcome.map_err(|error| cannot_read(&error))?;
+        if let Some((reason, _)) = FileKind::Map.mismatch(&bytes) {
+            return Err(reason);
+        }
         let osm = osm::read(&bytes).map_err(|error| error.to_string())?;
         Ok(Self { osm, given: projector(files, &path)? })
     }

@@ -13,6 +13,7 @@
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`built_in`] | files in the binary by name |
 //! | `named_file` | files by path, or by the name of a built-in one |
+//! | [`file_kind`] | kinds of files, recognised by their content |
 //! | [`ros_names`], [`ros_parameters`] | names of ROS 2 and remapping, files of parameters |
 //! | [`files`] | sources of files: the disk, or the binary itself |
 //! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
@@ -22,6 +23,7 @@ pub mod country;
 mod decider;
 mod dimensions;
 pub mod drive;
+pub mod file_kind;
 pub mod files;
 pub mod gateway;
 mod map;
@@ -33,5 +35,6 @@ pub mod scenario;
 mod vehicle;
 
 pub use gateway::{Overrides, Settings, load, load_profile, load_profile_for_node};
-pub use map::{MapLights, read_lane_network, read_lights};
+pub use map::{MapLights, find_map, read_lane_network, read_lights};
+pub use reading::near_miss::nearest;
 pub use reading::problem::{Problem, Refused};

@@ -10,11 +10,11 @@ use super::reading::fields::Fields;
 /// The path to read of a file that is given by name or path: `path`, unless only a built-in file has this name.
 pub(super) fn find(kind: BuiltIn, files: &dyn Files, given: &str, path: PathBuf) -> PathBuf {
     let Some(built_in) = kind.path(given) else { return path };
-    match files.read(&path).map_err(|error| error.kind()) {
+    match files.is_folder(&path).map_err(|error| error.kind()) {
         // A folder stands for the map in it.
-        Err(io::ErrorKind::IsADirectory) if kind == BuiltIn::Map => path,
-        Err(io::ErrorKind::NotFound | io::ErrorKind::IsADirectory) => built_in,
-        Ok(_) | Err(_) => path,
+        Ok(is_folder) if !is_folder || kind == BuiltIn::Map => path,
+        Ok(_) | Err(io::ErrorKind::NotFound) => built_in,
+        Err(_) => path,
     }
 }
 
@@ -36,7 +36,7 @@ pub(super) fn path_at(
 
 /// The remedy for a file that cannot be used: if there is none, the built-in names that were probably meant.
 pub(super) fn remedy(kind: BuiltIn, files: &dyn Files, path: &Path, otherwise: &str) -> String {
-    match files.read(path) {
+    match files.is_folder(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => kind.did_you_mean(path, otherwise),
         Ok(_) | Err(_) => otherwise.to_owned(),
     }

@@ -9,4 +9,5 @@ pub mod process_log;
 pub mod recorder;
 pub mod ros;
 pub mod snapshots;
+pub mod standard_input;
 pub mod systemd;

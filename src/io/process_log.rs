@@ -7,7 +7,7 @@
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
-use std::io::{self, IsTerminal as _};
+use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -15,8 +15,10 @@ use std::time::{Duration, Instant};
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::filter::EnvFilter;
-use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields, MakeWriter};
 use tracing_subscriber::layer::{Context, Filter, Layer, SubscriberExt as _};
+use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::journal;
@@ -44,12 +46,21 @@ struct ProcessLog {
     reported: AtomicU64,
 }
 
-/// Starts the log with the messages that `filter` lets through; under systemd without time and colour, which the
-/// journal adds. A second start changes nothing.
+/// The form of the log's lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LogForm {
+    /// With time and level, as of a process that runs for long; under systemd without time and colour, which the journal
+    /// adds.
+    Timed,
+    /// With a word for the level, `warning: …`, as of a command that somebody waits for.
+    Messages,
+}
+
+/// Starts the log with the messages that `filter` lets through. A second start changes nothing.
 ///
 /// # Errors
 /// Standard error that cannot be duplicated, or a thread that cannot be started.
-pub fn start(filter: EnvFilter) -> io::Result<()> {
+pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()> {
     if LOG.get().is_some() {
         return Ok(());
     }
@@ -71,13 +82,14 @@ pub fn start(filter: EnvFilter) -> io::Result<()> {
         .with_writer(LineWriter)
         .with_target(false)
         .log_internal_errors(false)
-        .with_ansi(io::stderr().is_terminal());
-    let layer = if is_journal {
-        JournalLayer.boxed()
-    } else if std::env::var_os("JOURNAL_STREAM").is_some() {
-        layer.without_time().with_ansi(false).boxed()
-    } else {
-        layer.boxed()
+        .with_ansi(has_color);
+    let layer = match form {
+        _ if is_journal => JournalLayer.boxed(),
+        LogForm::Messages => layer.event_format(MessageFormat).boxed(),
+        LogForm::Timed if std::env::var_os("JOURNAL_STREAM").is_some() => {
+            layer.without_time().with_ansi(false).boxed()
+        }
+        LogForm::Timed => layer.boxed(),
     };
     let subscriber = tracing_subscriber::registry().with(filter).with(layer.with_filter(KindLimit));
     // Already started by somebody else: nothing to do.
@@ -203,6 +215,35 @@ impl<S: Subscriber> Layer<S> for JournalLayer {
         event.record(&mut text);
         let fields = [("TARGET", event.metadata().target()), ("INTERFACE", text.interface.as_str())];
         log.write(*event.metadata().level(), &format!("{}{}", text.message, text.more), &fields);
+    }
+}
+
+/// Writes an event as compilers do: `warning: …`.
+struct MessageFormat;
+
+impl<S, N> FormatEvent<S, N> for MessageFormat
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(
+        &self,
+        context: &FmtContext<'_, S, N>,
+        mut line: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let (word, color) = match *event.metadata().level() {
+            Level::ERROR => ("error", "31"),
+            Level::WARN => ("warning", "33"),
+            _ => ("note", "32"),
+        };
+        if line.has_ansi_escapes() {
+            write!(line, "\u{1b}[1m\u{1b}[{color}m{word}\u{1b}[0m: ")?;
+        } else {
+            write!(line, "{word}: ")?;
+        }
+        context.format_fields(line.by_ref(), event)?;
+        writeln!(line)
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`view`] | the present state, on a terminal |
 //! | [`metrics`] | the same for Prometheus |
 //! | [`status`] | the present state of a running gateway |
+//! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
 //!
@@ -22,6 +23,7 @@ pub mod drive;
 pub mod gateway;
 pub mod lights;
 pub mod metrics;
+pub mod refusal;
 pub mod status;
 pub mod text;
 pub mod vehicle;

@@ -17,6 +17,40 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
+/// How a text is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Layout {
+    /// True to write severities in colour.
+    pub has_color: bool,
+    /// Width at which lines are wrapped; `None` = never.
+    pub width: Option<usize>,
+}
+
+/// The narrowest column in which a text is wrapped, characters.
+const MIN_COLUMN: usize = 30;
+
+/// The lines of a text that is wrapped between words in a column of `width`; `used` characters of the first line are taken.
+pub fn wrapped(text: &str, width: Option<usize>, used: usize) -> Vec<String> {
+    let width = width.map_or(usize::MAX, |width| width.max(MIN_COLUMN));
+    let mut lines = vec![String::new()];
+    let mut used = used;
+    for (index, word) in text.split(' ').enumerate() {
+        let length = word.chars().count();
+        if index > 0 && used.saturating_add(1 + length) > width {
+            lines.push(String::new());
+            used = 0;
+        } else if let Some(line) = lines.last_mut().filter(|_| index > 0) {
+            line.push(' ');
+            used += 1;
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(word);
+        }
+        used += length;
+    }
+    lines
+}
+
 /// `once`, or `3 times`.
 pub fn times(count: u64) -> String {
     if count == 1 { "once".to_owned() } else { format!("{count} times") }

@@ -6,21 +6,21 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-const DEMO: &str = "config/demo.toml";
+pub(super) const DEMO: &str = "config/demo.toml";
 
-fn gateway(args: &[&str]) -> Output {
+pub(super) fn gateway(args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
     command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("RUST_LOG").env("COLUMNS", "100");
     command.args(args).output().unwrap()
 }
 
-fn out(args: &[&str]) -> String {
+pub(super) fn out(args: &[&str]) -> String {
     let output = gateway(args);
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn refused(code: i32, args: &[&str]) -> String {
+pub(super) fn refused(code: i32, args: &[&str]) -> String {
     let output = gateway(args);
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
@@ -156,61 +156,6 @@ fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
 }
 
 #[test]
-fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
-    refused(2, &["fly"]);
-    refused(2, &["replay", "--speed", "fast"]);
-    refused(2, &["check", "--config", DEMO, "--ros-args", "-r", "a:=b"]);
-    let text = refused(2, &["run", "--ros-args", "-p", "volume:=1"]);
-    assert!(text.contains("-p volume:=1: no such parameter; this node has config, profile"), "{text}");
-    let looped = ["run", "--config", DEMO, "--ros-args", "--remap", "a:=b", "-e", "/car"];
-    assert!(refused(2, &looped).contains("docs/security.md"));
-    refused(2, &["replay", "x.log", "--config", DEMO, "--map", "can1=nosuch"]);
-    let profile = refused(3, &["check", "--profile", "hyundai_ki"]);
-    let expected = "hyundai_ki: cannot read it: No such file or directory (os error 2); did you mean the built-in \
-                    profile hyundai_kia?\n";
-    assert_eq!(profile, format!("signal-gateway: {expected}"));
-    let missing = refused(3, &["run", "--config", "/nonexistent/gateway.toml"]);
-    assert!(missing.contains("/nonexistent/gateway.toml: cannot read it"), "{missing}");
-    let (folder, path) = file("bad.toml", "profile = \"x.toml\"\n[ros]\nnod = \"a\"\n");
-    let text = refused(3, &["check", "--config", path.to_str().unwrap()]);
-    assert!(text.contains("bad.toml:3:1: ros.nod: unknown key \"nod\""), "{text}");
-    drop(folder);
-    let text = refused(1, &["replay", "/nonexistent/drive.log", "--config", DEMO]);
-    assert!(text.contains("/nonexistent/drive.log"), "{text}");
-}
-
-#[test]
-fn advice_for_many_problems_is_given_once() {
-    let text = refused(3, &["check", "--config", "config/vehicles/demo_vehicle.toml"]);
-    assert!(text.matches("unknown key").count() > 1, "{text}");
-    assert_eq!(text.matches("valid keys: ").count(), 1, "{text}");
-}
-
-#[test]
-fn a_recording_without_a_frame_or_of_another_kind_ends_with_1() {
-    for (content, expected) in [
-        (&b""[..], "drive.log: the file is empty"),
-        (
-            b"\x89PNG\r\n\x1A\n",
-            "drive.log: format not recognised: it looks like a picture (PNG); these are read",
-        ),
-        (b"PK\x03\x04", "it looks like a zip archive"),
-        (b"(1.0) can0 12\nx\n", "drive.log: not one frame was read"),
-    ] {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("drive.log");
-        std::fs::write(&path, content).unwrap();
-        for command in
-            [&["decode"][..], &["replay"], &["replay", "--json"], &["replay", "--speed", "100"], &["check"]]
-        {
-            let args = [command, &[path.to_str().unwrap(), "--config", DEMO]].concat();
-            let text = refused(1, &args);
-            assert!(text.contains(expected), "{args:?}: {text}");
-        }
-    }
-}
-
-#[test]
 fn check_finds_what_a_recording_lacks() {
     let check = |lines: &[&str], args: &[&str]| {
         let (_folder, log) = log_of(lines);
@@ -284,6 +229,13 @@ fn output_may_be_cut_off_anywhere() {
         &["check", "--config", DEMO],
         &["replay", "--config", DEMO],
         &["replay", "--config", DEMO, "--json"],
+        &["decode", "--config", DEMO],
+        &["identify", "config/demo.log.gz"],
+        &["profiles", "list"],
+        &["profiles", "show", "hyundai_kia"],
+        &["lights", "bench"],
+        &["decide", "crossing_left"],
+        &["vehicle", "--profile", "hyundai_kia", "--candump"],
         &["--help"],
         &["lights", "--help"],
     ] {
@@ -413,11 +365,11 @@ fn a_vehicle_or_request_that_cannot_be_simulated_is_refused() {
     drop(folder);
 }
 
-fn log_of(lines: &[&str]) -> (tempfile::TempDir, PathBuf) {
+pub(super) fn log_of(lines: &[&str]) -> (tempfile::TempDir, PathBuf) {
     file("drive.log", &(lines.join("\n") + "\n"))
 }
 
-fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
+pub(super) fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = Path::new(folder.path()).join(name);
     std::fs::write(&path, text).unwrap();

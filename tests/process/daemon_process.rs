@@ -176,11 +176,11 @@ fn black_box_that_cannot_be_written_is_reported_and_the_gateway_runs_on() {
 #[test]
 fn errors_of_the_configuration_are_reported_with_their_position_and_exit_code_3() {
     let spoilt = [
-        ("profile = 3\n", "gateway.toml:1:11: profile: "),
-        ("profile = \"demo_vehicle.toml\"\n[can.body]\ninterface = \"can/0\"\n", "gateway.toml:3:13: "),
-        ("profile = \"demo_vehicle.toml\"\nsource = \n", "gateway.toml:2:10: "),
-        ("profile = \"none.toml\"\n[can.body]\ninterface = \"can0\"\n", "gateway.toml:1:11: "),
-        ("profile = \"no_dbc.toml\"\n[can.body]\ninterface = \"can0\"\n", "no_dbc.toml:3:7: "),
+        ("profile = 3\n", "gateway.toml:1:11"),
+        ("profile = \"demo_vehicle.toml\"\n[can.body]\ninterface = \"can/0\"\n", "gateway.toml:3:13"),
+        ("profile = \"demo_vehicle.toml\"\nsource = \n", "gateway.toml:2:10"),
+        ("profile = \"none.toml\"\n[can.body]\ninterface = \"can0\"\n", "gateway.toml:1:11"),
+        ("profile = \"no_dbc.toml\"\n[can.body]\ninterface = \"can0\"\n", "no_dbc.toml:3:7"),
     ];
     for (text, position) in spoilt {
         let folder = Folder::with_demo_vehicle("can0", "");

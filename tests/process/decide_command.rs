@@ -249,23 +249,23 @@ lines = [{ from_m = 110, to_m = 120, offset_m = 1 }]
 fn wrong_files_are_refused_with_location_key_and_remedy() {
     let with = |more: &str| format!("{TURN}{more}");
     let cases = [
-        ("map.osm", "no.osm", "turn.toml:1:7: map: no.osm: cannot read it"),
-        ("until_m", "untilm", "turn.toml:2:1: untilm: unknown key \"untilm\"; valid keys: name,"),
-        ("[2], [3]", "[2], [4]", "route.segments[3][1]: the map has no lanelet 4; it has 1, 2, 3, 11"),
+        ("map.osm", "no.osm", "error: map: no.osm: there is no such file\n --> turn.toml:1:7\n"),
+        (
+            "until_m",
+            "untilm",
+            "untilm: unknown key \"untilm\"\n --> turn.toml:2:1\n  |\n2 | untilm = 130\n  | ^^^^^^\n  |\n  = help: did you mean until_m?\n",
+        ),
+        ("[2], [3]", "[2], [4]", "route.segments[3][1]: the map has no lanelet 4\n"),
         (
             "[1, 11], [2], [3]",
             "[\"x\"]",
-            "signal-gateway: turn.toml:4:14: route.segments[1][1]: expected a number, found the text \"x\"; give a whole number",
+            "route.segments[1][1]: expected a number, found the text \"x\"\n --> turn.toml:4:14\n",
         ),
         ("[2], [3]", "[3]", "lanelet 3 follows no lanelet of the segment before"),
         ("[2], [3]", "[2], [1]", "the route lists lanelet 1 twice"),
-        ("mps = 10", "mps = -1", "drive.speed[1].mps: -1 m/s is out of range; give 0 to 100 m/s"),
-        (
-            "mps = 10",
-            "mps = \"x\"",
-            "drive.speed[1].mps: expected a number, found the text \"x\"; give 0 to 100 m/s",
-        ),
-        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"; give AT, CH,"),
+        ("mps = 10", "mps = -1", "drive.speed[1].mps: -1 m/s is out of range\n"),
+        ("mps = 10", "mps = \"x\"", "drive.speed[1].mps: expected a number, found the text \"x\"\n"),
+        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"\n"),
         ("until_m = 130", "until_m =", "turn.toml:2:"),
     ];
     for (part, other, expected) in cases {
@@ -281,22 +281,16 @@ fn wrong_files_are_refused_with_location_key_and_remedy() {
         ),
         (
             "[parameters]\nturn_signal_search_time = -1\n",
-            "parameters.turn_signal_search_time: invalid value -1; give seconds, 0 to 3600",
+            "parameters.turn_signal_search_time: invalid value -1\n",
         ),
-        ("[[expect]]\nfrom_m = 1\nto_m = 9\n", "expect[1]: nothing is expected; give command, hazard"),
+        ("[[expect]]\nfrom_m = 1\nto_m = 9\n", "expect[1]: nothing is expected\n"),
         (
             "[[expect]]\nfrom_m = 9\nto_m = 1\ncommand = \"LEFT\"\n",
             "expect[1]: from 9 to 1 m nothing is left",
         ),
         ("[[expect]]\nto_m = 1\ncommand = \"LEFT\"\n", "expect[1]: missing key: from_m"),
-        (
-            "[[disturbance]]\nkind = \"snow\"\nat_m = 1\n",
-            "disturbance[1].kind: unknown value \"snow\"; give one of odometry_gap,",
-        ),
-        (
-            "[[disturbance]]\nkind = \"nan_pose\"\nfor_s = 1\n",
-            "disturbance[1]: neither at_m nor at_s; give a position or a time",
-        ),
+        ("[[disturbance]]\nkind = \"snow\"\nat_m = 1\n", "disturbance[1].kind: unknown value \"snow\"\n"),
+        ("[[disturbance]]\nkind = \"nan_pose\"\nfor_s = 1\n", "disturbance[1]: neither at_m nor at_s\n"),
         (
             "[[disturbance]]\nkind = \"reroute\"\nat_m = 5\nsegments = [[3]]\n",
             "the vehicle is 111.0 m away from the new route",

@@ -95,7 +95,7 @@ fn status_shows_what_is_published_and_its_exit_code_the_level() {
     let output = gateway.status(&[]);
     assert_eq!((code(&output), output.stdout.len()), (8, 0));
     let error = String::from_utf8(output.stderr).unwrap();
-    assert!(error.contains("status.sock") && error.contains("is the service running?"), "{error}");
+    assert!(error.contains("status.sock") && error.contains("start the service"), "{error}");
     assert!(!gateway.socket().exists(), "the socket goes with the gateway");
 }
 

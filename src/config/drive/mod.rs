@@ -24,13 +24,13 @@ pub use setting::{SpeedProfile, Stop};
 
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::decider;
+use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
 use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
-use crate::config::reading::location::Text;
-use crate::config::reading::problem::{Problem, Refused};
+use crate::config::reading::problem::Refused;
 use crate::config::reading::toml_text::from_toml;
 use crate::core::map::geometry::Point;
 use crate::core::map::lane_network::LaneNetwork;
@@ -87,10 +87,7 @@ pub struct DriveFile {
 pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     let path = &named_file::find_here(BuiltIn::Drive, files, path);
     let missing = BuiltIn::Drive.did_you_mean(path, "give the path of a drive scenario");
-    let text = Text::read(path, files.read(path), &missing)?.not_blank()?;
-    if path.extension().is_none_or(|extension| extension != "toml") {
-        return Err(Problem::whole_file(path, "expected a TOML file", "name it .toml").into());
-    }
+    let text = FileKind::Drive.read(files, path, &missing)?.not_blank()?;
     let root = from_toml(&text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
     let file = Fields::of(&checker, &root).and_then(|top| interpret(files, top));

@@ -1,6 +1,7 @@
 //! `[can.*]`: the interface of each bus.
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::near_miss::did_you_mean;
 
 const DEFAULT_RECEIVE_BUFFER: usize = 4 << 20;
 
@@ -30,7 +31,8 @@ pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig>
     for entry in top.entries("can", "write [can.<bus>]") {
         if is_known && !buses.contains(&entry.key.as_str()) {
             let reason = format!("the vehicle profile has no bus {}", entry.key);
-            checker.refuse(&entry.location, reason, &format!("it has {}", buses.join(", ")));
+            let all = format!("it has {}", buses.join(", "));
+            checker.refuse(&entry.location, reason, &did_you_mean(&entry.key, buses.iter().copied(), all));
         }
         let Some(fields) = Fields::of(checker, &entry.value) else { continue };
         if let Some(can) = can(&fields) {

@@ -24,19 +24,21 @@ pub use status::StatusConfig;
 
 pub use super::vehicle::LoadedDbc;
 
-use super::built_in::BuiltIn;
+use super::built_in::{BuiltIn, display};
+use super::file_kind::FileKind;
 use super::files::Files;
 use super::named_file::{find, find_here};
 use super::reading::checker::{Checker, Keywords};
 use super::reading::fields::Fields;
 use super::reading::location::{Location, Text};
-use super::reading::problem::{Problem, Refused, remedy_of};
+use super::reading::problem::{Problem, Refused, cannot_read, remedy_of};
 use super::reading::toml_text::from_toml;
 use super::ros_names::RosOverrides;
 use super::vehicle::{self, SEE, Vehicle};
 use crate::core::command::settings::CommandBinding;
 use crate::core::gateway::GatewaySettings;
 use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
+use crate::io::standard_input;
 use can::{CanConfig, cans};
 use command::CommandConfig;
 use traffic_lights::{LightTopics, traffic_lights};
@@ -55,6 +57,8 @@ pub enum SourceKind {
 const SOURCES: Keywords<SourceKind> =
     &[("socketcan", SourceKind::Socketcan), ("recording", SourceKind::Recording)];
 
+const MISSING_CONFIGURATION: &str = "give a configuration with --config FILE, or only a vehicle with --profile NAME: `signal-gateway profiles list` \
+     names them, `signal-gateway identify LOG` finds the one that fits a recording";
 const MISSING_PROFILE: &str =
     "give the path of a vehicle profile, or a name of `signal-gateway profiles list`";
 const MISSING_NAMED_PROFILE: &str =
@@ -120,9 +124,10 @@ pub struct Overrides {
 /// # Errors
 /// Every problem found.
 pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Settings, Refused> {
-    let text = Text::read(path, files.read(path), "give the path of a configuration with --config")?;
+    let text = FileKind::Gateway.read(files, path, MISSING_CONFIGURATION)?;
     let profile = overrides.profile.as_ref().map(|given| {
-        let path = std::path::absolute(given).unwrap_or_else(|_| given.clone());
+        let is_path = !standard_input::is_named(given);
+        let path = std::path::absolute(given).ok().filter(|_| is_path).unwrap_or_else(|| given.clone());
         find(BuiltIn::Profile, files, &given.to_string_lossy(), path)
     });
     let profile = profile.as_deref().map_or(Profile::Named, Profile::Chosen);
@@ -224,7 +229,7 @@ fn read_profile(
     let checker = top.checker;
     let bytes = files.read(path).map_err(|error| {
         let missing = BuiltIn::Profile.did_you_mean(path, MISSING_NAMED_PROFILE);
-        let reason = format!("{}: cannot read it: {error}", path.display());
+        let reason = format!("{}: {}", display(path), cannot_read(&error));
         checker.refuse(at, reason, remedy_of(&error, &missing));
         None
     });

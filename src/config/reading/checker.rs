@@ -10,6 +10,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::location::{Location, SourceLocation, line};
+use super::near_miss::did_you_mean;
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
@@ -195,7 +196,8 @@ impl Checker {
         if found.is_none() {
             let known: Vec<_> = keywords.iter().map(|(keyword, _)| *keyword).collect();
             let reason = format!("unknown value {:?}", given.text);
-            self.refuse(&given.location, reason, &format!("give one of {}", known.join(", ")));
+            let all = format!("give one of {}", known.join(", "));
+            self.refuse(&given.location, reason, &did_you_mean(&given.text, known, all));
         }
         found.map(|(_, value)| *value)
     }

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use super::checker::{Checker, LocatedText};
 use super::location::Location;
+use super::near_miss::did_you_mean;
 use super::value::{Entry, Kind, Value};
 use crate::config::ros_names::{is_name, is_topic};
 
@@ -274,13 +275,15 @@ impl<'c> Fields<'c> {
         if self.is_open.get() {
             return;
         }
-        let known = self.known.into_inner();
-        let remedy = match known.as_slice() {
+        let known = self.known.borrow();
+        let all = match known.as_slice() {
             [] => "remove it".to_owned(),
             known => format!("valid keys: {}", known.join(", ")),
         };
+        let missing: Vec<_> = known.iter().copied().filter(|key| !self.has(key)).collect();
         for entry in self.entries.iter().filter(|entry| !known.contains(&entry.key.as_str())) {
             let reason = format!("unknown key {:?} {}", entry.key, self.form.get());
+            let remedy = did_you_mean(&entry.key, missing.iter().copied(), all.as_str());
             self.checker.refuse(&entry.location, reason.trim_end(), &remedy);
         }
     }

@@ -30,15 +30,26 @@ impl Problem {
 
     /// The problem of a file that cannot be read; `remedy` is for one that does not exist.
     pub(crate) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
-        Self::whole_file(file, format!("cannot read it: {error}"), remedy_of(error, remedy))
+        Self::whole_file(file, cannot_read(error), remedy_of(error, remedy))
     }
+}
+
+/// The reason for a file that could not be read, in words where the system has none for people.
+pub(crate) fn cannot_read(error: &io::Error) -> String {
+    let known = [
+        (io::ErrorKind::NotFound, "there is no such file"),
+        (io::ErrorKind::IsADirectory, "this is a folder, not a file"),
+        (io::ErrorKind::PermissionDenied, "cannot read it: permission denied"),
+    ];
+    let text = known.iter().find(|(kind, _)| *kind == error.kind());
+    text.map_or_else(|| format!("cannot read it: {error}"), |(_, text)| (*text).to_owned())
 }
 
 /// The remedy for a file that could not be read; `missing` is that for one that does not exist.
 pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
     let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
     if is(&[io::ErrorKind::PermissionDenied]) {
-        "let this user read it"
+        "let this user read it, e.g. with chmod a+r"
     } else if is(&[io::ErrorKind::NotFound, io::ErrorKind::NotADirectory, io::ErrorKind::IsADirectory]) {
         missing
     } else {
@@ -111,7 +122,7 @@ mod tests {
     fn advice_fits_the_reason_why_a_file_cannot_be_read() {
         let remedy = |kind: io::ErrorKind| remedy_of(&kind.into(), "give the path");
         assert_eq!(remedy(io::ErrorKind::NotFound), "give the path");
-        assert_eq!(remedy(io::ErrorKind::PermissionDenied), "let this user read it");
+        assert_eq!(remedy(io::ErrorKind::PermissionDenied), "let this user read it, e.g. with chmod a+r");
         assert_eq!(remedy(io::ErrorKind::StorageFull), "");
     }
 }

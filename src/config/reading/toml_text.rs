@@ -1,5 +1,6 @@
 //! TOML as values.
 
+use std::ops::Range;
 use std::rc::Rc;
 
 use toml::Spanned;
@@ -15,12 +16,36 @@ use super::value::{Entry, Kind, Value};
 /// The first breach of TOML, or nesting that is too deep.
 pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     let table = DeTable::parse(&text.content).map_err(|error| {
-        let position = text.position(error.span().map_or(0, |span| span.start));
-        text.problem(position, error.message(), &format!("see {see} for every key"))
+        let span = error.span().unwrap_or_default();
+        let (reason, remedy) = breach(text, error.message(), span.clone());
+        let remedy = remedy.map_or_else(|| format!("see {see} for every key"), str::to_owned);
+        text.problem(text.position(span.start), &reason, &remedy)
     })?;
     let key = Key::root();
     let kind = map(text, table.get_ref(), &key, 1)?;
     Ok(Value { location: Location { position: (1, 1), key }, kind })
+}
+
+/// The reason and the remedy for a breach of TOML; no remedy where the reason says it all.
+fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'static str>) {
+    if message == "duplicate key" {
+        let name = text.content.get(span.clone()).unwrap_or_default();
+        let line_of = |line: &str| line.split(['=', '#']).next().unwrap_or_default().trim().to_owned();
+        let (line, _) = text.position(span.start);
+        let lines: Vec<_> = text.content.lines().take(line).map(line_of).collect();
+        let same =
+            lines.split_last().and_then(|(last, before)| before.iter().rposition(|other| other == last));
+        let first = same.map_or(String::new(), |index| format!(", first on line {}", index + 1));
+        return (format!("{name} is given twice{first}"), Some("put both together, or remove one"));
+    }
+    let remedy = if message.contains("must be quoted") {
+        Some("write it in quotes: \"…\"")
+    } else if message.contains("unclosed") {
+        Some("close it on the same line")
+    } else {
+        None
+    };
+    (message.to_owned(), remedy)
 }
 
 fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<Kind, Problem> {
@@ -102,6 +127,10 @@ mod tests {
             from_toml(&Text::new(Path::new("a"), text.as_bytes().to_vec()).unwrap(), "b").unwrap_err()
         };
         assert_eq!(refused("a = 1\nb = = 2\n").position.map(|(line, _)| line), Some(2));
+        let twice = refused("[a]\nb = 1\n[c]\nb = 1\n[a] # again\n").to_string();
+        assert_eq!(twice, "a:5:2: a is given twice, first on line 1; put both together, or remove one");
+        let bare = refused("a = b.c\n");
+        assert_eq!((bare.position, bare.remedy.as_str()), (Some((1, 5)), "write it in quotes: \"…\""));
         let torn = refused("0pronal = { signal = \"BLINK.LEF\n'''s.body]\n$lb");
         assert!(!torn.to_string().contains('\n'));
     }

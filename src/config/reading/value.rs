@@ -40,6 +40,7 @@ impl Value {
         match &self.kind {
             Kind::Null => "nothing".to_owned(),
             Kind::Scalar { text, is_quoted: true } => format!("the text {text:?}"),
+            Kind::Scalar { text, is_quoted: false } if text.is_empty() => "no number".to_owned(),
             Kind::Scalar { text, is_quoted: false } => text.clone(),
             Kind::List(_) => "a list".to_owned(),
             Kind::Map(_) => "a table".to_owned(),

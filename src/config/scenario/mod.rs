@@ -20,10 +20,10 @@ pub use file::{NotInterpreted, ScenarioFile, UncertainEnd, UsedId};
 pub use reader::ReadOptions;
 
 use crate::config::built_in::BuiltIn;
+use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
 use crate::config::named_file;
 use crate::config::reading::checker::Checker;
-use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
 use crate::config::reading::value::Kind;
@@ -34,7 +34,7 @@ use reader::{Reader, SEE};
 /// The key of TIER IV's files that modify a scenario.
 const MODIFIERS: &str = "ScenarioModifiers";
 
-/// Reads a scenario, by path or built-in name; its form follows from the file's extension.
+/// Reads a scenario, by path or built-in name; its form follows from the file's extension, or else from its content.
 ///
 /// # Errors
 /// Every problem with its location; only the first one of a file that breaks the grammar of its form.
@@ -46,8 +46,8 @@ pub fn read(
     let options = options.into();
     let path = &named_file::find_here(BuiltIn::Scenario, files, path);
     let missing = BuiltIn::Scenario.did_you_mean(path, "give the path of a scenario");
-    let text = Text::read(path, files.read(path), &missing)?.not_blank()?;
-    let form = Form::of(path)?;
+    let text = FileKind::Scenario.read(files, path, &missing)?.not_blank()?;
+    let form = Form::of(path, &text.content)?;
     let checker = Checker::new(&text.file, SEE);
     let mut reader = Reader::new(&checker, &options);
     let mut file = match form {
@@ -98,12 +98,16 @@ enum Form {
 }
 
 impl Form {
-    fn of(path: &Path) -> Result<Self, Problem> {
+    /// By the extension; where that says nothing, as of standard input, by the content.
+    fn of(path: &Path, content: &str) -> Result<Self, Problem> {
         let extension = path.extension().and_then(|extension| extension.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("xosc" | "xml") => Ok(Self::Xml),
             Some("yaml" | "yml") => Ok(Self::Yaml),
             Some("toml") => Ok(Self::Toml),
+            _ if content.trim_start().starts_with('<') => Ok(Self::Xml),
+            _ if content.lines().any(|line| line.starts_with(open_scenario::ROOT)) => Ok(Self::Yaml),
+            _ if FileKind::of(content.as_bytes()) == Some(FileKind::Scenario) => Ok(Self::Toml),
             Some(_) | None => {
                 let reason = "unknown file extension of a scenario";
                 Err(Problem::whole_file(path, reason, "name it .xosc, .yaml or .toml"))

@@ -7,6 +7,7 @@ use crate::config::built_in::display;
 use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Location;
+use crate::config::reading::near_miss::did_you_mean;
 use crate::core::can::link::BusIndex;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::{Database, Message, Number, Signal};
@@ -69,7 +70,13 @@ impl<'a> Binder<'a> {
             [] => {
                 match bus.filter(|bus| !self.buses.iter().any(|known| known.bus == *bus)) {
                     Some(bus) => self.refuse_bus(at, bus),
-                    None => self.refuse(at, self.missing_message(bus, name), "name a message of the DBC"),
+                    None => {
+                        let known = self.buses.iter().flat_map(|bus| &bus.database.messages);
+                        let (reason, is_rejected) = self.missing_message(bus, name);
+                        let known = known.map(|message| message.name.as_str()).filter(|_| !is_rejected);
+                        let remedy = did_you_mean(name, known, "name a message of the DBC");
+                        self.refuse(at, reason, &remedy);
+                    }
                 }
                 None
             }
@@ -83,16 +90,21 @@ impl<'a> Binder<'a> {
     /// Refuses a bus that the profile does not have.
     pub(super) fn refuse_bus(&self, at: &Location, bus: &str) {
         let known: Vec<_> = self.buses.iter().map(|known| known.bus.as_str()).collect();
-        self.refuse(at, format!("the profile has no bus {bus}"), &format!("it has {}", known.join(", ")));
+        self.refuse(
+            at,
+            format!("the profile has no bus {bus}"),
+            &did_you_mean(bus, known.clone(), format!("it has {}", known.join(", "))),
+        );
     }
 
-    /// The reason why a message is unknown: the DBC lacks it, or it has a form that was rejected.
-    fn missing_message(&self, bus: Option<&str>, name: &str) -> String {
+    /// The reason why a message is unknown: the DBC lacks it, or (true) it has a form that was rejected.
+    fn missing_message(&self, bus: Option<&str>, name: &str) -> (String, bool) {
         let buses: Vec<_> =
             self.buses.iter().filter(|known| bus.is_none_or(|bus| known.bus == bus)).collect();
         let files = buses.iter().map(|bus| display(&bus.path)).collect::<Vec<_>>().join(", ");
-        let rejected = buses.iter().find_map(|bus| rejected(bus, name)).unwrap_or_default();
-        format!("{files} has no message {name}{rejected}")
+        let rejected = buses.iter().find_map(|bus| rejected(bus, name));
+        let reason = format!("{files} has no message {name}{}", rejected.as_deref().unwrap_or_default());
+        (reason, rejected.is_some())
     }
 
     /// Binds `[bus:]MESSAGE.SIGNAL`.
@@ -131,7 +143,9 @@ impl<'a> Binder<'a> {
     pub(super) fn refuse_signal(&self, at: &Location, message: &Message, name: &str, rejected: &str) {
         let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
         let reason = format!("{} has no signal {name}{rejected}", message.name);
-        self.refuse(at, reason, &format!("it has {}", names.join(", ")));
+        let all = format!("it has {}", names.join(", "));
+        let is_known = |_: &&str| rejected.is_empty();
+        self.refuse(at, reason, &did_you_mean(name, names.into_iter().filter(is_known), all));
     }
 
     /// The message's name for people: with its bus, when several buses have one of that name.
@@ -214,7 +228,12 @@ impl<'a> Binder<'a> {
                 }
                 let overlaps = |known: &&RawRange| known.first <= range.last && range.first <= known.last;
                 if let Some(twin) = taken.iter().find(overlaps) {
-                    self.refuse(at, format!("{range} overlaps {twin}"), "give each raw value one meaning");
+                    let reason = if range == twin {
+                        format!("{range} is given twice")
+                    } else {
+                        format!("{range} overlaps {twin}")
+                    };
+                    self.refuse(at, reason, "give each raw value one meaning");
                 }
                 taken.push(*range);
                 entries.push((*range, *meaning));

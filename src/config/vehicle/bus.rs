@@ -3,10 +3,12 @@
 use std::time::Duration;
 
 use super::binder::{Binder, LoadedDbc};
+use crate::config::built_in::display;
+use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
-use crate::config::reading::problem::remedy_of;
+use crate::config::reading::problem::{cannot_read, remedy_of};
 use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::CanId;
 use crate::core::can::link::BusIndex;
@@ -50,12 +52,21 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
         if let Some(path) = fields.path("dbc") {
             match files.read(&path) {
                 Ok(bytes) => {
+                    if let Some((reason, _)) = FileKind::Dbc.mismatch(&bytes) {
+                        fields.refuse(
+                            "dbc",
+                            format!("{}: {reason}", display(&path)),
+                            "give the path of a DBC",
+                        );
+                        continue;
+                    }
                     let (bus, index) = (entry.key.clone(), BusIndex(index));
                     buses.push(LoadedDbc { bus, index, path, database: dbc::parse(&bytes) });
                 }
                 Err(error) => {
                     let remedy = remedy_of(&error, "give the DBC's path relative to this file");
-                    fields.refuse("dbc", format!("cannot read {}: {error}", path.display()), remedy);
+                    let reason = format!("{}: {}", display(&path), cannot_read(&error));
+                    fields.refuse("dbc", reason, remedy);
                 }
             }
         }

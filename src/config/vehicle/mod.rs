@@ -14,6 +14,7 @@ mod v2i;
 
 use std::path::Path;
 
+use super::file_kind::FileKind;
 use super::files::Files;
 use super::reading::checker::Checker;
 use super::reading::fields::Fields;
@@ -81,6 +82,7 @@ impl From<Problem> for RefusedVehicle {
 /// # Errors
 /// Every problem found.
 pub(super) fn read(files: &dyn Files, path: &Path, bytes: Vec<u8>) -> Result<Vehicle, RefusedVehicle> {
+    FileKind::Profile.expect(path, &bytes)?;
     let text = Text::new(path, bytes)?;
     let root = from_toml(&text, SEE)?;
     let checker = Checker::new(&text.file, SEE);

@@ -12,6 +12,7 @@ use super::formats::{
     without_byte_order_mark,
 };
 use crate::core::time::WallStamp;
+use crate::io::standard_input;
 
 /// Position of an interface's name in [`Log::interfaces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -62,8 +63,8 @@ impl Log {
     /// # Errors
     /// An error of the system, or a format that is unknown or not supported.
     pub fn open(path: &Path) -> io::Result<Self> {
-        if path == Path::new("-") {
-            return Self::new(Box::new(io::stdin()));
+        if standard_input::is_named(path) {
+            return Self::new(Box::new(standard_input::stream()?));
         }
         Self::new(Box::new(File::open(path)?))
     }
@@ -80,7 +81,7 @@ impl Log {
 
     /// Interface names at the beginning of a file; none when it cannot be read twice.
     pub fn interfaces_in(path: &Path) -> Vec<String> {
-        if path == Path::new("-") {
+        if standard_input::is_named(path) {
             return Vec::new();
         }
         let Ok(mut log) = Self::open(path) else { return Vec::new() };

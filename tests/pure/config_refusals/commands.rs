@@ -83,11 +83,11 @@ fn a_wrong_keyword_hides_no_contradiction_of_a_command_message() {
 - constants = { DOOR = 0 }
 + idle = "neutrl"
 > car.toml:7:8: command.message[1].name: no value is given for DOOR; give each a raw value in `constants`
-> car.toml:10:8: command.message[1].idle: unknown value "neutrl"; give one of neutral, silent
+> car.toml:10:8: command.message[1].idle: unknown value "neutrl"; did you mean neutral?
 - turn.hazard = { TURN_REQ = 3 }
 + idle = "neutrl"
 > car.toml:6:3: command: no message requests the hazard lights; give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them
-> car.toml:16:8: command.message[1].idle: unknown value "neutrl"; give one of neutral, silent
+> car.toml:16:8: command.message[1].idle: unknown value "neutrl"; did you mean neutral?
 "#;
     assert_refused(&with("car.toml", HERE, COMMAND), "car.toml", cases);
 }

@@ -36,11 +36,11 @@ fn lamps_that_frames_cannot_resolve_are_refused() {
 - lamp = { period_ms = 50 }
 + both_on = "hazzard"
 + lamp = { period_ms = 201 }
-> car.toml:11:11: turn.both_on: unknown value "hazzard"; give one of hazard, undefined
+> car.toml:11:11: turn.both_on: unknown value "hazzard"; did you mean hazard?
 > car.toml:12:22: turn.lamp.period_ms: BLINK: a flashing lamp in a message sent every 201ms cannot be distinguished from a dark one; the limit is 200ms; bind a logical or request signal, or a message sent at each change (lamp.sent)
 - lamp = { period_ms = 50 }
 + lamp = { sent = "on_chnge", latency_ms = 20, hold_ms = 0 }
-> car.toml:12:17: turn.lamp.sent: unknown value "on_chnge"; give one of cyclic, on_change
+> car.toml:12:17: turn.lamp.sent: unknown value "on_chnge"; did you mean on_change?
 > car.toml:12:56: turn.lamp.hold_ms: 0 ms is out of range; give 1 to 3600000 ms
 - right_signal = { signal = "BLINK.RIGHT", on = [1], off = [0] }
 + right_signal = { signal = "OTHER.LAMP", on = [1], off = [0] }
@@ -78,7 +78,7 @@ fn stalks_and_buttons_that_make_no_sense_are_refused() {
 > car.toml:7:1: turn: missing keys: left_full, right_full; a stalk needs signal, idle, left_full and right_full; left_half and right_half if it has them
 - right_full = [4]
 + right_full = [2]
-> car.toml:12:15: turn.right_full[1]: 2 overlaps 2; give each raw value one meaning
+> car.toml:12:15: turn.right_full[1]: 2 is given twice; give each raw value one meaning
   right_full = [4]
 + off = [1]
 > car.toml:13:1: turn.off: unknown key "off" with kind = "stalk"; valid keys: fitted, disagreement_ms, kind, signal, idle, left_full, right_full, left_half, right_half, not_available, fault, stalk, while_hazard, fault_signal, on_fault
@@ -118,7 +118,7 @@ fn conditions_that_make_no_sense_are_refused() {
 + [[turn.source]]
 + name = "a"
 + when = { signal = "BLINK.LEFT", on = [1], off = [1] }
-> car.toml:10:50: turn.source[1].when.off[1]: 1 overlaps 1; give each raw value one meaning
+> car.toml:10:50: turn.source[1].when.off[1]: 1 is given twice; give each raw value one meaning
   [turn]
 + [[turn.source]]
 + name = "a"

@@ -18,7 +18,7 @@ fn broken_sections_are_refused_where_they_break() {
 > gateway.toml:8:1: turn_signal: the turn signal decider has no map; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 - map = "map.osm"
 + map = "away.osm"
-> gateway.toml:9:7: turn_signal.map: away.osm: cannot read it: entity not found; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
+> gateway.toml:9:7: turn_signal.map: away.osm: there is no such file; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 - map = "map.osm"
 + map = "empty.osm"
 > gateway.toml:9:7: turn_signal.map: empty.osm: it has no lanelet; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
@@ -35,7 +35,7 @@ fn broken_sections_are_refused_where_they_break() {
 + country = "FR"
 > gateway.toml:10:11: turn_signal.country: there are no rules for "FR"; give AT, CH, DE, GB, JP, KR, US-CA, the path of a file like config/countries/JP.toml, or leave it out
 + country = "away.toml"
-> gateway.toml:10:11: turn_signal.country: away.toml: cannot read it: entity not found; give the path of a country's rules, relative to this file, or AT, CH, DE, GB, JP, KR, US-CA
+> gateway.toml:10:11: turn_signal.country: away.toml: there is no such file; give the path of a country's rules, relative to this file, or AT, CH, DE, GB, JP, KR, US-CA
 + planning_hz = 0.5
 > gateway.toml:10:15: turn_signal.planning_hz: 0.5 Hz is out of range; give 1 to 100 Hz
 + planning_hz = nan

@@ -84,10 +84,10 @@ fn states_without_one_meaning_are_refused() {
     let cases = r#"
 - signal = "SPAT.STATE"
 + signal = "SPAT.STATUS"
-> car.toml:10:10: v2i[1].signal: SPAT has no signal STATUS; it has PLACE, GROUP, STATE, SURE, SHORT, KIND, NEXT
+> car.toml:10:10: v2i[1].signal: SPAT has no signal STATUS; did you mean STATE?
 - states = { red = [1] }
 + states = { red = [1, 2], green = [2] }
-> car.toml:11:35: v2i[1].states.green[1]: 2 overlaps 2; give each raw value one meaning
+> car.toml:11:35: v2i[1].states.green[1]: 2 is given twice; give each raw value one meaning
 + fault = ["0..=3"]
 > car.toml:12:10: v2i[1].fault[1]: 0..=3 overlaps 1; give each raw value one meaning
 - states = { red = [1] }
@@ -117,7 +117,7 @@ fn states_without_one_meaning_are_refused() {
 - states = { red = [1] }
 + states = "movement_phase_state"
 + not_available = [0]
-> car.toml:12:18: v2i[1].not_available[1]: 0 overlaps 0; give each raw value one meaning
+> car.toml:12:18: v2i[1].not_available[1]: 0 is given twice; give each raw value one meaning
 + arrow = "left"
 > car.toml:12:9: v2i[1].arrow: states that are written out name their arrows themselves; remove it, or use states = "movement_phase_state"
 - states = { red = [1] }
@@ -144,7 +144,7 @@ fn a_confidence_or_status_that_cannot_be_read_is_refused() {
 + signal = "SPAT.SHORT"
 + good = [1]
 + bad = [1]
-> car.toml:15:8: v2i[1].status[1].bad[1]: 1 overlaps 1; give each raw value one meaning
+> car.toml:15:8: v2i[1].status[1].bad[1]: 1 is given twice; give each raw value one meaning
 "#;
     assert_refused(&with("car.toml", HERE, ONE), "car.toml", cases);
 }

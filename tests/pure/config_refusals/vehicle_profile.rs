@@ -34,7 +34,7 @@ fn broken_keys_and_files_are_refused() {
 > car.toml:10:9: turn.left[1]: expected a raw value such as 3, or a range such as "4..=7", found the text "7..=4"; see config/gateway.toml
 - dbc = "car.dbc"
 + dbc = "cart.dbc"
-> car.toml:3:7: bus.body.dbc: cannot read cart.dbc: entity not found; give the DBC's path relative to this file
+> car.toml:3:7: bus.body.dbc: cart.dbc: there is no such file; give the DBC's path relative to this file
   dbc = "car.dbc"
 + alive_timeout_ms = 0
 > car.toml:4:20: bus.body.alive_timeout_ms: 0 ms is out of range; give 1 to 3600000 ms
@@ -88,7 +88,7 @@ fn signals_that_cannot_be_bound_are_refused() {
 > car.toml:8:10: turn.signal: car.dbc has no message WINK; name a message of the DBC
 - signal = "BLINK.TURN"
 + signal = "BLINK.TURNS"
-> car.toml:8:10: turn.signal: BLINK has no signal TURNS; it has TURN, HAZARD, LEFT, RIGHT, TILT, COUNT, CRC, NIBBLE, PAGE, PAGED
+> car.toml:8:10: turn.signal: BLINK has no signal TURNS; did you mean TURN?
 - signal = "BLINK.TURN"
 + signal = "boot:BLINK.TURN"
 > car.toml:8:10: turn.signal: the profile has no bus boot; it has body
@@ -110,13 +110,13 @@ fn values_that_contradict_are_refused() {
     let cases = r#"
 - left = [1]
 + left = [0]
-> car.toml:10:9: turn.left[1]: 0 overlaps 0; give each raw value one meaning
+> car.toml:10:9: turn.left[1]: 0 is given twice; give each raw value one meaning
 - right = [2]
 + right = ["1..=3"]
 > car.toml:11:10: turn.right[1]: 1..=3 overlaps 1; give each raw value one meaning
 - left = [1]
 + left = [1, 1]
-> car.toml:10:12: turn.left[2]: 1 overlaps 1; give each raw value one meaning
+> car.toml:10:12: turn.left[2]: 1 is given twice; give each raw value one meaning
 - left = [1]
 + left = [1, 16]
 > car.toml:10:12: turn.left[2]: TURN cannot hold 16; its raw values are 0 to 15
@@ -128,10 +128,10 @@ fn values_that_contradict_are_refused() {
 > car.toml:10:8: turn.left: no value is given; give at least one raw value
   right = [2]
 + fault = [2]
-> car.toml:12:10: turn.fault[1]: 2 overlaps 2; give each raw value one meaning
+> car.toml:12:10: turn.fault[1]: 2 is given twice; give each raw value one meaning
   on = [1]
 + not_available = [1]
-> car.toml:16:18: hazard.not_available[1]: 1 overlaps 1; give each raw value one meaning
+> car.toml:16:18: hazard.not_available[1]: 1 is given twice; give each raw value one meaning
 - on = [1]
 + on = [1, "3..=4"]
 > car.toml:15:10: hazard.on[2]: HAZARD cannot hold 3..=4; its raw values are 0 to 3
@@ -170,10 +170,10 @@ fn turn_forms_that_do_not_fit_together_are_refused() {
     let cases = r#"
   left = [1]
 + fitted = false
-> car.toml:8:1: turn.signal: unknown key "signal" with fitted = false; valid keys: fitted, …
-> car.toml:9:1: turn.off: unknown key "off" with fitted = false; valid keys: fitted, …
-> car.toml:10:1: turn.left: unknown key "left" with fitted = false; valid keys: fitted, …
-> car.toml:12:1: turn.right: unknown key "right" with fitted = false; valid keys: fitted, …
+> car.toml:8:1: turn.signal: unknown key "signal" with fitted = false; valid keys: fitted, while_hazard, fault_signal, on_fault
+> car.toml:9:1: turn.off: unknown key "off" with fitted = false; valid keys: fitted, while_hazard, fault_signal, on_fault
+> car.toml:10:1: turn.left: unknown key "left" with fitted = false; valid keys: fitted, while_hazard, fault_signal, on_fault
+> car.toml:12:1: turn.right: unknown key "right" with fitted = false; valid keys: fitted, while_hazard, fault_signal, on_fault
 "#;
     assert_refused(&sound(), "car.toml", cases);
 }
@@ -242,7 +242,7 @@ fn hazard_forms_that_do_not_fit_together_are_refused() {
 > car.toml:16:11: hazard.reasons: expected 1 to 255 reasons, found 0; name them in [hazard.reasons]
 - reasons = { a = [1] }
 + reasons = { a = [1], b = [1] }
-> car.toml:16:27: hazard.reasons.b[1]: 1 overlaps 1; give each raw value one meaning
+> car.toml:16:27: hazard.reasons.b[1]: 1 is given twice; give each raw value one meaning
 "#;
     assert_refused(&with("car.toml", HAZARD, REASON), "car.toml", cases);
 }

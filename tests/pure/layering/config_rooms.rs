@@ -10,7 +10,9 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["drive", "scenario", "vehicle"],
     &["decider"],
-    &["country", "dimensions", "map", "named_file", "ros_parameters"],
+    &["country", "dimensions", "map", "ros_parameters"],
+    &["named_file"],
+    &["file_kind"],
     &["files", "reading"],
     &["built_in", "ros_names"],
 ];

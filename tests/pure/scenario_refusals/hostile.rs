@@ -28,7 +28,11 @@ fn files_that_are_not_scenarios_are_refused_with_a_reason() {
         ("s.toml", b"\xEF\xBB\xBF", "s.toml:1:1: the file is empty"),
         ("s.yaml", b"# nothing\n", "s.yaml:1:1: the file is empty"),
         ("s.xosc", latin, "s.xosc:2:7: this is not UTF-8; save the file as UTF-8"),
-        ("s.yaml", wide, "s.yaml:1:1: this is not UTF-8"),
+        (
+            "s.yaml",
+            wide,
+            "s.yaml: this is text in UTF-16, not a scenario of traffic lights; save it as UTF-8",
+        ),
         ("s.txt", b"x", "s.txt: unknown file extension"),
         ("s", b"x", "s: unknown file extension"),
         ("S.XOSC", b"<Open/>", "S.XOSC:1:1: Open: the root is Open"),
@@ -67,7 +71,7 @@ fn files_that_are_not_scenarios_are_refused_with_a_reason() {
 #[test]
 fn a_missing_file_is_refused_by_its_name() {
     let refused = read(&Disk, Path::new("no/such.xosc"), Compat::Improved).unwrap_err();
-    assert!(refused.to_string().starts_with("no/such.xosc: cannot read it: "), "{refused}");
+    assert!(refused.to_string().starts_with("no/such.xosc: there is no such file; "), "{refused}");
 }
 
 #[test]

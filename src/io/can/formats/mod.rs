@@ -33,6 +33,7 @@ mod unrecognised;
 use std::io;
 
 pub use entry::{BadLine, Content, Entry, Interface};
+pub use unrecognised::known_magic;
 
 /// The longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
 pub(super) const MAX_LINE: usize = 1024;

@@ -38,16 +38,20 @@ const MAGIC: [(&[u8], &str); 26] = [
 /// Characters of a text that are quoted.
 const QUOTED: usize = 40;
 
-/// What a file that begins with `head` looks like: `a zip archive`, or its first line in quotes.
-pub(super) fn looks_like(head: &[u8]) -> String {
+/// What a file is by its first bytes, `a zip archive`; `None` for one of which none is typical.
+pub fn known_magic(head: &[u8]) -> Option<&'static str> {
     let begin = head.trim_ascii_start();
     let starts = |magic: &[u8]| head.starts_with(magic) || magic[0] == b'<' && begin.starts_with(magic);
-    if let Some((_, name)) = MAGIC.iter().find(|(magic, _)| starts(magic)) {
-        return (*name).to_owned();
+    let known = MAGIC.iter().find(|(magic, _)| starts(magic)).map(|(_, name)| *name);
+    known.or_else(|| (head.get(257..262) == Some(b"ustar")).then_some("a tar archive"))
+}
+
+/// What a file that begins with `head` looks like: `a zip archive`, or its first line in quotes.
+pub(super) fn looks_like(head: &[u8]) -> String {
+    if let Some(name) = known_magic(head) {
+        return name.to_owned();
     }
-    if head.get(257..262) == Some(b"ustar") {
-        return "a tar archive".to_owned();
-    }
+    let begin = head.trim_ascii_start();
     // Half of the bytes of Latin text in UTF-16 are zero, and no text has a zero byte.
     let zeros = head.split(|byte| *byte == 0).count() - 1;
     let alternates = |first| head.iter().skip(first).step_by(2).filter(|byte| **byte == 0).count() == zeros;

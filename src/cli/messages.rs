@@ -1,0 +1,151 @@
+//! Messages of commands on standard error: errors, warnings and notes; and the options that say how many and how.
+
+use std::ffi::OsString;
+use std::io;
+use std::sync::OnceLock;
+
+use annotate_snippets::Level;
+use anstream::{AutoStream, ColorChoice};
+use clap::{Args, ValueEnum};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
+
+use super::Failure;
+use crate::config::Refused;
+use crate::config::files::Disk;
+use crate::io::process_log::{self, LogForm};
+use crate::report::refusal::{plain, refusals};
+use crate::report::text::{Layout, escaped};
+
+/// How much a command says, and in which colours.
+#[derive(Debug, Clone, Copy, Default, Args)]
+#[command(next_help_heading = "Messages")]
+pub(super) struct MessageArgs {
+    /// Errors alone on standard error, without warnings and progress; of a check its findings alone
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+    /// More messages on standard error, and every problem of a file; of a drive all reasons and distances
+    #[arg(short, long, global = true)]
+    pub(super) verbose: bool,
+    /// Colours; auto: on a terminal, unless `NO_COLOR` is set, or with `CLICOLOR_FORCE`
+    #[arg(long, value_name = "WHEN", global = true, value_enum, default_value_t)]
+    color: When,
+}
+
+/// The occasions on which colours are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum When {
+    #[default]
+    Auto,
+    Always,
+    Never,
+}
+
+/// The options of this process.
+static OPTIONS: OnceLock<MessageArgs> = OnceLock::new();
+
+/// Number of problems of a file that are shown.
+const MAX_PROBLEMS: usize = 10;
+
+/// Applies `--color` before the arguments are parsed, so that it counts for the errors of that as well.
+pub(super) fn choose_colors(arguments: impl IntoIterator<Item = OsString>) {
+    let mut arguments = arguments.into_iter().map(|argument| argument.to_string_lossy().into_owned());
+    while let Some(argument) = arguments.next() {
+        let value = match argument.split_once('=') {
+            Some(("--color", value)) => Some(value.to_owned()),
+            None if argument == "--color" => arguments.next(),
+            _ => continue,
+        };
+        match value.and_then(|value| When::from_str(&value, false).ok()) {
+            Some(When::Always) => ColorChoice::Always.write_global(),
+            Some(When::Never) => ColorChoice::Never.write_global(),
+            Some(When::Auto) => ColorChoice::Auto.write_global(),
+            None => {}
+        }
+    }
+}
+
+/// Sets the options of this process.
+pub(super) fn set_options(options: MessageArgs) {
+    // They are set once, by `main`.
+    let _is_first = OPTIONS.set(options);
+}
+
+/// The options of this process.
+pub(super) fn options() -> MessageArgs {
+    OPTIONS.get().copied().unwrap_or_default()
+}
+
+/// The layout of what goes to this stream: colours as they are wanted, and wrapped lines on a terminal.
+pub(super) fn layout<S: anstream::stream::RawStream>(stream: &S) -> Layout {
+    let has_color = AutoStream::choice(stream) != ColorChoice::Never;
+    let size = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    Layout { has_color, width: stream.is_terminal().then(size).flatten() }
+}
+
+/// Writes an error; its remedy may be empty.
+pub(super) fn error(text: &str, remedy: &str) {
+    message(Level::ERROR, text, remedy);
+}
+
+/// Writes a warning.
+pub(super) fn warn(text: &str) {
+    if !options().quiet {
+        message(Level::WARNING, text, "");
+    }
+}
+
+/// Writes a note.
+pub(super) fn note(text: &str) {
+    if !options().quiet {
+        message(Level::NOTE, text, "");
+    }
+}
+
+fn message(level: Level<'static>, text: &str, remedy: &str) {
+    process_log::line(&plain(level, text, remedy, layout(&io::stderr())));
+}
+
+/// Writes the problems of a configuration with their pictures.
+pub(super) fn refused(Refused(problems): &Refused) {
+    let most = if options().verbose { usize::MAX } else { MAX_PROBLEMS };
+    process_log::line(&refusals(&Disk, problems, most, layout(&io::stderr())));
+}
+
+/// Writes a text without a severity, in lines.
+pub(super) fn say(text: &str) {
+    let lines: Vec<_> = text.split('\n').map(escaped).collect();
+    process_log::line(&lines.join("\n"));
+}
+
+/// Starts the log of messages from `level` on, or as `RUST_LOG` asks for; `--quiet` and `--verbose` move the level.
+///
+/// # Errors
+/// A `RUST_LOG` that asks for nothing that exists.
+pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
+    let level = match (options(), level) {
+        (MessageArgs { quiet: true, .. }, _) => "error",
+        (MessageArgs { verbose: true, .. }, "error" | "warn") => "info",
+        (MessageArgs { verbose: true, .. }, "info") => "debug",
+        (_, level) => level,
+    };
+    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
+    let quiet = "rustdds=off,ros2_client=off,mio_06=off";
+    let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
+    let refused = |directive: &str| {
+        let expected =
+            "expected error, warn, info, debug, trace or off, or MODULE=LEVEL, with commas between them";
+        Failure::Environment(format!("RUST_LOG: cannot read {directive:?}; {expected}"))
+    };
+    for directive in requested.split(',').map(str::trim).filter(|directive| !directive.is_empty()) {
+        let level = directive.rsplit_once('=').map_or(directive, |(_, level)| level);
+        level.parse::<LevelFilter>().map_err(|_| refused(directive))?;
+    }
+    let filter = EnvFilter::try_new(format!("{level},{quiet},{requested}"));
+    let filter = filter.map_err(|_| refused(&requested))?;
+    let has_color = layout(&io::stderr()).has_color;
+    if let Err(failed) = process_log::start(filter, form, has_color) {
+        error(&format!("no log: {failed}"), "");
+    }
+    Ok(())
+}

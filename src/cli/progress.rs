@@ -1,0 +1,83 @@
+//! Progress of what takes longer than a second, on a terminal.
+
+use std::io::{self, IsTerminal, Read};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressBarIter, ProgressDrawTarget, ProgressStyle};
+
+use super::messages::options;
+
+/// The time after which progress is shown.
+const PATIENCE: Duration = Duration::from_secs(1);
+const TICK: Duration = Duration::from_millis(100);
+
+/// A bar on standard error that appears after a second and goes with this value.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    /// Held until the end: the thread that shows the bar stops waiting when it is gone.
+    waiting: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+impl Progress {
+    /// Progress of what `text` says; `length` in bytes or ms, where it is known.
+    pub(super) fn new(text: impl Into<String>, length: Option<u64>, form: &str) -> Self {
+        let bar =
+            ProgressBar::with_draw_target(length, ProgressDrawTarget::hidden()).with_message(text.into());
+        if let Ok(style) = ProgressStyle::with_template(form) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        if options().quiet || !io::stderr().is_terminal() {
+            return Self { bar, waiting: None };
+        }
+        let (sender, receiver) = channel();
+        let shown = bar.clone();
+        let show = move || {
+            if receiver.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                shown.set_draw_target(ProgressDrawTarget::stderr());
+                shown.enable_steady_tick(TICK);
+            }
+        };
+        let thread = std::thread::spawn(show);
+        Self { bar, waiting: Some((sender, thread)) }
+    }
+
+    /// Something whose end is not known.
+    pub(super) fn spinner(text: impl Into<String>) -> Self {
+        Self::new(text, None, "{spinner} {msg}, {elapsed}")
+    }
+
+    /// Reads from `source` with progress; `length` is that of the source, where it is known.
+    pub(super) fn reading<R: Read>(source: R, length: Option<u64>, text: String) -> impl Read + use<R> {
+        let form = match length {
+            Some(_) => "{spinner} {msg} [{wide_bar}] {percent:>3} %, {eta} left",
+            None => "{spinner} {msg}, {decimal_bytes}, {elapsed}",
+        };
+        let progress = Self::new(text, length, form);
+        Reading { source: progress.bar.wrap_read(source), _progress: progress }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((sender, thread)) = self.waiting.take() {
+            drop(sender);
+            // A thread that panics has only failed to show a bar.
+            drop(thread.join());
+        }
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A source with its progress, which goes when the source does.
+struct Reading<R> {
+    source: ProgressBarIter<R>,
+    _progress: Progress,
+}
+
+impl<R: Read> Read for Reading<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.source.read(buffer)
+    }
+}

@@ -1,0 +1,80 @@
+//! A recording, or another file of a command, that cannot be read: the reason and what to do about it.
+
+use std::io::{self, Read};
+use std::path::Path;
+
+use super::messages;
+use crate::config::built_in::{BuiltIn, display};
+use crate::config::file_kind::FileKind;
+use crate::config::nearest;
+use crate::io::can::formats;
+
+/// The length of a file's beginning by which it is recognised, bytes.
+const HEAD: u64 = 16 << 10;
+
+/// Writes the reason for which a file cannot be read, and the remedy.
+pub(super) fn show(path: &Path, error: &io::Error) {
+    let name = display(path);
+    let (reason, remedy) = texts(path, error);
+    messages::error(&format!("{name}: {reason}"), &remedy);
+}
+
+#[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
+fn texts(path: &Path, error: &io::Error) -> (String, String) {
+    match error.kind() {
+        io::ErrorKind::NotFound => ("there is no such file".to_owned(), neighbour(path).unwrap_or_default()),
+        io::ErrorKind::PermissionDenied => {
+            ("permission denied".to_owned(), "let this user read it, e.g. with chmod a+r".to_owned())
+        }
+        io::ErrorKind::IsADirectory => ("this is a folder, not a recording".to_owned(), in_folder(path)),
+        io::ErrorKind::UnexpectedEof => (
+            "it ends in the middle of its compressed data".to_owned(),
+            "copy it again; what is there of a gzip file comes out with: zcat FILE > part.log".to_owned(),
+        ),
+        io::ErrorKind::InvalidData => match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
+            Some((reason, "")) => (reason, format!("these are read: {}", formats::names().join(", "))),
+            Some((reason, remedy)) => (reason, remedy.to_owned()),
+            None => {
+                let text = error.to_string();
+                let (reason, remedy) = text.split_once("; ").unwrap_or((&text, ""));
+                (reason.to_owned(), remedy.to_owned())
+            }
+        },
+        _ => (error.to_string(), String::new()),
+    }
+}
+
+fn head(path: &Path) -> Option<Vec<u8>> {
+    let mut head = Vec::new();
+    std::fs::File::open(path).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+    Some(head)
+}
+
+/// The file beside a missing one that was probably meant; a built-in name that was given for a file.
+fn neighbour(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    if BuiltIn::Profile.path(&name).is_some() {
+        return Some(format!("{name} is a built-in profile: give it with --profile {name}"));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok();
+    let Some(entries) = entries else {
+        return Some(format!("there is no folder {} either", folder?.display()));
+    };
+    let names: Vec<_> =
+        entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned())).collect();
+    let near = nearest(&name, names.iter().map(String::as_str))?;
+    Some(format!("did you mean {}?", path.with_file_name(near).display()))
+}
+
+/// An example of a recording in a folder that was given for one.
+fn in_folder(path: &Path) -> String {
+    let files = std::fs::read_dir(path).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+    let is_recording = |file: &Path| {
+        file.is_file() && head(file).is_some_and(|head| FileKind::of(&head) == Some(FileKind::Recording))
+    };
+    match files.take(100).find(|file| is_recording(file)) {
+        Some(file) => format!("give one of its files, e.g. {}", file.display()),
+        None => "give a recording".to_owned(),
+    }
+}

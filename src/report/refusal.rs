@@ -1,0 +1,236 @@
+//! Problems of a configuration for people: each with its line of the file, a caret below its place, and the remedy.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::{AnnotationKind, Element, Group, Level, Renderer, Snippet};
+
+use super::text::{Layout, escaped, wrapped};
+use crate::config::Problem;
+use crate::config::built_in::display;
+use crate::config::files::Files;
+
+/// The longest line of which a picture is drawn, bytes.
+const MAX_LINE: usize = 1 << 14;
+/// The width of the excerpt where nothing limits it, characters.
+const WIDTH: usize = 140;
+
+/// The problems one below the other, at most `most` of them, with the lines of their `files`.
+pub fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: Layout) -> String {
+    let mut source = Source::default();
+    let mut blocks = Vec::new();
+    let mut before = "";
+    for problem in problems.iter().take(most) {
+        // A list of all keys, for example, is read once.
+        let remedy = if problem.remedy == before { "" } else { &problem.remedy };
+        before = &problem.remedy;
+        blocks.push(match problem.position.and_then(|place| source.line(files, &problem.file, place)) {
+            Some(excerpt) => {
+                // The path of an element is long, and its line says more.
+                let is_element = problem.key.contains('/');
+                let key = if is_element { String::new() } else { key(problem) };
+                let title = format!("{key}{}", problem.reason);
+                message(Level::ERROR, &title, Some(excerpt), remedy, layout)
+            }
+            None => {
+                let place =
+                    problem.position.map_or(String::new(), |(line, column)| format!(":{line}:{column}"));
+                let title = format!("{}{place}: {}{}", display(&problem.file), key(problem), problem.reason);
+                message(Level::ERROR, &title, None, remedy, layout)
+            }
+        });
+    }
+    let more = problems.len().saturating_sub(most);
+    if more > 0 {
+        let title = format!("and {more} more");
+        blocks.push(message(Level::ERROR, &title, None, "--verbose shows all of them", layout));
+    }
+    blocks.join("\n\n")
+}
+
+/// A message that has no place in a file; its remedy may be empty.
+pub fn plain(level: Level<'_>, text: &str, remedy: &str, layout: Layout) -> String {
+    message(level, text, None, remedy, layout)
+}
+
+fn key(problem: &Problem) -> String {
+    if problem.key.is_empty() { String::new() } else { format!("{}: ", problem.key) }
+}
+
+/// One line of a file with the place on it.
+struct Excerpt<'a> {
+    path: String,
+    text: &'a str,
+    number: usize,
+    span: Range<usize>,
+}
+
+fn message(
+    level: Level<'_>,
+    title: &str,
+    excerpt: Option<Excerpt<'_>>,
+    remedy: &str,
+    layout: Layout,
+) -> String {
+    // `error: ` and `= help: ` stand in front of the first lines, blanks in front of the others.
+    let in_column = |text: &str, indent: usize| {
+        let width = layout.width.map(|width| width.saturating_sub(indent));
+        wrapped(&escaped(text), width, 0).join("\n")
+    };
+    let margin = excerpt.as_ref().map_or(1, |excerpt| excerpt.number.to_string().len() + 1);
+    let (title, remedy) = (in_column(title, "warning: ".len()), in_column(remedy, margin + "= help: ".len()));
+    let help = (!remedy.is_empty()).then(|| Element::from(Level::HELP.message(remedy)));
+    let picture = excerpt.map(|excerpt| {
+        let primary = AnnotationKind::Primary.span(excerpt.span);
+        let snippet = Snippet::source(excerpt.text).line_start(excerpt.number).path(excerpt.path);
+        Element::from(snippet.annotation(primary))
+    });
+    let group = Group::with_title(level.primary_title(title)).elements(picture).elements(help);
+    let renderer = if layout.has_color { Renderer::styled() } else { Renderer::plain() };
+    renderer.term_width(layout.width.unwrap_or(WIDTH)).render(&[group])
+}
+
+/// The file that was read last, since problems come file by file.
+#[derive(Default)]
+struct Source {
+    file: PathBuf,
+    text: Option<String>,
+}
+
+impl Source {
+    /// The line of a place; `None` when the file cannot be read now, or has no such line.
+    fn line(
+        &mut self,
+        files: &dyn Files,
+        file: &Path,
+        (line, column): (usize, usize),
+    ) -> Option<Excerpt<'_>> {
+        if self.file != file || self.text.is_none() {
+            file.clone_into(&mut self.file);
+            self.text = files.read(file).ok().map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        }
+        let text = self.text.as_deref()?;
+        let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+        let text = text.split('\n').nth(line.checked_sub(1)?)?;
+        let text = text.strip_suffix('\r').unwrap_or(text);
+        if text.len() > MAX_LINE {
+            return None;
+        }
+        let start = text.char_indices().nth(column.checked_sub(1)?).map_or(text.len(), |(at, _)| at);
+        let span = start..start + word(&text[start..]);
+        Some(Excerpt { path: escaped(&display(file)).into_owned(), text, number: line, span })
+    }
+}
+
+/// The length of the word, the quoted text, or the bracket with which a text begins, bytes.
+fn word(text: &str) -> usize {
+    let Some(first) = text.chars().next() else { return 0 };
+    match first {
+        '"' | '\'' => {
+            let rest = &text[1..];
+            rest.find(first).map_or(text.trim_end().len(), |end| end + 2)
+        }
+        '[' | '{' => 1,
+        _ => {
+            let is_end =
+                |(at, char): &(usize, char)| *at > 0 && (char.is_whitespace() || "\"',]}=>#".contains(*char));
+            let end = text.char_indices().find(is_end);
+            end.map_or(text.len(), |(at, _)| at)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io;
+
+    struct Text(&'static str);
+
+    impl Files for Text {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            if path == Path::new("car.toml") {
+                Ok(self.0.into())
+            } else {
+                Err(io::ErrorKind::NotFound.into())
+            }
+        }
+    }
+
+    fn problem(file: &str, position: Option<(usize, usize)>, reason: &str, remedy: &str) -> Problem {
+        Problem {
+            file: file.into(),
+            position,
+            key: "turn.lefft".to_owned(),
+            reason: reason.to_owned(),
+            remedy: remedy.to_owned(),
+        }
+    }
+
+    fn shown(text: &'static str, problems: &[Problem], most: usize) -> String {
+        refusals(&Text(text), problems, most, Layout::default())
+    }
+
+    #[test]
+    fn a_problem_is_shown_with_its_line_and_a_caret_below_its_word() {
+        let text = "\u{FEFF}[turn]\r\nä = 1, lefft = \"a\\u0041\" # \u{1b}[31m\r\n";
+        let unknown = problem("car.toml", Some((2, 8)), "unknown key \"lefft\"", "did you mean left?");
+        let expected = "\
+error: turn.lefft: unknown key \"lefft\"
+ --> car.toml:2:8
+  |
+2 | ä = 1, lefft = \"a\\u0041\" # ␛[31m
+  |        ^^^^^
+  |
+  = help: did you mean left?";
+        assert_eq!(shown(text, &[unknown], 10), expected);
+        let value = problem("car.toml", Some((2, 16)), "wrong", "");
+        assert!(shown(text, &[value], 10).ends_with("\n  |                ^^^^^^^^^"));
+        let end = problem("car.toml", Some((3, 1)), "it ends", "");
+        assert!(
+            shown(text, &[end], 10).contains("3 |\n  | ^"),
+            "{}",
+            shown(text, &[problem("car.toml", Some((3, 1)), "it ends", "")], 10)
+        );
+    }
+
+    #[test]
+    fn without_its_line_a_problem_has_its_place_in_front() {
+        let far = problem("car.toml", Some((9, 1)), "wrong", "mend it");
+        let gone = problem("gone\u{1b}.toml", Some((1, 2)), "wrong", "mend it");
+        let whole = Problem::whole_file(Path::new("gone.toml"), "there is no such file", "");
+        let expected = "\
+error: car.toml:9:1: turn.lefft: wrong
+ |
+ = help: mend it
+
+error: gone\\u{1b}.toml:1:2: turn.lefft: wrong
+
+error: gone.toml: there is no such file";
+        assert_eq!(shown("", &[far, gone, whole], 10), expected);
+    }
+
+    #[test]
+    fn many_problems_are_cut_and_counted() {
+        let many: Vec<_> = (0..23).map(|_| problem("gone", None, "wrong", "")).collect();
+        let text = shown("", &many, 10);
+        assert_eq!(text.matches("error: gone: turn.lefft: wrong").count(), 10);
+        assert!(text.ends_with("error: and 13 more\n |\n = help: --verbose shows all of them"), "{text}");
+    }
+
+    #[test]
+    fn long_texts_are_wrapped_and_colours_are_wanted() {
+        let reason = "a reason of many words, each of them short, that does not fit on one line";
+        let layout = Layout { has_color: false, width: Some(40) };
+        let problems = [problem("car.toml", Some((1, 1)), reason, reason)];
+        let text = refusals(
+            &Text("lefft = 1 # a comment that is longer than the terminal is wide"),
+            &problems,
+            1,
+            layout,
+        );
+        assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");
+        let colored = refusals(&Text(""), &problems, 1, Layout { has_color: true, width: None });
+        assert!(colored.contains("\u{1b}[1m"), "{colored:?}");
+    }
+}
