@@ -8,6 +8,7 @@ mod process {
     mod cli;
     mod daemon_process;
     mod decide_command;
+    mod discover_command;
     mod lights_command;
     mod log_output;
     mod metrics_endpoint;

@@ -11,6 +11,7 @@ mod pure {
     mod dbc_real_files;
     mod demo_recording;
     mod diagnostics_doc;
+    mod discovery;
     mod drive_scenarios;
     mod integrity_real_logs;
     mod lamp_reports;

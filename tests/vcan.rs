@@ -9,6 +9,7 @@ mod vcan {
     #[cfg(feature = "ros")]
     mod vcan_commands;
     mod vcan_controller;
+    mod vcan_discover;
     #[cfg(feature = "ros")]
     mod vcan_faults;
     #[cfg(feature = "ros")]

@@ -11,6 +11,7 @@ mod helix;
 mod lane_change_road;
 mod narrow_road;
 mod roundabout;
+mod turn_before_roundabout;
 mod turns;
 
 use drawing::Drawing;
@@ -30,7 +31,7 @@ pub(crate) struct Map {
 }
 
 /// All maps to make.
-pub(crate) const ALL: [Map; 10] = [
+pub(crate) const ALL: [Map; 11] = [
     Map { name: "bus_bay", draw: bus_bay::draw },
     Map { name: "chicane", draw: chicane::draw },
     Map { name: "consecutive_turns", draw: turns::draw },
@@ -41,6 +42,7 @@ pub(crate) const ALL: [Map; 10] = [
     Map { name: "narrow_road", draw: narrow_road::draw },
     Map { name: "roundabout", draw: roundabout::draw_tagged },
     Map { name: "roundabout_untagged", draw: roundabout::draw_untagged },
+    Map { name: "turn_before_roundabout", draw: turn_before_roundabout::draw },
 ];
 
 impl Map {

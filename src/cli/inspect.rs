@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{RecordingArgs, Shown, open, recording, settings};
+use super::arguments::{ConfigArgs, RecordingArgs, Shown, open, recording, settings};
 use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
 use super::{Failure, messages};
@@ -73,6 +73,10 @@ pub(super) struct DecodeArgs {
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
+    judge(args)
+}
+
+fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let recorded = &args.recording;
     if let Some(path) = recorded.log.as_deref().filter(|path| !standard_input::is_named(path)) {
         // Before the configuration is looked at.
@@ -121,6 +125,13 @@ fn print(args: &CheckArgs, report: &Report) -> Result<ExitCode, Failure> {
     let lightest = if args.strict { Severity::Note } else { Severity::Warning };
     let is_sound = report.findings().iter().all(|finding| finding.severity < lightest);
     Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::from(4) })
+}
+
+/// Checks new files on a recording, as `check LOG --config CONFIG` does.
+pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure> {
+    let config = ConfigArgs { config: Some(config.to_owned()), profile: None };
+    let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new() };
+    judge(&CheckArgs { recording, strict: false, fix: false, json: false })
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {

@@ -2,7 +2,9 @@
 
 mod arguments;
 mod decide;
+mod discover;
 mod identify;
+mod init;
 mod inspect;
 mod lights;
 mod live;
@@ -28,7 +30,9 @@ use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
 use decide::DecideArgs;
+use discover::DiscoverArgs;
 use identify::IdentifyArgs;
+use init::InitArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
 #[cfg(feature = "ros")]
@@ -58,7 +62,7 @@ Exit codes:
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check or status found warnings
+  4  check or status found warnings, or discover is not sure
   5  the scenario of lights ended in failure, or an expectation of a drive was not met
   6  the verdict of a scenario of lights is not known
   7  status found errors
@@ -86,6 +90,12 @@ enum Command {
     /// Print the bound signals by name with their meaning, from a recording or live
     #[command(after_help = inspect::DECODE_HELP)]
     Decode(DecodeArgs),
+    /// Find the indicators of a vehicle that nobody knows: it asks the driver for actions, or reads a marked recording
+    #[command(after_help = discover::HELP)]
+    Discover(DiscoverArgs),
+    /// Write a commented configuration; asks for what is not given
+    #[command(after_help = init::HELP)]
+    Init(InitArgs),
     /// List or print the vehicle profiles in the binary
     #[command(after_help = profiles::HELP)]
     Profiles(ProfilesArgs),
@@ -126,6 +136,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => inspect::check(&args),
         Command::Identify(args) => identify::run(&args),
         Command::Decode(args) => inspect::decode(&args),
+        Command::Discover(args) => discover::run(&args),
+        Command::Init(args) => init::run(&args),
         Command::Profiles(args) => profiles::run(&args),
         Command::Lights(args) => lights::run(&args),
         Command::Decide(args) => decide::run(&args),

@@ -10,6 +10,7 @@
 //! | [`scenario`] | scenarios of traffic lights: OpenSCENARIO and the bench form |
 //! | [`drive`] | drives of the turn signal decider |
 //! | `map` | the lanelet2 maps that sections and drives name |
+//! | [`draft`] | new files: a configuration, the DBC and profile of a discovered vehicle |
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`built_in`] | files in the binary by name |
 //! | `named_file` | files by path, or by the name of a built-in one |
@@ -22,6 +23,7 @@ pub mod built_in;
 pub mod country;
 mod decider;
 mod dimensions;
+pub mod draft;
 pub mod drive;
 pub mod file_kind;
 pub mod files;

@@ -8,6 +8,7 @@ pub mod command;
 pub mod compat;
 pub mod dbc;
 pub mod diagnostics;
+pub mod discovery;
 pub mod gateway;
 pub mod light_command;
 pub mod map;

@@ -41,6 +41,11 @@ impl MonoTime {
     pub fn after(self, by: Duration) -> Self {
         Self(self.0.saturating_add(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
     }
+
+    /// The time before this one by a duration, at the earliest [`Self::ZERO`].
+    pub fn before(self, by: Duration) -> Self {
+        Self(self.0.saturating_sub(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
+    }
 }
 
 /// Wall-clock stamp in nanoseconds since 1970-01-01 UTC, as the kernel or the recording gave it.

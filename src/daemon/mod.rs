@@ -3,6 +3,7 @@
 //! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
+pub mod discover;
 mod fault_recorder;
 mod gateway_io;
 mod late_reports;
@@ -63,6 +64,14 @@ pub enum DaemonError {
     /// Commands cannot be sent by this process.
     #[error(transparent)]
     SenderLock(#[from] SenderLockError),
+    /// An interface cannot be used.
+    #[error("{}", link_text(.interface, *.state))]
+    NoLink {
+        /// Name of the interface.
+        interface: String,
+        /// State of its link.
+        state: LinkState,
+    },
     /// A task that receives frames ended by itself.
     #[error("the task that receives {interface} has ended unexpectedly{reason}")]
     ReceiverEnded {

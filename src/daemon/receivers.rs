@@ -19,6 +19,8 @@ use crate::io::can::transmit::Transmitter;
 /// Queue between the receivers and the gateway, in batches. What does not fit waits in the
 /// kernel, which counts what it has to drop.
 const QUEUED_BATCHES: usize = 16;
+/// Receive buffer that is asked for without a configuration.
+const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 
 /// The receivers of all buses. They end when this is dropped.
 #[derive(Debug)]
@@ -35,21 +37,39 @@ impl Receivers {
         settings: &Settings,
         ids: impl Fn(BusIndex) -> Vec<CanId>,
     ) -> (Self, Vec<Transmitter>) {
+        let buses =
+            (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
+        let settings = buses.map(|((bus, described), receive_buffer_bytes)| BusSocketSettings {
+            bus,
+            interface: described.interface.clone(),
+            ids: Some(ids(bus)),
+            receive_buffer_bytes: *receive_buffer_bytes,
+            transmitter: Transmitter::default(),
+        });
+        Self::start_all(settings)
+    }
+
+    /// Starts a receiver for every frame of each interface, whose position is its bus.
+    pub(super) fn of_all_frames(interfaces: &[String]) -> Self {
+        let settings =
+            (0..=u8::MAX).map(BusIndex).zip(interfaces).map(|(bus, interface)| BusSocketSettings {
+                bus,
+                interface: interface.clone(),
+                ids: None,
+                receive_buffer_bytes: RECEIVE_BUFFER_BYTES,
+                transmitter: Transmitter::default(),
+            });
+        Self::start_all(settings).0
+    }
+
+    fn start_all(buses: impl Iterator<Item = BusSocketSettings>) -> (Self, Vec<Transmitter>) {
         let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
         let mut receivers = Self { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() };
         let mut transmitters = Vec::new();
-        let buses =
-            (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
-        for ((bus, described), receive_buffer_bytes) in buses {
-            let bus_settings = BusSocketSettings {
-                bus,
-                interface: described.interface.clone(),
-                ids: ids(bus),
-                receive_buffer_bytes: *receive_buffer_bytes,
-                transmitter: Transmitter::default(),
-            };
-            transmitters.push(bus_settings.transmitter.clone());
-            receivers.spawn(&described.interface, receive(bus_settings, sender.clone()));
+        for settings in buses {
+            transmitters.push(settings.transmitter.clone());
+            let interface = settings.interface.clone();
+            receivers.spawn(&interface, receive(settings, sender.clone()));
         }
         (receivers, transmitters)
     }

@@ -1,11 +1,13 @@
-//! What runs on virtual time without a recording.
+//! What runs on virtual time beside the gateway.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | [`lights`] | a scenario of traffic lights, from one deadline to the next |
 //! | [`drive`] | a drive of the turn signal decider, cycle by cycle |
+//! | [`recorded_session`] | a discovery on a recording |
 //! | [`vehicle`] | a simulated vehicle and its script |
 
 pub mod drive;
 pub mod lights;
+pub mod recorded_session;
 pub mod vehicle;

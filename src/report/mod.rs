@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`gateway`] | outputs of the gateway: messages, statuses, frames |
 //! | [`decision`] | a decision of the turn signal decider |
+//! | [`discovery`] | requests to the driver, and what was found |
 //! | [`drive`] | the decisions of a drive |
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
@@ -19,6 +20,7 @@
 
 pub mod chart;
 pub mod decision;
+pub mod discovery;
 pub mod drive;
 pub mod gateway;
 pub mod lights;

@@ -30,7 +30,9 @@ pub(super) fn refused(code: i32, args: &[&str]) -> String {
 #[test]
 fn every_command_explains_itself_with_examples() {
     assert!(out(&["--help"]).contains("Exit codes:"));
-    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
+    for command in
+        ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle", "discover", "init"]
+    {
         assert!(out(&[command, "--help"]).contains("Examples:"), "{command}");
     }
 }
@@ -40,7 +42,9 @@ fn the_man_pages_and_completions_name_every_option_that_help_names() {
     let folder = tempfile::tempdir().unwrap();
     out(&["man", "--out", folder.path().to_str().unwrap()]);
     let bash = out(&["completions", "bash"]);
-    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
+    for command in
+        ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle", "discover", "init"]
+    {
         let page =
             std::fs::read_to_string(folder.path().join(format!("signal-gateway-{command}.1"))).unwrap();
         let page = page.replace("\\-", "-");
@@ -251,7 +255,9 @@ fn output_may_be_cut_off_anywhere() {
 
 #[test]
 fn examples_of_the_help_can_be_copied() {
-    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
+    for command in
+        ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle", "discover", "init"]
+    {
         let help = out(&[command, "--help"]);
         let (_, examples) = help.split_once("Examples:\n").unwrap();
         let (examples, _) = examples.split_once("\n\n").unwrap_or((examples, ""));

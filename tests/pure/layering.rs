@@ -19,7 +19,7 @@ const FLOORS: &[&[&str]] =
 /// The rooms of `core`, top to bottom, likewise. The flows are on one floor: each stands alone, and only
 /// what is above them imports two of them; what they share does not know its purpose.
 const CORE_FLOORS: &[&[&str]] = &[
-    &["gateway", "plausibility", "simulated_vehicle"],
+    &["gateway", "plausibility", "simulated_vehicle", "discovery"],
     &["vehicle_lights", "turn_signal", "traffic_light", "command"],
     &["validation"],
     &["dbc"],

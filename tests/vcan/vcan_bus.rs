@@ -35,7 +35,7 @@ fn settings(interface: &str, ids: &[CanId]) -> BusSocketSettings {
     BusSocketSettings {
         bus: BUS,
         interface: interface.to_owned(),
-        ids: ids.to_vec(),
+        ids: Some(ids.to_vec()),
         receive_buffer_bytes: 4 << 20,
         transmitter: Transmitter::default(),
     }

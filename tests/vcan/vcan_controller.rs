@@ -47,7 +47,8 @@ impl Desk {
         let (sender, inputs) = channel(64);
         let interface = interface.to_owned();
         let transmitter = Transmitter::default();
-        let receiver = BusSocketSettings { bus: BUS, interface, ids, receive_buffer_bytes, transmitter };
+        let receiver =
+            BusSocketSettings { bus: BUS, interface, ids: Some(ids), receive_buffer_bytes, transmitter };
         tokio::spawn(receive(receiver, sender));
         let started = Instant::now();
         let gateway = Gateway::new(settings, LinkState::Missing, now(started));

@@ -266,7 +266,8 @@ impl Decider {
 
     /// The record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
     fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
-        let is_open = |record: &&Section| !self.finished.is_finished(Source::Manoeuvre, record);
+        let frame = &context.path_frame;
+        let is_open = |record: &&Section| !self.finished.is_finished(frame, Source::Manoeuvre, record);
         let open: Vec<Section> = records.iter().filter(is_open).copied().collect();
         let records = if open.is_empty() { records } else { &open };
         foremost(&context.path_frame, records, &rules(context))
@@ -274,7 +275,8 @@ impl Decider {
 
     fn resolved(&self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
         let is_finished = |source: &Source| {
-            candidates.of(*source).is_some_and(|section| self.finished.is_finished(*source, &section))
+            let is_finished = |section| self.finished.is_finished(&context.path_frame, *source, section);
+            candidates.of(*source).as_ref().is_some_and(is_finished)
         };
         let finished = Source::ALL.into_iter().filter(is_finished).collect();
         resolve(&context.path_frame, candidates, &Rules { finished, ..rules(context) })

@@ -23,13 +23,18 @@ struct Known {
     /// Ends of the desired and of the required section.
     ends: [Pose; 2],
     was_signalled: bool,
+    /// One to the other side won over it.
+    is_displaced: bool,
     is_finished: bool,
 }
 
 impl FinishedMemory {
-    /// Returns whether the manoeuvre of a section may not come back.
-    pub fn is_finished(&self, source: Source, section: &Section) -> bool {
-        self.of(source, section).is_some_and(|known| known.is_finished)
+    /// Returns whether the manoeuvre of a section may not come back. One that was displaced until now may not either when
+    /// its required section is over.
+    pub fn is_finished(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> bool {
+        let is_over = || path_frame.from_base_m(section.required_end) < 0.0;
+        self.of(source, section)
+            .is_some_and(|known| known.is_finished || known.was_signalled && known.is_displaced && is_over())
     }
 
     /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown. What is
@@ -55,7 +60,8 @@ impl FinishedMemory {
                 turn: section.turn,
                 ends: [section.desired_end, section.required_end],
                 was_signalled: was_signalled || winner == Some(given) && shown == section.turn,
-                is_finished: before.is_some_and(|known| known.is_finished)
+                is_displaced: lost,
+                is_finished: self.is_finished(path_frame, *source, section)
                     || was_signalled && (lost && is_over || is_passed),
             }
         });

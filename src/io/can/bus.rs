@@ -31,8 +31,8 @@ pub struct BusSocketSettings {
     pub bus: BusIndex,
     /// Name of the SocketCAN interface. It need not exist yet.
     pub interface: String,
-    /// Data frames to receive, at most 512 ids; the kernel drops all others. Error frames always come.
-    pub ids: Vec<CanId>,
+    /// Data frames to receive, at most 512 ids, the kernel drops all others; `None` = all. Error frames always come.
+    pub ids: Option<Vec<CanId>>,
     /// Bytes of receive buffer to ask for. The system may grant less, which is logged.
     pub receive_buffer_bytes: usize,
     /// Transmitter that is open while the interface is.
@@ -130,7 +130,7 @@ impl Reception {
 
     fn open(&self, index: c_int) -> io::Result<CanSocket> {
         let BusSocketSettings { interface, ids, receive_buffer_bytes: requested, .. } = &self.settings;
-        let socket = CanSocket::open(index, ids, *requested)?;
+        let socket = CanSocket::open(index, ids.as_deref(), *requested)?;
         let granted = socket.receive_buffer / 2;
         if granted < *requested {
             tracing::warn!(interface, requested, granted, "the system grants a smaller receive buffer");
@@ -139,7 +139,7 @@ impl Reception {
         tracing::info!(
             interface,
             index,
-            filters = ids.len(),
+            filters = ids.as_ref().map(Vec::len),
             receive_buffer = granted,
             controller,
             "CAN bus opened"
@@ -286,7 +286,7 @@ mod tests {
     fn settings(interface: &str) -> BusSocketSettings {
         let bus = BusIndex(2);
         let (interface, transmitter) = (interface.into(), Transmitter::default());
-        BusSocketSettings { bus, interface, ids: vec![], receive_buffer_bytes: 4096, transmitter }
+        BusSocketSettings { bus, interface, ids: Some(vec![]), receive_buffer_bytes: 4096, transmitter }
     }
 
     #[tokio::test(start_paused = true)]

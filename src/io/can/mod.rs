@@ -3,6 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | [`bus`] | the task that turns one interface into inputs |
+//! | [`interfaces`] | the CAN interfaces of the machine |
 //! | `link` | the kernel's view of an interface, and its announcements of changes |
 //! | [`controller`] | the kernel's view of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
@@ -18,6 +19,7 @@ pub mod bus;
 mod compression;
 pub mod controller;
 pub mod formats;
+pub mod interfaces;
 mod link;
 pub mod log;
 pub mod sender_lock;

@@ -38,15 +38,16 @@ struct Buffer {
 
 impl CanSocket {
     /// Opens a socket on the interface with this index that receives data frames of `ids` (nothing
-    /// else when there are none) and all error frames.
+    /// else when the list is empty, every data frame with `None`) and all error frames.
     ///
     /// The receive buffer is enlarged beyond the system's limit where we may, else up to it. Errors
     /// are those of the kernel, e.g. `EAFNOSUPPORT` without CAN, `ENODEV` when the interface is
     /// not a CAN interface, `EINVAL` for more than 512 ids.
-    pub(super) fn open(interface: c_int, ids: &[CanId], receive_buffer: usize) -> io::Result<Self> {
+    pub(super) fn open(interface: c_int, ids: Option<&[CanId]>, receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
         // Before bind: frames that arrive in between would be queued unfiltered.
-        let filters: Vec<_> = ids.iter().copied().map(wire::filter).collect();
+        let filters =
+            ids.map_or(vec![wire::EVERY_DATA_FRAME], |ids| ids.iter().copied().map(wire::filter).collect());
         set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, &filters)?;
         set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[libc::CAN_ERR_MASK])?;
         // A kernel without CAN FD has no FD frames to miss.

@@ -23,6 +23,10 @@ pub(super) fn filter(id: CanId) -> libc::can_filter {
     }
 }
 
+/// The filter that passes every data frame, and no remote request.
+pub(super) const EVERY_DATA_FRAME: libc::can_filter =
+    libc::can_filter { can_id: 0, can_mask: libc::CAN_RTR_FLAG };
+
 /// A message that a socket delivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Message {

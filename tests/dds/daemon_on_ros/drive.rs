@@ -93,12 +93,6 @@ const DEVIATIONS: &[Deviation] = &[
         within_m: None,
     },
     Deviation {
-        name: "pull_out_beside_oncoming.toml",
-        modes: &[DeciderCompat::Improved],
-        why: "a pull-out beside the lane by which the route comes back is complete too early for the offsets of the path",
-        within_m: Some(11.0),
-    },
-    Deviation {
         name: "reroute_stale_start.toml",
         modes: &[DeciderCompat::Improved],
         why: "shift lines are published without ids: on another route the line ends elsewhere and is another one",

@@ -13,7 +13,7 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("roundabout, exit without tag", &["roundabout_untagged.toml"]),
     ("roundabout, entry that ends", &["roundabout_entry_short.toml"]),
     ("roundabout, entry that lasts", &["roundabout_persistent.toml", "roundabout_silent_exit.toml"]),
-    ("roundabout, around", &["roundabout_u_turn.toml"]),
+    ("roundabout, around", &["roundabout_u_turn.toml", "roundabout_once_around.toml"]),
     ("roundabout, slowing down", &["roundabout_slowing_down.toml"]),
     ("avoidance, out and back", &["avoidance_out_and_back.toml"]),
     ("avoidance, one lane", &["avoidance_narrow_road.toml"]),
@@ -27,6 +27,7 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("pull over", &["pull_over.toml"]),
     ("pull over, announced before", &["pull_over_pre_signal.toml"]),
     ("side shift", &["side_shift.toml"]),
+    ("turn, roundabout and avoidance", &["three_candidates.toml"]),
     ("another route", &["reroute_short_signal.toml", "reroute_stale_start.toml"]),
     ("inputs that fail", &["odometry_gap.toml", "bad_inputs.toml"]),
 ];
@@ -59,6 +60,7 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "conflict_06_gap.toml",
             "conflict_08_same_start.toml",
             "conflict_10_announced_together.toml",
+            "lane_change_displaced.toml",
         ],
     ),
     ("W5", &["hazard_erased.toml", "side_shift.toml"]),
@@ -103,6 +105,8 @@ pub(crate) const ONLY_A_GAP: &[&str] = &[
     "conflict_07_gap_later_first.toml",
     "conflict_09_same_interval.toml",
     "left_then_right.toml",
+    "roundabout_once_around.toml",
     "roundabout_third_exit.toml",
     "roundabout_u_turn.toml",
+    "three_candidates.toml",
 ];

@@ -11,6 +11,7 @@ use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{Improved, PathGenerator, Upstream};
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
+use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::Run;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
@@ -28,6 +29,8 @@ struct Shown {
     hazard: HazardCommand,
     /// Candidates were evaluated; otherwise a signal may be switched off early.
     has_candidates: bool,
+    /// Candidates that are valid, whether they win or not.
+    contenders: usize,
     /// The winner is in its required section, which comes before minimum durations.
     is_required: bool,
 }
@@ -91,6 +94,7 @@ fn scenario(name: &str) -> Scenario {
                 turn: decision.turn,
                 hazard: decision.hazard,
                 has_candidates: matches!(decision.basis, Basis::Candidates(_)),
+                contenders: decision.evaluated().iter().filter(|candidate| contends(candidate)).count(),
                 is_required: decision
                     .resolution()
                     .and_then(|resolution| resolution.winner)
@@ -104,6 +108,10 @@ fn scenario(name: &str) -> Scenario {
     });
     let path_generator = file.compats.contains(&PathGenerator).then_some(path_generator);
     Scenario { file, upstream, improved, path_generator }
+}
+
+fn contends(candidate: &EvaluatedCandidate) -> bool {
+    matches!(candidate.outcome, CandidateOutcome::Won | CandidateOutcome::LostTo { .. })
 }
 
 impl Driven {
@@ -173,6 +181,16 @@ fn manoeuvres_conflicts_and_weaknesses_are_covered() {
     let numbers: Vec<&str> = WEAKNESSES.iter().map(|(weakness, _)| *weakness).collect();
     let expected = (1..=10).chain([15, 18, 19, 20, 21]).map(|number| format!("W{number}"));
     assert_eq!(numbers, expected.collect::<Vec<_>>());
+}
+
+#[test]
+fn three_candidates_compete_at_once() {
+    let Scenario { upstream, improved, .. } = &SCENARIOS["three_candidates.toml"];
+    for driven in [upstream, improved] {
+        let all_m: Vec<f64> =
+            driven.shown.iter().filter(|shown| shown.contenders == 3).map(|shown| shown.at_m).collect();
+        assert!(all_m.len() > 40 && all_m[0] < 61.0 && all_m[all_m.len() - 1] > 85.0, "{all_m:?}");
+    }
 }
 
 #[test]

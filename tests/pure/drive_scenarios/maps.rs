@@ -57,7 +57,7 @@ fn the_shipped_maps_are_what_the_generator_makes() {
 #[test]
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);
-    let described: [Described; 10] = [
+    let described: [Described; 11] = [
         ("bus_bay", 8, &[&[101, 102, 103, 104, 111, 112]]),
         ("chicane", 4, &[&[101, 102, 103, 104]]),
         ("consecutive_turns", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
@@ -89,6 +89,7 @@ fn lanelets_follow_each_other_as_described() {
         ("narrow_road", 3, &[&[101, 102, 103]]),
         ("roundabout", 24, &[RING, LEFT_TURN]),
         ("roundabout_untagged", 24, &[RING, LEFT_TURN]),
+        ("turn_before_roundabout", 7, &[&[101, 102, 103, 104, 105, 106, 107]]),
     ];
     assert_eq!(described.map(|(name, ..)| name), ALL.map(|map| map.name));
     for (name, count, routes) in described {
@@ -136,6 +137,7 @@ fn turns_are_tagged_where_they_are() {
         ("bus_bay", 111, Left, None),
         ("fork", 103, TurnDirection::None, None),
         ("helix", 111, Left, None),
+        ("turn_before_roundabout", 102, Left, None),
     ] {
         let map = map(name);
         let found = lanelet(&map, id);

@@ -5,4 +5,5 @@ mod coverage;
 mod drives;
 mod levels;
 mod maps;
+mod pull_outs;
 mod random_drives;

@@ -8,7 +8,7 @@ use super::{Source, files_below};
 /// Rooms of `config`, top to bottom; a file imports from its own room and from those below.
 const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
-    &["drive", "scenario", "vehicle"],
+    &["draft", "drive", "scenario", "vehicle"],
     &["decider"],
     &["country", "dimensions", "map", "ros_parameters"],
     &["named_file"],

@@ -35,14 +35,17 @@ fn resolve_and_note(
     candidates: &Candidates,
     is_shown: bool,
 ) -> Resolution {
+    let path = line(-20, 140);
+    let path_frame = PathFrame::new(&path, at(x), FRONT_M, NEAREST);
     let of = |source| candidates.of(source).map(|section| (source, section));
     let sections: Vec<(Source, Section)> = Source::ALL.into_iter().filter_map(of).collect();
-    let is_finished = |(source, section): &&(Source, Section)| memory.is_finished(*source, section);
+    let is_finished =
+        |(source, section): &&(Source, Section)| memory.is_finished(&path_frame, *source, section);
     let finished = sections.iter().filter(is_finished).map(|(source, _)| *source).collect();
     let resolution = resolve_at(x, FRONT_M, candidates, &Rules { finished, ..improved() });
     let winner = resolution.winner.and_then(|winner| of(winner.source));
     let shown = if is_shown { resolution.signal() } else { TurnCommand::Disable };
-    memory.note(&PathFrame::new(&line(-20, 140), at(x), FRONT_M, NEAREST), &sections, winner.as_ref(), shown);
+    memory.note(&path_frame, &sections, winner.as_ref(), shown);
     resolution
 }
 

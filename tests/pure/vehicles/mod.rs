@@ -4,7 +4,7 @@
 mod demo;
 mod opendbc;
 mod payload;
-mod playback;
+pub(crate) mod playback;
 mod profiles;
 mod protection;
 mod readme;
@@ -28,7 +28,7 @@ fn project() -> &'static Path {
 }
 
 /// A shipped profile by file name, its buses on can0, can1…; each is read once.
-fn profile(name: &str) -> &'static Settings {
+pub(crate) fn profile(name: &str) -> &'static Settings {
     static READ: Mutex<BTreeMap<String, &'static Settings>> = Mutex::new(BTreeMap::new());
     if let Some(settings) = READ.lock().unwrap().get(name) {
         return settings;
@@ -39,7 +39,7 @@ fn profile(name: &str) -> &'static Settings {
 }
 
 /// Names of all shipped profiles.
-fn profile_names() -> Vec<String> {
+pub(crate) fn profile_names() -> Vec<String> {
     let folder = std::fs::read_dir(project().join("config/vehicles")).unwrap();
     let mut names: Vec<_> = folder
         .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())

@@ -1,6 +1,8 @@
 //! A path to measure on: the soft nearest point, and signed distances from the vehicle
 //! (docs/spec/turn-signal-decider.md, "Nearest point" and "Distance along the path").
 
+use std::f64::consts::FRAC_PI_2;
+
 use thiserror::Error;
 
 use super::polyline::{arc_lengths_m, projection_m};
@@ -145,7 +147,8 @@ impl Path {
 
 /// The index of the point of a line that is near to a pose and faces alike, as [`Path::nearest_index`] has it; but of a line
 /// that comes by twice the visit counts that is at the height of the pose, if one is; then the one of the least `rank`;
-/// without that the one that is nearest and faces most alike. 0 without points.
+/// without that the one that is nearest and faces most alike. A point that faces the other way, as on the lane beside by
+/// which a line comes back, comes last. 0 without points.
 pub fn nearest_visit(
     poses: &[Pose],
     query: Pose,
@@ -156,8 +159,13 @@ pub fn nearest_visit(
     let turned_rad = |pose: &Pose| wrapped(pose.yaw_rad - query.yaw_rad).abs();
     let near = |pose: &Pose| far_m(pose) <= limits.distance_m;
     let aligned = |pose: &Pose| turned_rad(pose) <= limits.yaw_rad;
-    let passes: [&dyn Fn(&Pose) -> bool; 4] =
-        [&|pose| near(pose) && aligned(pose), &near, &aligned, &|_: &Pose| true];
+    let passes: [&dyn Fn(&Pose) -> bool; 5] = [
+        &|pose| near(pose) && aligned(pose),
+        &|pose| near(pose) && turned_rad(pose) <= FRAC_PI_2,
+        &aligned,
+        &near,
+        &|_: &Pose| true,
+    ];
     let of_visit = |(index, pose): (usize, &Pose)| {
         let cost =
             rank.map_or_else(|| far_m(pose) + METRES_PER_RADIAN * turned_rad(pose), |rank| rank(index));
@@ -228,10 +236,13 @@ impl<'a> PathFrame<'a> {
         self.ego
     }
 
-    /// Signed distance from the rear axle to `pose` along the path, metres.
+    /// Signed distance from the rear axle to `pose` along the path, metres. Where the path comes by twice, as once
+    /// around a ring, the visit next to the vehicle is meant.
     pub fn from_base_m(&self, pose: Pose) -> f64 {
         let station_m = if self.looks_at_every_visit {
-            self.path.station_of_visit_m(pose, self.limits)
+            let from_ego_m = |index| (self.path.arc_m(index) - self.ego_station_m).abs();
+            let nearest = nearest_visit(&self.path.poses, pose, self.limits, Some(&from_ego_m));
+            self.path.station_at(nearest, pose)
         } else {
             self.path.station_m(pose, self.limits)
         };

@@ -47,7 +47,7 @@ pub(super) fn around(
     let avoidance = Avoidance {
         lines: ramps.iter().map(line).collect(),
         ego_index,
-        deviation_m: path_offsets.beside_m(ego.position),
+        deviation_m: path_offsets.beside_m(ego),
         current_shift_m: ahead.map_or_else(|| path_offsets.path_offset_m(ego), |first| first.before_m),
         lanes: path_offsets.lanes.clone(),
         approved: ramps.iter().any(|ramp| path_offsets.follows(ramp)),

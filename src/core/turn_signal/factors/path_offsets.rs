@@ -2,8 +2,8 @@
 
 use super::FactorContext;
 use crate::core::map::geometry::path::{NearestLimits, nearest_visit};
-use crate::core::map::geometry::polyline::{at_arc, nearest, nearest_index};
-use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::geometry::polyline::{at_arc, front_pose, nearest, nearest_index};
+use crate::core::map::geometry::{Point, Pose, wrapped};
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::planner_input::PathPoint;
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
@@ -50,8 +50,8 @@ impl PathOffsets {
             .filter_map(|id| context.road.lane(*id))
             .flat_map(|lane| lane.centerline.clone())
             .collect();
-        let offsets_m = poses.iter().map(|pose| offset_m(&middle, pose.position)).collect();
         let limits = context.looks_at_height.then_some(context.parameters.nearest);
+        let offsets_m = poses.iter().map(|pose| offset_m(&middle, *pose, limits)).collect();
         Some(Self { poses, limits, lanes, middle, offsets_m })
     }
 
@@ -60,9 +60,9 @@ impl PathOffsets {
         &self.poses
     }
 
-    /// Offset of a point to the left of the middle, metres; 0 where there is no lane.
-    pub(super) fn offset_m(&self, point: Point) -> f64 {
-        offset_m(&self.middle, point)
+    /// Offset of a pose to the left of the middle, metres; 0 where there is no lane.
+    pub(super) fn offset_m(&self, pose: Pose) -> f64 {
+        offset_m(&self.middle, pose, self.limits)
     }
 
     /// Offset of the point of the path next to a pose, metres.
@@ -84,10 +84,10 @@ impl PathOffsets {
         ShiftLine { start_index: index(start), end_index: index(end), start, end }
     }
 
-    /// Offset of a point to the left of the path, metres.
-    pub(super) fn beside_m(&self, point: Point) -> f64 {
+    /// Offset of a pose to the left of the path, metres.
+    pub(super) fn beside_m(&self, pose: Pose) -> f64 {
         let line: Vec<Point> = self.poses.iter().map(|pose| pose.position).collect();
-        offset_m(&line, point)
+        offset_m(&line, pose, self.limits)
     }
 
     /// The path with the offsets that these ramps, in order, make: linear within a ramp.
@@ -183,9 +183,22 @@ fn lanes(context: &FactorContext<'_>, path: &[PathPoint]) -> Vec<LaneId> {
     chain
 }
 
-fn offset_m(line: &[Point], point: Point) -> f64 {
-    let Some(nearest) = nearest(line, point) else { return 0.0 };
-    let Some(on) = at_arc(line, nearest.arc_m) else { return 0.0 };
+/// Offset to the left of the piece of a line that is nearest, metres. With `limits` of those that face alike, if there are:
+/// a line may come back by the lane beside.
+fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
+    let point = pose.position;
+    let faces_alike = |piece: &[Point], yaw_rad: f64| {
+        front_pose(piece).is_some_and(|front| wrapped(front.yaw_rad - pose.yaw_rad).abs() <= yaw_rad)
+    };
+    let near = |line: &[Point]| {
+        let nearest = nearest(line, point)?;
+        Some((nearest, at_arc(line, nearest.arc_m)?))
+    };
+    let alike = limits.and_then(|limits| {
+        let pieces = line.windows(2).filter(|piece| faces_alike(piece, limits.yaw_rad));
+        pieces.filter_map(near).min_by(|(one, _), (other, _)| one.distance_m.total_cmp(&other.distance_m))
+    });
+    let Some((nearest, on)) = alike.or_else(|| near(line)) else { return 0.0 };
     let (sin, cos) = nearest.yaw_rad.sin_cos();
     (point.y_m - on.y_m) * cos - (point.x_m - on.x_m) * sin
 }

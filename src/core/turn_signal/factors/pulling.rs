@@ -58,7 +58,7 @@ pub(super) fn out(
         path: path_offsets.and_then(|path_offsets| path_offsets.ramped(&[interval.ramp()])),
         start: interval.start(),
         end: interval.end(),
-        current_shift_m: path_offsets.map_or(0.0, |path_offsets| path_offsets.offset_m(ego.position)),
+        current_shift_m: path_offsets.map_or(0.0, |path_offsets| path_offsets.offset_m(ego)),
         forward: true,
         standing_counts: near_start,
         before_start: near_start && (!context.is_engaged() || context.odometry.speed_mps < STOP_SPEED_MPS),
@@ -94,7 +94,7 @@ fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &I
         path: path_offsets.ramped(&[Ramp { end: goal, ..interval.ramp() }]),
         start: interval.start(),
         goal,
-        current_shift_m: path_offsets.offset_m(context.odometry.pose.position),
+        current_shift_m: path_offsets.offset_m(context.odometry.pose),
         near_first_end: false,
         lanes: path_offsets.lanes.clone(),
     }

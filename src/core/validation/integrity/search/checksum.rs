@@ -40,6 +40,8 @@ const MIN_FRAMES_SOLVED: usize = 6;
 const MIN_FRAMES_GENERAL: usize = 9;
 /// Smallest number of different frames for each of sixteen constants.
 const MIN_FRAMES_A_CONSTANT: usize = 3;
+/// Smallest number of values of a byte with a checksum; fewer prove nothing, see [`proven`].
+const MIN_VALUES: usize = 4;
 /// The largest number of different frames that are looked at.
 const MAX_FRAMES: usize = 400;
 /// Polynomials that vehicles use, tried before all others.
@@ -54,11 +56,13 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
     if distinct.len() < MIN_FRAMES || distinct.iter().any(|frame| frame.data().len() != length) {
         return None;
     }
-    let bytes = || last_first(length).map(|byte| (byte, field(byte * 8, 8)));
+    let varies = |byte: &usize| values(&distinct, *byte) >= MIN_VALUES;
+    let varying: Vec<_> = last_first(length).filter(varies).collect();
+    let bytes = || varying.iter().map(|byte| (*byte, field(byte * 8, 8)));
     let fixed = bytes().find_map(|(_, field)| fixed_bytes(&distinct, field));
     fixed
-        .or_else(|| solved(&distinct, length))
-        .or_else(|| nibbles(&distinct, length))
+        .or_else(|| solved(&distinct, &varying))
+        .or_else(|| nibbles(&distinct, &varying))
         .or_else(|| words(&distinct, length))
         .or_else(|| bytes().find_map(|(byte, field)| crc8(&distinct, byte, field)))
         .or_else(|| volkswagen(&distinct))
@@ -68,6 +72,11 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
 fn last_first(length: usize) -> impl Iterator<Item = usize> {
     let rest = (1..length.saturating_sub(1)).rev();
     [length.checked_sub(1), (length > 1).then_some(0)].into_iter().flatten().chain(rest)
+}
+
+/// Number of values that a byte has.
+fn values(frames: &[Frame], byte: usize) -> usize {
+    frames.iter().filter_map(|frame| frame.data().get(byte)).collect::<BTreeSet<_>>().len()
 }
 
 fn field(start: usize, length: u16) -> Layout {
@@ -110,15 +119,15 @@ fn fixed_bytes(frames: &[Frame], field: Layout) -> Option<FoundChecksum> {
 }
 
 /// Sums whose start value is solved for.
-fn solved(frames: &[Frame], length: usize) -> Option<FoundChecksum> {
+fn solved(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     if frames.len() < MIN_FRAMES_SOLVED {
         return None;
     }
-    last_first(length).find_map(|byte| {
+    varying.iter().find_map(|byte| {
         let field = field(byte * 8, 8);
         let data = frames.first()?.data();
-        let stored = *data.get(byte)?;
-        let others = || data.iter().enumerate().filter(|(at, _)| *at != byte).map(|(_, value)| *value);
+        let stored = *data.get(*byte)?;
+        let others = || data.iter().enumerate().filter(|(at, _)| at != byte).map(|(_, value)| *value);
         let start = stored.wrapping_sub(others().fold(0, u8::wrapping_add));
         let sum = Rule::Sum(Sum { start, ..Sum::PLAIN });
         let parameters = |start: u8| vec![("start", Parameter::Number(start.into()))];
@@ -130,11 +139,11 @@ fn solved(frames: &[Frame], length: usize) -> Option<FoundChecksum> {
 }
 
 /// Rules of four bits.
-fn nibbles(frames: &[Frame], length: usize) -> Option<FoundChecksum> {
+fn nibbles(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     if frames.len() < MIN_FRAMES_SOLVED {
         return None;
     }
-    last_first(length).flat_map(|byte| [field(byte * 8, 4), field(byte * 8 + 4, 4)]).find_map(|field| {
+    varying.iter().flat_map(|byte| [field(byte * 8, 4), field(byte * 8 + 4, 4)]).find_map(|field| {
         let honda = proven(frames, field, ("honda", Vec::new()), Rule::Honda);
         honda.or_else(|| {
             (0..=15).find_map(|start| {
@@ -222,26 +231,31 @@ fn volkswagen(frames: &[Frame]) -> Option<FoundChecksum> {
     proven(frames, field(0, 8), ("vw", parameters), Rule::Crc(CrcRule::volkswagen(constants)))
 }
 
-/// A CRC of eight bits, as a table: the crate's tables live for ever, too long for a search.
-struct Crc8([u8; 256]);
+/// A CRC of eight bits. Without a table: most polynomials are excluded by the first two frames.
+struct Crc8 {
+    /// The polynomial in the order of the shifts.
+    poly: u8,
+    reflected: bool,
+}
 
 impl Crc8 {
     fn new(poly: u8, reflected: bool) -> Self {
-        let mut table = [0; 256];
-        for (index, entry) in (0..=u8::MAX).zip(&mut table) {
-            let shift = |byte: u8| {
-                if reflected {
-                    (byte >> 1) ^ if byte & 1 == 1 { poly.reverse_bits() } else { 0 }
-                } else {
-                    (byte << 1) ^ if byte & 0x80 == 0x80 { poly } else { 0 }
-                }
-            };
-            *entry = (0..8).fold(index, |byte, _| shift(byte));
-        }
-        Self(table)
+        Self { poly: if reflected { poly.reverse_bits() } else { poly }, reflected }
     }
 
     fn of(&self, init: u8, data: &[u8]) -> u8 {
-        data.iter().fold(init, |crc, byte| self.0[usize::from(crc ^ byte)])
+        let Self { poly, reflected } = *self;
+        let mut crc = init;
+        for byte in data {
+            crc ^= byte;
+            for _ in 0..8 {
+                crc = if reflected {
+                    (crc >> 1) ^ (poly & 0_u8.wrapping_sub(crc & 1))
+                } else {
+                    (crc << 1) ^ (poly & 0_u8.wrapping_sub(crc >> 7))
+                };
+            }
+        }
+        crc
     }
 }

@@ -20,8 +20,10 @@ pub struct FoundCounter {
 const WIDTHS: [u16; 7] = [8, 7, 6, 5, 4, 3, 2];
 /// Smallest number of frames that show a counter.
 const MIN_FRAMES: usize = 12;
-/// Smallest number of times that a counter must have started again, or of steps of one that is too long for that.
+/// Smallest number of times that a counter must have started again.
 const MIN_WRAPS: u32 = 2;
+/// Smallest number of steps of a long counter that has not started again twice; its range is then that of its bits.
+const MIN_STEPS: usize = 24;
 /// The largest number of lost frames between two.
 const MAX_STEP: u32 = 4;
 
@@ -45,9 +47,13 @@ fn counter_at(frames: &[Frame], byte: usize, bit: u16, width: u16) -> Option<Fou
     let codec = SignalCodec::new(layout, byte + 1).ok()?;
     let value = |frame: &Frame| u32::try_from(codec.value(frame.padded())).unwrap_or(0);
     let values = || frames.iter().map(value);
-    let (first, last) = (values().min()?, values().max()?);
-    let size = last - first + 1;
+    let (mut first, mut last) = (values().min()?, values().max()?);
     // A range that is not used to its end may miss single values at an end: 0 to 14, 1 to 15.
+    let is_long = width >= 6 && frames.len() > MIN_STEPS && last - first + 3 < 1 << width;
+    if is_long {
+        (first, last) = (0, (1 << width) - 1);
+    }
+    let size = last - first + 1;
     if size + 2 < 1 << width || size < 3 {
         return None;
     }
@@ -63,5 +69,6 @@ fn counter_at(frames: &[Frame], byte: usize, bit: u16, width: u16) -> Option<Fou
     // Lost frames are rare. What always goes up by two, or by any step, is not a counter of frames.
     let single = values().zip(values().skip(1)).filter(|(before, after)| (after + size - before) % size == 1);
     let is_rare = single.count() * 10 >= (frames.len() - 1) * 9;
-    (wraps >= MIN_WRAPS && is_rare).then_some(FoundCounter { layout, first, last, max_step })
+    let is_proven = wraps >= MIN_WRAPS || (width >= 6 && frames.len() > MIN_STEPS);
+    (is_proven && is_rare).then_some(FoundCounter { layout, first, last, max_step })
 }

@@ -1,0 +1,287 @@
+//! `discover`: the signals of a vehicle that nobody knows, live or on a recording.
+
+use std::fs::File;
+use std::io::{self, BufRead as _, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::arguments::{Shown, open, seconds};
+use super::{Failure, inspect, messages};
+use crate::config::draft::VehicleDraft;
+use crate::core::can::input::CanInput;
+use crate::core::can::mark::Mark;
+use crate::core::can::note::Note;
+use crate::core::discovery::capture::Capture;
+use crate::core::discovery::findings::Findings;
+use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
+use crate::core::discovery::session::SessionSettings;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::daemon::discover::{self, LiveEvent};
+use crate::desk::recorded_session::{RecordedSession, marks};
+use crate::io::new_files::NewFiles;
+use crate::io::process_log::LogForm;
+use crate::report::discovery as texts;
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway discover --live can0 --name \"My car\"
+  signal-gateway discover my_car/session.log --output again
+  signal-gateway discover drive.log --marks drive.marks --name \"My car\"
+
+Live, it asks for actions: hands off, then LEFT, off, RIGHT, off, HAZARD, off, and again. Park the
+car, switch the ignition on, and let someone else read the screen if you can. Without a terminal
+it begins at once.
+
+Marks say what the driver did, one a line: SECONDS and quiet, left, right, hazard or off.
+SECONDS count from the beginning of the recording, or are stamps as in it; # begins a comment.
+A candump log may have them as notes: # (1436509052.249713) can0 mark left
+
+The folder gets a DBC, a profile, gateway.toml, and live the recording session.log. Only what is
+sure is written; then check runs on it. See docs/first-car.md.";
+
+#[derive(Debug, Args)]
+pub(super) struct DiscoverArgs {
+    /// Recording with marks
+    #[arg(required_unless_present = "live")]
+    log: Option<PathBuf>,
+    /// Discover on a CAN interface instead of a recording; repeatable
+    #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["log", "marks"])]
+    live: Vec<String>,
+    /// The driver's actions in the recording, if they are not noted in it
+    #[arg(long, value_name = "FILE")]
+    marks: Option<PathBuf>,
+    /// Name of the vehicle
+    #[arg(long, default_value = "New car")]
+    name: String,
+    /// New folder for the files; default: named after the vehicle
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Overwrite files in the folder
+    #[arg(long)]
+    force: bool,
+    /// Time in which nothing is operated, at the beginning
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
+    quiet_s: Duration,
+    /// Time for which an action is kept
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "5")]
+    hold_s: Duration,
+    /// Time between two actions
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "4")]
+    rest_s: Duration,
+}
+
+impl DiscoverArgs {
+    /// A live discovery on an interface that writes into a folder, everything else as by default.
+    pub(super) fn live(interface: String, output: PathBuf, force: bool) -> Self {
+        let SessionSettings { quiet: quiet_s, hold: hold_s, rest: rest_s, .. } = SessionSettings::default();
+        let (live, name) = (vec![interface], "New car".to_owned());
+        Self { log: None, live, marks: None, name, output: Some(output), force, quiet_s, hold_s, rest_s }
+    }
+}
+
+pub(super) fn run(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
+    messages::start_log("warn", LogForm::Messages)?;
+    discover(args)
+}
+
+/// Discovers, with the log already started.
+pub(super) fn discover(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
+    let folder =
+        args.output.clone().unwrap_or_else(|| args.name.replace(['/', ' '], "_").to_lowercase().into());
+    match &args.log {
+        Some(log) => on_recording(args, log, &folder),
+        None => live(args, &folder),
+    }
+}
+
+fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCode, Failure> {
+    let given = match &args.marks {
+        Some(path) => {
+            let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
+            marks(&text).map_err(|why| Failure::Usage(format!("{}: {why}", path.display())))?
+        }
+        None => Vec::new(),
+    };
+    let session = RecordedSession::read(open(log, Shown::Always)?, &given).map_err(Failure::file(log))?;
+    if session.marks.is_empty() {
+        return Err(Failure::Usage(format!(
+            "{}: no mark says what the driver did: name a file with --marks, or record with discover --live",
+            log.display()
+        )));
+    }
+    let findings = session.findings();
+    let new = NewFiles::in_folder(folder, args.force).map_err(Failure::file(folder))?;
+    finish(args, &session.capture, &findings, &session.interfaces, &new, log)
+}
+
+/// Name of the recording of a live session.
+const SESSION_LOG: &str = "session.log";
+
+fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
+    let new = NewFiles::in_folder(folder, args.force).map_err(Failure::file(folder))?;
+    let path = new.path(SESSION_LOG);
+    let log = new.create(SESSION_LOG).map_err(Failure::file(&path))?;
+    let screen = Screen::new(io::stdout().is_terminal());
+    let mut session = LiveSession { log, mark: None, interfaces: args.live.clone(), screen };
+    if io::stdin().is_terminal() && io::stdout().is_terminal() {
+        session.screen.line(
+            "The car stands, the ignition is on, the indicators are off. About a minute and a half.\n\
+             Press Enter to begin, Ctrl-C to give up.",
+        )?;
+        io::stdin().lock().read_line(&mut String::new())?;
+    }
+    let settings = SessionSettings {
+        quiet: args.quiet_s,
+        hold: args.hold_s,
+        rest: args.rest_s,
+        ..SessionSettings::default()
+    };
+    let outcome = discover::discover(&args.live, settings, |event, discovery, now| {
+        session.take(&event, discovery, now)
+    });
+    session.write_mark()?;
+    session.log.flush()?;
+    let Some((discovery, findings)) = outcome? else {
+        messages::note(&format!("given up; the recording is {}", path.display()));
+        return Ok(ExitCode::FAILURE);
+    };
+    if discovery.capture().frames() == 0 {
+        return Err(Failure::Usage(format!(
+            "{}: not one frame was received: is the ignition on, and the bit rate right?",
+            args.live.join(", ")
+        )));
+    }
+    finish(args, discovery.capture(), &findings, &args.live, &new, &path)
+}
+
+/// Prints what was found, writes the files, and checks them on the recording.
+fn finish(
+    args: &DiscoverArgs,
+    capture: &Capture,
+    findings: &Findings,
+    interfaces: &[String],
+    new: &NewFiles,
+    log: &Path,
+) -> Result<ExitCode, Failure> {
+    let mut out = io::stdout().lock();
+    let (messages, frames) = (capture.messages(), capture.frames());
+    let plural = if messages == 1 { "" } else { "s" };
+    writeln!(out, "\n{frames} frames of {messages} message{plural}\n\n{}", texts::result(findings))?;
+    let draft = VehicleDraft { name: &args.name, interfaces, capture, findings };
+    let Some(files) = draft.files() else {
+        writeln!(out, "Nothing is written: a wrong signal would be worse than none.")?;
+        return Ok(ExitCode::from(4));
+    };
+    let mut names = Vec::new();
+    for (name, text) in &files {
+        let path = new.path(name);
+        new.create(name)
+            .and_then(|mut file| file.write_all(text.as_bytes()))
+            .map_err(Failure::file(&path))?;
+        names.push(path.display().to_string());
+    }
+    writeln!(out, "written: {}\n", names.join(", "))?;
+    drop(out);
+    inspect::check_files(&new.path("gateway.toml"), log)
+}
+
+/// The recording and the screen of a live session.
+struct LiveSession {
+    log: BufWriter<File>,
+    /// The latest mark, which is written behind the frames received before it.
+    mark: Option<(WallStamp, Mark)>,
+    interfaces: Vec<String>,
+    screen: Screen,
+}
+
+impl LiveSession {
+    fn take(&mut self, event: &LiveEvent<'_>, discovery: &Discovery, now: Now) -> io::Result<()> {
+        match event {
+            LiveEvent::Input(CanInput::Frame { bus, frame, stamp }) => {
+                if self.mark.is_some_and(|(marked, _)| marked.as_nanos() <= stamp.as_nanos()) {
+                    self.write_mark()?;
+                }
+                let interface = self.interfaces.get(usize::from(bus.0)).map_or("can0", String::as_str);
+                writeln!(self.log, "({}) {interface} {frame}", stamp_text(*stamp))
+            }
+            LiveEvent::Input(_) => Ok(()),
+            LiveEvent::Tick => self.screen.tick(now.mono),
+            LiveEvent::Discovery(event) => {
+                if let DiscoveryEvent::Request { mark, .. } = event {
+                    self.write_mark()?;
+                    self.mark = Some((now.wall, *mark));
+                }
+                self.screen.show(event, discovery, now.mono)
+            }
+        }
+    }
+
+    fn write_mark(&mut self) -> io::Result<()> {
+        let Some((stamp, mark)) = self.mark.take() else { return Ok(()) };
+        let interface = self.interfaces.first().map_or("can0", String::as_str);
+        writeln!(self.log, "# ({}) {interface} {}", stamp_text(stamp), Note::Mark(mark))
+    }
+}
+
+fn stamp_text(stamp: WallStamp) -> String {
+    format!("{}.{:06}", stamp.sec(), stamp.nanosec() / 1000)
+}
+
+/// The requests on standard output: on a terminal with a countdown, elsewhere a line each.
+struct Screen {
+    is_terminal: bool,
+    /// The present request with its beginning and end.
+    request: Option<(String, MonoTime, MonoTime)>,
+}
+
+impl Screen {
+    fn new(is_terminal: bool) -> Self {
+        Self { is_terminal, request: None }
+    }
+
+    fn line(&mut self, text: &str) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        let erase = if self.is_terminal { "\r\x1b[K" } else { "" };
+        writeln!(out, "{erase}{text}")?;
+        out.flush()
+    }
+
+    fn show(&mut self, event: &DiscoveryEvent, discovery: &Discovery, now: MonoTime) -> io::Result<()> {
+        if let Some((text, ..)) = self.request.take().filter(|_| self.is_terminal) {
+            self.line(&format!("  {text}"))?;
+        }
+        match event {
+            DiscoveryEvent::Request { mark, next, until } => {
+                let (done, all) = discovery.progress();
+                let step = match mark {
+                    Mark::Quiet | Mark::Off => "     ".to_owned(),
+                    Mark::Left | Mark::Right | Mark::Hazard => format!("{done}/{all}  "),
+                };
+                let text = format!("{step}{:<62}{}", texts::request(*mark), texts::next(*next));
+                if !self.is_terminal {
+                    self.line(text.trim_end())?;
+                }
+                self.request = Some((text, now, *until));
+                Ok(())
+            }
+            DiscoveryEvent::Seen { action, messages, bits } => {
+                self.line(&format!("       {}", texts::seen(*action, messages, *bits)))
+            }
+            DiscoveryEvent::Repeats(actions) => self.line(&texts::repeats(actions)),
+            DiscoveryEvent::Finished(_) => Ok(()),
+        }
+    }
+
+    /// Moves the countdown.
+    fn tick(&mut self, now: MonoTime) -> io::Result<()> {
+        let Some((text, from, until)) = self.request.as_ref().filter(|_| self.is_terminal) else {
+            return Ok(());
+        };
+        let mut out = io::stdout().lock();
+        write!(out, "\r\x1b[K\x1b[1m> {text}\x1b[0m  {}", texts::countdown(*from, *until, now))?;
+        out.flush()
+    }
+}

@@ -1,0 +1,11 @@
+//! New configuration files as text: a commented `gateway.toml`, and the DBC and profile of a discovered vehicle.
+
+mod dbc;
+mod files;
+mod gateway;
+mod profile;
+mod vehicle;
+
+pub use files::VehicleFiles;
+pub use gateway::{BusInterface, gateway_toml};
+pub use vehicle::VehicleDraft;

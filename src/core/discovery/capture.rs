@@ -1,0 +1,143 @@
+//! The frames of a session, by message.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::link::BusIndex;
+use crate::core::time::MonoTime;
+
+/// A message of a bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MessageKey {
+    /// The bus that it comes on.
+    pub bus: BusIndex,
+    /// Its identifier.
+    pub id: CanId,
+}
+
+/// All frames of a session; what repeats the frame before is kept as a time.
+#[derive(Debug, Clone, Default)]
+pub struct Capture {
+    tracks: BTreeMap<MessageKey, Track>,
+    frames: usize,
+    dropped: u64,
+    span: Option<(MonoTime, MonoTime)>,
+}
+
+/// The frames of one message.
+#[derive(Debug, Clone, Default)]
+pub struct Track {
+    times: Vec<MonoTime>,
+    /// Frames that differ from the one before, with their positions in `times`.
+    changes: Vec<(usize, Frame)>,
+}
+
+/// The largest number of frames, half an hour of a busy bus; the rest is counted.
+const MAX_FRAMES: usize = 4_000_000;
+
+impl Capture {
+    /// Adds a frame. Times do not run backwards.
+    pub fn add(&mut self, bus: BusIndex, frame: &Frame, at: MonoTime) {
+        let (first, _) = *self.span.get_or_insert((at, at));
+        self.span = Some((first, at));
+        if self.frames == MAX_FRAMES {
+            self.dropped += 1;
+            return;
+        }
+        self.frames += 1;
+        let track = self.tracks.entry(MessageKey { bus, id: frame.id() }).or_default();
+        if track.changes.last().is_none_or(|(_, before)| before != frame) {
+            track.changes.push((track.times.len(), *frame));
+        }
+        track.times.push(at);
+    }
+
+    /// The messages with their frames, ascending.
+    pub fn tracks(&self) -> impl Iterator<Item = (MessageKey, &Track)> {
+        self.tracks.iter().map(|(key, track)| (*key, track))
+    }
+
+    /// The frames of one message.
+    pub fn track(&self, key: MessageKey) -> Option<&Track> {
+        self.tracks.get(&key)
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Number of messages.
+    pub fn messages(&self) -> usize {
+        self.tracks.len()
+    }
+
+    /// Number of frames that were too many.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Times of the first and the last frame; `None` without a frame.
+    pub fn span(&self) -> Option<(MonoTime, MonoTime)> {
+        self.span
+    }
+}
+
+impl Track {
+    /// Time of each frame.
+    pub fn times(&self) -> &[MonoTime] {
+        &self.times
+    }
+
+    /// Frames that differ from the one before, with their times.
+    pub fn changes(&self) -> impl Iterator<Item = (MonoTime, &Frame)> {
+        self.changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
+    }
+
+    /// Likewise the last one before a time, and all since then.
+    pub fn changes_from(&self, from: MonoTime) -> impl Iterator<Item = (MonoTime, &Frame)> {
+        let is_before = |(at, _): &(usize, Frame)| self.times.get(*at).is_some_and(|at| *at < from);
+        let first = self.changes.partition_point(is_before).saturating_sub(1);
+        let changes = self.changes.get(first..).unwrap_or_default();
+        changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
+    }
+
+    /// Frames that differ from the one before, at most `limit`: the first ones.
+    pub fn different_frames(&self, limit: usize) -> Vec<Frame> {
+        self.changes.iter().take(limit).map(|(_, frame)| *frame).collect()
+    }
+
+    /// The length of all frames in bytes; `None` when it varies.
+    pub fn length(&self) -> Option<usize> {
+        let length = self.changes.first()?.1.data().len();
+        self.changes.iter().all(|(_, frame)| frame.data().len() == length).then_some(length)
+    }
+
+    /// The length of the shortest frame in bytes.
+    pub fn shortest(&self) -> usize {
+        self.changes.iter().map(|(_, frame)| frame.data().len()).min().unwrap_or(0)
+    }
+
+    /// True if its frames are those of CAN FD.
+    pub fn is_fd(&self) -> bool {
+        self.changes.iter().any(|(_, frame)| frame.is_fd())
+    }
+
+    /// The median and the longest time between two frames; `None` for fewer than three frames.
+    pub fn gaps(&self) -> Option<Gaps> {
+        let mut gaps: Vec<_> = self.times.windows(2).map(|pair| pair[1].since(pair[0])).collect();
+        gaps.sort_unstable();
+        let median = *gaps.get(gaps.len() / 2)?;
+        (gaps.len() >= 2).then_some(Gaps { median, longest: *gaps.last()? })
+    }
+}
+
+/// Times from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gaps {
+    /// The median.
+    pub median: Duration,
+    /// The longest one.
+    pub longest: Duration,
+}

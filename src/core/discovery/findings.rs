@@ -1,0 +1,170 @@
+//! The result of a discovery: the best candidates, their rivals, and what is not sure.
+
+use std::collections::BTreeMap;
+
+use super::candidate::{Candidate, Drawback, HazardForm, TurnForm};
+use super::capture::{Capture, MessageKey};
+use super::protection::Protection;
+use super::response::Shape;
+use super::search;
+use super::timeline::{Action, Timeline};
+use super::widening::{widen_hazard, widen_turn};
+
+/// The candidates, each list with the best first.
+#[derive(Debug, Clone, Default)]
+pub struct Findings {
+    /// Candidates for the turn indicators.
+    pub turn: Vec<Candidate<TurnForm>>,
+    /// Candidates for the hazard lights.
+    pub hazard: Vec<Candidate<HazardForm>>,
+    /// Counter and checksum of each message with candidates.
+    pub protection: BTreeMap<MessageKey, Protection>,
+    /// The certainty of each of [`Action::ALL`].
+    pub certainty: [Certainty; 3],
+}
+
+/// The certainty of a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Certainty {
+    /// Enough requests were followed.
+    Sure,
+    /// A signal was found, but too few requests were followed, or too many were not.
+    Unsure,
+    /// No signal followed the requests, so far.
+    #[default]
+    NotFound,
+    /// No signal follows the requests, after enough of them.
+    NotVisible,
+}
+
+/// Requests that must be followed by a signal that shows the state itself.
+const ENOUGH: usize = 2;
+/// Requests that must be followed by a signal that chance may imitate.
+const ENOUGH_IF_WEAK: usize = 3;
+/// Requests of the hazard lights without a following signal after which there is none.
+const ENOUGH_WITHOUT: usize = 3;
+/// Likewise of a side; most vehicles show them, and a driver makes mistakes.
+const ENOUGH_WITHOUT_SIDES: usize = 5;
+
+impl Findings {
+    /// Ranks all signals by how well they follow the requests.
+    pub fn new(capture: &Capture, timeline: &Timeline) -> Self {
+        let messages = search::responding(capture, timeline);
+        let mut turn = search::turn(&messages, timeline);
+        let signals = turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
+        let turn_messages: Vec<_> = signals.iter().map(|signal| signal.message).collect();
+        let mut hazard = search::hazard(&messages, &turn_messages, timeline);
+        let is_shown = hazard.first().is_some_and(|hazard| hazard_certainty(hazard) == Certainty::Sure);
+        if !is_shown && let Some(at) = turn.iter().position(shows_all) {
+            // Lamps that show the hazard lights as well are better than a lever that does not, when nothing else does.
+            turn[..=at].rotate_right(1);
+        }
+        if let Some(turn) = turn.first_mut() {
+            widen_turn(&messages, &mut turn.form);
+        }
+        if let Some(hazard) = hazard.first_mut() {
+            widen_hazard(&messages, &mut hazard.form);
+        }
+        if let Some(both_sides) = turn.first().and_then(both_sides) {
+            // A lasting signal beside those of the indicators shows the hazard lights themselves.
+            let is_better = |candidate: &Candidate<HazardForm>| {
+                candidate.weight() <= both_sides.weight()
+                    && candidate.shape == Shape::Steady
+                    && !candidate.drawbacks.contains(&Drawback::OtherMessage)
+            };
+            let at = hazard.iter().take_while(|candidate| is_better(candidate)).count();
+            hazard.insert(at, both_sides);
+        }
+        let protection = messages.into_iter().map(|message| (message.key, message.protection)).collect();
+        let mut findings = Self { turn, hazard, protection, certainty: [Certainty::NotFound; 3] };
+        findings.certainty = Action::ALL.map(|action| findings.certainty_of(action, timeline));
+        findings
+    }
+
+    fn certainty_of(&self, action: Action, timeline: &Timeline) -> Certainty {
+        // Lamps that show the hazard lights may still become sure.
+        let may_show = |turn: &Candidate<TurnForm>| turn.form.shows_hazard() && !turn.is_suspect();
+        let is_open = match action {
+            Action::Left | Action::Right => timeline.count(action) < ENOUGH_WITHOUT_SIDES,
+            Action::Hazard => timeline.count(action) < ENOUGH_WITHOUT || self.turn.iter().any(may_show),
+        };
+        let without = if is_open { Certainty::NotFound } else { Certainty::NotVisible };
+        match action {
+            Action::Left | Action::Right => {
+                self.turn.first().map_or(without, |turn| turn_certainty(turn, action))
+            }
+            Action::Hazard => self.hazard.first().map_or(without, hazard_certainty),
+        }
+    }
+
+    /// The certainty of an action.
+    pub fn certainty(&self, action: Action) -> Certainty {
+        self.certainty[action as usize]
+    }
+
+    /// The actions whose requests are to be repeated: those that are not sure, and all when the hazard lights are not,
+    /// since lamps that show them may have been missed for a mistake with a side.
+    pub fn unsure(&self) -> Vec<Action> {
+        let is_unsure =
+            |action: &Action| matches!(self.certainty(*action), Certainty::Unsure | Certainty::NotFound);
+        if is_unsure(&Action::Hazard) {
+            return Action::ALL.to_vec();
+        }
+        Action::ALL.into_iter().filter(is_unsure).collect()
+    }
+
+    /// True if both sides are sure, so that a configuration can be written.
+    pub fn is_usable(&self) -> bool {
+        [Action::Left, Action::Right].iter().all(|side| self.certainty(*side) == Certainty::Sure)
+    }
+
+    /// The candidate for the hazard lights that may be used; `None` when none is sure.
+    pub fn sure_hazard(&self) -> Option<&Candidate<HazardForm>> {
+        self.hazard.first().filter(|_| self.certainty(Action::Hazard) == Certainty::Sure)
+    }
+}
+
+/// The certainty of a side: each request that was not followed has to be made up for by one that was. A signal that
+/// chance may imitate needs more of them.
+fn turn_certainty(turn: &Candidate<TurnForm>, side: Action) -> Certainty {
+    let is_weak = turn.is_suspect() || (turn.shape == Shape::Momentary && turn.missed() > 0);
+    let (count, of) = turn.followed[side as usize];
+    if turn.drawbacks.contains(&Drawback::TwoMessages) {
+        // Of all pairs of bits on a bus some follow by chance.
+        return certainty(count, ENOUGH_IF_WEAK + 1 + turn.missed());
+    }
+    certainty(count, enough(is_weak) + of - count)
+}
+
+/// The certainty of the hazard lights. A signal that chance may imitate must not follow other requests either.
+fn hazard_certainty(hazard: &Candidate<HazardForm>) -> Certainty {
+    let is_weak = hazard.shape == Shape::Momentary
+        || hazard.drawbacks.contains(&Drawback::OtherMessage)
+        || hazard.is_suspect();
+    let (count, of) = hazard.followed[Action::Hazard as usize];
+    certainty(count, enough(is_weak) + if is_weak { hazard.missed() } else { of - count })
+}
+
+/// True if a candidate shows both sides and the hazard lights, all of them surely.
+fn shows_all(turn: &Candidate<TurnForm>) -> bool {
+    let is_sure = |action: &Action| turn_certainty(turn, *action) == Certainty::Sure;
+    turn.form.shows_hazard() && Action::ALL.iter().all(is_sure)
+}
+
+fn enough(is_weak: bool) -> usize {
+    if is_weak { ENOUGH_IF_WEAK } else { ENOUGH }
+}
+
+fn certainty(followed: usize, enough: usize) -> Certainty {
+    if followed >= enough { Certainty::Sure } else { Certainty::Unsure }
+}
+
+/// The hazard lights as both sides of the turn indicators; `None` when those do not show them.
+fn both_sides(turn: &Candidate<TurnForm>) -> Option<Candidate<HazardForm>> {
+    turn.form.shows_hazard().then(|| Candidate {
+        form: HazardForm::BothSides,
+        shape: turn.shape,
+        followed: turn.followed,
+        drawbacks: turn.drawbacks.clone(),
+    })
+}

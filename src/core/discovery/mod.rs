@@ -1,0 +1,32 @@
+//! Discovery of the signals of turn indicators and hazard lights in a vehicle that no DBC describes.
+//!
+//! A driver operates the indicators as a [`machine::Discovery`] requests it, or marks in a recording say when. What
+//! changes by itself (counters, checksums, sensors, periodic lamps) is left out; what is left is ranked by how well it
+//! follows the requests.
+//!
+//! | file | contents |
+//! |---|---|
+//! | [`machine`] | a whole discovery as a state machine |
+//! | [`session`] | its requests to the driver |
+//! | [`capture`] | the frames, by message |
+//! | [`timeline`] | the requests over time |
+//! | `bits`, `response` | bits that rest without a request; their responses to each |
+//! | `search`, [`candidate`] | signals made of them, ranked |
+//! | `widening` | bits beside a signal that belong to it |
+//! | [`protection`] | counter and checksum of a message |
+//! | [`findings`] | the result, and what is not sure |
+
+mod bits;
+pub mod candidate;
+pub mod capture;
+mod display;
+pub mod findings;
+pub mod machine;
+pub mod protection;
+mod response;
+mod search;
+pub mod session;
+pub mod timeline;
+mod widening;
+
+pub use response::Shape;

@@ -1,0 +1,395 @@
+//! The search for signals that follow the driver's actions.
+
+use super::bits::{QuietBits, quiet_bits};
+use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, Switch, TurnForm, bits_of, sawtooth};
+use super::capture::{Capture, MessageKey, Track};
+use super::protection::Protection;
+use super::response::{Response, Responses, Shape, Typical};
+use super::timeline::{Action, EARLY, Timeline};
+use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use crate::core::time::MonoTime;
+
+/// The longest enumerated signal in bits.
+const MAX_WIDTH: u16 = 8;
+/// The largest number of responding bits of a message that are combined; more are not a signal of the indicators.
+const MAX_RESPONDING: usize = 40;
+/// From this silence on a message is not sent regularly, seconds.
+const REGULAR_S: u64 = 3;
+/// From so many responding bits on, a byte may be a checksum.
+const MIN_CHECKSUM_BITS: usize = 3;
+
+/// A message with bits that follow the actions.
+#[derive(Debug)]
+pub(super) struct Responding<'a> {
+    pub(super) key: MessageKey,
+    pub(super) protection: Protection,
+    pub(super) quiet: QuietBits<'a>,
+    bits: Vec<(u16, Responses)>,
+    /// Bytes that change whenever anything does.
+    like_checksum: Vec<u16>,
+    /// Bits that change with most turns of the indicators, in no known manner.
+    restless: Vec<u16>,
+    is_regular: bool,
+    length: usize,
+}
+
+/// The messages with bits that follow the actions.
+pub(super) fn responding<'a>(capture: &Capture, timeline: &'a Timeline) -> Vec<Responding<'a>> {
+    let Some((_, end)) = capture.span() else { return Vec::new() };
+    capture.tracks().filter_map(|(key, track)| Responding::new(key, track, timeline, end)).collect()
+}
+
+impl<'a> Responding<'a> {
+    fn new(key: MessageKey, track: &Track, timeline: &'a Timeline, end: MonoTime) -> Option<Self> {
+        // Most messages end here. The search for checksums, which is slow, is only made for the others.
+        responding_bits(&quiet_bits(track, timeline, end, &[])?, track)?;
+        let protection = Protection::find(track);
+        let quiet = quiet_bits(track, timeline, end, &protection.bits())?;
+        let bits = responding_bits(&quiet, track)?;
+        let is_regular = track.gaps().is_some_and(|gaps| gaps.longest.as_secs() < REGULAR_S);
+        let like_checksum = like_checksum(&quiet, &bits);
+        let restless = restless(&quiet, &bits);
+        let length = track.shortest();
+        Some(Self { key, protection, quiet, bits, like_checksum, restless, is_regular, length })
+    }
+
+    /// Fields of two bits or more that could be an enumerated signal.
+    fn fields(&self) -> Vec<(Layout, Responses)> {
+        let mut layouts: Vec<Layout> = Vec::new();
+        for (order, position) in
+            [(ByteOrder::Intel, (|bit| bit) as fn(u16) -> u16), (ByteOrder::Motorola, sawtooth)]
+        {
+            let mut positions: Vec<_> = self.bits.iter().map(|(bit, _)| position(*bit)).collect();
+            positions.sort_unstable();
+            for (index, low) in positions.iter().enumerate() {
+                for high in positions[index + 1..].iter().take_while(|high| **high - low < MAX_WIDTH) {
+                    let start = position(*low);
+                    let layout = Layout { start, length: high - low + 1, order, signed: false };
+                    // Within a byte both orders are one; the field is written once.
+                    let is_in_a_byte = low / 8 == high / 8;
+                    if !(is_in_a_byte && order == ByteOrder::Motorola) {
+                        layouts.push(layout);
+                    }
+                }
+            }
+        }
+        let is_known = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
+        // A bit in between that changes for other reasons ends the field.
+        layouts.retain(|layout| {
+            let bits = bits_of(*layout);
+            bits.iter().all(|bit| is_known(bit) || !self.quiet.varies(*bit))
+        });
+        let responses = |layout: Layout| {
+            let codec = SignalCodec::new(layout, self.length).ok()?;
+            Some((layout, Responses::new(&self.quiet, &codec)))
+        };
+        layouts.into_iter().filter_map(responses).collect()
+    }
+
+    /// What speaks against a signal because of its place.
+    fn drawbacks(&self, bits: &[u16], rest: u64) -> Vec<Drawback> {
+        let responds = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
+        // Within a byte, or where Motorola or Intel continue in the next one.
+        let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
+        let is_next = |bit: &u16, other: &u16| {
+            (follows(*bit, *other) || follows(*other, *bit)) && !self.like_checksum.contains(&(other / 8))
+        };
+        let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
+        let cut = self.bits.iter().filter(|(other, _)| is_cut(other)).count();
+        let gaps = bits.iter().filter(|bit| !responds(bit)).count();
+        let mut drawbacks = Vec::new();
+        drawbacks.extend(
+            bits.iter().any(|bit| self.like_checksum.contains(&(bit / 8))).then_some(Drawback::LikeChecksum),
+        );
+        let is_near = |other: &u16| bits.iter().any(|bit| bit / 8 == other / 8 || is_next(bit, other));
+        drawbacks.extend(self.restless.iter().any(is_near).then_some(Drawback::PartOfNumber));
+        drawbacks.extend((cut > 0).then_some(Drawback::Cut(u16::try_from(cut).unwrap_or(u16::MAX))));
+        drawbacks.extend((gaps > 0).then_some(Drawback::Gaps(u16::try_from(gaps).unwrap_or(u16::MAX))));
+        let wide = bits.len().saturating_sub(2);
+        drawbacks.extend((wide > 0).then_some(Drawback::Wide(u16::try_from(wide).unwrap_or(u16::MAX))));
+        drawbacks.extend((rest != 0).then_some(Drawback::RestsOn));
+        drawbacks.extend((!self.is_regular).then_some(Drawback::Irregular));
+        drawbacks.extend(self.protection.checksum.is_none().then_some(Drawback::NoChecksum));
+        drawbacks.extend(self.protection.counter.is_none().then_some(Drawback::NoCounter));
+        drawbacks
+    }
+
+    fn signal(&self, layout: Layout) -> FoundSignal {
+        FoundSignal { message: self.key, layout }
+    }
+}
+
+/// The bytes that are likely to be a checksum that is not known: they change whenever anything in the message does,
+/// while others do not, or have fewer bits that respond.
+fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
+    let mut bytes: Vec<u16> = bits.iter().map(|(bit, _)| bit / 8).collect();
+    bytes.dedup();
+    let responding = |byte: u16| bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
+    let changes_always = |byte: u16| {
+        let byte = usize::from(byte);
+        quiet.contents.windows(2).all(|pair| pair[0].1[byte] != pair[1].1[byte])
+    };
+    let is_like = |byte: &u16| {
+        let mut others = bytes.iter().filter(|other| *other != byte).peekable();
+        responding(*byte) >= MIN_CHECKSUM_BITS
+            && changes_always(*byte)
+            && others.peek().is_some()
+            && others.all(|other| !changes_always(*other) || responding(*other) < responding(*byte))
+    };
+    bytes.iter().copied().filter(is_like).collect()
+}
+
+/// The bits that change with most turns of the indicators, but do not respond to them: lower bits of a number, as the
+/// angle of the steering wheel.
+fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
+    let turns = quiet.timeline.windows.iter().filter(|window| window.action != Action::Hazard);
+    let masks: Vec<_> = turns.map(|window| quiet.changed_in(window.on.before(EARLY), window.end)).collect();
+    let changes = |bit: &u16| {
+        let changes = masks.iter().filter(|mask| mask[usize::from(bit / 8)] >> (bit % 8) & 1 == 1);
+        changes.count() * 2 > masks.len()
+    };
+    let responds = |bit: &u16| bits.iter().any(|(known, _)| known == bit);
+    quiet.bits.iter().copied().filter(|bit| changes(bit) && !responds(bit)).collect()
+}
+
+/// The messages that responded to the last request, and the number of bits that did.
+pub(super) fn seen(capture: &Capture, timeline: &Timeline) -> (Vec<MessageKey>, usize) {
+    let end = capture.span().map_or(MonoTime::ZERO, |(_, end)| end);
+    let (mut messages, mut bits) = (Vec::new(), 0);
+    let Some(last) = timeline.windows.last() else { return (messages, bits) };
+    for (key, track) in capture.tracks() {
+        let begin = last.on.before(EARLY);
+        if !track.changes_from(begin).any(|(at, _)| begin <= at) {
+            continue;
+        }
+        let Some(quiet) = quiet_bits(track, timeline, end, &[]) else { continue };
+        let responds =
+            |bit: &&u16| responses_of(&quiet, **bit, track).is_some_and(|responses| responses.to_last());
+        let count = quiet.bits.iter().filter(responds).count();
+        if count > 0 {
+            messages.push(key);
+            bits += count;
+        }
+    }
+    (messages, bits)
+}
+
+/// The responses of one bit.
+fn responses_of(quiet: &QuietBits<'_>, bit: u16, track: &Track) -> Option<Responses> {
+    let layout = Layout { start: bit, length: 1, order: ByteOrder::Intel, signed: false };
+    let codec = SignalCodec::new(layout, track.shortest()).ok()?;
+    Some(Responses::new(quiet, &codec))
+}
+
+/// The bits that respond to an action; `None` without one, or when so many do that they are no signal.
+fn responding_bits(quiet: &QuietBits<'_>, track: &Track) -> Option<Vec<(u16, Responses)>> {
+    let mut found = Vec::new();
+    for bit in &quiet.bits {
+        let Some(responses) = responses_of(quiet, *bit, track) else { continue };
+        let timeline = quiet.timeline;
+        let responds =
+            |action| responses.typical(timeline, action).is_some_and(|typical| typical.response.is_some());
+        if Action::ALL.into_iter().any(responds) {
+            found.push((*bit, responses));
+        }
+    }
+    (!found.is_empty() && found.len() <= MAX_RESPONDING).then_some(found)
+}
+
+/// The typical responses to all actions; `None` when there is none to the left or to the right.
+fn typical(responses: &Responses, timeline: &Timeline) -> Option<[Typical; 3]> {
+    let [left, right, hazard] = Action::ALL.map(|action| responses.typical(timeline, action));
+    let unknown = Typical { response: None, count: 0, of: timeline.count(Action::Hazard) };
+    Some([left?, right?, hazard.unwrap_or(unknown)])
+}
+
+fn followed(typical: &[Typical; 3]) -> [(usize, usize); 3] {
+    typical.map(|typical| (typical.count, typical.of))
+}
+
+fn missed(followed: &[(usize, usize); 3]) -> Option<Drawback> {
+    let missed = followed.iter().map(|(count, of)| of - count).sum();
+    (missed > 0).then_some(Drawback::Missed(missed))
+}
+
+/// Candidates for the turn indicators, the best first.
+pub(super) fn turn(messages: &[Responding<'_>], timeline: &Timeline) -> Vec<Candidate<TurnForm>> {
+    let mut candidates = Vec::new();
+    for message in messages {
+        for (layout, responses) in message.fields() {
+            candidates.extend(enumerated(message, layout, &responses, timeline));
+        }
+    }
+    let sides: Vec<_> = messages.iter().flat_map(|message| sides(message, timeline)).collect();
+    for left in sides.iter().filter(|side| side.is_left) {
+        for right in sides.iter().filter(|side| !side.is_left) {
+            candidates.extend(pair(left, right));
+        }
+    }
+    candidates.sort_by_key(Candidate::weight);
+    candidates
+}
+
+fn enumerated(
+    message: &Responding<'_>,
+    layout: Layout,
+    responses: &Responses,
+    timeline: &Timeline,
+) -> Option<Candidate<TurnForm>> {
+    let typical = typical(responses, timeline)?;
+    let [Some(left), Some(right), hazard] = typical.map(|typical| typical.response) else { return None };
+    if left.value == right.value || left.shape != right.shape {
+        return None;
+    }
+    let signal = message.signal(layout);
+    let mut drawbacks = message.drawbacks(&signal.bits(), responses.idle);
+    let form = match left.shape {
+        Shape::Flashing => return None,
+        Shape::Steady => {
+            if hazard.is_some_and(|hazard| [left.value, right.value].contains(&hazard.value)) {
+                return None;
+            }
+            let both = hazard.filter(|hazard| hazard.shape == Shape::Steady).map(|hazard| hazard.value);
+            drawbacks.extend(both.is_none().then_some(Drawback::HidesHazard));
+            TurnForm::Enumerated { signal, off: responses.idle, left: left.value, right: right.value, both }
+        }
+        // A part of a stalk's values may take a half press for a full one.
+        Shape::Momentary if drawbacks.iter().any(|drawback| matches!(drawback, Drawback::Cut(_))) => {
+            return None;
+        }
+        Shape::Momentary => {
+            drawbacks.push(Drawback::Momentary);
+            stalk(signal, responses, left, right)
+        }
+    };
+    let followed = followed(&typical);
+    drawbacks.extend(missed(&followed));
+    Some(Candidate { form, shape: left.shape, followed, drawbacks })
+}
+
+/// A stalk with the half presses that were seen on the way to a full press, or that ended an indication.
+fn stalk(signal: FoundSignal, responses: &Responses, left: Response, right: Response) -> TurnForm {
+    let full = [left.value, right.value];
+    let on_the_way =
+        |to: u64| responses.detents.iter().find(|(from, full)| **full == to && !is_full(**from, left, right));
+    let ending = |action| {
+        let values = responses.endings.iter().filter(move |(ended, _)| *ended == action);
+        values.map(|(_, value)| *value).find(|value| !full.contains(value))
+    };
+    // The left half ends an indication to the right.
+    let half = [(left, Action::Right), (right, Action::Left)]
+        .map(|(full, ended)| on_the_way(full.value).map(|(half, _)| *half).or_else(|| ending(ended)));
+    let cancels = |action, value| responses.endings.contains(&(action, value));
+    let opposite_full_cancels =
+        half == [None, None] && (cancels(Action::Left, right.value) || cancels(Action::Right, left.value));
+    TurnForm::Stalk {
+        signal,
+        idle: responses.idle,
+        left: left.value,
+        right: right.value,
+        half,
+        opposite_full_cancels,
+    }
+}
+
+fn is_full(value: u64, left: Response, right: Response) -> bool {
+    value == left.value || value == right.value
+}
+
+/// A bit that is on for one side.
+struct Side<'a> {
+    message: &'a Responding<'a>,
+    is_left: bool,
+    switch: Switch,
+    shape: Shape,
+    hazard: Option<Shape>,
+    typical: [Typical; 3],
+}
+
+fn sides<'a>(message: &'a Responding<'a>, timeline: &Timeline) -> Vec<Side<'a>> {
+    let side = |(bit, responses): &(u16, Responses)| {
+        let typical = typical(responses, timeline)?;
+        let (is_left, response) = match (typical[0].response, typical[1].response) {
+            (Some(response), None) => (true, response),
+            (None, Some(response)) => (false, response),
+            (Some(_), Some(_)) | (None, None) => return None,
+        };
+        let switch = switch(message, *bit, responses, response);
+        let hazard = typical[2].response.map(|response| response.shape);
+        Some(Side { message, is_left, switch, shape: response.shape, hazard, typical })
+    };
+    message.bits.iter().filter_map(side).collect()
+}
+
+fn switch(message: &Responding<'_>, bit: u16, responses: &Responses, response: Response) -> Switch {
+    let layout = Layout { start: bit, length: 1, order: ByteOrder::Intel, signed: false };
+    Switch { signal: message.signal(layout), off: responses.idle, on: response.value }
+}
+
+fn pair(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
+    let is_one_message = left.message.key == right.message.key;
+    let lamps = left.shape == Shape::Flashing;
+    if left.shape != right.shape || left.shape == Shape::Momentary || (lamps && !is_one_message) {
+        return None;
+    }
+    let shows_hazard = match (left.hazard, right.hazard) {
+        (None, None) => false,
+        (Some(a), Some(b)) if a == left.shape && b == left.shape => true,
+        (None | Some(_), None | Some(_)) => return None,
+    };
+    let bits = [left, right].map(|side| side.switch.signal.layout.start);
+    let mut drawbacks = if is_one_message {
+        left.message.drawbacks(&bits, left.switch.off | right.switch.off)
+    } else {
+        let mut drawbacks = left.message.drawbacks(&bits[..1], left.switch.off);
+        for drawback in right.message.drawbacks(&bits[1..], right.switch.off) {
+            if !drawbacks.contains(&drawback) {
+                drawbacks.push(drawback);
+            }
+        }
+        drawbacks.push(Drawback::TwoMessages);
+        drawbacks
+    };
+    drawbacks.extend(lamps.then_some(Drawback::Flashes));
+    drawbacks.extend((!shows_hazard).then_some(Drawback::HidesHazard));
+    let worse = |at: usize| {
+        let (a, b) = (left.typical[at], right.typical[at]);
+        (a.count.min(b.count), a.of)
+    };
+    let followed = [worse(0), worse(1), worse(2)];
+    drawbacks.extend(missed(&followed));
+    let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps, shows_hazard };
+    Some(Candidate { form, shape: left.shape, followed, drawbacks })
+}
+
+/// Candidates for hazard lights with a signal of their own, the best first.
+pub(super) fn hazard(
+    messages: &[Responding<'_>],
+    turn: &[MessageKey],
+    timeline: &Timeline,
+) -> Vec<Candidate<HazardForm>> {
+    let mut candidates = Vec::new();
+    for message in messages {
+        for (bit, responses) in &message.bits {
+            let Some(typical) = typical(responses, timeline) else { continue };
+            let [None, None, Some(response)] = typical.map(|typical| typical.response) else { continue };
+            let switch = switch(message, *bit, responses, response);
+            let mut drawbacks = message.drawbacks(&[*bit], responses.idle);
+            drawbacks.extend((!turn.contains(&message.key)).then_some(Drawback::OtherMessage));
+            let form = match response.shape {
+                Shape::Steady => HazardForm::Signal(switch),
+                Shape::Momentary => {
+                    drawbacks.push(Drawback::Momentary);
+                    HazardForm::Button(switch)
+                }
+                // The lamp of the switch, which flashes: hazard lights are not derived from one lamp.
+                Shape::Flashing => continue,
+            };
+            let followed = followed(&typical);
+            drawbacks.extend(missed(&followed));
+            candidates.push(Candidate { form, shape: response.shape, followed, drawbacks });
+        }
+    }
+    candidates.sort_by_key(Candidate::weight);
+    candidates
+}

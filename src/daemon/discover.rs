@@ -1,0 +1,85 @@
+//! A discovery on interfaces, in real time.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use tokio::time::sleep_until;
+
+use super::gateway_io::StopSignals;
+use super::receivers::Receivers;
+use super::{DaemonError, runtime};
+use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
+use crate::core::discovery::findings::Findings;
+use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
+use crate::core::discovery::session::SessionSettings;
+use crate::core::time::Now;
+use crate::io::clock::Clock;
+
+/// Something that happened in a discovery.
+#[derive(Debug)]
+pub enum LiveEvent<'a> {
+    /// An input of the interfaces.
+    Input(&'a CanInput),
+    /// An event for the driver.
+    Discovery(&'a DiscoveryEvent),
+    /// Time has passed.
+    Tick,
+}
+
+/// Interval at which a countdown moves.
+const TICK: Duration = Duration::from_millis(100);
+
+/// Discovers on these interfaces, whose positions are their buses. `None` when a signal requested a stop.
+///
+/// # Errors
+/// See [`DaemonError`]; an error of `take` ends the discovery.
+pub fn discover(
+    interfaces: &[String],
+    settings: SessionSettings,
+    mut take: impl FnMut(LiveEvent<'_>, &Discovery, Now) -> io::Result<()>,
+) -> Result<Option<(Discovery, Findings)>, DaemonError> {
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let mut receivers = Receivers::of_all_frames(interfaces);
+        let (links, _) = receivers.first_links(interfaces.len()).await?;
+        if let Some((interface, state)) =
+            interfaces.iter().zip(links).find(|(_, state)| *state != LinkState::Up)
+        {
+            return Err(DaemonError::NoLink { interface: interface.clone(), state });
+        }
+        let clock = Clock::start();
+        let mut discovery = Discovery::new(settings);
+        loop {
+            let now = clock.now();
+            while let Some(event) = discovery.poll_event(now.mono) {
+                take(LiveEvent::Discovery(&event), &discovery, now)?;
+                if let DiscoveryEvent::Finished(findings) = event {
+                    return Ok(Some((discovery, *findings)));
+                }
+            }
+            take(LiveEvent::Tick, &discovery, now)?;
+            let tick = Instant::now() + TICK;
+            let wake = discovery.next_deadline().map_or(tick, |next| clock.instant(next).min(tick));
+            // A busy bus does not hold the countdown up: it moves once in a while.
+            loop {
+                tokio::select! {
+                    () = stop.requested() => return Ok(None),
+                    batch = receivers.recv() => {
+                        let now = clock.now();
+                        for input in batch? {
+                            if let CanInput::Frame { bus, frame, .. } = &input {
+                                discovery.frame_arrived(*bus, frame, now.mono);
+                            }
+                            take(LiveEvent::Input(&input), &discovery, now)?;
+                        }
+                    }
+                    () = sleep_until(wake.into()) => break,
+                }
+                if Instant::now() >= wake {
+                    break;
+                }
+            }
+        }
+    })
+}

@@ -1,0 +1,124 @@
+//! A discovery as text, for a person in a car.
+
+use std::fmt::Write as _;
+
+use crate::core::can::mark::Mark;
+use crate::core::discovery::capture::MessageKey;
+use crate::core::discovery::findings::{Certainty, Findings};
+use crate::core::discovery::timeline::Action;
+use crate::core::time::MonoTime;
+
+/// What the driver is asked to do, as the beginning of a line.
+pub fn request(mark: Mark) -> &'static str {
+    match mark {
+        Mark::Quiet => "HANDS OFF  touch nothing: no pedal, no lever, no wheel",
+        Mark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
+        Mark::Right => "RIGHT      indicate RIGHT now, all the way, and leave it on",
+        Mark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",
+        Mark::Off => "OFF        everything off again",
+    }
+}
+
+/// The action that comes next.
+pub fn next(action: Option<Action>) -> String {
+    action.map_or(String::new(), |action| format!("next: {}", action.to_string().to_uppercase()))
+}
+
+/// A bar for the time left, with whole seconds: `■■■□□ 3 s`.
+pub fn countdown(from: MonoTime, until: MonoTime, now: MonoTime) -> String {
+    let total = until.since(from).as_millis().div_ceil(1000).max(1);
+    let left = until.since(now).as_millis().div_ceil(1000).min(total);
+    let squares = |count: u128, square: &str| square.repeat(usize::try_from(count).unwrap_or(0));
+    format!("{}{} {left:>2} s", squares(total - left, "■"), squares(left, "□"))
+}
+
+/// What responded to an action: `4 bits of 2A5 and 1F0 responded`.
+pub fn seen(action: Action, messages: &[MessageKey], bits: usize) -> String {
+    const LISTED: usize = 4;
+    if messages.is_empty() {
+        return format!("{action}: nothing responded");
+    }
+    let ids: Vec<_> = messages.iter().take(LISTED).map(|key| format!("0x{}", key.id)).collect();
+    let more = messages.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let bits = if bits == 1 { "1 bit".to_owned() } else { format!("{bits} bits") };
+    format!("{action}: {bits} responded, in {}{more}", ids.join(", "))
+}
+
+/// Why actions are repeated.
+pub fn repeats(actions: &[Action]) -> String {
+    let names: Vec<_> = actions.iter().map(|action| action.to_string().to_uppercase()).collect();
+    format!("Not sure about {} yet: once more.", names.join(" and "))
+}
+
+/// The largest number of rivals that are listed.
+const MAX_RIVALS: usize = 3;
+
+/// The result, in lines.
+pub fn result(findings: &Findings) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |heading: &str, content: &str| {
+        let _ = writeln!(text, "{heading:<9} {content}");
+    };
+    let sides = [Action::Left, Action::Right].map(|side| findings.certainty(side));
+    match findings.turn.first() {
+        Some(turn) if findings.is_usable() => {
+            line("turn", &turn.form.to_string());
+            let [left, right] = [Action::Left, Action::Right].map(|side| turn.followed_text(side));
+            line("", &format!("followed {left} requests to the left, {right} to the right"));
+            for rival in findings.turn.iter().skip(1).take(MAX_RIVALS) {
+                line("  rival", &rival.form.to_string());
+                line("", &format!("  not taken: {}", rival.explanation(turn)));
+            }
+        }
+        Some(turn) => {
+            let [left, right] = sides;
+            line("turn", &format!("NOT SURE (left: {left}, right: {right}). The best candidate is"));
+            line("", &turn.form.to_string());
+            let [left, right] = [Action::Left, Action::Right].map(|side| turn.followed_text(side));
+            line("", &format!("but it followed only {left} requests to the left, {right} to the right"));
+        }
+        None => line("turn", "NOT FOUND: no signal on this bus follows both sides"),
+    }
+    match findings.hazard.first() {
+        Some(hazard) if findings.certainty(Action::Hazard) == Certainty::Sure => {
+            line("hazard", &hazard.form.to_string());
+            line("", &format!("followed {} requests", hazard.followed_text(Action::Hazard)));
+        }
+        Some(hazard) => {
+            line("hazard", &format!("NOT SURE: {}", hazard.form));
+            line("", &format!("followed {} requests; left unbound", hazard.followed_text(Action::Hazard)));
+        }
+        None => line("hazard", "not visible on this bus; left unbound"),
+    }
+    let turn = findings.turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
+    let hazard = findings.hazard.first().and_then(|hazard| hazard.form.signal());
+    let mut messages: Vec<_> = turn.into_iter().chain(hazard).map(|signal| signal.message).collect();
+    messages.sort_unstable();
+    messages.dedup();
+    for message in messages {
+        let Some(protection) = findings.protection.get(&message) else { continue };
+        let counter =
+            protection.counter.map(|counter| format!("counter {} to {}", counter.first, counter.last));
+        let checksum = protection.checksum.as_ref().map(|checksum| format!("checksum {}", checksum.kind));
+        let found: Vec<_> = counter.into_iter().chain(checksum).collect();
+        let found =
+            if found.is_empty() { "neither counter nor known checksum".to_owned() } else { found.join(", ") };
+        line("protected", &format!("0x{}: {found}", message.id));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn countdown_shows_the_seconds_left() {
+        let at = MonoTime::from_millis;
+        assert_eq!(countdown(at(1000), at(6000), at(1000)), "□□□□□  5 s");
+        assert_eq!(countdown(at(1000), at(6000), at(4500)), "■■■□□  2 s");
+        assert_eq!(countdown(at(1000), at(6000), at(9000)), "■■■■■  0 s");
+    }
+}

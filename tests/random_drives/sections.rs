@@ -1,0 +1,143 @@
+//! Where each side is to be shown in a drive, from its file and its map alone, without any decider.
+
+use signal_gateway::config::drive::{DriveFile, Plan, PlanKind, PlannedShift};
+use signal_gateway::core::map::geometry::Point;
+use signal_gateway::core::map::geometry::polyline::{length_m, nearest};
+use signal_gateway::core::map::geometry::required_end::required_end;
+use signal_gateway::core::map::lane_network::{Lane, TurnDirection};
+use signal_gateway::core::turn_signal::route::Segment;
+use signal_gateway::core::turn_signal::side::Side;
+
+/// The front of the sample vehicle before its rear axle, metres.
+const FRONT_M: f64 = 3.79;
+/// Sections are checked this far from their ends, metres: distances are those along the middle of the lanes.
+const MARGIN_M: f64 = 1.5;
+/// Of manoeuvres that begin within this distance, either may be signalled, metres.
+const SAME_START_M: f64 = 3.0;
+/// Nothing is announced farther ahead than this at the speeds of these drives, metres.
+const FARTHEST_M: f64 = 80.0;
+
+/// Where a side is to be shown: from the front at the start of a required section to the rear axle at its end.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch {
+    pub(super) side: Side,
+    from_m: f64,
+    required_to_m: f64,
+    /// End of the desired section.
+    to_m: f64,
+}
+
+impl Stretch {
+    fn new(side: Side, from_m: f64, required_to_m: f64, to_m: f64) -> Self {
+        Self { side, from_m: from_m - FRONT_M, required_to_m, to_m }
+    }
+
+    /// Surely required at a position.
+    pub(super) fn requires_at(&self, at_m: f64) -> bool {
+        (self.from_m + MARGIN_M..=self.required_to_m - MARGIN_M).contains(&at_m)
+    }
+
+    /// Perhaps required at a position.
+    pub(super) fn may_require_at(&self, at_m: f64) -> bool {
+        (self.from_m - SAME_START_M..=self.required_to_m + MARGIN_M).contains(&at_m)
+    }
+
+    /// Perhaps wanted at a position.
+    pub(super) fn may_want_at(&self, at_m: f64) -> bool {
+        (self.from_m - FARTHEST_M..=self.to_m + MARGIN_M).contains(&at_m)
+    }
+}
+
+/// The stretches of all manoeuvres that the file plans, and of the turns and roundabouts of its route.
+pub(super) fn stretches(file: &DriveFile) -> Vec<Stretch> {
+    let planned = file.manoeuvres.iter().flat_map(planned);
+    planned.chain(turns(file)).chain(roundabouts(file)).collect()
+}
+
+/// The lanelets of the route, each with the position of its start.
+fn lanes(file: &DriveFile) -> Vec<(f64, &Lane)> {
+    let mut from_m = 0.0;
+    let lane = |segment: &Segment| {
+        let lane = file.road.lane(segment.preferred).unwrap();
+        let start_m = from_m;
+        from_m += lane.length_m();
+        (start_m, lane)
+    };
+    file.route.segments.iter().map(lane).collect()
+}
+
+/// One turn for consecutive lanelets of one direction.
+fn turns(file: &DriveFile) -> Vec<Stretch> {
+    let side = |lane: &Lane| match lane.turn_direction {
+        TurnDirection::Left => Some(Side::Left),
+        TurnDirection::Right => Some(Side::Right),
+        TurnDirection::None | TurnDirection::Straight => None,
+    };
+    let threshold_deg = file.decider.parameters.intersection_angle_threshold_deg;
+    let lanes = lanes(file);
+    let stretch = |lanes: &[(f64, &Lane)]| {
+        let middle: Vec<Point> = lanes.iter().flat_map(|(_, lane)| lane.centerline.iter().copied()).collect();
+        Some(bend(lanes.first()?.0, &middle, side(lanes.first()?.1)?, threshold_deg))
+    };
+    lanes.chunk_by(|(_, one), (_, next)| side(one) == side(next)).filter_map(stretch).collect()
+}
+
+fn bend(from_m: f64, middle: &[Point], side: Side, threshold_deg: f64) -> Stretch {
+    let end = required_end(middle, threshold_deg).unwrap();
+    let required_m = nearest(middle, end.position).unwrap().arc_m;
+    Stretch::new(side, from_m, from_m + required_m, from_m + length_m(middle))
+}
+
+/// Entries with a side, and exits.
+fn roundabouts(file: &DriveFile) -> Vec<Stretch> {
+    let parameters = &file.decider.parameters;
+    let lanes = lanes(file);
+    let mut found = Vec::new();
+    for (index, (from_m, lane)) in lanes.iter().enumerate() {
+        let bend = |side| {
+            let threshold_deg = parameters.roundabout_angle_threshold_deg;
+            bend(*from_m, &lane.centerline, side, threshold_deg)
+        };
+        for element in file.road.roundabouts_of(lane.id) {
+            if element.entries.contains(&lane.id) {
+                let inside = lanes.iter().skip(index + 1).take_while(|(_, lane)| element.contains(lane.id));
+                let Some((last_m, last)) = inside.last() else { continue };
+                let side = if lane.exits_signalled_left.contains(&last.id) {
+                    Some(Side::Left)
+                } else if lane.exits_signalled_right.contains(&last.id) {
+                    Some(Side::Right)
+                } else {
+                    parameters.roundabout_on_entry
+                };
+                let lasting_m = parameters.roundabout_entry_persists.then(|| last_m + last.length_m());
+                let lasting = |entry: Stretch| Stretch { to_m: lasting_m.unwrap_or(entry.to_m), ..entry };
+                found.extend(side.map(bend).map(lasting));
+            }
+            if element.exits.contains(&lane.id) {
+                found.extend(parameters.roundabout_on_exit.map(bend));
+            }
+        }
+    }
+    found
+}
+
+fn planned(plan: &Plan) -> Vec<Stretch> {
+    let side = |offset_m: f64| if offset_m > 0.0 { Side::Left } else { Side::Right };
+    let whole = |side, from_m, to_m| Stretch::new(side, from_m, to_m, to_m);
+    match &plan.kind {
+        PlanKind::Avoidance { lines } => {
+            let mut before_m = 0.0;
+            let mut stretch = |line: &PlannedShift| {
+                let moved_m = line.offset_m - std::mem::replace(&mut before_m, line.offset_m);
+                whole(side(moved_m), line.from_m, line.to_m)
+            };
+            lines.iter().map(&mut stretch).collect()
+        }
+        PlanKind::LaneChange { side, from_m, to_m, crossing_m, .. } => {
+            vec![Stretch::new(*side, *from_m, *crossing_m, *to_m)]
+        }
+        PlanKind::PullOut { shift, .. } => vec![whole(side(-shift.offset_m), shift.from_m, shift.to_m)],
+        PlanKind::PullOver { shift, .. } => vec![whole(side(shift.offset_m), shift.from_m, shift.to_m)],
+        PlanKind::SideShift(_) => Vec::new(),
+    }
+}

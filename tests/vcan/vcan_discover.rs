@@ -1,0 +1,137 @@
+//! `discover` live, with the simulated vehicles of shipped profiles as cars that nobody knows.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::support::prerequisite::{Missing, require};
+use crate::support::vcan::Vcan;
+
+/// Profiles for the quick run: an enumerated state, lamps, a message that is sent on change.
+const PROFILES: [&str; 3] = ["mazda_2017", "hyundai_kia", "demo_vehicle"];
+/// Number of vehicles that are discovered at the same time.
+const MAX_AT_ONCE: usize = 12;
+
+/// What the driver does at a request.
+fn action(line: &str, before: &mut &'static str) -> Option<&'static str> {
+    let has = |word: &str| line.split_whitespace().any(|field| field == word);
+    let (action, now) = if has("HANDS") {
+        return None;
+    } else if has("OFF") {
+        (if *before == "hazard" { "hazard off" } else { "stalk off" }, "off")
+    } else if has("LEFT") && has("indicate") {
+        ("stalk left", "left")
+    } else if has("RIGHT") && has("indicate") {
+        ("stalk right", "right")
+    } else if has("HAZARD") && has("press") {
+        ("hazard on", "hazard")
+    } else {
+        return None;
+    };
+    *before = now;
+    Some(action)
+}
+
+/// Runs a session; returns what it printed, with its exit code.
+fn session(profile: &str, interface: &str, folder: &Path) -> (Option<i32>, String) {
+    let gateway = || Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    let mut car = gateway()
+        .args(["vehicle", "--profile", profile, "--interface", interface])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut driver = car.stdin.take().unwrap();
+    let mut discover = gateway()
+        .current_dir(folder)
+        .args(["discover", "--live", interface, "--output", "car"])
+        .args(["--quiet-s", "4", "--hold-s", "4", "--rest-s", "3"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut text, mut before) = (String::new(), "off");
+    for line in BufReader::new(discover.stdout.take().unwrap()).lines() {
+        let line = line.unwrap();
+        if let Some(action) = action(&line, &mut before) {
+            writeln!(driver, "{action}").unwrap();
+        }
+        text += &(line + "\n");
+    }
+    let code = discover.wait().unwrap().code();
+    car.kill().unwrap();
+    car.wait().unwrap();
+    (code, text)
+}
+
+/// Discovers the vehicles, each on an interface of its own, all at the same time: both sides are found, and the recorded
+/// session has the actions when the written configuration replays it.
+fn discover_live(profiles: &[String]) -> Result<(), Missing> {
+    const NAMES: [&str; MAX_AT_ONCE] = [
+        "vcan-d0", "vcan-d1", "vcan-d2", "vcan-d3", "vcan-d4", "vcan-d5", "vcan-d6", "vcan-d7", "vcan-d8",
+        "vcan-d9", "vcan-d10", "vcan-d11",
+    ];
+    let interfaces: Vec<_> =
+        profiles.iter().zip(NAMES).map(|(_, name)| Vcan::new(name)).collect::<Result<_, _>>()?;
+    let sessions: Vec<_> = profiles
+        .iter()
+        .zip(&interfaces)
+        .map(|(profile, interface)| {
+            let (profile, interface) = (profile.clone(), interface.name);
+            std::thread::spawn(move || {
+                let folder = tempfile::tempdir().unwrap();
+                let (code, text) = session(&profile, interface, folder.path());
+                (profile, folder, code, text)
+            })
+        })
+        .collect();
+    let mut failures = Vec::new();
+    for session in sessions {
+        let (profile, folder, code, text) = session.join().unwrap();
+        println!("--- {profile}\n{text}");
+        let replay = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
+            .current_dir(folder.path().join("car"))
+            .args(["replay", "session.log", "--config", "gateway.toml"])
+            .output()
+            .unwrap();
+        let reported = String::from_utf8_lossy(&replay.stdout);
+        let is_reported = |state: &str| reported.matches(state).count() >= 2;
+        let is_sure = text.contains("requests to the left") && !text.contains("NOT SURE");
+        if !matches!(code, Some(0 | 4))
+            || !is_sure
+            || !is_reported("ENABLE_LEFT")
+            || !is_reported("ENABLE_RIGHT")
+        {
+            failures.push(format!("--- {profile}: {code:?}\n{text}\n{reported}"));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    Ok(())
+}
+
+#[test]
+fn simulated_vehicles_are_discovered_live_and_their_actions_are_reported() {
+    require!(discover_live(&PROFILES.map(str::to_owned)));
+}
+
+mod slow {
+    use super::{Command, MAX_AT_ONCE, discover_live, require};
+
+    /// The shipped profiles that describe turn indicators.
+    fn profiles() -> Vec<String> {
+        let list =
+            Command::new(env!("CARGO_BIN_EXE_signal-gateway")).args(["profiles", "list"]).output().unwrap();
+        let list = String::from_utf8(list.stdout).unwrap();
+        let with_turn = list.lines().filter(|line| line.contains(": turn"));
+        with_turn.map(|line| line.split_whitespace().next().unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn every_shipped_vehicle_is_discovered_live_and_its_actions_are_reported() {
+        let profiles = profiles();
+        assert!(profiles.len() >= 47, "{profiles:?}");
+        for profiles in profiles.chunks(MAX_AT_ONCE) {
+            require!(discover_live(profiles));
+        }
+    }
+}
