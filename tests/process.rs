@@ -11,6 +11,7 @@ mod process {
     mod discover_command;
     mod lights_command;
     mod log_output;
+    mod mcap;
     mod metrics_endpoint;
     mod pictures;
     mod refusals;

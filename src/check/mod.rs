@@ -9,6 +9,7 @@ mod map;
 mod names;
 mod report;
 mod survey;
+pub mod timeline;
 mod traffic_lights;
 mod turn_signal;
 

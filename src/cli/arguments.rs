@@ -136,6 +136,23 @@ pub(super) fn open(path: &Path, shown: Shown) -> Result<Log, Failure> {
     open().map_err(Failure::file(path))
 }
 
+/// The path of a picture, which is SVG.
+pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    match extension.as_deref() {
+        Some("svg") => Ok(path),
+        Some(other) => {
+            let stem = path.with_extension("svg");
+            let stem = stem.display();
+            Err(format!(
+                "expected a name that ends in .svg, found .{other}; draw {stem} and convert it, e.g. with rsvg-convert"
+            ))
+        }
+        None => Err("expected a name that ends in .svg".to_owned()),
+    }
+}
+
 /// Writes a chart to a file.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     std::fs::write(path, chart.to_svg()).map_err(Failure::file(path))

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{Every, draw, file_name};
+use super::arguments::{Every, draw, file_name, svg_path};
 use super::progress::Progress;
 use super::{Failure, messages};
 use crate::config::drive::{self, DriveFile};
@@ -66,7 +66,7 @@ pub(super) struct DecideArgs {
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
     /// Draw the route with all sections and signals as well
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path)]
     picture: Option<PathBuf>,
 }
 

@@ -260,7 +260,7 @@ impl Screen {
                     Mark::Quiet | Mark::Off => "     ".to_owned(),
                     Mark::Left | Mark::Right | Mark::Hazard => format!("{done}/{all}  "),
                 };
-                let text = format!("{step}{:<62}{}", texts::request(*mark), texts::next(*next));
+                let text = format!("{step}{:<60}{}", texts::request(*mark), texts::next(*next));
                 if !self.is_terminal {
                     self.line(text.trim_end())?;
                 }
@@ -281,7 +281,9 @@ impl Screen {
             return Ok(());
         };
         let mut out = io::stdout().lock();
-        write!(out, "\r\x1b[K\x1b[1m> {text}\x1b[0m  {}", texts::countdown(*from, *until, now))?;
+        // A line that the terminal wraps cannot be erased: without what comes next it fits 80 columns.
+        let request = text.split("  next: ").next().unwrap_or(text).trim_end();
+        write!(out, "\r\x1b[K\x1b[1m> {request}\x1b[0m  {}", texts::countdown(*from, *until, now))?;
         out.flush()
     }
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{Every, draw, file_name, seconds};
+use super::arguments::{Every, draw, file_name, seconds, svg_path};
 use super::progress::Progress;
 use super::{Failure, messages};
 use crate::config::files::Disk;
@@ -108,7 +108,7 @@ pub(super) struct LightsArgs {
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
     /// Draw the timeline as well
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path)]
     picture: Option<PathBuf>,
 }
 
@@ -178,10 +178,10 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         Some(ScenarioOutcome::Failure) => Some(false),
         Some(ScenarioOutcome::Stopped | ScenarioOutcome::Fault(_)) | None => None,
     };
-    let undecided = uncertain_ends.iter().find(|end| Some(end.success) != decided);
+    let undecided = uncertain_ends.iter().find(|end| end.success != decided);
     let undecided = undecided.filter(|_| !matches!(run.verdict(), Some(ScenarioOutcome::Fault(_))));
     if let Some(end) = undecided {
-        writeln!(out, "{}", writer.undecided(run.at().min(until), &end.event))?;
+        writeln!(out, "{}", writer.undecided(run.at().min(until), &end.to_string()))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
@@ -213,6 +213,10 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
     }
     if let Some(path) = &file.map {
         return read_map(path, "it is the map that the scenario names: give another one with --map FILE.osm");
+    }
+    if let Some(reason) = &file.unresolved_map {
+        let remedy = "or give the map with --map FILE.osm, or --without-map";
+        return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
     }
     if file.groups.is_empty() {
         let reason = "it names no map and no groups, so its lights are not known";

@@ -1,7 +1,7 @@
 //! `run` and `demo`: the gateway in real time.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -23,6 +23,7 @@ pub(super) const RUN_HELP: &str = "\
 Examples:
   signal-gateway run --config /etc/signal-gateway/gateway.toml
   RUST_LOG=debug signal-gateway run --config config/gateway.toml
+  signal-gateway run --record /var/lib/signal-gateway/bags
   signal-gateway run -c config/gateway.toml --ros-args -r __ns:=/car -p use_sim_time:=true
 
 Behind --ros-args stands what launch files append: names and topics, the parameters config, profile
@@ -41,6 +42,9 @@ Examples:
 pub(super) struct RunArgs {
     #[command(flatten)]
     config: ConfigArgs,
+    /// Record what is received and published in DIR, as MCAP files of rosbag2; [mcap] in the configuration bounds them
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
     #[command(flatten)]
     isolation: IsolationArgs,
     #[command(flatten)]
@@ -86,6 +90,9 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     args.config.config = args.config.config.or(ros.config);
     args.config.profile = args.config.profile.or(ros.profile);
     let mut settings = settings_of_node(&args.config, &ros.overrides)?;
+    if let Some(folder) = &args.record {
+        settings.mcap.folder = Some(folder.clone());
+    }
     settings.ros.isolated = !args.isolation.no_isolation;
     let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
     daemon::run(settings, view)?;

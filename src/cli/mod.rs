@@ -9,6 +9,7 @@ mod inspect;
 mod lights;
 mod live;
 mod manual;
+mod mcap_export;
 mod messages;
 mod profiles;
 mod progress;

@@ -1,20 +1,23 @@
 //! `replay`: the gateway over a recording.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{RecordingArgs, Shown, open, recording, settings, speed};
+use super::arguments::{RecordingArgs, Shown, draw, file_name, open, recording, settings, speed, svg_path};
 use super::live::IsolationArgs;
+use super::mcap_export::McapExport;
 use super::{Failure, messages};
 use crate::check::bad_lines_text;
+use crate::check::timeline::TimelineCollector;
 use crate::config::Settings;
 use crate::config::gateway::Stamps;
 use crate::core::gateway::event::Output;
-use crate::core::time::MonoTime;
+use crate::core::time::{MonoTime, Now};
 use crate::daemon::publisher::topics;
+use crate::daemon::recording::encoder;
 use crate::daemon::{self, Playback};
 use crate::io::can::log::{Log, no_frame};
 use crate::io::process_log::LogForm;
@@ -27,6 +30,7 @@ pub(super) const REPLAY_HELP: &str = "\
 Examples:
   signal-gateway replay --config config/demo.toml --json
   signal-gateway replay drive.log.gz --profile hyundai_kia
+  signal-gateway replay drive.log -c gateway.toml --mcap drive.mcap --report drive.html
   signal-gateway replay drive.log --config gateway.toml --map can1=body \\
     --speed 1 --ros
 
@@ -43,6 +47,15 @@ pub(super) struct ReplayArgs {
     /// Print JSON lines
     #[arg(long)]
     json: bool,
+    /// Write frames and messages to an MCAP file as well, or without `.mcap` to the folder of a rosbag2 bag
+    #[arg(long, value_name = "FILE.mcap|DIR", conflicts_with_all = ["speed", "ros"])]
+    mcap: Option<PathBuf>,
+    /// Write a page with the timeline as well: states, and the frame behind each
+    #[arg(long, value_name = "FILE.html", conflicts_with_all = ["speed", "ros"])]
+    report: Option<PathBuf>,
+    /// Draw the timeline as well
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["speed", "ros"])]
+    picture: Option<PathBuf>,
     /// Play with the original timing times FACTOR; default: as fast as possible
     #[arg(long, value_name = "FACTOR", value_parser = speed)]
     speed: Option<f64>,
@@ -67,13 +80,29 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     }
     let log = open(&path, Shown::WithoutOutput)?;
     let unreadable = Failure::file(&path);
+    let mut mcap =
+        args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?;
+    let mut timeline =
+        (args.report.is_some() || args.picture.is_some()).then(|| TimelineCollector::new(&settings));
+    let vehicle = settings.vehicle.clone();
     let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut changes = Changes::default();
     let outcome = loop {
-        let at = replay.now().mono;
+        let now = replay.now();
         while let Some(output) = replay.poll_output() {
-            write_output(&mut out, json.as_ref(), &mut changes, &output, at)?;
+            write_output(&mut out, json.as_ref(), &mut changes, &output, now.mono)?;
+            mcap.iter_mut().try_for_each(|mcap| mcap.given_out(&output, now.wall))?;
+            if let Some(timeline) = &mut timeline {
+                timeline.given_out(&output, now.mono);
+            }
+        }
+        if let Some((input, at)) = replay.upcoming() {
+            let at = Now { mono: at, wall: now.wall.after(at.since(now.mono)) };
+            mcap.iter_mut().try_for_each(|mcap| mcap.received(input, at.wall))?;
+            if let Some(timeline) = &mut timeline {
+                timeline.received(input, at);
+            }
         }
         match replay.step() {
             Ok(true) => {}
@@ -82,6 +111,14 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         }
     };
     out.flush()?;
+    mcap.map_or(Ok(()), McapExport::finish)?;
+    if let Some(timeline) = timeline {
+        let timeline = timeline.finish(file_name(&path), vehicle, replay.length());
+        if let Some(path) = &args.report {
+            std::fs::write(path, timeline.to_html()).map_err(Failure::file(path))?;
+        }
+        args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
+    }
     mention_losses(&replay);
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }

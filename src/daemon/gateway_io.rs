@@ -15,6 +15,7 @@ use super::fault_recorder::FaultRecorder;
 use super::late_reports::LateReports;
 use super::live::Live;
 use super::publisher::Publisher;
+use super::recording;
 use super::watching::{Process, Watching};
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
@@ -28,11 +29,12 @@ use crate::core::gateway::Gateway;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::process_status::LostLines;
 use crate::core::gateway::snapshot::ProcessSnapshot;
-use crate::core::time::Now;
+use crate::core::time::{Now, WallStamp};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
+use crate::io::mcap::recorder::McapRecorder;
 use crate::io::process_log;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
@@ -53,6 +55,7 @@ pub(super) struct GatewayIo {
     pub(super) stop: StopSignals,
     pub(super) watching: Watching,
     faults: Option<FaultRecorder>,
+    mcap: Option<McapRecorder>,
     late_reports: LateReports,
     /// The node's name for statuses of the process itself; `None` leaves them out.
     node: Option<String>,
@@ -85,6 +88,7 @@ impl GatewayIo {
             stop,
             watching: Watching::start(settings),
             faults: None,
+            mcap: recording::start(settings),
             late_reports: LateReports::default(),
             node: None,
             given_out: Vec::new(),
@@ -112,11 +116,15 @@ impl GatewayIo {
         // The outputs from before the first step belong to the start.
         self.emit_and_send(live, transmitters, clock, read, started);
         while let Some(at) = live.step(read.mono, |input, at| {
-            if let Input::Can(CanInput::Frame { bus, frame, .. }) = input {
+            let Input::Can(input) = input else { return };
+            if let CanInput::Frame { bus, frame, .. } = input {
                 tracing::debug!("received on bus {}: {frame}", bus.0);
             }
-            if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
+            if let Some(faults) = &mut self.faults {
                 faults.keep(*input, at);
+            }
+            if let Some(mcap) = &self.mcap {
+                mcap.received(*input, at.wall);
             }
         }) {
             if let Some(faults) = &mut self.faults {
@@ -126,7 +134,7 @@ impl GatewayIo {
         }
         // All that was due at `read` is decided: what is held now is current.
         for output in self.late_reports.take() {
-            self.publisher.send(&Output::VehicleLights(output));
+            self.publish(&Output::VehicleLights(output), read);
         }
         live.settle_commands(read);
         self.emit_and_send(live, transmitters, clock, read, read);
@@ -168,6 +176,9 @@ impl GatewayIo {
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
                 let result = transmit(frame, transmitters);
+                if let (CommandInput::Sent(_), Some(mcap)) = (&result, &self.mcap) {
+                    mcap.given_out(output.clone(), read.wall);
+                }
                 live.take([result], clock.now());
             }
             self.emit_output(output, now, read.mono.since(now.mono));
@@ -225,13 +236,30 @@ impl GatewayIo {
             | Output::Diagnostics { .. } => {}
         }
         if !self.late_reports.holds(output, lag) {
-            self.publisher.send(output);
+            self.publish(output, Now { wall: now.wall.after(lag), ..now });
         }
         let shown = match &self.json {
             Some(json) => json.line(output, now.mono).map_or(Ok(()), |line| write_line(&line)),
             None => self.view.show(output, now.mono),
         };
         self.note(shown.map_err(DaemonError::from));
+    }
+
+    /// Publishes an output at `now`, and records it. Frames to the vehicle are recorded where they are sent.
+    fn publish(&self, output: &Output, now: Now) {
+        self.publisher.send(output);
+        if let (Some(mcap), false) =
+            (&self.mcap, matches!(output, Output::Command(CommandOutput::Transmit { .. })))
+        {
+            mcap.given_out(output.clone(), now.wall);
+        }
+    }
+
+    /// Records an input of a recording that is played, at the time it is handled.
+    pub(super) fn record_received(&self, input: CanInput, at: WallStamp) {
+        if let Some(mcap) = &self.mcap {
+            mcap.received(input, at);
+        }
     }
 
     fn note(&mut self, outcome: Result<(), DaemonError>) {
@@ -245,10 +273,16 @@ impl GatewayIo {
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
         let recordings = self.faults.as_ref().map(|faults| faults.state().status(node));
+        let mcap = self.mcap.as_ref().map(|mcap| mcap.state().status(node));
         let network = self.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
         let log = log.map(|log| log.with(elsewhere).status(node));
-        recordings.into_iter().chain(log).chain(network.map(|network| network.status(node))).collect()
+        recordings
+            .into_iter()
+            .chain(mcap)
+            .chain(log)
+            .chain(network.map(|network| network.status(node)))
+            .collect()
     }
 
     /// Announces to the service manager that start-up is done.
@@ -309,6 +343,7 @@ impl GatewayIo {
         faults.iter_mut().for_each(FaultRecorder::save_open);
         self.publisher.stop();
         faults.iter_mut().for_each(FaultRecorder::stop);
+        self.mcap.iter().for_each(|mcap| mcap.stop(recording::STOP_PATIENCE));
         tracing::info!("stopped");
     }
 }

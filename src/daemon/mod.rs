@@ -11,6 +11,7 @@ pub mod live;
 mod pages;
 pub mod publisher;
 mod receivers;
+pub mod recording;
 mod ros_environment;
 pub mod vehicle;
 mod watching;
@@ -297,6 +298,15 @@ async fn play_on(
             }
         }
         replay.set_wall_time(clock.now().wall);
+        if let Some((input, at)) = replay.upcoming() {
+            let (mut input, recorded) = (*input, replay.now().wall.after(at.since(replay.now().mono)));
+            let is_present = playback.stamps == Stamps::Now;
+            let wall = if is_present { clock.now().wall } else { recorded };
+            if let (CanInput::Frame { stamp, .. }, true) = (&mut input, is_present) {
+                *stamp = wall;
+            }
+            gateway_io.record_received(input, wall);
+        }
         replay.step().map_err(unreadable)?;
     }
 }

@@ -198,6 +198,14 @@ impl Publisher {
     }
 }
 
+/// Durability of the reports as configured.
+pub(super) fn durability(settings: &Settings) -> Durability {
+    match settings.ros.durability {
+        ConfiguredDurability::TransientLocal => Durability::TransientLocal,
+        ConfiguredDurability::Volatile => Durability::Volatile,
+    }
+}
+
 /// The names by which ROS 2 knows this node.
 fn names(settings: &Settings) -> NodeNames<'_> {
     NodeNames {
@@ -337,10 +345,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         graph: settings.ros.graph,
         domain_id: network.domain_id,
         only_networks: network.only_networks,
-        durability: match settings.ros.durability {
-            ConfiguredDurability::TransientLocal => Durability::TransientLocal,
-            ConfiguredDurability::Volatile => Durability::Volatile,
-        },
+        durability: durability(settings),
         topics: topics(settings),
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),

@@ -4,6 +4,7 @@ pub mod can;
 pub mod clock;
 pub mod http;
 mod journal;
+pub mod mcap;
 pub mod new_files;
 pub mod output_queue;
 pub mod process_log;

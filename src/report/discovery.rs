@@ -11,7 +11,7 @@ use crate::core::time::MonoTime;
 /// What the driver is asked to do, as the beginning of a line.
 pub fn request(mark: Mark) -> &'static str {
     match mark {
-        Mark::Quiet => "HANDS OFF  touch nothing: no pedal, no lever, no wheel",
+        Mark::Quiet => "HANDS OFF  touch nothing: pedals, lever, wheel",
         Mark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
         Mark::Right => "RIGHT      indicate RIGHT now, all the way, and leave it on",
         Mark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",

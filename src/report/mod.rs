@@ -11,6 +11,7 @@
 //! | [`view`] | the present state, on a terminal |
 //! | [`metrics`] | the same for Prometheus |
 //! | [`status`] | the present state of a running gateway |
+//! | [`timeline`] | a recording: states over time, each with the frame behind it |
 //! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
@@ -28,6 +29,7 @@ pub mod metrics;
 pub mod refusal;
 pub mod status;
 pub mod text;
+pub mod timeline;
 pub mod vehicle;
 pub mod view;
 

@@ -14,6 +14,8 @@ pub(crate) enum Prerequisite {
     CanUtils,
     /// A Python with the pinned peers, named by `SIGNAL_GATEWAY_PEER_PYTHON`.
     PeerPython,
+    /// A Python with the pinned readers of MCAP, named by `SIGNAL_GATEWAY_MCAP_PYTHON`.
+    McapPython,
     /// A Python with the pinned opendbc, named by `SIGNAL_GATEWAY_OPENDBC_PYTHON`.
     Opendbc,
     /// A C++ compiler and the headers of Fast DDS 2.
@@ -39,6 +41,7 @@ impl Prerequisite {
             Self::Slcan => "slcan",
             Self::CanUtils => "can-utils",
             Self::PeerPython => "peer-python",
+            Self::McapPython => "mcap-python",
             Self::Opendbc => "opendbc",
             Self::FastDds => "fast-dds",
             Self::CycloneDds => "cyclone-dds",
@@ -104,6 +107,13 @@ pub(crate) fn peer_python() -> Result<std::path::PathBuf, Missing> {
     let python = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON");
     let why = "SIGNAL_GATEWAY_PEER_PYTHON is not set (tests/run sets it)";
     python.map(Into::into).ok_or_else(|| Prerequisite::PeerPython.missing(why))
+}
+
+/// The pinned readers of MCAP: `rosbags`, `mcap-ros2-support`.
+pub(crate) fn mcap_python() -> Result<std::path::PathBuf, Missing> {
+    let python = std::env::var_os("SIGNAL_GATEWAY_MCAP_PYTHON");
+    let why = "SIGNAL_GATEWAY_MCAP_PYTHON is not set (tests/run sets it)";
+    python.map(Into::into).ok_or_else(|| Prerequisite::McapPython.missing(why))
 }
 
 /// opendbc, with its packer and its car states.

@@ -6,6 +6,7 @@ mod can;
 pub mod command;
 mod diagnostics;
 mod http;
+mod mcap;
 mod recording;
 mod reports;
 mod ros;
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 pub use black_box::BlackBoxConfig;
 pub use http::HttpConfig;
+pub use mcap::McapConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::{DEFAULT_NODE, RosConfig};
@@ -87,6 +89,8 @@ pub struct Settings {
     pub status: StatusConfig,
     /// The HTTP server.
     pub http: HttpConfig,
+    /// The recording of all that is received and published.
+    pub mcap: McapConfig,
     /// Node, network and report topics.
     pub ros: RosConfig,
     /// Topics of the traffic lights; empty without them.
@@ -263,6 +267,7 @@ fn settings(
     let black_box = black_box::black_box(top.section("black_box"));
     let status = status::status(top.section("status"));
     let http = http::http(top.section("http"));
+    let mcap = mcap::mcap(top.section("mcap"));
     let recording = top.table("recording").and_then(recording::recording);
     if source == SourceKind::Recording && !top.has("recording") {
         let reason = "source = \"recording\" without a recording";
@@ -313,6 +318,7 @@ fn settings(
         black_box,
         status,
         http,
+        mcap,
         ros,
         light_topics: light_topics.unwrap_or_default(),
         command,

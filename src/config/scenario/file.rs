@@ -21,6 +21,8 @@ pub struct ScenarioFile {
     /// Path of the map, relative to the working directory as the file's own path is; `None` when the file names
     /// no map, or one that only its launch system can find.
     pub map: Option<PathBuf>,
+    /// The reason why the map that the file names cannot be found, with the remedy.
+    pub unresolved_map: Option<String>,
     /// Groups instead of a map; bench format only.
     pub groups: Vec<GroupEntry>,
     /// Ends of the scenario that could come earlier than they do, since their triggers are not interpreted as a whole.
@@ -31,13 +33,30 @@ pub struct ScenarioFile {
     pub ids: Vec<UsedId>,
 }
 
-/// An event that ends the scenario and was left out, or of whose trigger a group of conditions was.
+/// An event that ends the scenario, or its stop trigger, which was left out, or of which a group of conditions was.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UncertainEnd {
-    /// Name of the event, or its path.
-    pub event: String,
-    /// `true` for `exitSuccess`, `false` for `exitFailure`.
-    pub success: bool,
+    /// Name of the event, or its path; `None` for the stop trigger.
+    pub event: Option<String>,
+    /// `true` for `exitSuccess`, `false` for `exitFailure`; `None` for the stop trigger, which ends it without a verdict.
+    pub success: Option<bool>,
+}
+
+/// Prints why the verdict is not known.
+impl fmt::Display for UncertainEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.event {
+            Some(event) => {
+                write!(
+                    f,
+                    "the event {event:?} would end the scenario, and its trigger is not interpreted as a whole"
+                )
+            }
+            None => {
+                f.write_str("the stop trigger would end the scenario, and it is not interpreted as a whole")
+            }
+        }
+    }
 }
 
 /// A part of the file that has no effect.

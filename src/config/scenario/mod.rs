@@ -26,7 +26,7 @@ use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
-use crate::config::reading::value::Kind;
+use crate::config::reading::value::{Kind, Value, items};
 use crate::config::reading::xml_text::from_xml;
 use crate::config::reading::yaml_text::from_yaml;
 use reader::{Reader, SEE};
@@ -59,7 +59,15 @@ pub fn read(
             let (roots, others): (Vec<_>, Vec<_>) =
                 entries.iter().partition(|entry| entry.key == open_scenario::ROOT);
             for entry in others.iter().filter(|entry| !matches!(entry.value.kind, Kind::Null)) {
-                reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
+                let names = if entry.key == MODIFIERS { modifiers(&entry.value) } else { Vec::new() };
+                if names.is_empty() {
+                    reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
+                } else {
+                    let what =
+                        format!("scenario modifiers, of which each value is a run: {}", names.join(", "));
+                    reader.leave_out(&entry.location, &what);
+                }
+                reader.modifiers.extend(names);
             }
             match roots.first() {
                 Some(root) => {
@@ -88,6 +96,18 @@ pub fn read(
     ids.sort_by_key(|used| used.location.position);
     (file.not_interpreted, file.ids) = (not_interpreted, ids);
     checker.finish(Some(file)).map_err(Refused)
+}
+
+/// The names of scenario modifiers, in TIER IV's lists of them.
+fn modifiers(value: &Value) -> Vec<String> {
+    let Kind::Map(entries) = &value.kind else { return Vec::new() };
+    let all = entries.iter().flat_map(|entry| items(&entry.value));
+    let name = |modifier: &Value| {
+        let Kind::Map(entries) = &modifier.kind else { return None };
+        let name = entries.iter().find(|entry| entry.key == "name")?;
+        if let Kind::Scalar { text, .. } = &name.value.kind { Some(text.clone()) } else { None }
+    };
+    all.filter_map(name).filter(|name| !name.is_empty()).collect()
 }
 
 /// The notation of a scenario file.

@@ -47,11 +47,20 @@ pub(super) struct Reader<'c> {
     pub(super) options: &'c ReadOptions,
     pub(super) not_interpreted: Vec<NotInterpreted>,
     pub(super) ids: Vec<UsedId>,
+    /// The names of the scenario modifiers, which stand for their values wherever they are written.
+    pub(super) modifiers: Vec<String>,
 }
 
 impl<'c> Reader<'c> {
     pub(super) fn new(checker: &'c Checker, options: &'c ReadOptions) -> Self {
-        Self { checker, compat: options.compat, options, not_interpreted: Vec::new(), ids: Vec::new() }
+        Self {
+            checker,
+            compat: options.compat,
+            options,
+            not_interpreted: Vec::new(),
+            ids: Vec::new(),
+            modifiers: Vec::new(),
+        }
     }
 
     pub(super) fn refuse(&self, location: &Location, reason: impl AsRef<str>, remedy: &str) {
@@ -61,6 +70,13 @@ impl<'c> Reader<'c> {
     pub(super) fn leave_out(&mut self, location: &Location, what: &str) {
         let location = self.checker.source_location(location);
         self.not_interpreted.push(NotInterpreted { location, what: line(what) });
+    }
+
+    /// The first scenario modifier in a text.
+    pub(super) fn modifier_in(&self, text: &str) -> Option<&str> {
+        let is_in_name = |char: char| char.is_alphanumeric() || char == '_' || char == '-';
+        let words = || text.split(|char| !is_in_name(char));
+        self.modifiers.iter().map(String::as_str).find(|modifier| words().any(|word| word == *modifier))
     }
 
     fn use_id(&mut self, location: &Location, id: i64) {

@@ -1,4 +1,4 @@
-//! Statuses of the process itself, which no input tells the gateway of: its black-box files and its log.
+//! Statuses of the process itself, which no input tells the gateway of: its black-box files, its recording and its log.
 
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,52 @@ impl RecorderState {
             ("last_error", last_error.to_owned()),
         ];
         Status { name: format!("{node}: black_box"), level, message, values }
+    }
+}
+
+/// State of the MCAP recording.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct McapState {
+    /// Folder of the bags.
+    pub folder: String,
+    /// Name of the bag being written; `None` before the first was begun.
+    pub bag: Option<String>,
+    /// Number of its files.
+    pub files: usize,
+    /// Size of all bags in the folder, bytes.
+    pub bytes: u64,
+    /// Number of messages recorded since start.
+    pub messages: u64,
+    /// Number of messages lost since start, because the disk was full or too slow.
+    pub lost: u64,
+    /// Number of failed attempts to write since start.
+    pub failures: u64,
+    /// Reason of the last failure.
+    pub last_error: Option<String>,
+    /// True if the last attempt failed.
+    pub is_failing: bool,
+}
+
+impl McapState {
+    /// The status of a node's recording.
+    pub fn status(&self, node: &str) -> Status {
+        let last_error = self.last_error.as_deref().unwrap_or("none");
+        let (level, message) = if self.is_failing {
+            (Level::Warn, format!("the recording cannot be written: {last_error}"))
+        } else {
+            (Level::Ok, "recording".to_owned())
+        };
+        let values = vec![
+            ("folder", self.folder.clone()),
+            ("bag", self.bag.clone().unwrap_or_else(|| "none".to_owned())),
+            ("files", self.files.to_string()),
+            ("bytes", self.bytes.to_string()),
+            ("messages", self.messages.to_string()),
+            ("lost", self.lost.to_string()),
+            ("failures", self.failures.to_string()),
+            ("last_error", last_error.to_owned()),
+        ];
+        Status { name: format!("{node}: mcap"), level, message, values }
     }
 }
 

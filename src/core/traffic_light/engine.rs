@@ -137,6 +137,7 @@ impl TrafficLights {
             v2i: PeriodicTimer::new(settings.v2i_rate),
             verdict: None,
             events: VecDeque::new(),
+            is_first_frame: true,
             now: Moment::default(),
             wall: now.wall,
         };
@@ -335,6 +336,7 @@ impl TrafficLights {
         let now = self.frames.tick();
         (self.scenario_state.now, self.scenario_state.wall) = (now, wall);
         let frame = Frame { now, previous: self.last_frame.replace(now) };
+        self.scenario_state.is_first_frame = frame.previous.is_none();
         if self.scenario_state.verdict.is_none() {
             let scenario = Arc::clone(&self.scenario);
             let controllers = self.scenario_state.run_controllers(&scenario, frame);

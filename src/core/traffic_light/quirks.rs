@@ -58,6 +58,8 @@ pub struct UpstreamQuirks {
     pub repeats_events_at_once: bool,
     /// A camera's last message counts until V2I groups show that it is old ("Inputs and tolerances").
     pub keeps_last_camera: bool,
+    /// A time has no value before the first frame, so that it cannot change in it ("Conditions and triggers").
+    pub starts_without_time: bool,
     /// Enabling V2I does not copy the present state ("Copying to V2I").
     pub enables_without_copy: bool,
     /// A follower whose delay is over enters its first phase even if its cycle has reached it already
@@ -94,6 +96,7 @@ impl From<Compat> for UpstreamQuirks {
             remembers_element_states: upstream,
             repeats_events_at_once: upstream,
             keeps_last_camera: upstream,
+            starts_without_time: upstream,
             enables_without_copy: upstream,
             repeats_first_phase: upstream,
             predicts_after_end: upstream,

@@ -34,6 +34,8 @@ pub(super) struct ScenarioState {
     pub(super) v2i: PeriodicTimer,
     pub(super) verdict: Option<ScenarioOutcome>,
     pub(super) events: VecDeque<LoggedEvent>,
+    /// True in the first frame of the scenario.
+    pub(super) is_first_frame: bool,
     /// The present moment of the scenario.
     pub(super) now: Moment,
     /// The wall-clock time of that moment.

@@ -2,10 +2,11 @@
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
 //! The value of a test is delayed first and then checked for an edge, which is the same as the other way round.
-//! The first value of a test is not an edge.
+//! The first value of a test is not an edge, but that of a time in the first frame can be one: it had a value at the start.
 
 use std::cmp::Ordering;
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use super::periodic_timer::Moment;
 use super::quirks::UpstreamQuirks;
@@ -59,6 +60,9 @@ impl TriggerState {
             let mut all = true;
             // All conditions are evaluated, since their edges depend on it.
             for (condition, state) in group.iter().zip(states) {
+                if scenario_state.is_first_frame && !scenario_state.quirks.starts_without_time {
+                    state.start(condition);
+                }
                 let value = value(&condition.test, scenario, scenario_state, &element)?;
                 all &= state.is_true(condition, value, scenario_state.now, scenario_state.quirks);
             }
@@ -98,6 +102,16 @@ impl ConditionState {
     /// Returns whether no change of the value is being delayed.
     fn is_settled(&self) -> bool {
         self.history.len() == 1 && self.previous.is_some()
+    }
+
+    /// Takes the value that a time has at the start of the scenario, before the first frame, where its edge counts.
+    fn start(&mut self, condition: &Condition) {
+        let Test::SimulationTime { rule, value } = &condition.test else { return };
+        if matches!(condition.edge, Edge::Rising | Edge::Falling | Edge::RisingOrFalling) {
+            let at_start = rule.holds(&Duration::ZERO, value);
+            self.history.push_back((Moment::default(), at_start));
+            self.previous = condition.delay.is_zero().then_some(at_start);
+        }
     }
 
     fn is_true(&mut self, condition: &Condition, value: bool, now: Moment, quirks: UpstreamQuirks) -> bool {
@@ -204,7 +218,6 @@ mod tests {
     use proptest::prelude::*;
     use proptest::sample::select;
     use std::sync::Arc;
-    use std::time::Duration;
 
     fn condition(edge: Edge, delay_s: u64) -> Condition {
         let test = Test::SimulationTime { rule: Rule::EqualTo, value: Duration::ZERO };
@@ -272,6 +285,7 @@ mod tests {
                 let [found, expected] = [&mut idle, &mut busy]
                     .map(|state| state.fires(&trigger, &scenario, &mut scenario_state, |_, _| false).unwrap());
                 prop_assert_eq!(found, expected, "at {}", scenario_state.now.nanos);
+                scenario_state.is_first_frame = false;
             }
         }
 

@@ -6,6 +6,7 @@ pub mod link;
 pub mod messages;
 #[cfg(feature = "ros")]
 pub mod network;
+pub(in crate::io) mod outgoing;
 pub mod reading;
 pub mod reception;
 #[cfg(feature = "ros")]

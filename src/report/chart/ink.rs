@@ -1,6 +1,7 @@
 //! Colours. Green leans to blue and red to orange, and they differ in brightness, so that
 //! colour-blind eyes distinguish them; letters repeat them.
 
+use crate::core::diagnostics::Level;
 use crate::core::traffic_light::bulb::Color;
 
 /// Text and strong lines.
@@ -29,6 +30,15 @@ pub(super) struct Ink {
     pub(super) sign: &'static str,
     /// Letter that repeats the colour.
     pub(super) letter: &'static str,
+}
+
+/// Fill and text of a status.
+pub(super) fn of_level(level: Level) -> (&'static str, &'static str) {
+    match level {
+        Level::Ok => ("#d3eadf", DARK),
+        Level::Warn => ("#f7c948", DARK),
+        Level::Error | Level::Stale => ("#b2182b", "#ffffff"),
+    }
 }
 
 /// The ink of a lamp.

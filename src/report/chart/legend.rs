@@ -16,7 +16,7 @@ const LINE_PX: f64 = 22.0;
 fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
     let mut bulbs = BulbSet::EMPTY;
     let (mut dark, mut several) = (false, false);
-    let mut commands = BTreeSet::new();
+    let (mut commands, mut levels) = (BTreeSet::new(), BTreeSet::new());
     for look in looks {
         match look {
             Look::Bulbs(set) => {
@@ -26,6 +26,7 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
             }
             Look::Command(kind, indicator) => drop(commands.insert((*kind, *indicator))),
             Look::Named(_) => {}
+            Look::Status(level, _) => drop(levels.insert(*level)),
         }
     }
     let sample = |bulb: Bulb| Look::Bulbs([bulb].into_iter().collect());
@@ -48,6 +49,8 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
     if dark {
         entries.push((Look::Bulbs(BulbSet::EMPTY), "dark".to_owned()));
     }
+    let levels = levels.into_iter().map(|level| (Look::Status(level, String::new()), level.to_string()));
+    entries.extend(levels);
     let commands = commands.into_iter().map(|(kind, indicator)| Look::Command(kind, indicator));
     entries.extend(commands.map(|look| (look.clone(), look.description())));
     entries

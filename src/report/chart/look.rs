@@ -4,6 +4,7 @@ use super::command::{CommandKind, IndicatorState};
 use super::ink::{self, Ink};
 use super::svg::{Area, Element, line, pixels, rect, text_at};
 use super::text;
+use crate::core::diagnostics::Level;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
 /// The state that a bar shows.
@@ -16,6 +17,8 @@ pub enum Look {
     Named(String),
     /// A turn signal or hazard lights.
     Command(CommandKind, IndicatorState),
+    /// A status with its message.
+    Status(Level, String),
 }
 
 const STRIPE_PX: f64 = 12.0;
@@ -34,7 +37,7 @@ impl Look {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
             Self::Bulbs(bulbs) => bulbs.to_string(),
-            Self::Named(name) => name.clone(),
+            Self::Named(name) | Self::Status(_, name) => name.clone(),
             Self::Command(kind, indicator) => kind.description(*indicator),
         }
     }
@@ -46,7 +49,7 @@ impl Look {
                 let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
                 single_px.max(f64::from(stripes) * STRIPE_PX)
             }
-            Self::Named(_) | Self::Command(..) => single_px,
+            Self::Named(_) | Self::Command(..) | Self::Status(..) => single_px,
         }
     }
 
@@ -64,6 +67,11 @@ impl Look {
                 let edge = if area.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
                 let field = rect(area.x, area.y, area.width, area.height);
                 labelled(field.with("fill", ink::BOX).with("stroke", edge), (name, ink::DARK), area)
+            }
+            Self::Status(level, message) => {
+                let (fill, text) = ink::of_level(*level);
+                let field = rect(area.x, area.y, area.width, area.height).with("fill", fill);
+                labelled(field, (message, text), area)
             }
             Self::Command(kind, indicator) => {
                 let (name, fill) = kind.label(*indicator);

@@ -49,14 +49,11 @@ impl LightsWriter {
         }
     }
 
-    /// The line for a verdict that is not known, since the event of this name was left out.
-    pub fn undecided(&self, at: MonoTime, event: &str) -> String {
-        let reason = format!(
-            "the event {event:?} would end the scenario, and its trigger is not interpreted as a whole"
-        );
+    /// The line for a verdict that is not known, with the reason.
+    pub fn undecided(&self, at: MonoTime, reason: &str) -> String {
         match self.form {
             Form::Text => text::line(at, "end", &format!("undecided: {reason}")),
-            Form::Json => json::undecided(at, &reason).to_string(),
+            Form::Json => json::undecided(at, reason).to_string(),
         }
     }
 

@@ -11,6 +11,7 @@ mod inputs;
 mod joining;
 mod launch;
 mod light_text;
+mod mcap;
 mod notes;
 mod peer;
 mod recording;

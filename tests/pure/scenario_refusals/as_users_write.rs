@@ -134,8 +134,9 @@ fn a_verdict_that_was_left_out_is_named() {
         let inner = condition(conditions).replace("</Event>", &format!("{END}</Event>"));
         let file = accepted(Compat::Improved, "s.xosc", &document("", &inner));
         let uncertain: Vec<_> =
-            file.uncertain_ends.iter().map(|end| (end.event.as_str(), end.success)).collect();
-        assert_eq!(uncertain, expected.map(|event| (event, true)).into_iter().collect::<Vec<_>>());
+            file.uncertain_ends.iter().map(|end| (end.event.as_deref(), end.success)).collect();
+        let expected = expected.map(|event| (Some(event), Some(true)));
+        assert_eq!(uncertain, expected.into_iter().collect::<Vec<_>>());
     }
 }
 
@@ -192,4 +193,48 @@ fn a_parameter_that_a_launch_system_computes_is_refused_where_a_light_needs_it()
         assert!(refused.contains("the value of the parameter p is not known"), "{refused}");
         assert!(refused.contains("Phase/@duration"), "{refused}");
     }
+}
+
+#[test]
+fn a_stop_trigger_that_was_left_out_makes_a_verdict_uncertain() {
+    let stop = |conditions: &str| {
+        format!("<StopTrigger><ConditionGroup>{conditions}</ConditionGroup></StopTrigger>")
+    };
+    for (conditions, expected) in [(TIME, 0), (ENTITY, 1)] {
+        let file = accepted(Compat::Improved, "s.xosc", &document("", &stop(conditions)));
+        assert_eq!(file.uncertain_ends.len(), expected);
+        assert!(file.uncertain_ends.iter().all(|end| end.event.is_none() && end.success.is_none()));
+    }
+}
+
+#[test]
+fn a_map_in_a_package_may_be_a_parameter() {
+    let text = "OpenSCENARIO:\n  ParameterDeclarations:\n    ParameterDeclaration:\n    \
+                - { name: m, parameterType: string, value: $(find-pkg-share town)/map }\n  \
+                RoadNetwork:\n    LogicFile: { filepath: $m }\n";
+    let packages = [("town".to_owned(), "maps/town".into())].into();
+    let file = with(ReadOptions { packages, ..ReadOptions::default() }, "a/s.yaml", text).unwrap();
+    assert_eq!(file.map.as_deref(), Some(Path::new("maps/town/map")));
+    let file = accepted(Compat::Improved, "a/s.yaml", text);
+    let reason = file.unresolved_map.unwrap();
+    assert!(file.map.is_none() && reason.contains("--package town=FOLDER"), "{reason}");
+    assert!(read_text("s.yaml", &text.replace("$m", "$n")).is_err());
+}
+
+#[test]
+fn a_light_that_is_given_by_a_modifier_is_refused_as_such() {
+    let text = AS_UPSTREAM
+        .replace("state: green", "state: COLOR flashing")
+        .replace("name: go\n", "name: a COLORS\n")
+        .replace(
+            "OpenSCENARIO:",
+            "ScenarioModifiers:\n  ScenarioModifier:\n  - { name: COLOR, list: [red, green] }\nOpenSCENARIO:",
+        );
+    let refused = shown(&read_text("s.yaml", &text).unwrap_err());
+    assert!(refused.contains("COLOR is a scenario modifier, which stands for several values"), "{refused}");
+    assert!(!refused.contains("Phase/@name"), "{refused}");
+    let unused = text.replace("COLOR flashing", "green");
+    let file = accepted(Compat::Improved, "s.yaml", &unused);
+    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+    assert!(left_out.contains("scenario modifiers, of which each value is a run: COLOR"), "{left_out}");
 }

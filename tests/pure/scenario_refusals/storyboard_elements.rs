@@ -107,3 +107,27 @@ fn an_element_of_another_type_is_refused_with_its_type_and_upstream_takes_it() {
     let (starts, _) = starts(Upstream, "s.xosc", &text);
     assert_eq!(starts.iter().find(|(name, _)| name == "watch").map(|(_, at)| *at), Some(20));
 }
+
+#[test]
+fn a_time_rises_in_the_first_frame_but_not_where_it_was_true_before() {
+    let rising = |rule: &str, value: &str, delay: &str| {
+        let time = format!(
+            "<ByValueCondition><SimulationTimeCondition rule=\"{rule}\" value=\"{value}\"/></ByValueCondition>"
+        );
+        let attributes = format!("<Condition conditionEdge=\"rising\" delay=\"{delay}\" ");
+        event("it", &time).replace("<Condition ", &attributes)
+    };
+    for (condition, tenths) in [
+        (rising("greaterThan", "0", "0"), Some(0)),
+        (rising("greaterThan", "0", "1"), Some(10)),
+        (rising("greaterOrEqual", "0", "0"), None),
+        (rising("greaterThan", "2", "0"), Some(20)),
+    ] {
+        for compat in [Improved, Upstream] {
+            let began = starts(compat, "s.xosc", &document(&event("e2", &at("3")), &condition)).0;
+            let at = began.iter().find(|(event, _)| event == "it").map(|(_, at)| *at);
+            let expected = tenths.filter(|tenths| compat == Improved || *tenths == 20);
+            assert_eq!(at, expected, "{condition}");
+        }
+    }
+}

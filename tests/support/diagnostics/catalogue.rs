@@ -77,6 +77,7 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::scenario(),
         planning::v2i_reception(),
         process::black_box(),
+        process::mcap(),
         process::log(),
         ros(),
     ]

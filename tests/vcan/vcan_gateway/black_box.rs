@@ -4,7 +4,8 @@ use std::path::Path;
 use std::process::Command;
 
 use super::{Folder, HAZARD, HAZARD_OFF, LEFT, OFF, PATIENT, Process, RIGHT, Sender, TURN, UNDEFINED, Vcan};
-use crate::support::prerequisite::{Missing, Prerequisite, require};
+use crate::support::prerequisite::{Missing, require};
+use crate::support::tmpfs::Tmpfs;
 
 #[test]
 fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
@@ -141,32 +142,6 @@ fn full_disk_costs_the_recording_and_nothing_else() {
     drive.gateway.wait_for_log("black box written");
     drive.gateway.stop("TERM");
     assert_eq!(drive.files().len(), 2, "{:?}", drive.files());
-}
-
-/// A file system of a test's own, mounted until it ends.
-struct Tmpfs(std::path::PathBuf);
-
-impl Tmpfs {
-    fn new(folder: &Path, options: &str) -> Result<Self, Missing> {
-        std::fs::create_dir(folder).unwrap();
-        let mut mount = Command::new("mount");
-        let mounted = mount.args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(folder).output().unwrap();
-        let why = String::from_utf8_lossy(&mounted.stderr).into_owned();
-        let tmpfs = Self(folder.to_owned());
-        if mounted.status.success() { Ok(tmpfs) } else { Err(Prerequisite::Tmpfs.missing(why)) }
-    }
-
-    fn remount(&self, options: &str) {
-        let mut mount = Command::new("mount");
-        mount.args(["-o", &format!("remount,{options}")]).arg(&self.0);
-        assert!(mount.status().unwrap().success());
-    }
-}
-
-impl Drop for Tmpfs {
-    fn drop(&mut self) {
-        let _gone = Command::new("umount").arg("--lazy").arg(&self.0).output();
-    }
 }
 
 fn paths(folder: &Path, extension: &str) -> Vec<std::path::PathBuf> {

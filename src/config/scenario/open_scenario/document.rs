@@ -22,6 +22,8 @@ pub(super) struct Document<'r, 'c> {
     pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
     pub(super) controllers: Vec<Controller>,
+    /// The reason why the map cannot be found, with the remedy.
+    pub(super) unresolved_map: Option<String>,
     /// The number of conditions so far that refer to elements of the storyboard.
     pub(super) references: usize,
 }
@@ -68,7 +70,9 @@ impl Document<'_, '_> {
                 }
                 let Some((name, value)) = self.declaration(declaration) else { continue };
                 let variable = self.add_variable(&name, kind, &value);
-                self.parameters.declare(path, name, Ok(Parameter { value, variable }));
+                let given = declaration.attribute("value");
+                let is_of_launch_system = given.is_some_and(|given| given.value.contains("$("));
+                self.parameters.declare(path, name, Ok(Parameter { value, is_of_launch_system, variable }));
             }
         }
         self.scopes.insert(element.location.position, self.parameters.innermost());
@@ -153,6 +157,11 @@ impl Document<'_, '_> {
     /// The attribute with its parameters replaced; `None` when it is missing or refused.
     pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         let attribute = element.attribute(name)?;
+        if let Some(modifier) = self.reader.modifier_in(&attribute.value) {
+            let reason = format!("{modifier} is a scenario modifier, which stands for several values");
+            self.reader.refuse(&attribute.location, reason, "write one of them");
+            return None;
+        }
         match self.parameters.value(&attribute.value) {
             Ok(text) => Some(LocatedText { text, location: attribute.location.clone() }),
             Err((reason, remedy)) => {

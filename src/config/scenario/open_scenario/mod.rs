@@ -45,10 +45,12 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
     let parameters = Parameters::new(reader.options.packages.clone());
     let (controllers, variables) = (Vec::new(), Vec::new());
     let scopes = BTreeMap::new();
-    let mut document = Document { reader, parameters, scopes, variables, controllers, references: 0 };
+    let mut document =
+        Document { reader, parameters, scopes, variables, controllers, unresolved_map: None, references: 0 };
     document.declare(root);
     if let Some(network) = network {
         file.map = document.map(network);
+        file.unresolved_map = document.unresolved_map.take();
         document.controllers(network);
     }
     if let Some(storyboard) = storyboard {

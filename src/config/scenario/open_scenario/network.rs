@@ -13,14 +13,14 @@ impl Document<'_, '_> {
     pub(super) fn map(&mut self, network: &Element) -> Option<PathBuf> {
         let logic = network.child("LogicFile")?;
         let attribute = logic.attribute("filepath").or_else(|| logic.attribute("filePath"))?;
-        if attribute.value.contains("$(")
-            && let Err((reason, remedy)) = self.parameters.value(&attribute.value)
-        {
-            self.reader.leave_out(&attribute.location, &format!("{reason}; {remedy}"));
+        let is_in_package = self.parameters.is_of_launch_system(&attribute.value);
+        if is_in_package && let Err((reason, remedy)) = self.parameters.value(&attribute.value) {
+            let reason = format!("{reason}; {remedy}");
+            self.reader.leave_out(&attribute.location, &reason);
+            self.unresolved_map = Some(reason);
             return None;
         }
         let named = self.given(logic, &attribute.name)?.text;
-        let is_in_package = attribute.value.contains("$(");
         (!named.is_empty()).then(|| if is_in_package { named.into() } else { self.reader.beside(&named) })
     }
 

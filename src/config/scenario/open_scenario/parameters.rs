@@ -18,6 +18,8 @@ pub(super) type Declared = Result<Parameter, (String, String)>;
 pub(super) struct Parameter {
     /// The value that replaces references to it.
     pub(super) value: String,
+    /// True when a launch system computed the value, so that paths in it are not relative to the file.
+    pub(super) is_of_launch_system: bool,
     /// The variable of its name, which actions change and conditions compare.
     pub(super) variable: VariableIndex,
 }
@@ -98,13 +100,32 @@ impl Parameters {
         }
     }
 
+    /// Returns whether a text has a substitution of a launch system, or is a parameter that has one.
+    pub(super) fn is_of_launch_system(&self, text: &str) -> bool {
+        let name = text.strip_prefix('$').map(|name| name.trim_matches(['{', '}', ' ', '$']));
+        let parameter = name.and_then(|name| self.declared(name));
+        let has_one = |declared: &Declared| declared.as_ref().map_or(true, |known| known.is_of_launch_system);
+        text.contains("$(") || parameter.is_some_and(has_one)
+    }
+
     /// The parameter of a name in the innermost scope that has one. `::name` is one of the whole document, and
     /// `element::name` one below an element of the storyboard, as TIER IV writes them.
     ///
     /// # Errors
     /// The reason and the remedy.
     pub(super) fn parameter(&self, name: &str) -> Result<&Parameter, (String, String)> {
-        let found = match name.rsplit_once("::") {
+        let found = self.declared(name).ok_or_else(|| {
+            let known = self.scopes.iter().flat_map(BTreeMap::keys);
+            (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
+        })?;
+        let unknown = |(reason, remedy): &(String, String)| {
+            (format!("the value of the parameter {name} is not known: {reason}"), remedy.clone())
+        };
+        found.as_ref().map_err(unknown)
+    }
+
+    fn declared(&self, name: &str) -> Option<&Declared> {
+        match name.rsplit_once("::") {
             None => self.scopes.iter().rev().find_map(|scope| scope.get(name)),
             Some(("", own)) => self.scopes.first().and_then(|scope| scope.get(own)),
             Some((path, own)) => {
@@ -116,15 +137,7 @@ impl Parameters {
                 let found = declared.find(|(above, name, _)| name == own && leads_to(above));
                 found.map(|(.., parameter)| parameter)
             }
-        };
-        let found = found.ok_or_else(|| {
-            let known = self.scopes.iter().flat_map(BTreeMap::keys);
-            (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
-        })?;
-        let unknown = |(reason, remedy): &(String, String)| {
-            (format!("the value of the parameter {name} is not known: {reason}"), remedy.clone())
-        };
-        found.as_ref().map_err(unknown)
+        }
     }
 
     fn computed(&self, expression: &str) -> Result<String, (String, String)> {
@@ -174,7 +187,7 @@ mod tests {
     use super::*;
 
     fn parameter(value: &str) -> Parameter {
-        Parameter { value: value.to_owned(), variable: VariableIndex(0) }
+        Parameter { value: value.to_owned(), is_of_launch_system: false, variable: VariableIndex(0) }
     }
 
     #[test]

@@ -61,9 +61,13 @@ pub(super) fn resolve(
         let ends = actions
             .filter_map(|action| if let Action::End { success } = action { Some(*success) } else { None });
         let event = finish.name(at);
-        ends.map(move |success| UncertainEnd { event: event.clone(), success })
+        ends.map(move |success| UncertainEnd { event: Some(event.clone()), success: Some(success) })
     });
-    let uncertain_ends = uncertain_ends.collect();
+    let mut uncertain_ends: Vec<_> = uncertain_ends.collect();
+    let mut stop_groups = stop.iter().flat_map(|(_, groups)| groups);
+    if stop_groups.any(|group| board.obstacle_of(group).is_some()) {
+        uncertain_ends.push(UncertainEnd { event: None, success: None });
+    }
     let stop = stop.map(|(_, groups)| finish.trigger(groups));
     let stories = finish.stories(stories);
     Resolved { stories, acts: finish.acts(acts), stop, uncertain_ends }

@@ -76,7 +76,8 @@ impl Document<'_, '_> {
                 }
             }
             child => {
-                child.is_interpreted.set(true);
+                // It is listed as the reason why its group is never true.
+                child.mark_all_interpreted();
                 let inner = child.child("EntityCondition").and_then(|inner| inner.children.first());
                 Some(undecidable(inner.unwrap_or(child)))
             }

@@ -11,14 +11,16 @@ use tokio::time::{sleep, timeout};
 use super::RosError;
 use super::host::Host;
 use super::liveness::{Liveness, RestartDelay};
-use super::mailbox::{Mailbox, OutgoingMessages};
-use super::outgoing::{LightsEncoders, Outgoing, orders, table};
+use super::mailbox::Mailbox;
+use super::status::OutgoingStatus;
 use crate::core::gateway::network::{NetworkFailure, NetworkState};
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::link::{
     Delivery, Link, NetworkSettings, NetworkStatus, Order, ReadTopic, ToNetwork, Violation,
 };
+use crate::io::ros::outgoing::messages::OutgoingMessages;
+use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::io::ros::reception::{Reception, Signal};
 use crate::io::ros::settings::{Isolation, RosSettings};
 
@@ -110,11 +112,11 @@ impl Exchange {
         inbox: Arc<Inbox>,
         starter: Sender<Result<(), RosError>>,
     ) -> Self {
-        let table = table(&settings);
+        let table = table(&settings.topics, settings.durability);
         let reception = Reception::new(&settings.subscriptions, table.len(), inbox);
         mailbox.update_status(|status| {
             status.running = true;
-            status.outgoing = table.iter().map(Outgoing::status).collect();
+            status.outgoing = table.iter().map(OutgoingStatus::unread).collect();
             status.incoming = reception.statuses().cloned().collect();
         });
         Self {

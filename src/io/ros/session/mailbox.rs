@@ -3,83 +3,12 @@
 //! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Diagnostics keep
 //! their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
 use super::status::RosStatus;
-use crate::core::time::WallStamp;
-use crate::core::traffic_light::emission::{Emission, LightsTopic};
-use crate::core::turn_signal::decision::Decision;
-use crate::core::vehicle_lights::report::Step;
-use crate::io::ros::messages::{
-    DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
-};
-
-/// Diagnostics that may wait.
-const MAX_DIAGNOSTICS: usize = 64;
-
-/// An instruction for a report topic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Publication<M> {
-    /// Publish this message.
-    Publish(M),
-    /// Publish nothing, not even to late readers.
-    Withdraw,
-}
-
-impl<M> Publication<M> {
-    /// The publication of a step, as the message of its value.
-    pub(super) fn of<T>(step: Step<T>, message: impl FnOnce(T, WallStamp) -> M) -> Self {
-        match step {
-            Step::Publish(value, stamp) => Self::Publish(message(value, stamp)),
-            Step::Withdraw => Self::Withdraw,
-        }
-    }
-}
-
-/// A message for a topic, or the end.
-#[derive(Debug)]
-pub(super) enum OutgoingMessage {
-    /// For the turn-indicators report.
-    Turn(Publication<TurnIndicatorsReport>),
-    /// For the hazard-lights report.
-    Hazard(Publication<HazardLightsReport>),
-    /// For the diagnostics.
-    Diagnostics(DiagnosticArray),
-    /// For the topics of its emissions; the thread makes the messages.
-    Lights(Emission),
-    /// For the turn command.
-    TurnCommand(TurnIndicatorsCommand),
-    /// For the hazard command.
-    HazardCommand(HazardLightsCommand),
-    /// For the topics of the decider's sections; the thread makes the messages.
-    Sections(Arc<Decision>, WallStamp),
-    /// Leave the graph.
-    Stop,
-}
-
-/// Everything that waits.
-#[derive(Debug, Default, PartialEq)]
-pub(super) struct OutgoingMessages {
-    /// The newest turn report, if there is a new one.
-    pub(super) turn: Option<Publication<TurnIndicatorsReport>>,
-    /// The newest hazard report, likewise.
-    pub(super) hazard: Option<Publication<HazardLightsReport>>,
-    /// Diagnostics, oldest first.
-    pub(super) diagnostics: VecDeque<DiagnosticArray>,
-    /// The newest emission of each topic.
-    pub(super) lights: BTreeMap<LightsTopic, Emission>,
-    /// The newest turn command.
-    pub(super) turn_command: Option<TurnIndicatorsCommand>,
-    /// The newest hazard command.
-    pub(super) hazard_command: Option<HazardLightsCommand>,
-    /// The newest decision with its sections, and its time.
-    pub(super) sections: Option<(Arc<Decision>, WallStamp)>,
-    /// Leave the graph after sending the rest.
-    pub(super) stop: bool,
-}
+use crate::io::ros::outgoing::messages::{OutgoingMessage, OutgoingMessages};
 
 /// Between the caller and the thread; locks are held for moments only.
 #[derive(Debug, Default)]
@@ -92,25 +21,8 @@ pub(super) struct Mailbox {
 impl Mailbox {
     /// Adds a message; never blocks.
     pub(super) fn put(&self, message: OutgoingMessage) {
-        let mut messages = lock(&self.messages);
-        match message {
-            OutgoingMessage::Turn(publication) => messages.turn = Some(publication),
-            OutgoingMessage::Hazard(publication) => messages.hazard = Some(publication),
-            OutgoingMessage::Diagnostics(array) => {
-                if messages.diagnostics.len() >= MAX_DIAGNOSTICS {
-                    messages.diagnostics.pop_front();
-                }
-                messages.diagnostics.push_back(array);
-            }
-            OutgoingMessage::Lights(emission) => {
-                if messages.lights.insert(emission.topic, emission).is_some() {
-                    lock(&self.status).overtaken_lights += 1;
-                }
-            }
-            OutgoingMessage::TurnCommand(command) => messages.turn_command = Some(command),
-            OutgoingMessage::HazardCommand(command) => messages.hazard_command = Some(command),
-            OutgoingMessage::Sections(decision, stamp) => messages.sections = Some((decision, stamp)),
-            OutgoingMessage::Stop => messages.stop = true,
+        if lock(&self.messages).put(message) {
+            lock(&self.status).overtaken_lights += 1;
         }
         self.arrived.notify_one();
     }
@@ -150,8 +62,11 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
     use crate::core::diagnostics::Diagnostics;
-    use crate::core::traffic_light::emission::Content;
+    use crate::core::time::WallStamp;
+    use crate::core::traffic_light::emission::{Content, Emission, LightsTopic};
     use crate::core::vehicle_lights::verdict::TurnIndicators;
+    use crate::io::ros::messages::{DiagnosticArray, TurnIndicatorsReport};
+    use crate::io::ros::outgoing::messages::{MAX_DIAGNOSTICS, Publication};
 
     fn diagnostics(number: i64) -> OutgoingMessage {
         let nothing = Diagnostics { statuses: vec![], refresh: true };

@@ -12,7 +12,6 @@ mod exchange;
 mod host;
 mod liveness;
 mod mailbox;
-mod outgoing;
 mod status;
 mod threads;
 
@@ -25,21 +24,17 @@ use ros2_client::names::{Name, NameError, NodeName};
 use tokio::runtime::Builder;
 
 use super::inbox::Inbox;
-use super::messages::{
-    DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
-};
 pub use super::network::DISTRO;
+use super::outgoing;
+use super::outgoing::messages::OutgoingMessage;
 pub use super::reception::IncomingStatus;
 pub use super::settings::{Isolation, Recovery, RosSettings};
 pub use super::topics::{
     Durability, LightsTopicSettings, Reliability, Subscription, SubscriptionKind, Topics,
 };
 use crate::core::gateway::event::Output;
-use crate::core::traffic_light::output::TrafficLightOutput;
-use crate::core::turn_signal::output::TurnSignalOutput;
-use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use exchange::Exchange;
-use mailbox::{Mailbox, OutgoingMessage, Publication};
+use mailbox::Mailbox;
 pub use status::{OutgoingStatus, RosStatus};
 
 /// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
@@ -129,35 +124,9 @@ impl RosSession {
     /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by newer
     /// ones, diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
-        let message = match output {
-            Output::VehicleLights(output) => match output {
-                VehicleLightsOutput::TurnIndicators(step) => {
-                    OutgoingMessage::Turn(Publication::of(*step, TurnIndicatorsReport::new))
-                }
-                VehicleLightsOutput::HazardLights(step) => {
-                    OutgoingMessage::Hazard(Publication::of(*step, HazardLightsReport::new))
-                }
-            },
-            Output::Diagnostics { diagnostics, stamp } => {
-                OutgoingMessage::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))
-            }
-            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => {
-                OutgoingMessage::Lights(emission.clone())
-            }
-            Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
-                OutgoingMessage::TurnCommand(TurnIndicatorsCommand::new(*command, *stamp))
-            }
-            Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
-                OutgoingMessage::HazardCommand(HazardLightsCommand::new(*command, *stamp))
-            }
-            Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
-                OutgoingMessage::Sections(Arc::clone(decision), *stamp)
-            }
-            Output::TurnSignal(TurnSignalOutput::Decision(_))
-            | Output::TrafficLights(TrafficLightOutput::CommandRefused(_))
-            | Output::Command(_) => return,
-        };
-        self.mailbox.put(message);
+        if let Some(message) = OutgoingMessage::of(output, &self.hardware_id) {
+            self.mailbox.put(message);
+        }
     }
 
     /// The inbox in which received messages wait.
@@ -191,7 +160,8 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
         namespace: settings.namespace.clone(),
         why,
     })?;
-    let written = outgoing::table(settings).into_iter().map(|outgoing| outgoing.name);
+    let written =
+        outgoing::table(&settings.topics, settings.durability).into_iter().map(|outgoing| outgoing.name);
     let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
     for topic in written.chain(read) {
         let refused = |why: String| RosError::Topic { topic: topic.clone(), why };

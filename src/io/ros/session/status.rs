@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::core::gateway::network::NetworkState;
+use crate::io::ros::outgoing::Outgoing;
 use crate::io::ros::reception::IncomingStatus;
 
 /// State and counts of a session since its start.
@@ -38,4 +39,11 @@ pub struct OutgoingStatus {
     pub name: Arc<str>,
     /// Readers that are matched now.
     pub readers: usize,
+}
+
+impl OutgoingStatus {
+    /// The status of a topic while nobody reads it.
+    pub(super) fn unread(outgoing: &Outgoing) -> Self {
+        Self { label: outgoing.label(), name: outgoing.name.as_str().into(), readers: 0 }
+    }
 }

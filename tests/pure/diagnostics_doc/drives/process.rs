@@ -3,18 +3,20 @@
 use std::time::Duration;
 
 use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState};
-use signal_gateway::core::gateway::process_status::{LogState, RecorderState};
+use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
 
 use super::Reported;
 
 pub(super) fn drive(reported: &mut Reported) {
     let failed = Some("No space left on device (os error 28)".to_owned());
     let recorder = RecorderState { last_error: failed.clone(), ..RecorderState::default() };
+    let mcap = McapState { last_error: failed.clone(), ..McapState::default() };
     let log = LogState { last_error: failed, ..LogState::default() };
     for is_failing in [false, true] {
         let recorder = RecorderState { is_failing, ..recorder.clone() };
+        let mcap = McapState { is_failing, ..mcap.clone() };
         let log = LogState { is_failing, ..log.clone() };
-        reported.take(vec![recorder.status("gateway"), log.status("gateway")]);
+        reported.take(vec![recorder.status("gateway"), mcap.status("gateway"), log.status("gateway")]);
     }
     network(reported);
 }

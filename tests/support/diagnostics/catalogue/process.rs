@@ -28,6 +28,32 @@ pub(super) fn black_box() -> Task {
     }
 }
 
+pub(super) fn mcap() -> Task {
+    Task {
+        names: &["mcap"],
+        about: "Whether the recording can be written. With `run` on SocketCAN and `--record` or `[mcap] folder`.",
+        messages: vec![
+            message(Ok, "recording", NOTHING),
+            message(
+                Warn,
+                "the recording cannot be written: {error}",
+                "Make room, or correct the folder and its rights. What waits, up to 16 MB, is written once the disk takes it; \
+                 what comes beyond that is lost. A folder that cannot be made is tried again every 10 s.",
+            ),
+        ],
+        keys: vec![
+            key("folder", "-", "Folder of the recordings."),
+            key("bag", "-", "The recording in it that is being written, or `none`."),
+            key("files", "-", "Files of this recording."),
+            key("bytes", "bytes", "Size of all recordings in the folder."),
+            key("messages", "-", "Messages recorded since start."),
+            key("lost", "-", "Messages lost since start, because the disk was full or too slow."),
+            key("failures", "-", "Attempts to write that failed since start."),
+            key("last_error", "-", "Reason of the last failure, or `none`."),
+        ],
+    }
+}
+
 pub(super) fn log() -> Task {
     Task {
         names: &["log"],

@@ -1,24 +1,24 @@
-//! The table of topics we write: name, type, quality of service, and source of the messages.
+//! The topics we write: name, type, quality of service, and the samples that an output becomes.
+
+pub(in crate::io) mod messages;
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::mailbox::{OutgoingMessages, Publication};
-use super::status::OutgoingStatus;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::io::ros::link::{Delivery, Order, WrittenTopic};
 use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, MarkerArray, PlanningFactorArray};
-use crate::io::ros::settings::RosSettings;
+use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
     COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, Durability, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
-    PLANNING_FACTORS_TYPE, REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
+    PLANNING_FACTORS_TYPE, REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, Topics, TypeName,
 };
 
 /// The source of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Source {
+pub(in crate::io) enum Source {
     Turn,
     Hazard,
     Diagnostics,
@@ -31,24 +31,24 @@ pub(super) enum Source {
 
 /// A topic we write.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Outgoing {
+pub(in crate::io) struct Outgoing {
     /// Absolute name of the topic.
-    pub(super) name: String,
+    pub(in crate::io) name: String,
     /// Message type of the topic.
-    pub(super) type_name: TypeName,
+    pub(in crate::io) type_name: TypeName,
     /// Durability offered to readers.
-    pub(super) durability: Durability,
+    pub(in crate::io) durability: Durability,
     /// Samples that the writer keeps.
-    pub(super) depth: i32,
+    pub(in crate::io) depth: i32,
     /// Delivery of the messages to readers.
-    pub(super) delivery: Delivery,
+    pub(in crate::io) delivery: Delivery,
     /// Source of the messages.
-    pub(super) source: Source,
+    pub(in crate::io) source: Source,
 }
 
 impl Outgoing {
     /// Its part of the settings of the network side.
-    pub(super) fn written(&self) -> WrittenTopic {
+    pub(in crate::io) fn written(&self) -> WrittenTopic {
         let (package, message) = self.type_name;
         WrittenTopic {
             name: self.name.clone(),
@@ -59,13 +59,8 @@ impl Outgoing {
         }
     }
 
-    /// Its status while nobody reads it.
-    pub(super) fn status(&self) -> OutgoingStatus {
-        OutgoingStatus { label: self.label(), name: self.name.as_str().into(), readers: 0 }
-    }
-
     /// Short name for people.
-    pub(super) fn label(&self) -> &'static str {
+    pub(in crate::io) fn label(&self) -> &'static str {
         match self.source {
             Source::Turn => "turn",
             Source::Hazard => "hazard",
@@ -85,12 +80,11 @@ impl Outgoing {
 }
 
 /// All topics: the reports that have a name, diagnostics, traffic lights, and those of the decider.
-pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
-    let topics = &settings.topics;
+pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgoing> {
     let report = |name: &str, type_name, source| Outgoing {
         name: name.to_owned(),
         type_name,
-        durability: settings.durability,
+        durability,
         depth: REPORT_DEPTH,
         delivery: Delivery::Report,
         source,
@@ -140,11 +134,11 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
 }
 
 /// The encoders of traffic lights. Topics with the same source share one.
-pub(super) type LightsEncoders = HashMap<Source, LightsEncoder>;
+pub(in crate::io) type LightsEncoders = HashMap<Source, LightsEncoder>;
 
 /// The orders that follow from the messages, each with the position of its topic in the table.
 /// A message that several topics send is encoded once. An error is the text of the encoder.
-pub(super) fn orders(
+pub(in crate::io) fn orders(
     table: &[Outgoing],
     encoders: &mut LightsEncoders,
     messages: &OutgoingMessages,
@@ -223,30 +217,30 @@ mod tests {
     use crate::core::traffic_light::emission::{Content, Emission};
     use crate::io::ros::topics::LightsTopicSettings;
 
-    fn settings() -> RosSettings {
-        let mut settings = RosSettings { durability: Durability::Volatile, ..RosSettings::default() };
+    fn topics() -> Topics {
+        let mut topics = Topics::default();
         let lights_topic = |topic, name: &str, lights| LightsTopicSettings {
             topic,
             name: name.to_owned(),
             lights,
             compat: Compat::Improved,
         };
-        settings.topics.lights = vec![
+        topics.lights = vec![
             lights_topic(LightsTopic::V2i, "/a", LightsType::GroupArray),
             lights_topic(LightsTopic::V2i, "/b", LightsType::GroupArray),
             lights_topic(LightsTopic::V2i, "/c", LightsType::SignalArray),
             lights_topic(LightsTopic::Markers, "/d", LightsType::MarkerArray),
         ];
-        settings.topics.turn_command = Some("/e".to_owned());
-        settings.topics.hazard_command = Some("/f".to_owned());
-        settings.topics.section_markers = Some("/g".to_owned());
-        settings.topics.planning_factors = Some("/h".to_owned());
-        settings
+        topics.turn_command = Some("/e".to_owned());
+        topics.hazard_command = Some("/f".to_owned());
+        topics.section_markers = Some("/g".to_owned());
+        topics.planning_factors = Some("/h".to_owned());
+        topics
     }
 
     #[test]
     fn each_topic_has_its_durability_depth_and_delivery() {
-        let table = table(&settings());
+        let table = table(&topics(), Durability::Volatile);
         let actual: Vec<_> = table
             .iter()
             .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
@@ -276,7 +270,8 @@ mod tests {
         let content = Content::groups([]);
         let emission = Emission { topic: LightsTopic::V2i, stamp: WallStamp::default(), content };
         messages.lights.insert(LightsTopic::V2i, emission);
-        let orders = orders(&table(&settings()), &mut LightsEncoders::default(), &messages);
+        let orders =
+            orders(&table(&topics(), Durability::Volatile), &mut LightsEncoders::default(), &messages);
         let positions: Vec<_> = orders.iter().map(|(position, _)| *position).collect();
         assert_eq!(positions, [3, 4, 5]);
         let sample = |index: usize| match &orders[index].1 {

@@ -1,0 +1,335 @@
+//! The timeline of a recording that is replayed: each state with the frame behind it.
+
+use std::collections::BTreeMap;
+
+use super::decode::signals_in;
+use crate::config::Settings;
+use crate::core::can::bus_status::link_text;
+use crate::core::can::frame::Frame;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::command::output::CommandOutput;
+use crate::core::diagnostics::{Diagnostics, Level};
+use crate::core::gateway::event::Output;
+use crate::core::light_command::{HazardCommand, TurnCommand};
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::core::traffic_light::emission::{Content, Emission, LightsTopic};
+use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
+use crate::core::validation::observation::{Observations, Unused};
+use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
+use crate::core::vehicle_lights::binding::LightsBinding;
+use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use crate::core::vehicle_lights::role_texts::texts;
+use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::report::gateway::task_of;
+use crate::report::timeline::{CausingFrame, Group, Lane, Timeline, Tone};
+
+/// Most lanes of traffic lights; a map has thousands of lights.
+const MAX_LIGHTS: usize = 60;
+/// Most frames that are kept before those nothing refers to are dropped.
+const MAX_FRAMES: usize = 100_000;
+
+/// Collects a timeline while a recording is replayed.
+#[derive(Debug)]
+pub struct TimelineCollector {
+    binding: LightsBinding,
+    observations: Observations,
+    interfaces: Vec<String>,
+    lanes: BTreeMap<(Group, usize, String), Lane>,
+    /// Frames that were the last bound one when something happened.
+    frames: Vec<CausingFrame>,
+    /// The last bound frame, and its position in `frames` once something refers to it.
+    last: Option<(BusIndex, Frame, WallStamp, MonoTime)>,
+    last_kept: Option<usize>,
+    /// Why the last bound frame is not used.
+    unused: Option<String>,
+    lights_left_out: bool,
+    frames_left_out: u64,
+}
+
+impl TimelineCollector {
+    /// A collector with lanes for all that these settings can bring about.
+    pub fn new(settings: &Settings) -> Self {
+        let binding = settings.gateway.lights.clone();
+        let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone());
+        let mut collector = Self {
+            observations: Observations::new(&binding.table),
+            binding,
+            interfaces: interfaces.collect(),
+            lanes: BTreeMap::new(),
+            frames: Vec::new(),
+            last: None,
+            last_kept: None,
+            unused: None,
+            lights_left_out: false,
+            frames_left_out: 0,
+        };
+        for interface in collector.interfaces.clone() {
+            collector.begin((Group::Links, 0, interface), MonoTime::ZERO, Tone::Ok, "up", false);
+        }
+        collector
+    }
+
+    /// Takes an input before the gateway does.
+    pub fn received(&mut self, input: &CanInput, now: Now) {
+        let at = now.mono;
+        match input {
+            CanInput::Frame { bus, frame, stamp } => self.frame(*bus, frame, *stamp, now),
+            CanInput::Link { bus, state } => {
+                if *state != LinkState::Up {
+                    self.observations.forget_bus(&self.binding.table, *bus);
+                }
+                let interface = self.interface(*bus);
+                let text = link_text(&interface, *state);
+                let tone = if *state == LinkState::Up { Tone::Ok } else { Tone::Error };
+                self.begin((Group::Links, 0, interface), at, tone, &text, false);
+            }
+            CanInput::ErrorFrame { bus, error } => {
+                let label = format!("{} error frames", self.interface(*bus));
+                let text = format!("error frame {}", error.log_text());
+                self.begin((Group::Links, 1, label), at, Tone::Warn, &text, false);
+            }
+            CanInput::Controller { bus, .. } => {
+                let label = format!("{} controller", self.interface(*bus));
+                self.begin((Group::Links, 2, label), at, Tone::Plain, &format!("{input:?}"), false);
+            }
+            CanInput::Drops { bus, lost } => {
+                let label = format!("{} losses", self.interface(*bus));
+                self.begin(
+                    (Group::Links, 3, label),
+                    at,
+                    Tone::Warn,
+                    &format!("{lost} frames lost by then"),
+                    false,
+                );
+            }
+            CanInput::BadRecords { .. } => {}
+        }
+    }
+
+    /// Takes an output of the step that handled the last input, or a deadline.
+    pub fn given_out(&mut self, output: &Output, at: MonoTime) {
+        match output {
+            Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
+                let (tone, text) = step.value().map_or((Tone::Nothing, "not published"), |value| {
+                    let tone = match value {
+                        TurnIndicators::Disable => Tone::Off,
+                        TurnIndicators::EnableLeft => Tone::Left,
+                        TurnIndicators::EnableRight => Tone::Right,
+                    };
+                    (tone, value.name())
+                });
+                self.begin((Group::Reports, 0, "turn_indicators".to_owned()), at, tone, text, true);
+            }
+            Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
+                let (tone, text) = step.value().map_or((Tone::Nothing, "not published"), |value| {
+                    let tone = if value == HazardLights::Enable { Tone::Hazard } else { Tone::Off };
+                    (tone, value.name())
+                });
+                self.begin((Group::Reports, 1, "hazard_lights".to_owned()), at, tone, text, true);
+            }
+            Output::Diagnostics { diagnostics, .. } => self.diagnostics(diagnostics, at),
+            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
+            Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => {}
+            Output::TurnSignal(output) => self.turn_signal(output, at),
+            Output::Command(output) => {
+                let (verb, bus, frame) = match output {
+                    CommandOutput::Transmit { frame, .. } => ("sent", frame.bus(), *frame.frame()),
+                    CommandOutput::WouldTransmit { bus, frame, .. } => ("would be sent", *bus, *frame),
+                };
+                let label = format!("{} {} {verb}", self.interface(bus), frame.id());
+                self.begin((Group::Commands, 2, label), at, Tone::Plain, &frame.to_string(), true);
+            }
+        }
+    }
+
+    /// The timeline, which ends at `length`.
+    pub fn finish(mut self, title: String, subtitle: String, length: MonoTime) -> Timeline {
+        let length_s = seconds(length);
+        let mut lanes: Vec<_> = std::mem::take(&mut self.lanes).into_values().collect();
+        for lane in &mut lanes {
+            lane.finish(length_s);
+        }
+        let mut remarks = Vec::new();
+        if self.lights_left_out {
+            remarks.push(format!("of the traffic lights, {MAX_LIGHTS} are shown"));
+        }
+        if self.frames_left_out > 0 {
+            remarks.push(format!("{} later states are shown without their frames", self.frames_left_out));
+        }
+        let mut timeline = Timeline { title, subtitle, length_s, lanes, frames: self.frames, remarks };
+        timeline.close();
+        timeline
+    }
+
+    fn frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) {
+        let table = &self.binding.table;
+        let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
+        let Some(message) = table.messages.iter().position(is_bound) else { return };
+        let outcome = self.observations.frame_arrived(table, MessageIndex(message), frame, stamp, now);
+        self.unused = outcome.as_ref().err().map(Unused::to_string);
+        (self.last, self.last_kept) = (Some((bus, *frame, stamp, now.mono)), None);
+        let mut values = Vec::new();
+        for (position, (index, signal, raw)) in signals_in(table, bus, frame).enumerate() {
+            let text = meaning(&self.binding, index, raw);
+            let tone = if self.unused.is_some() { Tone::Warn } else { tone_of(&text) };
+            let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
+            values.push((
+                (Group::Raw, message * 1_000 + position, signal.name.clone()),
+                tone,
+                format!("{raw} {text}{rejected}"),
+            ));
+        }
+        for (key, tone, text) in values {
+            self.begin(key, now.mono, tone, &text, true);
+        }
+    }
+
+    fn diagnostics(&mut self, diagnostics: &Diagnostics, at: MonoTime) {
+        for (position, status) in diagnostics.statuses.iter().enumerate() {
+            let tone = match status.level {
+                Level::Ok => Tone::Ok,
+                Level::Warn => Tone::Warn,
+                Level::Error | Level::Stale => Tone::Error,
+            };
+            let label = task_of(&status.name);
+            let known =
+                self.lanes.keys().find(|(group, _, name)| *group == Group::Diagnostics && name == label);
+            let key = known.cloned().unwrap_or_else(|| (Group::Diagnostics, position, label.to_owned()));
+            self.begin(key, at, tone, &status.message, true);
+        }
+    }
+
+    fn lights(&mut self, emission: &Emission, at: MonoTime) {
+        let Content::Groups(groups) = &emission.content else { return };
+        for group in groups.iter() {
+            let key =
+                (Group::TrafficLights, 0, format!("{} {}", topic_name(emission.topic), group.relation_id));
+            let is_known = self.lanes.contains_key(&key);
+            let lights = self.lanes.keys().filter(|(group, ..)| *group == Group::TrafficLights).count();
+            if !is_known && lights >= MAX_LIGHTS {
+                self.lights_left_out = true;
+                continue;
+            }
+            let bulbs: Vec<_> = group.elements.iter().map(|element| element.bulb.to_string()).collect();
+            let (tone, text) = if bulbs.is_empty() {
+                (Tone::Nothing, "dark".to_owned())
+            } else {
+                (Tone::Plain, bulbs.join(", "))
+            };
+            self.begin(key, at, tone, &text, true);
+        }
+    }
+
+    fn turn_signal(&mut self, output: &TurnSignalOutput, at: MonoTime) {
+        match output {
+            TurnSignalOutput::TurnCommand { command, .. } => {
+                let tone = match command {
+                    TurnCommand::Left => Tone::Left,
+                    TurnCommand::Right => Tone::Right,
+                    TurnCommand::Disable => Tone::Off,
+                    TurnCommand::NoCommand => Tone::Nothing,
+                };
+                let key = (Group::Commands, 0, "decider: turn".to_owned());
+                self.begin(key, at, tone, &command.to_string(), false);
+            }
+            TurnSignalOutput::HazardCommand { command, .. } => {
+                let tone = match command {
+                    HazardCommand::Enable => Tone::Hazard,
+                    HazardCommand::Disable => Tone::Off,
+                    HazardCommand::NoCommand => Tone::Nothing,
+                };
+                let key = (Group::Commands, 1, "decider: hazard".to_owned());
+                self.begin(key, at, tone, &command.to_string(), false);
+            }
+            TurnSignalOutput::Decision(_) | TurnSignalOutput::Sections { .. } => {}
+        }
+    }
+
+    /// Begins a state of a lane, with the last bound frame behind it if `with_frame` is set.
+    fn begin(&mut self, key: (Group, usize, String), at: MonoTime, tone: Tone, text: &str, with_frame: bool) {
+        let present = self.lanes.get(&key).and_then(|lane| lane.spans.last());
+        if present.is_some_and(|present| present.text == text && present.tone == tone && present.states == 1)
+        {
+            return;
+        }
+        let frame = if with_frame { self.causing_frame() } else { None };
+        let lane =
+            self.lanes.entry(key).or_insert_with_key(|(group, _, label)| Lane::new(*group, label.as_str()));
+        lane.begin(seconds(at), tone, text, frame);
+    }
+
+    /// The position of the last bound frame, which is kept from now on.
+    fn causing_frame(&mut self) -> Option<usize> {
+        if self.last_kept.is_some() {
+            return self.last_kept;
+        }
+        let (bus, frame, stamp, at) = self.last?;
+        if self.frames.len() >= MAX_FRAMES {
+            self.frames_left_out += 1;
+            return None;
+        }
+        let table = &self.binding.table;
+        let message = table.messages.iter().find(|message| message.bus == bus && message.id == frame.id());
+        let mut signals: Vec<_> = self.unused.iter().map(|unused| format!("rejected: {unused}")).collect();
+        signals.extend(signals_in(table, bus, &frame).map(|(index, signal, raw)| {
+            format!("{} = {raw} (0x{raw:X}) {}", signal.name, meaning(&self.binding, index, raw))
+        }));
+        let bytes: Vec<_> = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        self.frames.push(CausingFrame {
+            at_s: seconds(at),
+            stamp: format!("{}.{:06}", stamp.sec(), stamp.nanosec() / 1000),
+            interface: self.interface(bus),
+            id: frame.id().to_string(),
+            message: message.map_or_else(String::new, |message| message.name.clone()),
+            bytes: bytes.join(" "),
+            signals,
+        });
+        self.last_kept = Some(self.frames.len() - 1);
+        self.last_kept
+    }
+
+    fn interface(&self, bus: BusIndex) -> String {
+        self.interfaces.get(usize::from(bus.0)).cloned().unwrap_or_default()
+    }
+}
+
+/// The meanings of a raw value, one for each role of its signal.
+fn meaning(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> String {
+    let texts: Vec<_> = texts(binding, signal, raw).into_iter().map(|meaning| meaning.text).collect();
+    texts.join(", ")
+}
+
+const fn topic_name(topic: LightsTopic) -> &'static str {
+    match topic {
+        LightsTopic::GroundTruth => "ground truth",
+        LightsTopic::Camera => "camera",
+        LightsTopic::V2i => "V2I",
+        LightsTopic::Arbiter => "arbiter",
+        LightsTopic::Markers => "markers",
+        LightsTopic::Clock => "clock",
+    }
+}
+
+/// The colour of a raw value with this meaning.
+fn tone_of(meaning: &str) -> Tone {
+    let has = |word: &str| meaning.split([' ', ',']).any(|part| part == word);
+    if has("left") && !has("right") {
+        Tone::Left
+    } else if has("right") && !has("left") {
+        Tone::Right
+    } else if has("UNDEFINED") || (has("fault") && has("on")) {
+        Tone::Error
+    } else if meaning.contains("not available") {
+        Tone::Nothing
+    } else {
+        Tone::Plain
+    }
+}
+
+/// Seconds of a time line, exact to the nanosecond for 104 days.
+#[allow(clippy::cast_precision_loss)]
+fn seconds(at: MonoTime) -> f64 {
+    at.as_nanos() as f64 / 1e9
+}

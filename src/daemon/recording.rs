@@ -1,0 +1,29 @@
+//! The MCAP recording of a run: what is received and published, as it happens.
+
+use std::time::Duration;
+
+use super::publisher::{durability, topics};
+use crate::config::Settings;
+use crate::io::mcap::bag::FileLimits;
+use crate::io::mcap::encoder::{Encoder, RecordedBus};
+use crate::io::mcap::recorder::{McapRecorder, RecorderLimits};
+
+/// Longest time that a stop waits for the disk.
+pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(2);
+
+/// Starts the recording that the configuration or the command line asks for; `None` without one, or without a thread.
+pub(super) fn start(settings: &Settings) -> Option<McapRecorder> {
+    let config = &settings.mcap;
+    let folder = config.folder.as_ref()?;
+    let file = FileLimits { bytes: config.file_bytes, duration: config.file_duration };
+    McapRecorder::start(folder, RecorderLimits { file, total_bytes: config.total_bytes }, encoder(settings))
+        .inspect_err(|error| tracing::warn!("no recording: {error}"))
+        .ok()
+}
+
+/// An encoder for what is published and for the frames of all buses.
+pub fn encoder(settings: &Settings) -> Encoder {
+    let buses = settings.gateway.buses.iter();
+    let buses = buses.map(|bus| RecordedBus { name: bus.name.clone(), interface: bus.interface.clone() });
+    Encoder::new(&topics(settings), durability(settings), &settings.hardware_id, &buses.collect::<Vec<_>>())
+}

@@ -1,0 +1,68 @@
+//! The timeline as a chart.
+
+use super::{Group, Span, Timeline, Tone};
+use crate::core::diagnostics::Level;
+use crate::report::chart::{self, Along, Bar, Chart, CommandKind, IndicatorState, Look, Note};
+
+impl Timeline {
+    /// The timeline as a chart.
+    pub fn chart(&self) -> Chart {
+        let mut lanes: Vec<chart::Lane> = Vec::new();
+        for lane in &self.lanes {
+            let row = chart::Row {
+                label: lane.label.clone(),
+                bars: lane.spans.iter().filter_map(|span| bar(span, lane.group)).collect(),
+            };
+            let heading = lane.group.heading();
+            match lanes.last_mut().filter(|last| last.label == heading) {
+                Some(last) => last.rows.push(row),
+                None => lanes.push(chart::Lane { label: heading.to_owned(), rows: vec![row] }),
+            }
+        }
+        let note = Note { heading: "Left out".to_owned(), lines: self.remarks.clone() };
+        Chart {
+            title: self.title.clone(),
+            subtitle: self.subtitle.clone(),
+            along: Along::Time,
+            from: 0.0,
+            to: self.length_s,
+            lanes,
+            marks: Vec::new(),
+            notes: (!self.remarks.is_empty()).then_some(note).into_iter().collect(),
+        }
+    }
+}
+
+impl Group {
+    /// Heading of its lanes.
+    pub(super) const fn heading(self) -> &'static str {
+        match self {
+            Self::Raw => "raw values",
+            Self::Reports => "reports",
+            Self::Commands => "commands",
+            Self::Diagnostics => "diagnostics",
+            Self::TrafficLights => "traffic lights",
+            Self::Links => "buses",
+        }
+    }
+}
+
+/// The bar of a span; `None` where nothing is published.
+fn bar(span: &Span, group: Group) -> Option<Bar> {
+    let signal = |indicator| Look::Command(CommandKind::Signal, indicator);
+    let look = match (span.tone, group) {
+        (Tone::Nothing, Group::Reports | Group::Commands) => return None,
+        (Tone::Left, Group::Reports | Group::Commands) => signal(IndicatorState::Left),
+        (Tone::Right, Group::Reports | Group::Commands) => signal(IndicatorState::Right),
+        (Tone::Hazard, Group::Reports | Group::Commands) => signal(IndicatorState::Hazard),
+        (Tone::Off, Group::Reports | Group::Commands) => signal(IndicatorState::Off),
+        (Tone::Ok, _) => Look::Status(Level::Ok, span.text.clone()),
+        (Tone::Warn, _) => Look::Status(Level::Warn, span.text.clone()),
+        (Tone::Error, _) => Look::Status(Level::Error, span.text.clone()),
+        (
+            Tone::Left | Tone::Right | Tone::Hazard | Tone::Off | Tone::Nothing | Tone::Plain | Tone::Folded,
+            _,
+        ) => Look::Named(span.text.clone()),
+    };
+    Some(Bar { from: span.from_s, to: span.to_s, look })
+}

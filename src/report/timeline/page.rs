@@ -1,0 +1,72 @@
+//! The timeline as one page without anything outside: style, script and data are in it.
+
+use serde_json::{Value, json};
+
+use super::{Span, Timeline};
+use crate::report::text::counted;
+
+const TEMPLATE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+impl Timeline {
+    /// The timeline as a page. It works from a file, and loads nothing.
+    pub fn to_html(&self) -> String {
+        let title = format!("{} - signal-gateway", self.title);
+        let places = [
+            ("{{title}}", html(&title)),
+            ("{{style}}", STYLE.to_owned()),
+            ("{{data}}", self.data()),
+            ("{{script}}", SCRIPT.to_owned()),
+        ];
+        let mut page = String::new();
+        let mut rest = TEMPLATE;
+        // Place by place from left to right, so that no text of the recording is taken for a place.
+        for (place, content) in places {
+            let (before, after) = rest.split_once(place).unwrap_or((rest, ""));
+            page.push_str(before);
+            page.push_str(&content);
+            rest = after;
+        }
+        page.push_str(rest);
+        page
+    }
+
+    /// The data of the script: JSON in which no character can end the element that it is in.
+    fn data(&self) -> String {
+        let lanes = self.lanes.iter().map(|lane| {
+            json!({
+                "group": lane.group,
+                "heading": lane.group.heading(),
+                "label": lane.label,
+                "spans": lane.spans.iter().map(span).collect::<Vec<_>>(),
+            })
+        });
+        let events = self.lanes.iter().map(|lane| lane.spans.len()).sum::<usize>();
+        let summary =
+            format!("{}, {}", seconds(self.length_s), counted(events.try_into().unwrap_or(0), "state"));
+        let data = json!({
+            "title": self.title,
+            "subtitle": self.subtitle,
+            "summary": summary,
+            "length": self.length_s,
+            "lanes": lanes.collect::<Vec<_>>(),
+            "frames": self.frames,
+            "remarks": self.remarks,
+        });
+        data.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+    }
+}
+
+/// Begin, end, tone, text, frame, number of states.
+fn span(span: &Span) -> Value {
+    json!([span.from_s, span.to_s, span.tone, span.text, span.frame, span.states])
+}
+
+fn seconds(seconds: f64) -> String {
+    format!("{seconds:.3} s")
+}
+
+fn html(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

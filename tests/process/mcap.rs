@@ -1,0 +1,243 @@
+//! Recordings as MCAP: read back by readers of other makes, after an orderly end, a kill, and a full disk.
+
+use std::fs;
+use std::io::Read as _;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+use crate::support::mcap::McapReaders;
+use crate::support::prerequisite::require;
+
+/// The first lines of the demo's recording.
+fn demo_lines(count: usize) -> Vec<String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.log.gz");
+    let mut text = String::new();
+    flate2::read::MultiGzDecoder::new(fs::File::open(path).unwrap()).read_to_string(&mut text).unwrap();
+    text.lines().take(count).map(str::to_owned).collect()
+}
+
+fn of_topic<'a>(messages: &'a [Value], topic: &'a str) -> impl Iterator<Item = &'a Value> {
+    messages.iter().filter(move |message| message["topic"] == topic)
+}
+
+/// A frame as candump writes it.
+fn candump(message: &Value) -> String {
+    let fields = &message["fields"];
+    let length = usize::try_from(fields["dlc"].as_u64().unwrap()).unwrap();
+    let bytes = fields["data"].as_array().unwrap().iter().take(length);
+    let data: String = bytes.map(|byte| format!("{:02X}", byte.as_u64().unwrap())).collect();
+    let nanos = message["publish_time"].as_u64().unwrap();
+    let (sec, micros) = (nanos / 1_000_000_000, nanos / 1_000 % 1_000_000);
+    let id = fields["id"].as_u64().unwrap();
+    format!("({sec}.{micros:06}) {} {id:03X}#{data}", fields["header"]["frame_id"].as_str().unwrap())
+}
+
+fn replay(log: &Path, arguments: &[&str]) -> Vec<Value> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    command.arg("replay").arg(log).args(["--profile", "demo_vehicle", "--json"]).args(arguments);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn two_readers_find_every_frame_of_the_log_and_every_message_of_the_replay() {
+    let readers = require!(McapReaders::find());
+    let folder = tempfile::tempdir().unwrap();
+    let (log, bag) = (folder.path().join("drive.log"), folder.path().join("bag"));
+    let lines = demo_lines(6_000);
+    fs::write(&log, lines.join("\n")).unwrap();
+    let published = replay(&log, &["--mcap", bag.to_str().unwrap()]);
+    let messages = readers.messages(&bag);
+
+    let frames: Vec<_> = of_topic(&messages, "/body/from_can_bus").map(candump).collect();
+    assert_eq!(frames, lines);
+    let start: f64 = lines[0][1..18].parse().unwrap();
+    let mut compared = 0;
+    for topic in ["/vehicle/status/turn_indicators_status", "/vehicle/status/hazard_lights_status"] {
+        let recorded: Vec<_> = of_topic(&messages, topic).collect();
+        let expected: Vec<_> = published.iter().filter(|line| line["topic"] == topic).collect();
+        assert_eq!(recorded.len(), expected.len(), "{topic}");
+        for (recorded, expected) in recorded.iter().zip(expected) {
+            assert_eq!(recorded["fields"], expected["data"]);
+            #[allow(clippy::cast_precision_loss)] // to the microsecond
+            let at = recorded["log_time"].as_u64().unwrap() as f64 / 1e9 - start;
+            assert!((at - expected["t"].as_f64().unwrap()).abs() < 1e-5, "{recorded}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 50, "{compared}");
+    let changes = published.iter().filter(|line| line["topic"] == "/diagnostics").map(|line| &line["data"]);
+    let recorded: Vec<_> = of_topic(&messages, "/diagnostics").map(|message| &message["fields"]).collect();
+    assert!(recorded.len() > 3 && changes.clone().count() > 1);
+    assert!(changes.into_iter().all(|change| recorded.contains(&change)));
+}
+
+#[test]
+fn file_and_bag_have_the_same_messages_and_a_bag_that_exists_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, bag, file) =
+        (folder.path().join("drive.log"), folder.path().join("bag"), folder.path().join("drive.mcap"));
+    fs::write(&log, demo_lines(500).join("\n")).unwrap();
+    for path in [&bag, &file] {
+        replay(&log, &["--mcap", path.to_str().unwrap()]);
+    }
+    assert_eq!(fs::read(bag.join("bag_0.mcap")).unwrap(), fs::read(&file).unwrap());
+    let metadata = fs::read_to_string(bag.join("metadata.yaml")).unwrap();
+    assert!(metadata.contains("    - bag_0.mcap\n") && metadata.contains("storage_identifier: mcap\n"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    command.arg("replay").arg(&log).args(["--profile", "demo_vehicle", "--mcap"]).arg(&bag);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("bag: File exists"), "{output:?}");
+}
+
+#[test]
+fn frames_that_a_replay_would_send_are_not_recorded_as_sent() {
+    use crate::support::command_vehicle::{DBC, PROFILE};
+    let readers = require!(McapReaders::find());
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("bench.toml", PROFILE);
+    write("bench.dbc", DBC);
+    write(
+        "drive.log",
+        &(0..200).map(|tenth| format!("(17.{tenth:03}000) can0 230#20000000\n")).collect::<String>(),
+    );
+    write(
+        "gateway.toml",
+        "profile = \"bench.toml\"\n[can.body]\ninterface = \"can0\"\n[command]\ntx = \"on\"\ncontrol_mode = \"signal\"\n",
+    );
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    command.current_dir(folder.path());
+    command.args(["replay", "drive.log", "--config", "gateway.toml", "--json", "--mcap", "bag"]);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let sent: Vec<_> = lines.filter(|line| line["topic"] == "command_frame").collect();
+    let messages = readers.messages(&folder.path().join("bag"));
+    let dry: Vec<_> =
+        messages.iter().filter(|message| message["topic"] == "/body/to_can_bus_dry_run").collect();
+    assert_eq!(dry.len(), sent.len());
+    assert_eq!(messages.iter().filter(|message| message["topic"] == "/body/to_can_bus").count(), 0);
+    assert!(sent.iter().all(|line| line["data"]["sent"] == json!(false)));
+}
+
+mod slow {
+    use std::path::PathBuf;
+    use std::thread;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::support::mcap::only_entry;
+    use crate::support::process::{Folder, Process};
+
+    /// The demo's recording again and again, five times as fast, recorded in this folder.
+    fn recorded(bags: &str, keys: &str) -> (Folder, Process) {
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.log.gz");
+        let keys = format!(
+            "source = \"recording\"\n[recording]\nfile = \"{}\"\nspeed = 5\nrepeat = true\nstamps = \"recorded\"\n\
+             [ros]\nenabled = false\n[mcap]\nfolder = \"{bags}\"\n{keys}",
+            log.display()
+        );
+        let folder = Folder::with_demo_vehicle("can0", &keys);
+        let gateway = Process::run(&folder);
+        (folder, gateway)
+    }
+
+    /// Number of messages that the metadata of a bag tells of; `None` before the first were written.
+    fn written(bags: &Path) -> Option<u64> {
+        let bag = fs::read_dir(bags).ok()?.next()?.unwrap().path();
+        let text = fs::read_to_string(bag.join("metadata.yaml")).ok()?;
+        text.lines().find_map(|line| line.strip_prefix("  message_count: ")?.parse().ok())
+    }
+
+    fn wait_for_messages(bags: &Path, more_than: u64) {
+        let mut waits = 0;
+        while written(bags).is_none_or(|messages| messages <= more_than) {
+            thread::sleep(Duration::from_millis(20));
+            waits += 1;
+            assert!(waits < 3_000, "{:?} messages", written(bags));
+        }
+    }
+
+    #[test]
+    fn recording_of_a_killed_process_is_readable_to_its_last_chunk() {
+        let readers = require!(McapReaders::find());
+        // Moments all over three intervals of a second.
+        let killed: Vec<(Folder, PathBuf, u64)> = (0..20)
+            .map(|trial| {
+                let (folder, gateway) = recorded("bags", "");
+                let bags = folder.path().join("bags");
+                wait_for_messages(&bags, 0);
+                thread::sleep(Duration::from_millis(trial * 7919 % 3_000));
+                drop(gateway); // SIGKILL
+                let told = written(&bags).unwrap();
+                let bag = only_entry(&bags);
+                let name = format!("{}_0.mcap", bag.file_name().unwrap().to_str().unwrap());
+                (folder, bag.join(name), told)
+            })
+            .collect();
+        let files: Vec<_> = killed.iter().map(|(_, file, _)| file.as_path()).collect();
+        let prefixes = readers.prefixes(&files);
+        assert_eq!(prefixes.len(), 20);
+        for ((_, file, told), prefix) in killed.iter().zip(prefixes) {
+            println!("{} bytes, {told} in the metadata: {prefix}", fs::metadata(file).unwrap().len());
+            assert_eq!(prefix["is_complete"], false);
+            assert!(prefix["messages"].as_u64().unwrap() >= *told, "{told}: {prefix}");
+        }
+    }
+
+    #[test]
+    fn files_are_rotated_and_the_oldest_removed() {
+        let readers = require!(McapReaders::find());
+        let (folder, mut gateway) = recorded("bags", "file_mb = 1\ntotal_mb = 3\n");
+        let bags = folder.path().join("bags");
+        let bag = || only_entry(&bags);
+        let mut waits = 0;
+        while !bags.exists()
+            || bag().join(format!("{}_0.mcap", bag().file_name().unwrap().display())).exists()
+            || written(&bags).is_none()
+        {
+            thread::sleep(Duration::from_millis(50));
+            waits += 1;
+            assert!(waits < 1_200, "the first file is not removed");
+        }
+        gateway.stop("TERM");
+        let size: u64 =
+            fs::read_dir(bag()).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
+        assert!(size < 5_000_000, "{size}");
+        let messages = readers.messages(&bag());
+        assert_eq!(messages.len() as u64, written(&bags).unwrap());
+    }
+
+    #[test]
+    fn full_disk_loses_nothing_that_fits_in_memory_and_the_gateway_goes_on() {
+        use crate::support::tmpfs::Tmpfs;
+        let readers = require!(McapReaders::find());
+        let folder = tempfile::tempdir().unwrap();
+        let bags = folder.path().join("bags");
+        let tmpfs = require!(Tmpfs::new(&bags, "size=1m"));
+        let (_configuration, mut gateway) = recorded(bags.to_str().unwrap(), "");
+        gateway.wait_for_log("recording not written in");
+        thread::sleep(Duration::from_secs(2));
+        assert!(gateway.is_running());
+        tmpfs.remount("size=100m");
+        let before = written(&bags).unwrap_or(0);
+        wait_for_messages(&bags, before + 20_000);
+        gateway.stop("TERM");
+        let messages = readers.messages(&only_entry(&bags));
+        let frames: Vec<_> = of_topic(&messages, "/body/from_can_bus").map(candump).collect();
+        let lines = demo_lines(usize::MAX);
+        // The bytes of the frames in their order, whatever the stamps of the repetitions.
+        let content = |line: &String| line.split_once(") ").unwrap().1.to_owned();
+        assert!(frames.len() > 20_000, "{}", frames.len());
+        for (number, (frame, line)) in frames.iter().zip(lines.iter().cycle()).enumerate() {
+            assert_eq!(content(frame), content(line), "frame {number}");
+        }
+    }
+}
