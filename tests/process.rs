@@ -12,8 +12,10 @@ mod process {
     mod lights_command;
     mod log_output;
     mod mcap;
+    mod metrics_endpoint;
     mod mistakes;
     mod pictures;
     mod refusals;
+    mod status_command;
     mod systemd_units;
 }

@@ -83,7 +83,7 @@ impl DiscoverArgs {
 }
 
 pub(super) fn run(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("warn", LogForm::Messages);
+    messages::start_log("warn", LogForm::Messages)?;
     discover(args)
 }
 

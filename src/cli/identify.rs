@@ -50,7 +50,7 @@ pub(super) struct IdentifyArgs {
 }
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("error", LogForm::Messages);
+    messages::start_log("error", LogForm::Messages)?;
     let identifier = match (&args.live, &args.log) {
         (Some(interface), _) => listen(interface, args.seconds)?,
         (None, log) => read(log.as_deref().unwrap_or(Path::new("-")))?,

@@ -46,7 +46,7 @@ pub(super) struct InitArgs {
 const DISCOVER: &str = "discover";
 
 pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("warn", LogForm::Messages);
+    messages::start_log("warn", LogForm::Messages)?;
     if args.output.exists() && !args.force {
         return Err(Failure::Usage(format!(
             "{} exists, and nothing is overwritten unasked: give another --output, or --force",

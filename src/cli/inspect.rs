@@ -72,7 +72,7 @@ pub(super) struct DecodeArgs {
 }
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("error", LogForm::Messages);
+    messages::start_log("error", LogForm::Messages)?;
     judge(args)
 }
 
@@ -135,7 +135,7 @@ pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("warn", LogForm::Messages);
+    messages::start_log("warn", LogForm::Messages)?;
     let settings = settings(&args.recording.config)?;
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {

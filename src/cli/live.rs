@@ -103,7 +103,7 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
 fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
     let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
     let level = read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level);
-    messages::start_log(level, LogForm::Timed);
+    messages::start_log(level, LogForm::Timed)?;
     let read = read?;
     if !read.unknown.is_empty() {
         let known = ros_arguments::PARAMETERS;
@@ -142,7 +142,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
 /// The network side of another process.
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
-    messages::start_log(&args.log_level, LogForm::Timed);
+    messages::start_log(&args.log_level, LogForm::Timed)?;
     match crate::io::ros::network::process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),

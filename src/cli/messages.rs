@@ -8,7 +8,9 @@ use annotate_snippets::Level;
 use anstream::{AutoStream, ColorChoice};
 use clap::{Args, ValueEnum};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
 
+use super::Failure;
 use crate::config::Refused;
 use crate::config::files::Disk;
 use crate::io::process_log::{self, LogForm};
@@ -117,7 +119,10 @@ pub(super) fn say(text: &str) {
 }
 
 /// Starts the log of messages from `level` on, or as `RUST_LOG` asks for; `--quiet` and `--verbose` move the level.
-pub(super) fn start_log(level: &str, form: LogForm) {
+///
+/// # Errors
+/// A `RUST_LOG` that asks for nothing that exists.
+pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
     let level = match (options(), level) {
         (MessageArgs { quiet: true, .. }, _) => "error",
         (MessageArgs { verbose: true, .. }, "error" | "warn") => "info",
@@ -127,10 +132,20 @@ pub(super) fn start_log(level: &str, form: LogForm) {
     // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
     let quiet = "rustdds=off,ros2_client=off,mio_06=off";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
-    let filter = EnvFilter::try_new(format!("{level},{quiet},{requested}"))
-        .unwrap_or_else(|_| EnvFilter::new(format!("{level},{quiet}")));
+    let refused = |directive: &str| {
+        let expected =
+            "expected error, warn, info, debug, trace or off, or MODULE=LEVEL, with commas between them";
+        Failure::Environment(format!("RUST_LOG: cannot read {directive:?}; {expected}"))
+    };
+    for directive in requested.split(',').map(str::trim).filter(|directive| !directive.is_empty()) {
+        let level = directive.rsplit_once('=').map_or(directive, |(_, level)| level);
+        level.parse::<LevelFilter>().map_err(|_| refused(directive))?;
+    }
+    let filter = EnvFilter::try_new(format!("{level},{quiet},{requested}"));
+    let filter = filter.map_err(|_| refused(&requested))?;
     let has_color = layout(&io::stderr()).has_color;
     if let Err(failed) = process_log::start(filter, form, has_color) {
         error(&format!("no log: {failed}"), "");
     }
+    Ok(())
 }

@@ -15,6 +15,7 @@ mod profiles;
 mod progress;
 mod replay;
 mod ros_arguments;
+mod status;
 mod unreadable;
 mod vehicle;
 
@@ -42,6 +43,7 @@ use manual::{CompletionsArgs, ManArgs};
 use messages::MessageArgs;
 use profiles::ProfilesArgs;
 use replay::ReplayArgs;
+use status::StatusArgs;
 use vehicle::VehicleArgs;
 
 /// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
@@ -61,9 +63,11 @@ Exit codes:
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check found warnings, or discover is not sure
+  4  check or status found warnings, or discover is not sure
   5  the scenario of lights ended in failure, or an expectation of a drive was not met
   6  the verdict of a scenario of lights is not known
+  7  status found errors
+  8  status reaches no gateway
 
 Start with: signal-gateway demo";
 
@@ -105,6 +109,9 @@ enum Command {
     /// Simulate a vehicle on a virtual bus: lamps that flash, commands obeyed, faults on request
     #[command(after_help = vehicle::HELP)]
     Vehicle(VehicleArgs),
+    /// Show the present state of a running gateway
+    #[command(after_help = status::HELP)]
+    Status(StatusArgs),
     /// Serve a gateway that has started this process as its network side
     #[cfg(feature = "ros")]
     #[command(hide = true)]
@@ -136,6 +143,7 @@ pub fn main() -> ExitCode {
         Command::Lights(args) => lights::run(&args),
         Command::Decide(args) => decide::run(&args),
         Command::Vehicle(args) => vehicle::run(&args),
+        Command::Status(args) => status::run(&args),
         #[cfg(feature = "ros")]
         Command::Network(args) => live::network(&args),
         Command::Completions(args) => manual::completions(&args),
@@ -154,6 +162,7 @@ pub fn main() -> ExitCode {
             ExitCode::from(match failure {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
+                | Failure::Environment(_)
                 | Failure::Daemon(DaemonError::Publisher(
                     PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
@@ -175,6 +184,9 @@ enum Failure {
     Usage(String),
     #[error("{0}")]
     Daemon(#[from] DaemonError),
+    /// A variable of the environment.
+    #[error("{0}")]
+    Environment(String),
     #[error("{}: {_1}", _0.display())]
     File(PathBuf, io::Error),
     #[error("{0}")]
@@ -193,7 +205,9 @@ impl Failure {
             Self::Refused(refused) => messages::refused(refused),
             Self::File(path, error) => unreadable::show(path, error),
             Self::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
-            Self::Usage(_) | Self::Daemon(_) | Self::System(_) => messages::error(&self.to_string(), ""),
+            Self::Usage(_) | Self::Environment(_) | Self::Daemon(_) | Self::System(_) => {
+                messages::error(&self.to_string(), "");
+            }
         }
     }
 }

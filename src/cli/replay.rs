@@ -67,7 +67,7 @@ pub(super) struct ReplayArgs {
 }
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("warn", LogForm::Messages);
+    messages::start_log("warn", LogForm::Messages)?;
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
     let json = args.json.then(|| JsonTimeline {

@@ -97,7 +97,7 @@ pub(super) struct VehicleArgs {
 }
 
 pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
-    messages::start_log("warn", LogForm::Messages);
+    messages::start_log("warn", LogForm::Messages)?;
     let mut settings = settings(&args.config)?;
     choose_interfaces(args, &mut settings)?;
     let plan = settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()))?;

@@ -8,10 +8,11 @@ use std::time::Duration;
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::Level;
 use crate::core::gateway::WALL_CLOCK_TASK;
 use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
 use crate::core::gateway::event::Output;
+use crate::core::gateway::process_status::RecorderState;
 use crate::core::time::{MonoTime, Now};
 use crate::io::recorder::Recorder;
 use crate::report::gateway::Changes;
@@ -75,9 +76,9 @@ impl FaultRecorder {
         self.recorder.stop(STOP_PATIENCE);
     }
 
-    /// The status of the recordings.
-    pub(super) fn status(&self, node: &str) -> Status {
-        self.recorder.state().status(node)
+    /// The state of the recordings.
+    pub(super) fn state(&self) -> RecorderState {
+        self.recorder.state()
     }
 
     /// Keeps an output, which ends a recording if a status changes to ERROR. What a replay cannot have is left out.

@@ -16,6 +16,7 @@ use super::late_reports::LateReports;
 use super::live::Live;
 use super::publisher::Publisher;
 use super::recording;
+use super::watching::{Process, Watching};
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
@@ -24,16 +25,20 @@ use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::{Diagnostics, Status};
+use crate::core::gateway::Gateway;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::process_status::LostLines;
+use crate::core::gateway::snapshot::ProcessSnapshot;
 use crate::core::time::{Now, WallStamp};
 use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::mcap::recorder::McapRecorder;
 use crate::io::process_log;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
+use crate::report::decision::reasons;
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 
@@ -48,6 +53,7 @@ pub(super) struct GatewayIo {
     pub(super) supervisor: Supervisor,
     pub(super) watchdog: Watchdog,
     pub(super) stop: StopSignals,
+    pub(super) watching: Watching,
     faults: Option<FaultRecorder>,
     mcap: Option<McapRecorder>,
     late_reports: LateReports,
@@ -80,6 +86,7 @@ impl GatewayIo {
             supervisor,
             watchdog,
             stop,
+            watching: Watching::start(settings),
             faults: None,
             mcap: recording::start(settings),
             late_reports: LateReports::default(),
@@ -110,6 +117,9 @@ impl GatewayIo {
         self.emit_and_send(live, transmitters, clock, read, started);
         while let Some(at) = live.step(read.mono, |input, at| {
             let Input::Can(input) = input else { return };
+            if let CanInput::Frame { bus, frame, .. } = input {
+                tracing::debug!("received on bus {}: {frame}", bus.0);
+            }
             if let Some(faults) = &mut self.faults {
                 faults.keep(*input, at);
             }
@@ -213,6 +223,18 @@ impl GatewayIo {
 
     /// Publishes and shows an output.
     fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) {
+        match output {
+            Output::VehicleLights(report) => {
+                tracing::debug!("{report:?}, {lag:?} after its decision was due");
+            }
+            Output::TurnSignal(TurnSignalOutput::Decision(decision)) => {
+                reasons(decision).for_each(|reason| tracing::debug!("decision {}: {reason}", decision.turn));
+            }
+            Output::TurnSignal(_)
+            | Output::TrafficLights(_)
+            | Output::Command(_)
+            | Output::Diagnostics { .. } => {}
+        }
         if !self.late_reports.holds(output, lag) {
             self.publish(output, Now { wall: now.wall.after(lag), ..now });
         }
@@ -247,10 +269,10 @@ impl GatewayIo {
     }
 
     fn process_statuses(&self) -> Vec<Status> {
-        // Asked for in any case, since it writes what is due.
+        // Called in any case, since it writes what is due.
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
-        let recordings = self.faults.as_ref().map(|faults| faults.status(node));
+        let recordings = self.faults.as_ref().map(|faults| faults.state().status(node));
         let mcap = self.mcap.as_ref().map(|mcap| mcap.state().status(node));
         let network = self.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
@@ -261,6 +283,30 @@ impl GatewayIo {
             .chain(log)
             .chain(network.map(|network| network.status(node)))
             .collect()
+    }
+
+    /// Announces to the service manager that start-up is done.
+    pub(super) fn ready(&mut self, gateway: &Gateway, now: Now) {
+        let process = self.process();
+        self.watching.ready(gateway, now, &mut self.supervisor, process);
+    }
+
+    /// Takes a snapshot of the gateway, if somebody is to see one.
+    pub(super) fn show(&mut self, gateway: &Gateway, now: Now) {
+        if self.watching.is_due(&self.supervisor) {
+            let process = self.process();
+            self.watching.show(gateway, now, &mut self.supervisor, process);
+        }
+    }
+
+    fn process(&self) -> Process {
+        let snapshot = ProcessSnapshot {
+            black_box: self.faults.as_ref().map(FaultRecorder::state),
+            log: process_log::state(),
+            ros: self.publisher.snapshot(),
+            ..ProcessSnapshot::default()
+        };
+        Process { snapshot, statuses: self.process_statuses() }
     }
 
     fn refresh(&mut self, now: Now) {
@@ -283,6 +329,7 @@ impl GatewayIo {
                 biased;
                 () = self.stop.requested() => return Woken::Stopped,
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
+                () = self.watching.due() => return Woken::Watched,
                 input = &mut received => return Woken::Received(input),
                 () = sleep_until(wake.into()) => return Woken::Due,
             }
@@ -318,6 +365,8 @@ pub(super) enum Woken {
     Stopped,
     /// An input came over ROS 2.
     Received(Input),
+    /// Somebody is to see a snapshot.
+    Watched,
     /// Its time has come.
     Due,
 }

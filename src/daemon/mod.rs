@@ -8,11 +8,13 @@ mod fault_recorder;
 mod gateway_io;
 mod late_reports;
 pub mod live;
+mod pages;
 pub mod publisher;
 mod receivers;
 pub mod recording;
 mod ros_environment;
 pub mod vehicle;
+mod watching;
 
 use std::future::pending;
 use std::io;
@@ -222,11 +224,12 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
-    gateway_io.supervisor.ready("running");
+    gateway_io.ready(live.gateway(), clock.now());
     // Until when the last frames to the vehicle may go out, and how it ends: once a stop was requested, or something failed.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
         gateway_io.emit_live(&mut live, &transmitters, &clock);
+        gateway_io.show(live.gateway(), clock.now());
         let mut reason = gateway_io.take_failure().filter(|_| ending.is_none()).map(Err);
         if ending.as_ref().is_some_and(|(end, _)| live.is_finished() || Instant::now() >= *end)
             && let Some((_, outcome)) = ending
@@ -240,6 +243,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         tokio::select! {
             () = gateway_io.stop.requested(), if ending.is_none() => reason = Some(Ok(())),
             () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
+            () = gateway_io.watching.due() => {}
             batch = receivers.recv(), if is_receiving => match batch {
                 Ok(batch) => live.take(batch, clock.now()),
                 Err(error) => reason = Some(Err(error)),
@@ -281,12 +285,13 @@ async fn play_on(
         Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, log, routes),
     };
     let mut replay = replay.map_err(unreadable)?;
-    gateway_io.supervisor.ready("playing a recording");
+    gateway_io.ready(replay.gateway(), replay.now());
     let inbox = gateway_io.inbox();
     let mut polled = Instant::now();
     loop {
         let now = replay.now();
         gateway_io.emit(|| replay.poll_output(), now)?;
+        gateway_io.show(replay.gateway(), now);
         let Some(next) = replay.next_time() else {
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
@@ -318,6 +323,7 @@ async fn play_on(
                     replay.receive(input, MonoTime::ZERO.after(at));
                     continue;
                 }
+                Woken::Watched => continue,
                 Woken::Due => {}
             }
         }

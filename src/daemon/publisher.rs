@@ -12,6 +12,9 @@ use crate::config::ros_names::{NodeNames, Remapping};
 use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::gateway::event::Output;
 use crate::core::gateway::network::NetworkState;
+use crate::core::gateway::snapshot::RosSnapshot;
+#[cfg(feature = "ros")]
+use crate::core::gateway::snapshot::TopicSnapshot;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 #[cfg(feature = "ros")]
@@ -150,6 +153,31 @@ impl Publisher {
         #[cfg(not(feature = "ros"))]
         let network = None;
         network
+    }
+
+    /// The connection to ROS 2 for whoever watches; `None` without a session.
+    pub fn snapshot(&self) -> Option<RosSnapshot> {
+        #[cfg(feature = "ros")]
+        let snapshot = self.session.as_ref().map(|session| {
+            let status = session.status();
+            let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
+            let topic = |name: &str, peers| TopicSnapshot { name: name.to_owned(), peers: count(peers) };
+            RosSnapshot {
+                domain_id: self.domain_id,
+                written: status
+                    .outgoing
+                    .iter()
+                    .map(|written| topic(&written.name, written.readers))
+                    .collect(),
+                read: status.incoming.iter().map(|read| topic(&read.name, read.writers)).collect(),
+                missing_peers: count(status.missing_peers),
+                write_errors: status.write_errors,
+                ..RosSnapshot::of(&status.network)
+            }
+        });
+        #[cfg(not(feature = "ros"))]
+        let snapshot = None;
+        snapshot
     }
 
     /// The inbox of received messages; `None` without a session.

@@ -2,11 +2,14 @@
 
 pub mod can;
 pub mod clock;
+pub mod http;
+mod journal;
 pub mod mcap;
 pub mod new_files;
 pub mod output_queue;
 pub mod process_log;
 pub mod recorder;
 pub mod ros;
+pub mod snapshots;
 pub mod standard_input;
 pub mod systemd;

@@ -3,6 +3,7 @@
 //! Whoever writes is never held up by a reader that does not read, and no error of the reader's end is a failure of
 //! ours: what does not fit, or is not taken, is counted.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, ErrorKind, Write as _};
 use std::os::fd::AsFd;
@@ -27,7 +28,10 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct State {
-    waiting: Vec<u8>,
+    waiting: VecDeque<Vec<u8>>,
+    waiting_bytes: usize,
+    /// True if each text is one line, whatever it holds.
+    counts_texts: bool,
     is_writing: bool,
     losses: Losses,
 }
@@ -66,11 +70,22 @@ impl OutputQueue {
         Ok(queue)
     }
 
+    /// Likewise, where each text goes to a socket as one datagram and counts as one line.
+    ///
+    /// # Errors
+    /// As of [`Self::start`].
+    pub fn start_datagrams(name: &str, to: &impl AsFd) -> io::Result<Self> {
+        let queue = Self::start(name, to)?;
+        queue.0.lock().counts_texts = true;
+        Ok(queue)
+    }
+
     /// Queues a text of one or more lines, whole or not at all. Never blocks on the reader.
     pub fn push(&self, text: &[u8]) {
         let mut state = self.0.lock();
-        if state.waiting.len() + text.len() <= MAX_WAITING {
-            state.waiting.extend_from_slice(text);
+        if state.waiting_bytes + text.len() <= MAX_WAITING {
+            state.waiting_bytes += text.len();
+            state.waiting.push_back(text.to_vec());
             self.0.changed.notify_all();
         } else {
             state.lost(text, Loss::Full);
@@ -107,11 +122,11 @@ impl Shared {
     fn write_to(&self, file: &mut File) {
         let mut state = self.lock();
         loop {
-            if state.waiting.is_empty() {
+            let Some(text) = state.waiting.pop_front() else {
                 state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
                 continue;
-            }
-            let text = std::mem::take(&mut state.waiting);
+            };
+            state.waiting_bytes -= text.len();
             state.is_writing = true;
             drop(state);
             let written = write_all(file, &text);
@@ -129,6 +144,7 @@ impl Shared {
 impl State {
     fn lost(&mut self, text: &[u8], loss: Loss) {
         let lines = text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count();
+        let lines = if self.counts_texts { 1 } else { lines };
         self.losses.lines += u64::try_from(lines).unwrap_or(u64::MAX);
         self.losses.last = Some(loss);
         self.losses.is_losing = true;

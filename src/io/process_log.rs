@@ -1,7 +1,8 @@
 //! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot flood it.
 //!
-//! Lines wait in an [`OutputQueue`]. Of one kind of message `MAX_LINES` a second are written, and then one that says
-//! how many more there were. Debug and trace messages, which somebody has asked for, have no such limit.
+//! Lines wait in an [`OutputQueue`]. Of one kind of message [`MAX_LINES`] are written within [`WINDOW`], and then one that
+//! says how many more there were and what the last one was. Debug and trace messages, which somebody has asked for, have
+//! no such limit. Where standard error is the journal, a line is a record with a priority and fields.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::collections::BTreeMap;
@@ -16,16 +17,19 @@ use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::filter::EnvFilter;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields, MakeWriter};
-use tracing_subscriber::layer::{Context, Filter, Layer as _, SubscriberExt as _};
+use tracing_subscriber::layer::{Context, Filter, Layer, SubscriberExt as _};
 use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+use super::journal;
 use super::output_queue::{Loss, OutputQueue};
 use crate::core::gateway::process_status::LogState;
 
 /// Lines of one kind that are written within [`WINDOW`].
-const MAX_LINES: u32 = 20;
-const WINDOW: Duration = Duration::from_secs(1);
+const MAX_LINES: u32 = 10;
+const WINDOW: Duration = Duration::from_secs(6);
+/// So long after the last of them, those that were left out are summed up.
+const QUIET: Duration = Duration::from_secs(1);
 /// Longest time that a thread which panics waits for its message to be written.
 const PANIC_PATIENCE: Duration = Duration::from_millis(500);
 /// Kinds that are distinguished; all others are one.
@@ -35,6 +39,8 @@ static LOG: OnceLock<ProcessLog> = OnceLock::new();
 
 struct ProcessLog {
     queue: OutputQueue,
+    /// True if each text of the queue is a record of the journal.
+    is_journal: bool,
     limits: Mutex<Limits>,
     /// Number of dropped lines that the log has reported.
     reported: AtomicU64,
@@ -58,8 +64,14 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
     if LOG.get().is_some() {
         return Ok(());
     }
+    let journal = journal::open();
+    let is_journal = journal.is_some();
     let log = ProcessLog {
-        queue: OutputQueue::start("log", &io::stderr())?,
+        queue: match &journal {
+            Some(journal) => OutputQueue::start_datagrams("log", journal)?,
+            None => OutputQueue::start("log", &io::stderr())?,
+        },
+        is_journal,
         limits: Mutex::default(),
         reported: AtomicU64::new(0),
     };
@@ -72,6 +84,7 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
         .log_internal_errors(false)
         .with_ansi(has_color);
     let layer = match form {
+        _ if is_journal => JournalLayer.boxed(),
         LogForm::Messages => layer.event_format(MessageFormat).boxed(),
         LogForm::Timed if std::env::var_os("JOURNAL_STREAM").is_some() => {
             layer.without_time().with_ansi(false).boxed()
@@ -96,8 +109,33 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
 /// Writes a line as it is; directly, and perhaps in vain, where no log was started.
 pub fn line(text: &str) {
     match LOG.get() {
-        Some(log) => log.queue.push(format!("{text}\n").as_bytes()),
+        Some(log) => log.write(Level::INFO, text, &[]),
         None => drop(io::Write::write_all(&mut io::stderr(), format!("{text}\n").as_bytes())),
+    }
+}
+
+/// Logs a message, in the journal with these fields, whose names are in capitals.
+pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
+    let Some(log) = LOG.get().filter(|log| log.is_journal) else {
+        match level {
+            Level::ERROR => tracing::error!("{text}"),
+            Level::WARN => tracing::warn!("{text}"),
+            Level::INFO => tracing::info!("{text}"),
+            Level::DEBUG => tracing::debug!("{text}"),
+            Level::TRACE => tracing::trace!("{text}"),
+        }
+        return;
+    };
+    let is_enabled = match level {
+        Level::ERROR => tracing::enabled!(Level::ERROR),
+        Level::WARN => tracing::enabled!(Level::WARN),
+        Level::INFO => tracing::enabled!(Level::INFO),
+        Level::DEBUG => tracing::enabled!(Level::DEBUG),
+        Level::TRACE => tracing::enabled!(Level::TRACE),
+    };
+    let event = EventText { message: text.to_owned(), ..EventText::default() };
+    if is_enabled && log.admits(Kind::new(module_path!(), None, &event), text, level) {
+        log.write(level, text, fields);
     }
 }
 
@@ -126,10 +164,12 @@ pub fn state() -> Option<LogState> {
     let unreported = losses.lines - log.reported.load(Ordering::Relaxed);
     if unreported > 0 && !losses.is_losing {
         log.reported.store(losses.lines, Ordering::Relaxed);
-        log.queue.push(format!("log: {unreported} lines were dropped\n").as_bytes());
+        log.write(Level::WARN, &format!("log: {unreported} lines were dropped"), &[]);
     }
     let last_error = losses.last.map(|loss| match loss {
+        Loss::Full if log.is_journal => "the journal does not read".to_owned(),
         Loss::Full => "standard error is not read".to_owned(),
+        Loss::Error(kind) if log.is_journal => format!("the journal: {kind}"),
         Loss::Error(kind) => format!("standard error: {kind}"),
     });
     Some(LogState { suppressed, dropped: losses.lines, last_error, is_failing: losses.is_losing })
@@ -140,11 +180,41 @@ impl ProcessLog {
         self.limits.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Counts a message and returns true if it is to be written.
+    fn admits(&self, kind: Kind, text: &str, level: Level) -> bool {
+        let mut limits = self.limits();
+        let is_admitted = limits.admit(kind, text, level, Instant::now());
+        self.write_summaries(&mut limits);
+        is_admitted
+    }
+
     /// Not as messages: this may be in the middle of one.
     fn write_summaries(&self, limits: &mut Limits) {
-        for summary in limits.summaries.drain(..) {
-            self.queue.push(format!("log: {summary}\n").as_bytes());
+        for (level, summary) in limits.summaries.drain(..) {
+            self.write(level, &format!("log: {summary}"), &[]);
         }
+    }
+
+    /// Queues a line, or a record of the journal.
+    fn write(&self, level: Level, text: &str, fields: &[(&str, &str)]) {
+        if self.is_journal {
+            self.queue.push(&journal::datagram(level, text, fields));
+        } else {
+            self.queue.push(format!("{text}\n").as_bytes());
+        }
+    }
+}
+
+/// Makes a record of the journal of each event: its fields are those of the event.
+struct JournalLayer;
+
+impl<S: Subscriber> Layer<S> for JournalLayer {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        let Some(log) = LOG.get() else { return };
+        let mut text = EventText::default();
+        event.record(&mut text);
+        let fields = [("TARGET", event.metadata().target()), ("INTERFACE", text.interface.as_str())];
+        log.write(*event.metadata().level(), &format!("{}{}", text.message, text.more), &fields);
     }
 }
 
@@ -218,18 +288,17 @@ impl<S: Subscriber> Filter<S> for KindLimit {
         let mut text = EventText::default();
         event.record(&mut text);
         let kind = Kind::new(metadata.target(), metadata.line(), &text);
-        let mut limits = log.limits();
-        let is_admitted = limits.admit(kind, &text.message, Instant::now());
-        log.write_summaries(&mut limits);
-        is_admitted
+        log.admits(kind, &text.message, *metadata.level())
     }
 }
 
-/// The fields of an event that decide about its kind.
+/// The fields of an event; message and interface decide about its kind.
 #[derive(Default)]
 struct EventText {
     message: String,
     interface: String,
+    /// The other ones, as ` name=value`.
+    more: String,
 }
 
 impl Visit for EventText {
@@ -237,7 +306,10 @@ impl Visit for EventText {
         let text = match field.name() {
             "message" => &mut self.message,
             "interface" => &mut self.interface,
-            _ => return,
+            name => {
+                let _ = write!(self.more, " {name}={value:?}");
+                return;
+            }
         };
         // Writing to a String cannot fail.
         let _ = write!(text, "{value:?}");
@@ -263,63 +335,77 @@ impl Kind {
     }
 }
 
-/// The kinds of messages of the last second.
+/// The kinds of messages of the last seconds.
 #[derive(Debug, Default)]
 struct Limits {
-    kinds: BTreeMap<Kind, Second>,
+    kinds: BTreeMap<Kind, Flood>,
     /// Messages suppressed since the start.
     suppressed: u64,
-    /// Lines about suppressed messages, to be written.
-    summaries: Vec<String>,
+    /// Lines about suppressed messages, to be written, with the worst level of them.
+    summaries: Vec<(Level, String)>,
 }
 
-/// One second of one kind.
+/// The messages of one kind within [`WINDOW`].
 #[derive(Debug)]
-struct Second {
+struct Flood {
     since: Instant,
+    last_at: Instant,
     lines: u32,
+    /// Those since the last summary that were not written.
     suppressed: u64,
+    /// The worst of them.
+    level: Level,
     last: String,
 }
 
 impl Limits {
     /// Counts a message and returns true if it is to be written.
-    fn admit(&mut self, mut kind: Kind, text: &str, now: Instant) -> bool {
+    fn admit(&mut self, mut kind: Kind, text: &str, level: Level, now: Instant) -> bool {
         if !self.kinds.contains_key(&kind) && self.kinds.len() >= MAX_KINDS {
             self.settle(now);
             if self.kinds.len() >= MAX_KINDS {
                 kind = Kind::default();
             }
         }
-        if self.kinds.get(&kind).is_some_and(|second| second.is_over(now)) {
+        if self.kinds.get(&kind).is_some_and(|flood| flood.is_over(now)) {
             self.settle(now);
         }
-        let begin = || Second { since: now, lines: 0, suppressed: 0, last: String::new() };
-        let second = self.kinds.entry(kind).or_insert_with(begin);
-        if second.lines < MAX_LINES {
-            second.lines += 1;
+        let begin =
+            || Flood { since: now, last_at: now, lines: 0, suppressed: 0, level, last: String::new() };
+        let flood = self.kinds.entry(kind).or_insert_with(begin);
+        flood.last_at = now;
+        if flood.lines < MAX_LINES {
+            flood.lines += 1;
             return true;
         }
-        second.suppressed += 1;
-        text.clone_into(&mut second.last);
+        // Levels of tracing are the smaller the worse.
+        flood.level = if flood.suppressed == 0 { level } else { flood.level.min(level) };
+        flood.suppressed += 1;
+        text.clone_into(&mut flood.last);
         self.suppressed += 1;
         false
     }
 
-    /// Forgets the seconds that are over, each with a summary of what was suppressed in it.
+    /// Sums up what was suppressed of the kinds that are over or quiet, and forgets those that are over.
     fn settle(&mut self, now: Instant) {
         let summaries = &mut self.summaries;
-        self.kinds.retain(|_, second| {
-            let is_over = second.is_over(now);
-            if is_over && second.suppressed > 0 {
-                summaries.push(format!("{} more suppressed, the last: {}", second.suppressed, second.last));
+        self.kinds.retain(|_, flood| {
+            let is_over = flood.is_over(now);
+            let is_quiet = now.saturating_duration_since(flood.last_at) >= QUIET;
+            if (is_over || is_quiet) && flood.suppressed > 0 {
+                let seconds = flood.last_at.saturating_duration_since(flood.since).as_secs() + 1;
+                let count = flood.suppressed;
+                let times = if count == 1 { "once more".to_owned() } else { format!("{count} more times") };
+                let text = format!("{times} in {seconds} s, the last: {}", flood.last);
+                summaries.push((flood.level, text));
+                flood.suppressed = 0;
             }
             !is_over
         });
     }
 }
 
-impl Second {
+impl Flood {
     fn is_over(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.since) >= WINDOW
     }
@@ -334,31 +420,60 @@ mod tests {
     }
 
     fn admitted(limits: &mut Limits, subject: &str, count: u32, now: Instant) -> usize {
-        (0..count).filter(|number| limits.admit(kind(subject), &format!("{subject}: {number}"), now)).count()
+        let text = |number| format!("{subject}: {number}");
+        (0..count).filter(|number| limits.admit(kind(subject), &text(*number), Level::INFO, now)).count()
     }
 
     #[test]
     fn flood_of_one_kind_is_cut_and_summed_up_while_others_are_written() {
         let mut limits = Limits::default();
         let begin = Instant::now();
-        assert_eq!(admitted(&mut limits, "turn", 5000, begin), 20);
+        assert_eq!(admitted(&mut limits, "turn", 5000, begin), 10);
         assert_eq!(admitted(&mut limits, "can0", 3, begin), 3);
         limits.settle(begin);
-        assert_eq!(limits.summaries, [""; 0], "the second is not over");
-        assert_eq!(admitted(&mut limits, "turn", 5000, begin + WINDOW), 20);
+        assert_eq!(limits.summaries, [], "it goes on");
+        assert_eq!(admitted(&mut limits, "turn", 5000, begin + WINDOW), 10);
         limits.settle(begin + 2 * WINDOW);
-        assert_eq!(limits.summaries, ["4980 more suppressed, the last: turn: 4999"; 2]);
-        assert_eq!((limits.suppressed, limits.kinds.len()), (2 * 4980, 0));
+        let summary = (Level::INFO, "4990 more times in 1 s, the last: turn: 4999".to_owned());
+        assert_eq!(limits.summaries, [summary.clone(), summary]);
+        assert_eq!((limits.suppressed, limits.kinds.len()), (2 * 4990, 0));
+    }
+
+    #[test]
+    fn flapping_is_summed_up_with_its_worst_level_once_it_is_quiet_and_at_the_end_of_a_window() {
+        let mut limits = Limits::default();
+        let begin = Instant::now();
+        let tenth = Duration::from_millis(100);
+        // Ten times a second for 5.6 s: 57 changes.
+        for number in 0..57_u32 {
+            let level = if number == 40 { Level::ERROR } else { Level::INFO };
+            limits.admit(kind("turn"), &format!("turn: {number}"), level, begin + number * tenth);
+            limits.settle(begin + number * tenth);
+        }
+        assert_eq!(limits.summaries, [], "it goes on");
+        limits.settle(begin + 56 * tenth + QUIET);
+        let summary = "47 more times in 6 s, the last: turn: 56".to_owned();
+        assert_eq!(limits.summaries, [(Level::ERROR, summary)]);
+        assert!(limits.kinds.is_empty(), "the window is over");
+        // Within a window that goes on, what comes after a summary has another one.
+        limits.summaries.clear();
+        let begin = begin + 2 * WINDOW;
+        assert_eq!(admitted(&mut limits, "turn", 11, begin), 10);
+        limits.settle(begin + QUIET);
+        assert_eq!(admitted(&mut limits, "turn", 1, begin + 2 * QUIET), 0);
+        limits.settle(begin + WINDOW);
+        let texts: Vec<_> = limits.summaries.iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(texts, ["once more in 1 s, the last: turn: 10", "once more in 3 s, the last: turn: 0"]);
     }
 
     #[test]
     fn kinds_are_bounded() {
         let mut limits = Limits::default();
         let begin = Instant::now();
-        let admitted =
-            (0..10_000).filter(|number| limits.admit(kind(&number.to_string()), "", begin)).count();
-        assert_eq!((admitted, limits.kinds.len()), (MAX_KINDS + 20, MAX_KINDS + 1));
-        assert!(limits.admit(kind("again"), "", begin + WINDOW));
+        let admit = |limits: &mut Limits, name: &str, now| limits.admit(kind(name), "", Level::INFO, now);
+        let admitted = (0..10_000).filter(|number| admit(&mut limits, &number.to_string(), begin)).count();
+        assert_eq!((admitted, limits.kinds.len()), (MAX_KINDS + 10, MAX_KINDS + 1));
+        assert!(admit(&mut limits, "again", begin + WINDOW));
         assert_eq!((limits.kinds.len(), limits.summaries.len()), (1, 1));
     }
 
@@ -367,6 +482,7 @@ mod tests {
         let text = |message: &str, interface: &str| EventText {
             message: message.to_owned(),
             interface: interface.to_owned(),
+            more: String::new(),
         };
         let kind = |line, text| Kind::new("io", Some(line), &text);
         assert_eq!(kind(1, text("turn: a", "")), kind(2, text("turn: b", "")));

@@ -45,6 +45,11 @@ impl Supervisor {
         })
     }
 
+    /// True if a service manager takes messages.
+    pub fn is_present(&self) -> bool {
+        self.socket.is_some()
+    }
+
     /// Announces that start-up is done; `systemctl status` shows `status`.
     pub fn ready(&mut self, status: &str) {
         self.send(&format!("READY=1\n{}", status_line(status)));

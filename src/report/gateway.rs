@@ -147,6 +147,52 @@ pub struct Event {
     pub task: String,
     /// `ENABLE_LEFT`, `no longer published`, or the message of a status.
     pub text: String,
+    /// What has changed.
+    pub kind: EventKind,
+    /// Signals that it is about, as its status names them; empty without any.
+    pub signals: String,
+}
+
+/// What a change is about. The journal has an identifier for each, which never changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EventKind {
+    /// A report is published, or has another value.
+    ReportPublished,
+    /// A report is no longer published.
+    ReportWithdrawn,
+    /// A status has another level or message.
+    Status(Level),
+    /// A new request goes to the vehicle.
+    CommandSent,
+}
+
+impl EventKind {
+    /// `MESSAGE_ID` in the journal.
+    pub fn message_id(self) -> &'static str {
+        match self {
+            Self::ReportPublished => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e101",
+            Self::ReportWithdrawn => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e102",
+            Self::Status(Level::Ok) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e110",
+            Self::Status(Level::Warn | Level::Stale) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e111",
+            Self::Status(Level::Error) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e112",
+            Self::CommandSent => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e120",
+        }
+    }
+}
+
+impl Event {
+    /// The reason in the message of a status that is not OK, e.g. `BLINK is stale`; empty for other events.
+    pub fn cause(&self) -> &str {
+        match self.kind {
+            EventKind::Status(Level::Warn | Level::Error | Level::Stale) => {
+                self.text.split_once(": ").map_or(self.text.as_str(), |(_, cause)| cause)
+            }
+            EventKind::Status(Level::Ok)
+            | EventKind::ReportPublished
+            | EventKind::ReportWithdrawn
+            | EventKind::CommandSent => "",
+        }
+    }
 }
 
 impl fmt::Display for Event {
@@ -203,8 +249,14 @@ impl Changes {
             return None;
         }
         self.statuses.insert(status.name.clone(), now);
-        let text = status.message.clone();
-        Some(Event { level: status.level, task: task_of(&status.name).to_owned(), text })
+        let signals = status.values.iter().find(|(key, _)| *key == "signal");
+        Some(Event {
+            level: status.level,
+            task: task_of(&status.name).to_owned(),
+            text: status.message.clone(),
+            kind: EventKind::Status(status.level),
+            signals: signals.map_or_else(String::new, |(_, names)| names.clone()),
+        })
     }
 }
 
@@ -214,7 +266,13 @@ pub fn task_of(status_name: &str) -> &str {
 }
 
 fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
-    let event = || Event { level: Level::Ok, task: FRAMES.to_owned(), text: format!("{verb} {frame}") };
+    let event = || Event {
+        level: Level::Ok,
+        task: FRAMES.to_owned(),
+        text: format!("{verb} {frame}"),
+        kind: EventKind::CommandSent,
+        signals: String::new(),
+    };
     is_news.then(event).into_iter().collect()
 }
 
@@ -224,7 +282,8 @@ fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static
     }
     *before = now;
     let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
-    vec![Event { level, task: task.to_owned(), text: text.to_owned() }]
+    let kind = if now.is_some() { EventKind::ReportPublished } else { EventKind::ReportWithdrawn };
+    vec![Event { level, task: task.to_owned(), text: text.to_owned(), kind, signals: String::new() }]
 }
 
 #[cfg(test)]

@@ -9,6 +9,8 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
+//! | [`metrics`] | the same for Prometheus |
+//! | [`status`] | the present state of a running gateway |
 //! | [`timeline`] | a recording: states over time, each with the frame behind it |
 //! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
@@ -23,7 +25,9 @@ pub mod discovery;
 pub mod drive;
 pub mod gateway;
 pub mod lights;
+pub mod metrics;
 pub mod refusal;
+pub mod status;
 pub mod text;
 pub mod timeline;
 pub mod vehicle;

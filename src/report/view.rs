@@ -8,6 +8,7 @@ use crate::core::diagnostics::{Level, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::io::output_queue::{Loss, Losses, OutputQueue};
+use crate::io::process_log;
 use crate::report::gateway::{Changes, Event, task_of};
 use crate::report::text::escaped;
 
@@ -222,15 +223,21 @@ impl Drop for View {
 
 /// Logs the events of one moment as one record, which has the level of the worst: what happens at once has one cause.
 fn log(events: &[Event]) {
-    let Some(level) = events.iter().map(|event| event.level).max() else { return };
+    let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
     let texts: Vec<_> = events.iter().map(|Event { task, text, .. }| format!("{task}: {text}")).collect();
     let text = texts.join("; ");
-    let text = escaped(&text);
-    match level {
-        Level::Ok => tracing::info!("{text}"),
-        Level::Warn | Level::Stale => tracing::warn!("{text}"),
-        Level::Error => tracing::error!("{text}"),
+    let level = match worst.level {
+        Level::Ok => tracing::Level::INFO,
+        Level::Warn | Level::Stale => tracing::Level::WARN,
+        Level::Error => tracing::Level::ERROR,
+    };
+    // A field may come several times: each task of the moment is found.
+    let mut fields = vec![("MESSAGE_ID", worst.kind.message_id()), ("CAUSE", worst.cause())];
+    for event in events {
+        fields.push(("TASK", event.task.as_str()));
+        fields.extend(event.signals.split(", ").map(|signal| ("SIGNAL", signal)));
     }
+    process_log::record(level, &escaped(&text), &fields);
 }
 
 fn value<'a>(status: &'a Status, key: &str) -> Option<&'a str> {

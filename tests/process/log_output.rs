@@ -77,11 +77,34 @@ fn refused_configuration_is_exit_code_3_whoever_reads_the_log() {
 fn flood_of_changes_is_bounded_and_summed_up() {
     let folder = flood();
     let mut gateway = Process::run(&folder);
-    gateway.wait_for_log("more suppressed, the last: ");
+    gateway.wait_for_log(" more times in ");
     gateway.stop("TERM");
     let seconds = gateway.started().elapsed().as_secs() + 2;
     let lines = gateway.log();
-    // Two reports and their bus, twenty lines and one summary each.
-    let most = usize::try_from(seconds * 3 * 21).unwrap() + 10;
+    // Two reports and their bus, ten lines and at most six summaries of each in six seconds.
+    let most = usize::try_from((seconds / 6 + 1) * 3 * 16).unwrap() + 10;
     assert!(lines.len() <= most, "{} lines in {seconds} s", lines.len());
+}
+
+#[test]
+fn level_that_does_not_exist_is_refused_and_every_other_one_is_taken() {
+    let folder = Folder::with_configuration("profile = 3\n");
+    let log_of = |level: &str| {
+        let mut gateway = Process::run_with(&folder, |command| {
+            command.env("RUST_LOG", level);
+        });
+        assert_eq!(gateway.ended().code(), Some(3));
+        gateway.log().join("\n")
+    };
+    for level in ["loud", "info,garbage", "signal_gateway=loud", "=,=", "warn;error"] {
+        let log = log_of(level);
+        assert!(
+            log.contains("RUST_LOG: cannot read ") && log.contains("expected error, warn"),
+            "{level}: {log}"
+        );
+    }
+    for level in ["", "debug", "INFO", "warn,rustdds=debug", "signal_gateway::io=trace,", "off"] {
+        let log = log_of(level);
+        assert!(log.contains("gateway.toml") && !log.contains("RUST_LOG"), "{level}: {log}");
+    }
 }

@@ -30,6 +30,8 @@ pub(crate) enum Prerequisite {
     Tmpfs,
     /// A `systemd-analyze` that can judge a unit file.
     SystemdAnalyze,
+    /// `prometheus` and its `promtool`.
+    Prometheus,
 }
 
 impl Prerequisite {
@@ -47,6 +49,7 @@ impl Prerequisite {
             Self::SharedData => "shared-data",
             Self::Tmpfs => "tmpfs",
             Self::SystemdAnalyze => "systemd-analyze",
+            Self::Prometheus => "prometheus",
         }
     }
 

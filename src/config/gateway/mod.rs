@@ -5,20 +5,24 @@ mod black_box;
 mod can;
 pub mod command;
 mod diagnostics;
+mod http;
 mod mcap;
 mod recording;
 mod reports;
 mod ros;
+mod status;
 pub mod traffic_lights;
 pub mod turn_signal;
 
 use std::path::{Path, PathBuf};
 
 pub use black_box::BlackBoxConfig;
+pub use http::HttpConfig;
 pub use mcap::McapConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::{DEFAULT_NODE, RosConfig};
+pub use status::StatusConfig;
 
 pub use super::vehicle::LoadedDbc;
 
@@ -81,6 +85,10 @@ pub struct Settings {
     pub hardware_id: String,
     /// Recordings around faults.
     pub black_box: BlackBoxConfig,
+    /// The socket on which the present state is served.
+    pub status: StatusConfig,
+    /// The HTTP server.
+    pub http: HttpConfig,
     /// The recording of all that is received and published.
     pub mcap: McapConfig,
     /// Node, network and report topics.
@@ -257,6 +265,8 @@ fn settings(
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
     let (node, ros) = ros::ros(top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
+    let status = status::status(top.section("status"));
+    let http = http::http(top.section("http"));
     let mcap = mcap::mcap(top.section("mcap"));
     let recording = top.table("recording").and_then(recording::recording);
     if source == SourceKind::Recording && !top.has("recording") {
@@ -306,6 +316,8 @@ fn settings(
         recording,
         hardware_id,
         black_box,
+        status,
+        http,
         mcap,
         ros,
         light_topics: light_topics.unwrap_or_default(),

@@ -73,6 +73,11 @@ pub(super) fn describe(interface: &str) -> String {
     params(interface).map_or_else(|error| format!("unknown: {error}"), |params| text(&params))
 }
 
+/// Nominal bit rate of an interface, bit/s; `None` for one without a controller, or without the interface.
+pub(super) fn bitrate(interface: &str) -> Option<u32> {
+    params(interface).ok()?.bit_timing.map(|timing| timing.bitrate)
+}
+
 fn params(interface: &str) -> io::Result<InterfaceCanParams> {
     let details = CanInterface::open(interface).and_then(|interface| interface.details());
     details.map(|details| details.can).map_err(io::Error::other)

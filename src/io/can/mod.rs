@@ -9,6 +9,7 @@
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | [`transmit`] | sending on that socket |
 //! | [`sender_lock`] | at most one process that sends commands on an interface |
+//! | [`traffic`] | all frames of an interface, and the load of the bus |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | recordings on disk, in any format, plain or compressed |
 //! | `compression` | gzip, xz and Zstandard, recognised by their first bytes |
@@ -23,5 +24,6 @@ mod link;
 pub mod log;
 pub mod sender_lock;
 mod socket;
+pub mod traffic;
 pub mod transmit;
 mod wire;

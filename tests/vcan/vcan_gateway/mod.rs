@@ -9,6 +9,7 @@ mod joining;
 mod links;
 pub(crate) mod reader;
 mod values;
+mod watchers;
 
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::Missing;

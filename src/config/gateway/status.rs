@@ -1,0 +1,22 @@
+//! `[status]`: the socket on which the present state is served.
+
+use std::path::PathBuf;
+
+use crate::config::reading::fields::Fields;
+
+/// The socket on which the present state is served.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StatusConfig {
+    /// False for no socket at all.
+    pub enabled: bool,
+    /// Path of the socket; by default `status.sock` in systemd's `RUNTIME_DIRECTORY`, and none without that.
+    pub socket: Option<PathBuf>,
+}
+
+/// Reads the section; what is absent has its default.
+pub(super) fn status(fields: Fields<'_>) -> StatusConfig {
+    let config =
+        StatusConfig { enabled: fields.flag("enabled").unwrap_or(true), socket: fields.path("socket") };
+    fields.done();
+    config
+}

@@ -1,0 +1,73 @@
+//! The other end of the status socket: reads snapshots of a running gateway.
+
+use std::io::{self, BufRead as _, BufReader, ErrorKind, Read as _};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::Duration;
+
+use super::socket::BUSY;
+use crate::core::gateway::snapshot::Snapshot;
+
+/// Longest wait for a line.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Longest line.
+const MAX_LINE: u64 = 64 * 1024 * 1024;
+
+/// A connection to a running gateway.
+#[derive(Debug)]
+pub struct StatusClient(BufReader<UnixStream>);
+
+/// Why no snapshot was received.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// Nobody serves the socket, or it may not be used, or it did not answer in time.
+    #[error("{0}")]
+    Socket(#[from] io::Error),
+    /// It serves too many clients already.
+    #[error("it has too many clients")]
+    Busy,
+    /// It does not send a snapshot that this version can read.
+    #[error("it does not send a status that this version can read: {0}")]
+    Unreadable(serde_json::Error),
+}
+
+impl StatusClient {
+    /// Connects to a socket.
+    ///
+    /// # Errors
+    /// Nobody serves it, or it may not be used.
+    pub fn connect(path: &Path) -> Result<Self, ClientError> {
+        let stream = UnixStream::connect(path)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        Ok(Self(BufReader::new(stream)))
+    }
+
+    /// The next snapshot, and its line as it was received.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn receive(&mut self) -> Result<(Snapshot, String), ClientError> {
+        let mut line = String::new();
+        match self.0.by_ref().take(MAX_LINE).read_line(&mut line) {
+            Ok(0) => return Err(io::Error::new(ErrorKind::UnexpectedEof, "the connection was closed").into()),
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                return Err(io::Error::new(ErrorKind::TimedOut, "no answer within 5 s").into());
+            }
+            Err(error) => return Err(error.into()),
+        }
+        if line == BUSY {
+            return Err(ClientError::Busy);
+        }
+        let snapshot = parse(&line)?;
+        Ok((snapshot, line))
+    }
+}
+
+/// Reads a line of the socket.
+///
+/// # Errors
+/// A line that is not a snapshot.
+pub fn parse(line: &str) -> Result<Snapshot, ClientError> {
+    serde_json::from_str(line).map_err(ClientError::Unreadable)
+}

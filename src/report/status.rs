@@ -1,0 +1,320 @@
+//! The present state as text for people.
+
+use std::fmt::Write as _;
+
+use super::text::{counted, escaped};
+use crate::core::can::snapshot::BusSnapshot;
+use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot};
+use crate::core::diagnostics::Level;
+use crate::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, Snapshot};
+use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
+use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
+use crate::core::validation::snapshot::{IntegritySnapshot, SignalSnapshot};
+use crate::core::vehicle_lights::ReportSnapshot;
+use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+
+/// Longest headline, in characters; `systemctl status` shows one line.
+const MAX_HEADLINE: usize = 200;
+
+/// The state in one short line: what is published, or everything that is worst.
+pub fn headline(snapshot: &Snapshot) -> String {
+    let text = if snapshot.level == Level::Ok {
+        let turn = snapshot.turn_indicators.as_ref().map(|report| ("turn", turn_name(report)));
+        let hazard = snapshot.hazard_lights.as_ref().map(|report| ("hazard", hazard_name(report)));
+        let reports = turn.into_iter().chain(hazard);
+        let texts: Vec<_> =
+            reports.map(|(name, value)| format!("{name} {}", value.unwrap_or("not published"))).collect();
+        if texts.is_empty() { "OK".to_owned() } else { format!("OK: {}", texts.join(", ")) }
+    } else {
+        let worst = snapshot.diagnostics.iter().filter(|status| status.level == snapshot.level);
+        let texts: Vec<_> = worst.map(|status| format!("{}: {}", status.task, status.message)).collect();
+        format!("{}: {}", snapshot.level, texts.join("; "))
+    };
+    let text = escaped(&text);
+    if text.chars().count() <= MAX_HEADLINE {
+        return text.into_owned();
+    }
+    text.chars().take(MAX_HEADLINE - 1).chain(['…']).collect()
+}
+
+/// The whole state, in sections with a heading each.
+pub fn text(snapshot: &Snapshot) -> String {
+    let mut text = Text::default();
+    text.line(&heading(snapshot));
+    text.reports(snapshot);
+    text.signals(snapshot);
+    if let Some(commands) = &snapshot.commands {
+        text.commands(commands);
+    }
+    text.buses(&snapshot.buses);
+    if let Some(lights) = &snapshot.traffic_lights {
+        text.traffic_lights(lights);
+    }
+    if let Some(decider) = &snapshot.decider {
+        text.decider(decider);
+    }
+    text.diagnostics(snapshot);
+    if let Some(process) = &snapshot.process {
+        text.process(process);
+    }
+    text.finish()
+}
+
+fn turn_name(report: &ReportSnapshot<TurnIndicators>) -> Option<&'static str> {
+    report.published.map(TurnIndicators::name)
+}
+
+fn hazard_name(report: &ReportSnapshot<HazardLights>) -> Option<&'static str> {
+    report.published.map(HazardLights::name)
+}
+
+fn heading(snapshot: &Snapshot) -> String {
+    let name = format!("{:<5} {}", snapshot.level.to_string(), snapshot.node);
+    let Some(process) = &snapshot.process else { return name };
+    let build = &process.build;
+    let origin = [build.commit.as_deref(), build.distribution.as_deref()];
+    let origin: Vec<_> = origin.into_iter().flatten().collect();
+    let origin = if origin.is_empty() { String::new() } else { format!(" ({})", origin.join(", ")) };
+    let up = duration(process.uptime_ms);
+    format!(
+        "{name}: {}, up {up}, version {}{origin}, process {}",
+        process.vehicle, build.version, process.pid
+    )
+}
+
+/// Lines: a heading, and below it rows in two columns.
+#[derive(Default)]
+struct Text {
+    written: String,
+    rows: Vec<(String, String)>,
+}
+
+/// Widest first column that the second one gives way to.
+const MAX_NAME: usize = 44;
+
+impl Text {
+    /// A heading. Names may come from files, and are escaped.
+    fn line(&mut self, text: &str) {
+        self.write_rows();
+        // Writing to a String cannot fail.
+        let _ = writeln!(self.written, "{}", escaped(text.trim_end()));
+    }
+
+    fn row(&mut self, name: &str, text: &str) {
+        self.rows.push((escaped(name).into_owned(), escaped(text).into_owned()));
+    }
+
+    fn write_rows(&mut self) {
+        let names = self.rows.iter().map(|(name, _)| name.chars().count());
+        let width = names.filter(|length| *length <= MAX_NAME).max().unwrap_or_default();
+        for (name, text) in self.rows.drain(..) {
+            let _ = writeln!(self.written, "  {}", format!("{name:<width$}  {text}").trim_end());
+        }
+    }
+
+    fn finish(mut self) -> String {
+        self.write_rows();
+        self.written
+    }
+
+    fn reports(&mut self, snapshot: &Snapshot) {
+        let turn = snapshot.turn_indicators.as_ref();
+        let turn = turn
+            .map(|report| ("turn_indicators", turn_name(report), report.source.as_ref(), &report.message));
+        let hazard = snapshot.hazard_lights.as_ref();
+        let hazard = hazard
+            .map(|report| ("hazard_lights", hazard_name(report), report.source.as_ref(), &report.message));
+        self.line("reports");
+        for (name, published, source, message) in turn.into_iter().chain(hazard) {
+            let source = source.map_or_else(String::new, |source| format!(" from {source}"));
+            let message = if message == "publishing" { String::new() } else { format!(": {message}") };
+            self.row(name, &format!("{}{source}{message}", published.unwrap_or("withheld")));
+        }
+    }
+
+    fn signals(&mut self, snapshot: &Snapshot) {
+        if snapshot.signals.is_empty() {
+            return;
+        }
+        self.line("signals");
+        for signal in &snapshot.signals {
+            let integrity = snapshot.messages.iter().find(|message| {
+                (&message.name, &message.bus, &message.used_by)
+                    == (&signal.message, &signal.bus, &signal.used_by)
+            });
+            let integrity = integrity.and_then(|message| message.integrity.as_ref());
+            let integrity =
+                integrity.map_or_else(String::new, |integrity| format!(", {}", integrity_text(integrity)));
+            self.row(&signal.name, &format!("{}{integrity}", signal_text(signal)));
+        }
+    }
+
+    fn commands(&mut self, commands: &CommandSnapshot) {
+        let dry = if commands.is_transmitting { "" } else { ", dry run: nothing is sent" };
+        self.line(&format!(
+            "commands (from {}, control mode {}{dry})",
+            commands.source, commands.control_mode
+        ));
+        for (name, function) in
+            [("turn_indicators", &commands.turn_indicators), ("hazard_lights", &commands.hazard_lights)]
+        {
+            self.row(name, &function_text(function));
+        }
+        for message in &commands.messages {
+            let failed = message.queue_full + message.refused;
+            self.row(
+                &message.name,
+                &format!("{} sent, {failed} failed, {} foreign", message.sent, message.foreign),
+            );
+        }
+    }
+
+    fn buses(&mut self, buses: &[BusSnapshot]) {
+        self.line("buses");
+        for bus in buses {
+            self.row(&format!("{} ({})", bus.name, bus.interface), &bus_text(bus));
+        }
+    }
+
+    fn traffic_lights(&mut self, lights: &TrafficLightsSnapshot) {
+        self.line("traffic lights");
+        for channel in &lights.channels {
+            let known = counted(channel.lights.into(), "light");
+            let parts =
+                [("dark", channel.dark), ("unknown", channel.unknown), ("detected", channel.detected)];
+            let parts =
+                parts.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!(", {count} {name}"));
+            self.row(&channel.channel, &format!("{known}{}", parts.collect::<String>()));
+            for light in &channel.states {
+                let state = if light.state.is_empty() { "dark" } else { &light.state };
+                let layer = if light.layer == "detected" { " (detected)" } else { "" };
+                self.row(&format!("  {}{layer}", light.id), state);
+            }
+        }
+        for controller in &lights.controllers {
+            self.row(&controller.name, controller.phase.as_deref().unwrap_or("no phase yet"));
+        }
+    }
+
+    fn decider(&mut self, decider: &DeciderSnapshot) {
+        self.line(&format!("turn signal decider ({})", decider.role));
+        self.row("state", &decider.message);
+        let Some(decision) = &decider.decision else { return };
+        let winner = decision.winner.as_ref().map(|winner| format!(", {winner}"));
+        let rule = decision.rule.as_ref().map(|rule| format!(" by rule {rule}"));
+        let held = decision.held.as_ref().map(|held| format!(", held: {held}"));
+        let reason = [winner, rule, held].into_iter().flatten().collect::<String>();
+        self.row("decision", &format!("turn {}, hazard {}{reason}", decision.turn, decision.hazard));
+        for candidate in &decision.candidates {
+            let subject =
+                candidate.subject.as_ref().map_or_else(String::new, |subject| format!(" ({subject})"));
+            self.row(&candidate.source, &format!("{}{subject}", candidate.outcome));
+        }
+        for finding in decision.findings.iter().chain(&decision.manoeuvres) {
+            self.row("", finding);
+        }
+    }
+
+    fn diagnostics(&mut self, snapshot: &Snapshot) {
+        let bad: Vec<_> = snapshot.diagnostics.iter().filter(|status| status.level > Level::Ok).collect();
+        self.line(&format!(
+            "diagnostics ({} of {} OK)",
+            snapshot.diagnostics.len() - bad.len(),
+            snapshot.diagnostics.len()
+        ));
+        for status in bad {
+            self.row(&status.task, &format!("{} {}", status.level, status.message));
+        }
+    }
+
+    fn process(&mut self, process: &ProcessSnapshot) {
+        if let Some(black_box) = &process.black_box {
+            let newest =
+                black_box.newest.as_ref().map_or_else(String::new, |newest| format!(", the newest {newest}"));
+            let recordings = counted(u64::try_from(black_box.recordings).unwrap_or(u64::MAX), "recording");
+            self.line("black box");
+            self.row(&black_box.folder, &format!("{recordings}{newest}"));
+        }
+        if let Some(ros) = &process.ros {
+            self.line(&format!("ROS 2 (domain {}, {})", ros.domain_id, ros_text(ros)));
+            for topic in &ros.written {
+                self.row(&topic.name, &counted(topic.peers, "reader"));
+            }
+            for topic in &ros.read {
+                self.row(&topic.name, &counted(topic.peers, "writer"));
+            }
+        }
+    }
+}
+
+fn signal_text(signal: &SignalSnapshot) -> String {
+    let Some(raw) = signal.raw else {
+        return format!("unknown: {}", signal.missing.as_deref().unwrap_or("unknown"));
+    };
+    let meanings =
+        if signal.meanings.is_empty() { String::new() } else { format!(" ({})", signal.meanings.join(", ")) };
+    let age = signal.age_ms.map_or_else(String::new, |age| format!(", {age} ms old"));
+    let missing = signal.missing.as_ref().map_or_else(String::new, |reason| format!(", not valid: {reason}"));
+    format!("{raw}{meanings}{age}{missing}")
+}
+
+fn integrity_text(integrity: &IntegritySnapshot) -> String {
+    let verdict = match integrity.is_trusted {
+        None => "not checked yet",
+        Some(true) => "trusted",
+        Some(false) => integrity.last_reject.as_deref().unwrap_or("rejected"),
+    };
+    let rejected =
+        if integrity.rejected > 0 { format!(" ({} rejected)", integrity.rejected) } else { String::new() };
+    format!("integrity: {verdict}{rejected}")
+}
+
+fn function_text(function: &FunctionSnapshot) -> String {
+    let or = |value: &Option<String>, other: &str| value.clone().unwrap_or_else(|| other.to_owned());
+    let age = function.command_age_ms.map_or_else(String::new, |age| format!(" {age} ms ago"));
+    format!(
+        "command {}{age}, requested {} ({}), reported {}",
+        function.command,
+        or(&function.requested, "nothing"),
+        function.reason,
+        or(&function.reported, "unknown"),
+    )
+}
+
+fn bus_text(bus: &BusSnapshot) -> String {
+    let mut parts = vec![format!("link {}", bus.link), bus.reception.replace('_', " ")];
+    if let Some(controller) = &bus.controller {
+        let errors = controller.tx_errors.zip(controller.rx_errors);
+        let errors = errors.map_or_else(String::new, |(tx, rx)| format!(" (tx {tx}, rx {rx})"));
+        parts.push(format!("{}{errors}", controller.state));
+    }
+    parts.push(format!("{} frames of the profile/s", bus.rate_hz));
+    if let Some(traffic) = bus.traffic {
+        let load = traffic.load_percent.map_or_else(String::new, |load| format!(", load {load} %"));
+        parts.push(format!("{} frames/s in all{load}", traffic.rate_hz));
+    }
+    let counts = [("drops", bus.drops), ("error frames", bus.error_frames), ("bus-offs", bus.bus_offs)];
+    parts
+        .extend(counts.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")));
+    parts.join(", ")
+}
+
+fn ros_text(ros: &RosSnapshot) -> String {
+    match (ros.is_up, &ros.last_failure) {
+        (true, _) if ros.restarts > 0 => format!("up, replaced {} times", ros.restarts),
+        (true, _) => "up".to_owned(),
+        (false, Some(failure)) => format!("down: {failure}"),
+        (false, None) => "joining".to_owned(),
+    }
+}
+
+/// A time in its two largest units.
+fn duration(millis: u64) -> String {
+    let seconds = millis / 1000;
+    match (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60, seconds % 60) {
+        (0, 0, 0, seconds) => format!("{seconds} s"),
+        (0, 0, minutes, seconds) => format!("{minutes} min {seconds} s"),
+        (0, hours, minutes, _) => format!("{hours} h {minutes} min"),
+        (days, hours, _, _) => format!("{days} d {hours} h"),
+    }
+}
