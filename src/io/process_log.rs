@@ -1,6 +1,6 @@
 //! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot flood it.
 //!
-//! Lines wait in an [`OutputQueue`]. Of one kind of message [`MAX_LINES`] are written within [`WINDOW`], and then one that
+//! Lines wait in an [`OutputQueue`]. Of one kind of message `MAX_LINES` are written within `WINDOW`, and then one that
 //! says how many more there were and what the last one was. Debug and trace messages, which somebody has asked for, have
 //! no such limit. Where standard error is the journal, a line is a record with a priority and fields.
 

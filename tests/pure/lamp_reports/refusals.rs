@@ -32,12 +32,18 @@ fn outputs(commands: [&str; 2], cycle_ms: u32, lamp: &str) -> [Output; 2] {
 
 #[test]
 fn a_message_that_comes_once_a_second_is_refused_with_its_place() {
-    let by_dbc = "profile.toml:9:15: turn.left_signal: LAMPS: a flashing lamp in a message sent every 1s cannot be distinguished";
-    let by_key = "profile.toml:12:22: turn.lamp.period_ms: LAMPS: a flashing lamp in a message sent every 1s cannot be";
-    for (cycle_ms, lamp, text) in [(1000, "", by_dbc), (50, "period_ms = 1000", by_key)] {
+    let by_dbc = (
+        "profile.toml:9:15\n",
+        "turn.left_signal: LAMPS: a flashing lamp in a message sent every 1s cannot be distinguished",
+    );
+    let by_key = (
+        "profile.toml:12:22\n",
+        "turn.lamp.period_ms: LAMPS: a flashing lamp in a message sent every 1s cannot be",
+    );
+    for (cycle_ms, lamp, (place, text)) in [(1000, "", by_dbc), (50, "period_ms = 1000", by_key)] {
         for output in outputs(["check", "run"], cycle_ms, lamp) {
             let stderr = String::from_utf8(output.stderr).unwrap();
-            assert!(stderr.contains(text), "{stderr}");
+            assert!(stderr.contains(place) && stderr.contains(text), "{stderr}");
             assert!(stderr.contains("bind a logical or request signal"), "{stderr}");
             assert_eq!(output.status.code(), Some(3));
         }

@@ -71,7 +71,9 @@ fn assert_reasons(which: usize, bytes: &[u8]) -> Result<(), TestCaseError> {
                         !problem.reason.is_empty() && !problem.to_string().contains('\n'),
                         "{problem}"
                     );
-                    prop_assert!(problem.position.is_some_and(|(line, column)| line > 0 && column > 0));
+                    // What is not text has no lines.
+                    let is_binary = str::from_utf8(bytes).is_err();
+                    prop_assert!(problem.position.map_or(is_binary, |(line, column)| line > 0 && column > 0));
                 }
             }
         }

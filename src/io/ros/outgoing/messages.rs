@@ -58,6 +58,7 @@ pub(in crate::io) enum OutgoingMessage {
     /// For the topics of the decider's sections; the thread makes the messages.
     Sections(Arc<Decision>, WallStamp),
     /// Leave the graph.
+    #[cfg(feature = "ros")]
     Stop,
 }
 
@@ -132,6 +133,7 @@ impl OutgoingMessages {
             OutgoingMessage::TurnCommand(command) => self.turn_command = Some(command),
             OutgoingMessage::HazardCommand(command) => self.hazard_command = Some(command),
             OutgoingMessage::Sections(decision, stamp) => self.sections = Some((decision, stamp)),
+            #[cfg(feature = "ros")]
             OutgoingMessage::Stop => self.stop = true,
         }
         false

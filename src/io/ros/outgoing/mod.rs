@@ -8,7 +8,9 @@ use serde::Serialize;
 
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
-use crate::io::ros::link::{Delivery, Order, WrittenTopic};
+#[cfg(feature = "ros")]
+use crate::io::ros::link::WrittenTopic;
+use crate::io::ros::link::{Delivery, Order};
 use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, MarkerArray, PlanningFactorArray};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
@@ -48,6 +50,7 @@ pub(in crate::io) struct Outgoing {
 
 impl Outgoing {
     /// Its part of the settings of the network side.
+    #[cfg(feature = "ros")]
     pub(in crate::io) fn written(&self) -> WrittenTopic {
         let (package, message) = self.type_name;
         WrittenTopic {
@@ -60,6 +63,7 @@ impl Outgoing {
     }
 
     /// Short name for people.
+    #[cfg(any(feature = "ros", test))]
     pub(in crate::io) fn label(&self) -> &'static str {
         match self.source {
             Source::Turn => "turn",
