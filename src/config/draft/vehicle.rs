@@ -108,7 +108,11 @@ impl VehicleDraft<'_> {
         let mut heartbeats = BTreeMap::new();
         for bus in buses {
             let of_bus = self.capture.tracks().filter(|(key, _)| key.bus == bus);
-            let regular = of_bus.filter_map(|(key, track)| Some((track.gaps()?.longest, key)));
+            // A message that has stopped for good has no long gap, but proves nothing any more.
+            let (_, end) = self.capture.span().unwrap_or_default();
+            let silence = |track: &Track| track.times().last().map(|last| end.since(*last));
+            let regular =
+                of_bus.filter_map(|(key, track)| Some((track.gaps()?.longest.max(silence(track)?), key)));
             if let Some((_, key)) = regular.min().filter(|(longest, _)| *longest < MAX_CYCLIC) {
                 let name = self.message(messages, key).name.clone();
                 heartbeats.insert(bus, name);
