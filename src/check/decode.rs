@@ -6,7 +6,7 @@ use crate::config::Settings;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
-use crate::core::time::{Now, WallStamp};
+use crate::core::time::Now;
 use crate::core::validation::observation::{Observations, Unused};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
@@ -87,7 +87,7 @@ impl Decoder {
         let outcome = self.observations.frame_arrived(table, MessageIndex(message), frame, stamp, now);
         let reason = outcome.err().map(Unused::reason);
         let before = std::mem::replace(&mut self.rejected[message], reason);
-        let (stamp, id) = (stamp_text(stamp), frame.id());
+        let (stamp, id) = (stamp.candump_text(), frame.id());
         let mut line = |text: &str| writeln!(out, "({stamp}) {interface} {id} {}", escaped(text));
         if let Err(unused) = outcome {
             if !self.changes_only || before != reason {
@@ -111,8 +111,4 @@ impl Decoder {
         }
         Ok(())
     }
-}
-
-fn stamp_text(stamp: WallStamp) -> String {
-    format!("{}.{:06}", stamp.sec(), stamp.nanosec() / 1000)
 }

@@ -279,7 +279,7 @@ impl TimelineCollector {
         let bytes: Vec<_> = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
         self.frames.push(CausingFrame {
             at_s: seconds(at),
-            stamp: format!("{}.{:06}", stamp.sec(), stamp.nanosec() / 1000),
+            stamp: stamp.candump_text(),
             interface: self.interface(bus),
             id: frame.id().to_string(),
             message: message.map_or_else(String::new, |message| message.name.clone()),

@@ -24,6 +24,7 @@ use crate::desk::recorded_session::{RecordedSession, marks};
 use crate::io::new_files::NewFiles;
 use crate::io::process_log::LogForm;
 use crate::report::discovery as texts;
+use crate::report::text::counted;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -168,8 +169,8 @@ fn finish(
 ) -> Result<ExitCode, Failure> {
     let mut out = io::stdout().lock();
     let (messages, frames) = (capture.messages(), capture.frames());
-    let plural = if messages == 1 { "" } else { "s" };
-    writeln!(out, "\n{frames} frames of {messages} message{plural}\n\n{}", texts::result(findings))?;
+    let messages = counted(messages.try_into().unwrap_or(u64::MAX), "message");
+    writeln!(out, "\n{frames} frames of {messages}\n\n{}", texts::result(findings))?;
     let draft = VehicleDraft { name: &args.name, interfaces, capture, findings };
     let Some(files) = draft.files() else {
         writeln!(out, "Nothing is written: a wrong signal would be worse than none.")?;
@@ -205,7 +206,7 @@ impl LiveSession {
                     self.write_mark()?;
                 }
                 let interface = self.interfaces.get(usize::from(bus.0)).map_or("can0", String::as_str);
-                writeln!(self.log, "({}) {interface} {frame}", stamp_text(*stamp))
+                writeln!(self.log, "({}) {interface} {frame}", stamp.candump_text())
             }
             LiveEvent::Input(_) => Ok(()),
             LiveEvent::Tick => self.screen.tick(now.mono),
@@ -222,12 +223,8 @@ impl LiveSession {
     fn write_mark(&mut self) -> io::Result<()> {
         let Some((stamp, mark)) = self.mark.take() else { return Ok(()) };
         let interface = self.interfaces.first().map_or("can0", String::as_str);
-        writeln!(self.log, "# ({}) {interface} {}", stamp_text(stamp), Note::Mark(mark))
+        writeln!(self.log, "# ({}) {interface} {}", stamp.candump_text(), Note::Mark(mark))
     }
-}
-
-fn stamp_text(stamp: WallStamp) -> String {
-    format!("{}.{:06}", stamp.sec(), stamp.nanosec() / 1000)
 }
 
 /// The requests on standard output: on a terminal with a countdown, elsewhere a line each.

@@ -18,6 +18,7 @@ use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::daemon;
 use crate::io::can::formats::Content;
+use crate::io::can::interfaces::interfaces;
 use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
 
@@ -142,13 +143,4 @@ fn unusable_text(interface: &str, state: LinkState) -> String {
             )
         }
     }
-}
-
-/// Names of the interfaces of this machine.
-fn interfaces() -> Vec<String> {
-    let entries = std::fs::read_dir("/sys/class/net").into_iter().flatten();
-    let mut names: Vec<_> =
-        entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned())).collect();
-    names.sort_unstable();
-    names
 }

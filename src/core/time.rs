@@ -82,6 +82,11 @@ impl WallStamp {
         self.0.rem_euclid(1_000_000_000) as u32
     }
 
+    /// Seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`.
+    pub fn candump_text(self) -> String {
+        format!("{}.{:06}", self.sec(), self.nanosec() / 1000)
+    }
+
     /// Date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
     pub fn utc_text(self) -> String {
         let seconds = self.0.div_euclid(1_000_000_000);

@@ -227,7 +227,10 @@ impl GatewayIo {
             Output::VehicleLights(report) => {
                 tracing::debug!("{report:?}, {lag:?} after its decision was due");
             }
-            Output::TurnSignal(TurnSignalOutput::Decision(decision)) => {
+            // Reasons are texts, which nobody should make in vain.
+            Output::TurnSignal(TurnSignalOutput::Decision(decision))
+                if tracing::enabled!(tracing::Level::DEBUG) =>
+            {
                 reasons(decision).for_each(|reason| tracing::debug!("decision {}: {reason}", decision.turn));
             }
             Output::TurnSignal(_)

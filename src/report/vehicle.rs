@@ -37,7 +37,7 @@ impl CandumpLog {
         };
         let stamp = self.start.after(at.since(MonoTime::ZERO));
         let interface = self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str);
-        Some(format!("({}.{:06}) {interface} {frame}", stamp.sec(), stamp.nanosec() / 1000))
+        Some(format!("({}) {interface} {frame}", stamp.candump_text()))
     }
 }
 

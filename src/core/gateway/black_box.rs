@@ -172,8 +172,7 @@ fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: Note
 
 /// Seconds and microseconds of the time line that decided, which the wall clock's steps leave alone.
 fn stamp(start: Now, at: Now) -> String {
-    let at = start.wall.after(at.mono.since(start.mono));
-    format!("{}.{:06}", at.sec(), at.nanosec() / 1000)
+    start.wall.after(at.mono.since(start.mono)).candump_text()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The CAN interfaces of the machine.
+//! The interfaces of the machine, and those of CAN.
 
 use std::fs;
 
@@ -6,13 +6,17 @@ use std::path::Path;
 
 use super::link::is_can;
 
+/// Names of the interfaces that exist, of CAN and others, ascending.
+pub fn interfaces() -> Vec<String> {
+    let Ok(entries) = fs::read_dir("/sys/class/net") else { return Vec::new() };
+    let mut names: Vec<_> = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+    names.sort_unstable();
+    names
+}
+
 /// Names of the CAN interfaces that exist, ascending.
 pub fn can_interfaces() -> Vec<String> {
-    let Ok(entries) = fs::read_dir("/sys/class/net") else { return Vec::new() };
-    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let mut names: Vec<_> = names
-        .filter(|name| Path::new(&format!("/sys/class/net/{name}/type")).exists() && is_can(name))
-        .collect();
-    names.sort_unstable();
+    let mut names = interfaces();
+    names.retain(|name| Path::new(&format!("/sys/class/net/{name}/type")).exists() && is_can(name));
     names
 }
