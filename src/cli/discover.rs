@@ -129,7 +129,10 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
     let mut session = LiveSession { log, mark: None, interfaces: args.live.clone(), screen };
     if io::stdin().is_terminal() && io::stdout().is_terminal() {
         session.screen.line(
-            "The car stands, the ignition is on, the indicators are off. About a minute and a half.\n\
+            "The car stands, the ignition is on,\n\
+             the indicators are off.\n\
+             It takes a minute and a half, or longer\n\
+             if something is not sure.\n\
              Press Enter to begin, Ctrl-C to give up.",
         )?;
         io::stdin().lock().read_line(&mut String::new())?;
@@ -248,7 +251,8 @@ impl Screen {
 
     fn show(&mut self, event: &DiscoveryEvent, discovery: &Discovery, now: MonoTime) -> io::Result<()> {
         if let Some((text, ..)) = self.request.take().filter(|_| self.is_terminal) {
-            self.line(&format!("  {text}"))?;
+            let text: String = format!("  {text}").chars().take(Self::width()).collect();
+            self.line(text.trim_end())?;
         }
         match event {
             DiscoveryEvent::Request { mark, next, until } => {
@@ -278,9 +282,17 @@ impl Screen {
             return Ok(());
         };
         let mut out = io::stdout().lock();
-        // A line that the terminal wraps cannot be erased: without what comes next it fits 80 columns.
+        let countdown = texts::countdown(*from, *until, now);
+        // A line that the terminal wraps cannot be erased: the request is cut, and without what comes next.
         let request = text.split("  next: ").next().unwrap_or(text).trim_end();
-        write!(out, "\r\x1b[K\x1b[1m> {request}\x1b[0m  {}", texts::countdown(*from, *until, now))?;
+        let room = Self::width().saturating_sub(countdown.chars().count() + 5);
+        let request: String = request.chars().take(room).collect();
+        write!(out, "\r\x1b[K\x1b[1m> {request}\x1b[0m  {countdown}")?;
         out.flush()
+    }
+
+    /// The columns of the terminal; 80 where they are not known.
+    fn width() -> usize {
+        messages::layout(&io::stdout()).width.unwrap_or(80)
     }
 }

@@ -48,7 +48,8 @@ pub fn seen(action: Action, messages: &[MessageKey], bits: usize) -> String {
 /// Why actions are repeated.
 pub fn repeats(actions: &[Action]) -> String {
     let names: Vec<_> = actions.iter().map(|action| action.to_string().to_uppercase()).collect();
-    format!("Not sure about {} yet: once more.", names.join(" and "))
+    let why = "Not every request was followed clearly, or too few were.";
+    format!("Not sure about {} yet: once more.\n{why}", names.join(" and "))
 }
 
 /// The largest number of rivals that are listed.
@@ -90,7 +91,10 @@ pub fn result(findings: &Findings) -> String {
             line("hazard", &format!("NOT SURE: {}", hazard.form));
             line("", &format!("followed {} requests; left unbound", hazard.followed_text(Action::Hazard)));
         }
-        None => line("hazard", "not visible on this bus; left unbound"),
+        None => {
+            let certainty = findings.certainty(Action::Hazard);
+            line("hazard", &format!("{certainty}; left unbound"));
+        }
     }
     let turn = findings.turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
     let hazard = findings.hazard.first().and_then(|hazard| hazard.form.signal());

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::support::prerequisite::{peer_python, require};
+
 fn gateway(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
     command.current_dir(folder).env_remove("RUST_LOG").args(args).output().unwrap()
@@ -63,6 +65,21 @@ fn a_marked_recording_becomes_a_configuration_that_check_accepts() {
     let again = gateway(folder.path(), &args);
     assert_eq!(again.status.code(), Some(1));
     assert!(text(&again).contains("nothing is overwritten unasked"), "{}", text(&again));
+}
+
+#[test]
+fn the_written_dbc_is_read_by_cantools() {
+    let python = require!(peer_python());
+    let folder = recorded("mazda_2017");
+    let found = gateway(folder.path(), &["discover", "drive.log", "--marks", "marks", "--output", "car"]);
+    assert!(matches!(found.status.code(), Some(0 | 4)), "{}", text(&found));
+    let checked = gateway(folder.path(), &["check", "--config", "car/gateway.toml"]);
+    assert_eq!(checked.status.code(), Some(0), "{}", text(&checked));
+    fs::write(folder.path().join("requests"), "file car/new_car.dbc\n").unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/cantools_decode.py");
+    let mut decode = Command::new(python);
+    let read = decode.current_dir(folder.path()).arg(script).arg("requests").output().unwrap();
+    assert_eq!(text(&read), "file whole\n");
 }
 
 #[test]

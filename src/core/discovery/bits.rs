@@ -20,6 +20,8 @@ pub(super) struct QuietBits<'a> {
     pub(super) end: MonoTime,
     /// The actions over time.
     pub(super) timeline: &'a Timeline,
+    /// The bits that change by themselves, as a mask.
+    pub(super) noise: [u8; MAX_DATA],
     /// True for each bit that changed, for whatever reason.
     changed: Vec<bool>,
 }
@@ -28,6 +30,11 @@ impl QuietBits<'_> {
     /// True if the bit changed, for whatever reason.
     pub(super) fn varies(&self, bit: u16) -> bool {
         self.changed.get(usize::from(bit)).copied().unwrap_or(false)
+    }
+
+    /// True if the bit is set at rest.
+    pub(super) fn is_idle_set(&self, bit: u16) -> bool {
+        self.idle[usize::from(bit / 8)] >> (bit % 8) & 1 == 1
     }
 
     /// The bits that changed between two times, as a mask.
@@ -105,7 +112,7 @@ pub(super) fn quiet_bits<'a>(
     }
     contents.dedup_by_key(|(_, data)| *data);
     let idle = idle(&contents, &bits, timeline, end);
-    Some(QuietBits { bits, idle, contents, end, timeline, changed })
+    Some(QuietBits { bits, idle, contents, end, timeline, noise, changed })
 }
 
 /// The bits that change by themselves, as a mask.

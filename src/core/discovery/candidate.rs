@@ -1,8 +1,11 @@
 //! Candidates for the turn indicators and the hazard lights, and what speaks for and against each.
 
+use std::time::Duration;
+
 use super::capture::MessageKey;
 use super::response::Shape;
 use crate::core::dbc::codec::{ByteOrder, Layout};
+use crate::core::time::MonoTime;
 
 /// A signal of a message that no DBC describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,6 +137,8 @@ impl HazardForm {
 pub enum Drawback {
     /// It did not follow this many requests.
     Missed(usize),
+    /// At this many requests it had values that are not a state.
+    OtherValues(usize),
     /// It flashes, so that its state has to be derived.
     Flashes,
     /// The hazard lights do not show in it.
@@ -168,7 +173,7 @@ impl Drawback {
     /// The weight: the sum of a candidate's weights decides its rank.
     pub(super) fn weight(self) -> usize {
         match self {
-            Self::Missed(count) => 30 * count,
+            Self::Missed(count) | Self::OtherValues(count) => MISSED * count,
             Self::Flashes => 6,
             Self::HidesHazard => 8,
             Self::Momentary => 40,
@@ -186,6 +191,27 @@ impl Drawback {
     }
 }
 
+/// The time of a response to a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ResponseTime {
+    pub(super) at: MonoTime,
+    /// By so much it may be later than what the driver did.
+    pub(super) late: Duration,
+}
+
+impl ResponseTime {
+    /// True if both may be of the same moment.
+    fn may_be(self, other: Self) -> bool {
+        let apart = self.at.since(other.at).max(other.at.since(self.at));
+        apart <= SIMULTANEOUS + self.late.max(other.late)
+    }
+}
+
+/// The weight of a request that was not followed.
+const MISSED: usize = 30;
+/// Driver's reactions, lights and messages differ by this much in time, beside the periods of messages.
+const SIMULTANEOUS: Duration = Duration::from_millis(150);
+
 /// A candidate with its evidence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Candidate<F> {
@@ -197,6 +223,8 @@ pub struct Candidate<F> {
     pub followed: [(usize, usize); 3],
     /// What speaks against it.
     pub drawbacks: Vec<Drawback>,
+    /// For each request the time of the response, and by how much it may be late.
+    pub(super) times: Vec<Option<ResponseTime>>,
 }
 
 impl<F> Candidate<F> {
@@ -207,7 +235,18 @@ impl<F> Candidate<F> {
 
     /// True if its bits may be a part of something else.
     pub(super) fn is_suspect(&self) -> bool {
-        self.drawbacks.contains(&Drawback::LikeChecksum) || self.drawbacks.contains(&Drawback::PartOfNumber)
+        let is_part = |drawback: &Drawback| {
+            matches!(drawback, Drawback::LikeChecksum | Drawback::PartOfNumber | Drawback::OtherValues(_))
+        };
+        self.drawbacks.iter().any(is_part)
+    }
+
+    /// True if the other one follows the requests as well, but at other times: one of the two does so by chance.
+    pub(super) fn is_disputed_by(&self, other: &Self) -> bool {
+        let times = self.times.iter().zip(&other.times).filter_map(|(own, other)| own.zip(*other));
+        other.missed() <= self.missed()
+            && other.weight() < self.weight() + MISSED
+            && times.into_iter().any(|(own, other)| !own.may_be(other))
     }
 
     /// Sum of the weights of all drawbacks; the candidate with the lowest one is first.

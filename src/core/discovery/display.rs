@@ -64,6 +64,7 @@ impl fmt::Display for Drawback {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missed(count) => write!(f, "did not follow {count} of the requests"),
+            Self::OtherValues(count) => write!(f, "had other values at {count} of the requests"),
             Self::Flashes => f.write_str("flashes: its state has to be derived"),
             Self::HidesHazard => f.write_str("does not show the hazard lights"),
             Self::Momentary => f.write_str("shows a moment only: its state has to be derived"),

@@ -24,7 +24,7 @@ pub struct Findings {
 }
 
 /// The certainty of a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Certainty {
     /// Enough requests were followed.
     Sure,
@@ -41,10 +41,8 @@ pub enum Certainty {
 const ENOUGH: usize = 2;
 /// Requests that must be followed by a signal that chance may imitate.
 const ENOUGH_IF_WEAK: usize = 3;
-/// Requests of the hazard lights without a following signal after which there is none.
-const ENOUGH_WITHOUT: usize = 3;
-/// Likewise of a side; most vehicles show them, and a driver makes mistakes.
-const ENOUGH_WITHOUT_SIDES: usize = 5;
+/// Requests without a following signal after which there is none, unless some were followed.
+const ENOUGH_WITHOUT: usize = 4;
 
 impl Findings {
     /// Ranks all signals by how well they follow the requests.
@@ -54,7 +52,9 @@ impl Findings {
         let signals = turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
         let turn_messages: Vec<_> = signals.iter().map(|signal| signal.message).collect();
         let mut hazard = search::hazard(&messages, &turn_messages, timeline);
-        let is_shown = hazard.first().is_some_and(|hazard| hazard_certainty(hazard) == Certainty::Sure);
+        let is_disputed = is_disputed(&hazard);
+        let is_sure = |hazard| hazard_certainty(hazard, is_disputed) == Certainty::Sure;
+        let is_shown = hazard.first().is_some_and(is_sure);
         if !is_shown && let Some(at) = turn.iter().position(shows_all) {
             // Lamps that show the hazard lights as well are better than a lever that does not, when nothing else does.
             turn[..=at].rotate_right(1);
@@ -75,25 +75,30 @@ impl Findings {
             let at = hazard.iter().take_while(|candidate| is_better(candidate)).count();
             hazard.insert(at, both_sides);
         }
+        let is_open = Action::ALL.map(|action| {
+            timeline.count(action) < ENOUGH_WITHOUT || search::is_open(&messages, timeline, action)
+        });
         let protection = messages.into_iter().map(|message| (message.key, message.protection)).collect();
         let mut findings = Self { turn, hazard, protection, certainty: [Certainty::NotFound; 3] };
-        findings.certainty = Action::ALL.map(|action| findings.certainty_of(action, timeline));
+        findings.certainty = Action::ALL.map(|action| findings.certainty_of(action, is_open));
         findings
     }
 
-    fn certainty_of(&self, action: Action, timeline: &Timeline) -> Certainty {
+    fn certainty_of(&self, action: Action, is_open: [bool; 3]) -> Certainty {
         // Lamps that show the hazard lights may still become sure.
         let may_show = |turn: &Candidate<TurnForm>| turn.form.shows_hazard() && !turn.is_suspect();
-        let is_open = match action {
-            Action::Left | Action::Right => timeline.count(action) < ENOUGH_WITHOUT_SIDES,
-            Action::Hazard => timeline.count(action) < ENOUGH_WITHOUT || self.turn.iter().any(may_show),
-        };
+        let is_open =
+            is_open[action as usize] || (action == Action::Hazard && self.turn.iter().any(may_show));
         let without = if is_open { Certainty::NotFound } else { Certainty::NotVisible };
         match action {
             Action::Left | Action::Right => {
-                self.turn.first().map_or(without, |turn| turn_certainty(turn, action))
+                let is_disputed = is_disputed(&self.turn);
+                self.turn.first().map_or(without, |turn| turn_certainty(turn, action, is_disputed))
             }
-            Action::Hazard => self.hazard.first().map_or(without, hazard_certainty),
+            Action::Hazard => {
+                let is_disputed = is_disputed(&self.hazard);
+                self.hazard.first().map_or(without, |hazard| hazard_certainty(hazard, is_disputed))
+            }
         }
     }
 
@@ -124,21 +129,30 @@ impl Findings {
     }
 }
 
-/// The certainty of a side: each request that was not followed has to be made up for by one that was. A signal that
-/// chance may imitate needs more of them.
-fn turn_certainty(turn: &Candidate<TurnForm>, side: Action) -> Certainty {
-    let is_weak = turn.is_suspect() || (turn.shape == Shape::Momentary && turn.missed() > 0);
-    let (count, of) = turn.followed[side as usize];
+/// The certainty of a side: each request of either that was not followed has to be made up for by one that was. A signal
+/// that chance may imitate needs more of them.
+fn turn_certainty(turn: &Candidate<TurnForm>, side: Action, is_disputed: bool) -> Certainty {
+    let is_weak = is_disputed || turn.is_suspect() || (turn.shape == Shape::Momentary && turn.missed() > 0);
+    let [left, right, _] = turn.followed;
+    let (count, _) = turn.followed[side as usize];
     if turn.drawbacks.contains(&Drawback::TwoMessages) {
         // Of all pairs of bits on a bus some follow by chance.
         return certainty(count, ENOUGH_IF_WEAK + 1 + turn.missed());
     }
-    certainty(count, enough(is_weak) + of - count)
+    let missed = left.1 - left.0 + right.1 - right.0;
+    let of_both = certainty(left.0 + right.0, 2 * enough(is_weak) + missed);
+    certainty(count, enough(is_weak)).max(of_both)
+}
+
+/// True if another candidate is as good as the first, and not the same in other places.
+fn is_disputed<F>(candidates: &[Candidate<F>]) -> bool {
+    candidates.split_first().is_some_and(|(first, others)| others.iter().any(|it| first.is_disputed_by(it)))
 }
 
 /// The certainty of the hazard lights. A signal that chance may imitate must not follow other requests either.
-fn hazard_certainty(hazard: &Candidate<HazardForm>) -> Certainty {
-    let is_weak = hazard.shape == Shape::Momentary
+fn hazard_certainty(hazard: &Candidate<HazardForm>, is_disputed: bool) -> Certainty {
+    let is_weak = is_disputed
+        || hazard.shape == Shape::Momentary
         || hazard.drawbacks.contains(&Drawback::OtherMessage)
         || hazard.is_suspect();
     let (count, of) = hazard.followed[Action::Hazard as usize];
@@ -147,7 +161,7 @@ fn hazard_certainty(hazard: &Candidate<HazardForm>) -> Certainty {
 
 /// True if a candidate shows both sides and the hazard lights, all of them surely.
 fn shows_all(turn: &Candidate<TurnForm>) -> bool {
-    let is_sure = |action: &Action| turn_certainty(turn, *action) == Certainty::Sure;
+    let is_sure = |action: &Action| turn_certainty(turn, *action, false) == Certainty::Sure;
     turn.form.shows_hazard() && Action::ALL.iter().all(is_sure)
 }
 
@@ -166,5 +180,6 @@ fn both_sides(turn: &Candidate<TurnForm>) -> Option<Candidate<HazardForm>> {
         shape: turn.shape,
         followed: turn.followed,
         drawbacks: turn.drawbacks.clone(),
+        times: turn.times.clone(),
     })
 }

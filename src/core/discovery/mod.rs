@@ -11,6 +11,7 @@
 //! | [`capture`] | the frames, by message |
 //! | [`timeline`] | the requests over time |
 //! | `bits`, `response` | bits that rest without a request; their responses to each |
+//! | `pages` | bits of multiplexed messages, which are left out |
 //! | `search`, [`candidate`] | signals made of them, ranked |
 //! | `widening` | bits beside a signal that belong to it |
 //! | [`protection`] | counter and checksum of a message |
@@ -22,6 +23,7 @@ pub mod capture;
 mod display;
 pub mod findings;
 pub mod machine;
+mod pages;
 pub mod protection;
 mod response;
 mod search;

@@ -1,10 +1,11 @@
 //! The response of a signal to each request: its value, and how it comes and goes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use super::bits::QuietBits;
 use super::timeline::{Action, EARLY, Timeline, Window};
+use crate::core::can::frame::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::time::MonoTime;
 
@@ -32,6 +33,8 @@ pub(super) struct Responses {
     pub(super) idle: u64,
     /// For each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in no known manner.
     of: Vec<Result<Option<Response>, Irregular>>,
+    /// For each request: the values other than that at rest, with the time of the first one.
+    begun: Vec<(Option<MonoTime>, BTreeSet<u64>)>,
     /// Values at the end of an action, with the action that they end.
     pub(super) endings: Vec<(Action, u64)>,
     /// Values that lead to another one, as a detent does.
@@ -70,18 +73,33 @@ impl Run {
 const LATE: Duration = Duration::from_millis(200);
 /// The longest press of a momentary switch.
 const MAX_PRESS: Duration = Duration::from_millis(1600);
+/// The largest number of presses at one request: a wrong one, one that ends it, and the right one.
+const MAX_PRESSES: usize = 3;
 /// The shortest time that counts as a lasting state.
 const MIN_STEADY: Duration = Duration::from_millis(600);
 /// The shortest and the longest lit or dark time of a lamp.
 const PHASE: (Duration, Duration) = (Duration::from_millis(100), Duration::from_millis(1250));
 /// A driver may end an action this much before the request.
 const EARLY_END: Duration = Duration::from_millis(1200);
+/// At the next request, or this much after the one to end it, everything is at rest again.
+const LATE_END: Duration = Duration::from_secs(3);
 
 impl Responses {
     /// The responses of a signal among the bits.
     pub(super) fn new(bits: &QuietBits<'_>, codec: &SignalCodec) -> Self {
+        Self::of_value(bits, |data| u64::try_from(codec.value(data)).unwrap_or(0))
+    }
+
+    /// The responses of two bits, of which the second one is the upper.
+    pub(super) fn of_bits(bits: &QuietBits<'_>, two: [u16; 2]) -> Self {
+        Self::of_value(bits, |data| {
+            let [lower, upper] = two.map(|bit| u64::from(data[usize::from(bit / 8)] >> (bit % 8) & 1));
+            upper << 1 | lower
+        })
+    }
+
+    fn of_value(bits: &QuietBits<'_>, value: impl Fn(&[u8; MAX_DATA]) -> u64) -> Self {
         let timeline = bits.timeline;
-        let value = |data| u64::try_from(codec.value(data)).unwrap_or(0);
         let idle = value(&bits.idle);
         let mut runs: Vec<Run> = Vec::new();
         let mut last = None;
@@ -98,7 +116,8 @@ impl Responses {
             }
             last = Some(value);
         }
-        let mut responses = Self { idle, of: Vec::new(), endings: Vec::new(), detents: BTreeMap::new() };
+        let (of, begun) = (Vec::new(), Vec::new());
+        let mut responses = Self { idle, of, begun, endings: Vec::new(), detents: BTreeMap::new() };
         for window in &timeline.windows {
             responses.add(window, &runs);
         }
@@ -106,16 +125,36 @@ impl Responses {
     }
 
     fn add(&mut self, window: &Window, runs: &[Run]) {
-        let begin = window.on.before(EARLY);
-        let latest = window.off.after(LATE).min(window.end);
+        let (begin, end) = (window.on.before(EARLY), window.end.before(EARLY));
+        let latest = window.off.after(LATE).min(end);
         let begun: Vec<_> =
             runs.iter().filter(|run| begin <= run.from && run.from <= latest).copied().collect();
-        let ended = runs.iter().filter(|run| latest < run.from && run.from < window.end);
+        let ended = runs.iter().filter(|run| latest < run.from && run.from < end);
         self.endings.extend(ended.map(|run| (window.action, run.value)));
+        let back = window.end.max(window.off.after(LATE_END));
+        let rests = !runs.iter().any(|run| begin <= run.from && run.from < end && back < run.until);
         for pair in begun.windows(2).filter(|pair| pair[0].until == pair[1].from) {
             self.detents.insert(pair[0].value, pair[1].value);
         }
-        self.of.push(response(&begun, window));
+        self.of.push(if rests { response(&begun, window) } else { Err(Irregular) });
+        self.begun.push((begun.first().map(|run| run.from), begun.iter().map(|run| run.value).collect()));
+    }
+
+    /// For each request the time at which the signal left its value at rest.
+    pub(super) fn begins(&self) -> Vec<Option<MonoTime>> {
+        self.begun.iter().map(|(at, _)| *at).collect()
+    }
+
+    /// Number of requests of a side at which other values were seen than those of a state.
+    pub(super) fn strange(&self, timeline: &Timeline, states: &[u64]) -> usize {
+        let windows = timeline.windows.iter().zip(&self.begun);
+        let sides = windows.filter(|(window, _)| window.action != Action::Hazard);
+        sides.filter(|(_, (_, values))| values.iter().any(|value| !states.contains(value))).count()
+    }
+
+    /// The values at the requests of an action that it responded to in a known manner.
+    pub(super) fn values(&self, timeline: &Timeline, action: Action) -> Vec<u64> {
+        self.to(timeline, action).filter_map(|response| Some(response.ok()??.value)).collect()
     }
 
     /// True if the signal responded to the last request in a known manner.
@@ -133,6 +172,18 @@ impl Responses {
         windows.filter(move |(window, _)| window.action == action).map(|(_, response)| *response)
     }
 
+    /// True if there are responses in known manners to half of the requests of an action.
+    pub(super) fn responds(&self, timeline: &Timeline, action: Action) -> bool {
+        let count = self.values(timeline, action).len();
+        count > 0 && count * 2 >= timeline.count(action)
+    }
+
+    /// True if one of these actions shows in it in this manner.
+    pub(super) fn has_shape(&self, timeline: &Timeline, actions: &[Action], shape: Shape) -> bool {
+        let response = |action: &Action| self.typical(timeline, *action)?.response;
+        actions.iter().filter_map(response).any(|response| response.shape == shape)
+    }
+
     /// The response to more than half of the requests of an action; `None` when there is none.
     pub(super) fn typical(&self, timeline: &Timeline, action: Action) -> Option<Typical> {
         let all: Vec<_> = self.to(timeline, action).collect();
@@ -144,28 +195,46 @@ impl Responses {
     }
 }
 
-/// The response that the values begun in a window amount to.
+/// The response that the values begun in a window amount to. What comes last counts: a driver who takes the wrong side
+/// corrects it.
 fn response(begun: &[Run], window: &Window) -> Result<Option<Response>, Irregular> {
-    // Of two that last as long the later counts: a stalk passes the half press on the way to the full one.
+    if begun.is_empty() {
+        return Ok(None);
+    }
+    let reaches_end = |run: &Run| run.until.after(EARLY_END) >= window.off;
+    if begun.iter().all(|run| run.length() <= MAX_PRESS && !reaches_end(run)) {
+        return pressed(begun).map(Some);
+    }
+    // Of two that last as long the later counts.
     let total = |value| -> Duration {
         let runs = begun.iter().filter(|run| run.value == value);
         runs.map(|run| run.until.min(window.end).since(run.from)).sum()
     };
-    let Some(value) = begun.iter().map(|run| run.value).max_by_key(|value| total(*value)) else {
-        return Ok(None);
-    };
+    let value = begun.iter().map(|run| run.value).max_by_key(|value| total(*value)).ok_or(Irregular)?;
     let runs: Vec<_> = begun.iter().filter(|run| run.value == value).collect();
-    let (Some(first), Some(last)) = (runs.first(), runs.last()) else { return Ok(None) };
+    let (Some(first), Some(last)) = (runs.first(), runs.last()) else { return Err(Irregular) };
     let time_left = window.off.since(first.from);
-    let reaches_end = last.until.after(EARLY_END) >= window.off;
     let shape = match runs.len() {
-        1 if reaches_end && first.length() >= MIN_STEADY && first.length() > time_left / 2 => Shape::Steady,
-        1 if first.length() <= MAX_PRESS && !reaches_end => Shape::Momentary,
-        1 => return Err(Irregular),
-        _ if reaches_end && is_rhythmic(&runs) => Shape::Flashing,
+        1 if reaches_end(last) && first.length() >= MIN_STEADY && first.length() > time_left / 2 => {
+            Shape::Steady
+        }
+        2.. if reaches_end(last) && is_rhythmic(&runs) => Shape::Flashing,
         _ => return Err(Irregular),
     };
     Ok(Some(Response { value, shape }))
+}
+
+/// The response to which presses of a switch that springs back amount: that of the last one.
+fn pressed(begun: &[Run]) -> Result<Response, Irregular> {
+    let mut presses = begun.chunk_by(|before, after| before.until == after.from);
+    // Of two that last as long the later counts: a stalk passes the half press on the way to the full one.
+    let value = |press: &[Run]| press.iter().max_by_key(|run| run.length()).map(|run| run.value);
+    let value_of_last = presses.next_back().and_then(value).ok_or(Irregular)?;
+    let is_repeated = presses.clone().any(|press| value(press) == Some(value_of_last));
+    if is_repeated || presses.count() >= MAX_PRESSES {
+        return Err(Irregular);
+    }
+    Ok(Response { value: value_of_last, shape: Shape::Momentary })
 }
 
 /// True for lit and dark times as lamps have them; the first and the last time may be cut.
@@ -181,4 +250,53 @@ fn is_rhythmic(runs: &[&Run]) -> bool {
         _ => true,
     };
     is_regular && dark.chain(lit).all(fits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: Window = Window {
+        action: Action::Left,
+        on: MonoTime::from_millis(10_000),
+        off: MonoTime::from_millis(15_000),
+        end: MonoTime::from_millis(19_000),
+    };
+
+    /// Responses to one request of a signal that rests at 0 and has these values from these times on, ms.
+    fn responses(values: &[(u64, u64)]) -> Responses {
+        let mut runs: Vec<Run> = Vec::new();
+        for pair in values.windows(2).filter(|pair| pair[0].1 != 0) {
+            let [from, until] = [pair[0].0, pair[1].0].map(MonoTime::from_millis);
+            runs.push(Run { value: pair[0].1, from, until });
+        }
+        let (of, begun) = (Vec::new(), Vec::new());
+        let mut responses = Responses { idle: 0, of, begun, endings: Vec::new(), detents: BTreeMap::new() };
+        responses.add(&WINDOW, &runs);
+        responses
+    }
+
+    fn response_to(values: &[(u64, u64)]) -> Result<Option<Response>, Irregular> {
+        responses(values).of[0]
+    }
+
+    #[test]
+    fn of_a_wrong_press_and_a_right_one_the_last_counts() {
+        let pressed = |value| Ok(Some(Response { value, shape: Shape::Momentary }));
+        let long_wrong_one = [(10_500, 2), (11_100, 0), (12_000, 1), (12_300, 0), (20_000, 0)];
+        assert_eq!(response_to(&long_wrong_one), pressed(1));
+        let through_a_detent = [(10_500, 3), (10_560, 1), (10_900, 0), (20_000, 0)];
+        assert_eq!(response_to(&through_a_detent), pressed(1));
+        let twice = [(10_500, 1), (10_900, 0), (12_000, 1), (12_300, 0), (20_000, 0)];
+        assert_eq!(response_to(&twice), Err(Irregular), "a second press may have ended it");
+    }
+
+    #[test]
+    fn what_is_not_back_at_rest_before_the_next_request_did_not_follow() {
+        let steady = Ok(Some(Response { value: 1, shape: Shape::Steady }));
+        assert_eq!(response_to(&[(10_700, 1), (17_800, 0), (30_000, 0)]), steady);
+        assert_eq!(response_to(&[(10_700, 1), (19_500, 0), (30_000, 0)]), Err(Irregular));
+        let by_itself = [(10_700, 1), (14_900, 0), (16_000, 2), (20_000, 0), (30_000, 0)];
+        assert_eq!(response_to(&by_itself), Err(Irregular), "another value over the next request");
+    }
 }

@@ -1,8 +1,13 @@
 //! The search for signals that follow the driver's actions.
 
+use std::time::Duration;
+
 use super::bits::{QuietBits, quiet_bits};
-use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, Switch, TurnForm, bits_of, sawtooth};
+use super::candidate::{
+    Candidate, Drawback, FoundSignal, HazardForm, ResponseTime, Switch, TurnForm, bits_of, sawtooth,
+};
 use super::capture::{Capture, MessageKey, Track};
+use super::pages::is_on_a_page;
 use super::protection::Protection;
 use super::response::{Response, Responses, Shape, Typical};
 use super::timeline::{Action, EARLY, Timeline};
@@ -15,8 +20,14 @@ const MAX_WIDTH: u16 = 8;
 const MAX_RESPONDING: usize = 40;
 /// From this silence on a message is not sent regularly, seconds.
 const REGULAR_S: u64 = 3;
+/// The longest time by which a change may be late.
+const MAX_PERIOD: Duration = Duration::from_secs(1);
+/// So many requests that a bit followed may be more than chance.
+const MIN_HINTS: usize = 2;
 /// From so many responding bits on, a byte may be a checksum.
 const MIN_CHECKSUM_BITS: usize = 3;
+/// So many responding bits of a byte are rarely those of signals.
+const MANY_BITS: usize = 5;
 
 /// A message with bits that follow the actions.
 #[derive(Debug)]
@@ -30,6 +41,8 @@ pub(super) struct Responding<'a> {
     /// Bits that change with most turns of the indicators, in no known manner.
     restless: Vec<u16>,
     is_regular: bool,
+    /// The usual time between two frames, by which a change may be late.
+    period: Duration,
     length: usize,
 }
 
@@ -45,12 +58,15 @@ impl<'a> Responding<'a> {
         responding_bits(&quiet_bits(track, timeline, end, &[])?, track)?;
         let protection = Protection::find(track);
         let quiet = quiet_bits(track, timeline, end, &protection.bits())?;
-        let bits = responding_bits(&quiet, track)?;
-        let is_regular = track.gaps().is_some_and(|gaps| gaps.longest.as_secs() < REGULAR_S);
+        let mut bits = responding_bits(&quiet, track)?;
+        bits.retain(|(bit, _)| !is_on_a_page(track, &quiet, *bit));
+        let gaps = track.gaps();
+        let is_regular = gaps.is_some_and(|gaps| gaps.longest.as_secs() < REGULAR_S);
+        let period = gaps.map_or(Duration::ZERO, |gaps| gaps.median).min(MAX_PERIOD);
         let like_checksum = like_checksum(&quiet, &bits);
         let restless = restless(&quiet, &bits);
         let length = track.shortest();
-        Some(Self { key, protection, quiet, bits, like_checksum, restless, is_regular, length })
+        Some(Self { key, protection, quiet, bits, like_checksum, restless, is_regular, period, length })
     }
 
     /// Fields of two bits or more that could be an enumerated signal.
@@ -87,7 +103,7 @@ impl<'a> Responding<'a> {
     }
 
     /// What speaks against a signal because of its place.
-    fn drawbacks(&self, bits: &[u16], rest: u64) -> Vec<Drawback> {
+    fn drawbacks(&self, bits: &[u16], rest: u64, shape: Shape) -> Vec<Drawback> {
         let responds = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
         // Within a byte, or where Motorola or Intel continue in the next one.
         let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
@@ -95,7 +111,8 @@ impl<'a> Responding<'a> {
             (follows(*bit, *other) || follows(*other, *bit)) && !self.like_checksum.contains(&(other / 8))
         };
         let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
-        let cut = self.bits.iter().filter(|(other, _)| is_cut(other)).count();
+        let is_same = |responses: &Responses| responses.has_shape(self.quiet.timeline, &Action::ALL, shape);
+        let cut = self.bits.iter().filter(|(other, of)| is_cut(other) && is_same(of)).count();
         let gaps = bits.iter().filter(|bit| !responds(bit)).count();
         let mut drawbacks = Vec::new();
         drawbacks.extend(
@@ -114,9 +131,23 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
+    /// For each request the time of the response, and by how much it may be late.
+    fn times(&self, responses: &Responses) -> Vec<Option<ResponseTime>> {
+        responses.begins().into_iter().map(|at| Some(ResponseTime { at: at?, late: self.period })).collect()
+    }
+
     fn signal(&self, layout: Layout) -> FoundSignal {
         FoundSignal { message: self.key, layout }
     }
+}
+
+/// True if a bit followed some requests of an action, and too few to know whether it belongs to it.
+pub(super) fn is_open(messages: &[Responding<'_>], timeline: &Timeline, action: Action) -> bool {
+    let of = timeline.count(action);
+    let is_known = |count: usize| action == Action::Hazard && count * 2 > of;
+    let bits = messages.iter().flat_map(|message| &message.bits);
+    let mut counts = bits.map(|(_, responses)| responses.values(timeline, action).len());
+    counts.any(|count| count >= MIN_HINTS && !is_known(count))
 }
 
 /// The bytes that are likely to be a checksum that is not known: they change whenever anything in the message does,
@@ -125,14 +156,21 @@ fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
     let mut bytes: Vec<u16> = bits.iter().map(|(bit, _)| bit / 8).collect();
     bytes.dedup();
     let responding = |byte: u16| bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
-    let changes_always = |byte: u16| {
+    let changes = |byte: u16| {
         let byte = usize::from(byte);
-        quiet.contents.windows(2).all(|pair| pair[0].1[byte] != pair[1].1[byte])
+        quiet.contents.windows(2).filter(|pair| pair[0].1[byte] != pair[1].1[byte]).count()
     };
+    let all = quiet.contents.len() - 1;
+    let changes_always = |byte: u16| changes(byte) == all;
     let is_like = |byte: &u16| {
         let mut others = bytes.iter().filter(|other| *other != byte).peekable();
-        responding(*byte) >= MIN_CHECKSUM_BITS
-            && changes_always(*byte)
+        let is_often = match responding(*byte) {
+            0..MIN_CHECKSUM_BITS => false,
+            MIN_CHECKSUM_BITS..MANY_BITS => changes_always(*byte),
+            // Different contents have the same checksum at times.
+            MANY_BITS.. => changes(*byte) * 2 > all,
+        };
+        is_often
             && others.peek().is_some()
             && others.all(|other| !changes_always(*other) || responding(*other) < responding(*byte))
     };
@@ -186,10 +224,7 @@ fn responding_bits(quiet: &QuietBits<'_>, track: &Track) -> Option<Vec<(u16, Res
     let mut found = Vec::new();
     for bit in &quiet.bits {
         let Some(responses) = responses_of(quiet, *bit, track) else { continue };
-        let timeline = quiet.timeline;
-        let responds =
-            |action| responses.typical(timeline, action).is_some_and(|typical| typical.response.is_some());
-        if Action::ALL.into_iter().any(responds) {
+        if Action::ALL.into_iter().any(|action| responses.responds(quiet.timeline, action)) {
             found.push((*bit, responses));
         }
     }
@@ -219,11 +254,12 @@ pub(super) fn turn(messages: &[Responding<'_>], timeline: &Timeline) -> Vec<Cand
         for (layout, responses) in message.fields() {
             candidates.extend(enumerated(message, layout, &responses, timeline));
         }
+        candidates.extend(pairs(message, timeline));
     }
     let sides: Vec<_> = messages.iter().flat_map(|message| sides(message, timeline)).collect();
     for left in sides.iter().filter(|side| side.is_left) {
         for right in sides.iter().filter(|side| !side.is_left) {
-            candidates.extend(pair(left, right));
+            candidates.extend(apart(left, right));
         }
     }
     candidates.sort_by_key(Candidate::weight);
@@ -242,7 +278,14 @@ fn enumerated(
         return None;
     }
     let signal = message.signal(layout);
-    let mut drawbacks = message.drawbacks(&signal.bits(), responses.idle);
+    let bits = signal.bits();
+    // A bit that shows an action in another manner, or none of them, belongs to another signal: a button beside a stalk.
+    let shown = if left.shape == Shape::Momentary { &Action::ALL[..2] } else { &Action::ALL[..] };
+    let mut others = message.bits.iter().filter(|(bit, _)| bits.contains(bit));
+    if others.any(|(_, responses)| !responses.has_shape(timeline, shown, left.shape)) {
+        return None;
+    }
+    let mut drawbacks = message.drawbacks(&bits, responses.idle, left.shape);
     let form = match left.shape {
         Shape::Flashing => return None,
         Shape::Steady => {
@@ -251,6 +294,10 @@ fn enumerated(
             }
             let both = hazard.filter(|hazard| hazard.shape == Shape::Steady).map(|hazard| hazard.value);
             drawbacks.extend(both.is_none().then_some(Drawback::HidesHazard));
+            let mut states = responses.values(timeline, Action::Hazard);
+            states.extend([left.value, right.value]);
+            let strange = responses.strange(timeline, &states);
+            drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
             TurnForm::Enumerated { signal, off: responses.idle, left: left.value, right: right.value, both }
         }
         // A part of a stalk's values may take a half press for a full one.
@@ -264,7 +311,8 @@ fn enumerated(
     };
     let followed = followed(&typical);
     drawbacks.extend(missed(&followed));
-    Some(Candidate { form, shape: left.shape, followed, drawbacks })
+    let times = message.times(responses);
+    Some(Candidate { form, shape: left.shape, followed, drawbacks, times })
 }
 
 /// A stalk with the half presses that were seen on the way to a full press, or that ended an indication.
@@ -296,16 +344,59 @@ fn is_full(value: u64, left: Response, right: Response) -> bool {
     value == left.value || value == right.value
 }
 
+/// Candidates of two bits in one message, one for each side. Their responses are those of both together, so that a
+/// driver who takes the wrong side and corrects it is understood.
+fn pairs(message: &Responding<'_>, timeline: &Timeline) -> Vec<Candidate<TurnForm>> {
+    let follows = |action| {
+        let bits = message.bits.iter().filter(move |(_, responses)| responses.responds(timeline, action));
+        bits.map(|(bit, _)| *bit)
+    };
+    let pairs = follows(Action::Left).flat_map(|left| follows(Action::Right).map(move |right| [left, right]));
+    pairs.filter(|[left, right]| left != right).filter_map(|bits| pair(message, bits, timeline)).collect()
+}
+
+fn pair(message: &Responding<'_>, bits: [u16; 2], timeline: &Timeline) -> Option<Candidate<TurnForm>> {
+    let responses = Responses::of_bits(&message.quiet, bits);
+    let typical = typical(&responses, timeline)?;
+    let [Some(left), Some(right), hazard] = typical.map(|typical| typical.response) else { return None };
+    let [left_on, right_on, both_on] = [1, 2, 3].map(|changed| responses.idle ^ changed);
+    let is_pair = left.value == left_on && right.value == right_on && left.shape == right.shape;
+    if !is_pair || left.shape == Shape::Momentary {
+        return None;
+    }
+    let shows_hazard = match hazard {
+        None => false,
+        Some(hazard) if hazard.value == both_on && hazard.shape == left.shape => true,
+        Some(_) => return None,
+    };
+    let switch = |at: usize| {
+        let layout = Layout { start: bits[at], length: 1, order: ByteOrder::Intel, signed: false };
+        let off = responses.idle >> at & 1;
+        Switch { signal: message.signal(layout), off, on: off ^ 1 }
+    };
+    let lamps = left.shape == Shape::Flashing;
+    let mut drawbacks = message.drawbacks(&bits, responses.idle, left.shape);
+    drawbacks.extend(lamps.then_some(Drawback::Flashes));
+    drawbacks.extend((!shows_hazard).then_some(Drawback::HidesHazard));
+    let followed = followed(&typical);
+    drawbacks.extend(missed(&followed));
+    let form = TurnForm::Pair { left: switch(0), right: switch(1), lamps, shows_hazard };
+    let times = message.times(&responses);
+    Some(Candidate { form, shape: left.shape, followed, drawbacks, times })
+}
+
 /// A bit that is on for one side.
 struct Side<'a> {
     message: &'a Responding<'a>,
     is_left: bool,
     switch: Switch,
-    shape: Shape,
-    hazard: Option<Shape>,
+    /// True if it is on during the hazard lights as well.
+    with_hazard: bool,
     typical: [Typical; 3],
+    times: Vec<Option<ResponseTime>>,
 }
 
+/// The bits that are on for one side and keep their value.
 fn sides<'a>(message: &'a Responding<'a>, timeline: &Timeline) -> Vec<Side<'a>> {
     let side = |(bit, responses): &(u16, Responses)| {
         let typical = typical(responses, timeline)?;
@@ -314,9 +405,12 @@ fn sides<'a>(message: &'a Responding<'a>, timeline: &Timeline) -> Vec<Side<'a>> 
             (None, Some(response)) => (false, response),
             (Some(_), Some(_)) | (None, None) => return None,
         };
-        let switch = switch(message, *bit, responses, response);
-        let hazard = typical[2].response.map(|response| response.shape);
-        Some(Side { message, is_left, switch, shape: response.shape, hazard, typical })
+        let is_steady = |response: Response| response.shape == Shape::Steady;
+        let is_side = is_steady(response) && typical[2].response.is_none_or(is_steady);
+        let (switch, with_hazard) =
+            (switch(message, *bit, responses, response), typical[2].response.is_some());
+        let times = message.times(responses);
+        is_side.then_some(Side { message, is_left, switch, with_hazard, typical, times })
     };
     message.bits.iter().filter_map(side).collect()
 }
@@ -326,40 +420,32 @@ fn switch(message: &Responding<'_>, bit: u16, responses: &Responses, response: R
     Switch { signal: message.signal(layout), off: responses.idle, on: response.value }
 }
 
-fn pair(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
-    let is_one_message = left.message.key == right.message.key;
-    let lamps = left.shape == Shape::Flashing;
-    if left.shape != right.shape || left.shape == Shape::Momentary || (lamps && !is_one_message) {
+/// A candidate of two sides in different messages.
+fn apart(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
+    if left.message.key == right.message.key || left.with_hazard != right.with_hazard {
         return None;
     }
-    let shows_hazard = match (left.hazard, right.hazard) {
-        (None, None) => false,
-        (Some(a), Some(b)) if a == left.shape && b == left.shape => true,
-        (None | Some(_), None | Some(_)) => return None,
+    let of = |side: &Side<'_>| {
+        side.message.drawbacks(&[side.switch.signal.layout.start], side.switch.off, Shape::Steady)
     };
-    let bits = [left, right].map(|side| side.switch.signal.layout.start);
-    let mut drawbacks = if is_one_message {
-        left.message.drawbacks(&bits, left.switch.off | right.switch.off)
-    } else {
-        let mut drawbacks = left.message.drawbacks(&bits[..1], left.switch.off);
-        for drawback in right.message.drawbacks(&bits[1..], right.switch.off) {
-            if !drawbacks.contains(&drawback) {
-                drawbacks.push(drawback);
-            }
+    let mut drawbacks = of(left);
+    for drawback in of(right) {
+        if !drawbacks.contains(&drawback) {
+            drawbacks.push(drawback);
         }
-        drawbacks.push(Drawback::TwoMessages);
-        drawbacks
-    };
-    drawbacks.extend(lamps.then_some(Drawback::Flashes));
-    drawbacks.extend((!shows_hazard).then_some(Drawback::HidesHazard));
+    }
+    drawbacks.push(Drawback::TwoMessages);
+    drawbacks.extend((!left.with_hazard).then_some(Drawback::HidesHazard));
     let worse = |at: usize| {
         let (a, b) = (left.typical[at], right.typical[at]);
         (a.count.min(b.count), a.of)
     };
     let followed = [worse(0), worse(1), worse(2)];
     drawbacks.extend(missed(&followed));
-    let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps, shows_hazard };
-    Some(Candidate { form, shape: left.shape, followed, drawbacks })
+    let shows_hazard = left.with_hazard;
+    let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps: false, shows_hazard };
+    let times = left.times.iter().zip(&right.times).map(|(left, right)| left.or(*right)).collect();
+    Some(Candidate { form, shape: Shape::Steady, followed, drawbacks, times })
 }
 
 /// Candidates for hazard lights with a signal of their own, the best first.
@@ -374,7 +460,7 @@ pub(super) fn hazard(
             let Some(typical) = typical(responses, timeline) else { continue };
             let [None, None, Some(response)] = typical.map(|typical| typical.response) else { continue };
             let switch = switch(message, *bit, responses, response);
-            let mut drawbacks = message.drawbacks(&[*bit], responses.idle);
+            let mut drawbacks = message.drawbacks(&[*bit], responses.idle, response.shape);
             drawbacks.extend((!turn.contains(&message.key)).then_some(Drawback::OtherMessage));
             let form = match response.shape {
                 Shape::Steady => HazardForm::Signal(switch),
@@ -387,7 +473,8 @@ pub(super) fn hazard(
             };
             let followed = followed(&typical);
             drawbacks.extend(missed(&followed));
-            candidates.push(Candidate { form, shape: response.shape, followed, drawbacks });
+            let times = message.times(responses);
+            candidates.push(Candidate { form, shape: response.shape, followed, drawbacks, times });
         }
     }
     candidates.sort_by_key(Candidate::weight);

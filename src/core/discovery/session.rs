@@ -32,7 +32,7 @@ impl Default for SessionSettings {
             hold: Duration::from_secs(5),
             rest: Duration::from_secs(4),
             rounds: 2,
-            max_requests: 6,
+            max_requests: 8,
         }
     }
 }

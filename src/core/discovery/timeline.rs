@@ -104,6 +104,11 @@ impl Timeline {
         self.quiet.iter().copied().chain(tails)
     }
 
+    /// True from the beginning of an action to its end, as the driver may take both.
+    pub(super) fn is_requested(&self, at: MonoTime) -> bool {
+        self.windows.iter().any(|window| window.on.before(EARLY) <= at && at < window.end)
+    }
+
     /// Number of requests of an action.
     pub fn count(&self, action: Action) -> usize {
         self.windows.iter().filter(|window| window.action == action).count()

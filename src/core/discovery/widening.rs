@@ -49,6 +49,8 @@ fn widen<'v>(
     values: impl IntoIterator<Item = &'v mut u64>,
 ) {
     let message = messages.iter().find(|message| message.key == signal.message);
+    // Of a signal that rests with all bits set the neighbours' bits say nothing.
+    let message = message.filter(|message| !signal.bits().iter().all(|bit| message.quiet.is_idle_set(*bit)));
     if let Some(Widened { layout, below }) =
         message.and_then(|message| widened(message, signal.layout, taken))
     {
@@ -86,13 +88,16 @@ fn widened_in_order(
     bit_at: impl Fn(u16) -> u16,
 ) -> Widened {
     let own = bits_of(layout);
+    let timeline = message.quiet.timeline;
     let is_set = |data: &[u8; MAX_DATA], bit: &u16| data[usize::from(bit / 8)] >> (bit % 8) & 1 == 1;
     let belongs = |bit: &u16| {
-        let contents = || message.quiet.contents.iter().map(|(_, data)| data);
+        let set: Vec<_> = message.quiet.contents.iter().filter(|(_, data)| is_set(data, bit)).collect();
         !taken.contains(bit)
+            && !set.is_empty()
             && !is_set(&message.quiet.idle, bit)
-            && contents().any(|data| is_set(data, bit))
-            && contents().all(|data| !is_set(data, bit) || own.iter().all(|own| is_set(data, own)))
+            && set
+                .iter()
+                .all(|(at, data)| own.iter().all(|own| is_set(data, own)) && !timeline.is_requested(*at))
     };
     let first = bit_at(layout.start);
     let before = (0..first).rev().map(&bit_at).take_while(belongs).count();

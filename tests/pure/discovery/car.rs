@@ -1,5 +1,7 @@
 //! An invented car, random from a seed: where its indicators are on the bus, and what else is there.
 
+use std::collections::BTreeSet;
+
 use super::lights::{Lights, Shows};
 use super::message::Message;
 use super::random::Random;
@@ -15,6 +17,7 @@ pub(crate) enum Ending {
 
 pub(crate) struct Car {
     messages: Vec<Message>,
+    ids: BTreeSet<CanId>,
     /// Half a flash cycle, ms.
     pub(crate) half_ms: u64,
     pub(crate) ending: Ending,
@@ -46,10 +49,21 @@ const STALKS: [(u16, [u64; 5]); 4] =
 const FORMS: u64 = 8;
 
 impl Car {
+    /// A car with its indicators in ordinary messages.
     pub(crate) fn new(seed: u64) -> Self {
+        Self::with(seed, |_, _| {})
+    }
+
+    /// A car of which each message of the indicators is multiplexed.
+    pub(crate) fn multiplexed(seed: u64) -> Self {
+        Self::with(seed, Message::multiplex)
+    }
+
+    fn with(seed: u64, change: impl Fn(&mut Message, &mut Random)) -> Self {
         let mut random = Random::new(seed);
         let mut car = Self {
             messages: Vec::new(),
+            ids: BTreeSet::new(),
             half_ms: random.between(250, 450),
             ending: random.choose(&[Ending::HalfOpposite, Ending::SameAgain, Ending::FullOpposite]),
             has_half: random.percent(50),
@@ -73,6 +87,9 @@ impl Car {
         car.add_controls();
         car.add_indicators(seed % FORMS);
         for message in &mut car.messages {
+            if message.is_of_indicators() {
+                change(message, &mut car.random);
+            }
             message.fill(&mut car.random);
         }
         car
@@ -85,7 +102,7 @@ impl Car {
             } else {
                 CanId::Standard(u16::try_from(self.random.between(1, 0x7F0)).unwrap())
             };
-            if self.messages.iter().all(|message| message.id != id) {
+            if self.ids.insert(id) {
                 return id;
             }
         }

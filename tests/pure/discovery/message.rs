@@ -141,8 +141,7 @@ impl Message {
             self.parts.extend(counter);
         }
         if !self.is_of_indicators() && random.percent(10) {
-            let pages = random.between(2, 5);
-            self.pages = self.place(random.choose(&[3, 4, 8]), random).map(|field| (field, pages));
+            self.add_pages(random);
         }
         for _ in 0..random.below(3 + self.length as u64 / 4) {
             let length = u16::try_from(random.between(1, 12)).unwrap();
@@ -160,6 +159,34 @@ impl Message {
             };
             self.parts.push((field, content));
         }
+    }
+
+    fn add_pages(&mut self, random: &mut Random) {
+        let pages = random.between(2, 5);
+        self.pages = self.place(random.choose(&[3, 4, 8]), random).map(|field| (field, pages));
+    }
+
+    /// Moves all of its signals to pages, which are sent in turn; on the others, the same places may have other contents.
+    pub(crate) fn multiplex(&mut self, random: &mut Random) {
+        self.add_pages(random);
+        (self.period_ms, self.on_change) = (self.period_ms.max(20), false);
+        let Some((_, pages)) = self.pages else { return };
+        let page = random.below(pages);
+        let mut others = Vec::new();
+        for (field, _) in &mut self.parts {
+            field.page = Some(if random.percent(80) { page } else { random.below(pages) });
+            for other in (0..pages).filter(|other| Some(*other) != field.page) {
+                let size = 1 << field.layout.length;
+                let content = match random.below(8) {
+                    0 => Content::Noise,
+                    1 => Content::Toggle { mean_ms: random.between(2_000, 40_000), on: false },
+                    2 => Content::Constant(random.below(size)),
+                    _ => continue,
+                };
+                others.push((Field { page: Some(other), ..field.clone() }, content));
+            }
+        }
+        self.parts.extend(others);
     }
 
     fn add_checksum(&mut self, random: &mut Random) {

@@ -1,6 +1,7 @@
 //! Invented cars with a clumsy driver: what is found is right, and what is not sure says so.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -33,11 +34,11 @@ struct Drive {
     log: String,
 }
 
-fn drive(seed: u64, with_log: bool) -> Drive {
-    let (mut car, mut driver) = (Car::new(seed), Driver::new(seed, true));
+fn drive(mut car: Car, seed: u64, with_log: bool) -> Drive {
+    let mut driver = Driver::new(seed, true);
     let mut discovery = Discovery::new(SessionSettings::default());
     let mut log = String::new();
-    for now_ms in (0..600_000).step_by(usize::try_from(STEP_MS).unwrap()) {
+    for now_ms in (0..900_000).step_by(usize::try_from(STEP_MS).unwrap()) {
         let now = MonoTime::from_millis(now_ms);
         while discovery.next_deadline().is_some_and(|deadline| deadline <= now) {
             match discovery.poll_event(now) {
@@ -210,14 +211,16 @@ fn assert_replayed(seed: u64, drive: &Drive) {
 struct Summary {
     right: usize,
     replayed: usize,
+    requests: usize,
     unsure: Vec<String>,
     wrong: Vec<String>,
 }
 
 impl Summary {
-    fn add(&mut self, seed: u64, with_replay: bool) {
-        let mut drive = drive(seed, with_replay);
+    fn add(&mut self, car: Car, seed: u64, with_replay: bool) {
+        let mut drive = drive(car, seed, with_replay);
         let outcome = outcome(&mut drive);
+        self.requests += drive.discovery.progress().0;
         let findings = &drive.findings;
         let text = || {
             let turn = findings.turn.iter().take(3);
@@ -244,16 +247,8 @@ impl Summary {
     }
 }
 
-/// What has to hold of many cars.
-struct Limits {
-    /// The most findings that may be wrong.
-    wrong: usize,
-    /// The least share of cars whose findings are complete, percent.
-    right_percent: usize,
-}
-
-/// Discovers cars, each `replay_every`th with a replay of what was written.
-fn discover(seeds: std::ops::Range<u64>, replay_every: u64, limits: &Limits) -> Summary {
+/// Discovers cars, each `replay_every`th with a replay of what was written. No finding is wrong.
+fn discover(seeds: Range<u64>, replay_every: u64, car: fn(u64) -> Car) -> Summary {
     let (next, summary) = (AtomicU64::new(seeds.start), Mutex::new(Summary::default()));
     let count = usize::try_from(seeds.end - seeds.start).unwrap();
     std::thread::scope(|scope| {
@@ -263,10 +258,11 @@ fn discover(seeds: std::ops::Range<u64>, replay_every: u64, limits: &Limits) -> 
                     Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < seeds.end)
                 {
                     let mut one = Summary::default();
-                    one.add(seed, seed.is_multiple_of(replay_every));
+                    one.add(car(seed), seed, seed.is_multiple_of(replay_every));
                     let mut all = summary.lock().unwrap();
                     all.right += one.right;
                     all.replayed += one.replayed;
+                    all.requests += one.requests;
                     all.unsure.extend(one.unsure);
                     all.wrong.extend(one.wrong);
                 }
@@ -274,31 +270,40 @@ fn discover(seeds: std::ops::Range<u64>, replay_every: u64, limits: &Limits) -> 
         }
     });
     let summary = summary.into_inner().unwrap();
-    let Summary { right, replayed, unsure, wrong } = &summary;
+    let Summary { right, replayed, requests, unsure, wrong } = &summary;
+    let [not_sure, wrong_ones] = [unsure.len(), wrong.len()];
     println!(
-        "{right} of {count} right, {} not sure, {} wrong, {replayed} replayed",
-        unsure.len(),
-        wrong.len()
+        "{right} of {count} right, {not_sure} not sure, {wrong_ones} wrong, {replayed} replayed, {requests} requests"
     );
     println!("not sure: {}", unsure.join("\n"));
-    assert!(wrong.len() <= limits.wrong, "wrong: {}", wrong.join("\n"));
-    assert!(right * 100 >= count * limits.right_percent, "{right} of {count}");
+    assert!(wrong.is_empty(), "wrong: {}", wrong.join("\n"));
     summary
 }
 
 #[test]
 fn random_cars_are_discovered() {
-    assert!(discover(8..11, 9, &Limits { wrong: 0, right_percent: 100 }).replayed >= 1);
+    let found = discover(8..11, 9, Car::new);
+    assert_eq!((found.right, found.replayed), (3, 1));
+}
+
+#[test]
+fn multiplexed_indicators_are_not_mistaken() {
+    discover(1..4, u64::MAX, Car::multiplexed);
 }
 
 mod slow {
-    use super::Limits;
+    use super::{Car, discover};
 
-    /// The goal is none wrong and 95 in 100 right. These cars, which no rule was made for, came out as 564 right, 33 not
-    /// sure, and 3 wrong (1056, 1083, 1159), which are still to be looked into.
+    /// The goal: right in 95 of 100 cars, and not sure in the others.
     #[test]
-    fn six_hundred_random_cars_are_discovered() {
-        let limits = Limits { wrong: 3, right_percent: 94 };
-        assert!(super::discover(1000..1600, 10, &limits).replayed >= 30);
+    fn three_hundred_random_cars_are_discovered() {
+        let found = discover(1000..1300, 10, Car::new);
+        assert!(found.right >= 285, "{} of 300", found.right);
+        assert!(found.replayed >= 15, "{}", found.replayed);
+    }
+
+    #[test]
+    fn multiplexed_indicators_are_not_mistaken() {
+        discover(1..60, u64::MAX, Car::multiplexed);
     }
 }

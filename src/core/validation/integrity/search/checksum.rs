@@ -57,7 +57,10 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
         return None;
     }
     let varies = |byte: &usize| values(&distinct, *byte) >= MIN_VALUES;
-    let varying: Vec<_> = last_first(length).filter(varies).collect();
+    let mut varying: Vec<_> = last_first(length).filter(varies).collect();
+    // A byte of an exclusive or is that of all others, so each of them might be the checksum: it has many values.
+    let most = varying.iter().map(|byte| values(&distinct, *byte)).max().unwrap_or(0);
+    varying.sort_by_key(|byte| values(&distinct, *byte) * 2 < most);
     let bytes = || varying.iter().map(|byte| (*byte, field(byte * 8, 8)));
     let fixed = bytes().find_map(|(_, field)| fixed_bytes(&distinct, field));
     fixed
