@@ -158,7 +158,7 @@ const strip = (candidates) => {
       track, element("p", "more", where));
   });
   const marks = [-20, 0, 20, 40, 60, 80, 100].map((metres) => {
-    const mark = element("span", "tick", metres === 0 ? "vehicle" : `${metres} m`);
+    const mark = element("span", [0, 40, 80].includes(metres) ? "tick" : "tick minor", metres === 0 ? "vehicle" : `${metres} m`);
     mark.style.left = `${share(metres) * 100}%`;
     return mark;
   });
@@ -216,7 +216,7 @@ const drawLights = (snapshot) => {
       replace(head, bulbs(light.state));
       const layer = light.layer === "detected" ? ", detected" : "";
       const confidence = light.confidence < 1 ? `, confidence ${light.confidence.toFixed(2)}` : "";
-      setText(text, `${light.id} (${light.groups.join(", ")}): ${light.state || "dark"}${layer}${confidence}`);
+      setText(text, `${light.id} (${light.groups.join(", ")}): ${bulbsText(light.state)}${layer}${confidence}`);
     });
   });
   const controllers = lights.controllers.map((controller) => `${controller.name}: ${controller.phase ?? "no phase yet"}`);
