@@ -109,8 +109,8 @@ def states_are_seen(page):
             blinks = arrow.evaluate("arrow => getComputedStyle(arrow).animationName")
             assert (blinks == "blink") == (state == "on"), (name, side, blinks)
         if name == "invalid":
-            expect(page.locator("#chains")).to_contain_text("3 is not defined", timeout=WAIT_MS)
-            expect(page.locator("#reports")).to_contain_text("no meaning in the profile", timeout=WAIT_MS)
+            expect(page.locator("#chains")).to_contain_text("turn UNDEFINED", timeout=WAIT_MS)
+            expect(page.locator("#reports")).to_contain_text("= 3 is not a defined value", timeout=WAIT_MS)
         if name == "unknown":
             expect(page.locator("#reports")).to_contain_text("stale", timeout=WAIT_MS)
         print(f"seen: {name}", flush=True)

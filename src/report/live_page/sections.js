@@ -34,7 +34,7 @@ const rawCell = (snapshot, report) => {
   const made = element("div", "cell raw", element("h4", "", "Raw"));
   for (const signal of signalsOf(snapshot, report)) {
     const raw = signal.raw === null ? "no value" : String(signal.raw);
-    const meaning = signal.raw === null ? "" : signal.meanings.join(", ") || "no meaning in the profile";
+    const meaning = signal.raw === null ? "" : signal.meanings.join(", ");
     const value = element("p", "value", raw, " ", element("span", "meaning", meaning));
     const age = signal.age_ms === null ? "" : `${ageText(signal.age_ms)} old`;
     made.append(value, element("p", "more", element("code", "", signal.name), age && ` · ${age}`));
@@ -75,7 +75,7 @@ const stepsOf = (snapshot, report) => {
     ["Age", withAge.length ? all(withAge, isFresh) : "error", withAge.length ? withAge.map((signal) =>
       `${ageText(signal.age_ms)}${signal.timeout_ms === null ? "" : ` of ${ageText(signal.timeout_ms)}`}`) : ["no value"]],
     ["Meaning", values.length ? all(values, (signal) => signal.is_defined) : "error",
-      values.length ? values.map((signal) => signal.meanings.join(", ") || `${signal.raw} is not defined`) : ["no value"]],
+      values.length ? values.map((signal) => signal.is_defined ? signal.meanings.join(", ") : `${signal.raw}: ${signal.meanings.join(", ")}`) : ["no value"]],
     ["Report", report.published === null ? "error" : "ok",
       [report.published === null ? `withheld: ${report.withheld}` : `published: ${valueText(report.published)}`]],
   ];
