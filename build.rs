@@ -37,7 +37,8 @@ fn version() -> Result<String, env::VarError> {
         (_, true) => "ROS 2 Humble",
         _ => "without ROS 2",
     };
-    let commit = env::var("SIGNAL_GATEWAY_COMMIT").map(|commit| format!(", commit {commit}")).unwrap_or_default();
+    let commit =
+        env::var("SIGNAL_GATEWAY_COMMIT").map(|commit| format!(", commit {commit}")).unwrap_or_default();
     Ok(format!("{} ({distribution}{commit})", env::var("CARGO_PKG_VERSION")?))
 }
 
