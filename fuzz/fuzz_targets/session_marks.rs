@@ -25,7 +25,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut capture = Capture::default();
     for (index, data) in bytes.chunks(4).enumerate() {
         let id = CanId::Standard(u16::from(data[0] % 3));
-        let Ok(frame) = Frame::classic(id, data) else { return };
+        let Some(frame) = Frame::classic(id, data) else { return };
         capture.add(BusIndex(0), &frame, MonoTime::from_millis(index as u64 * 300));
     }
     let Some(span) = capture.span() else { return };

@@ -162,7 +162,7 @@ fn hazard_certainty(hazard: &Candidate<HazardForm>, is_disputed: bool) -> Certai
 /// True if a candidate shows both sides and the hazard lights, all of them surely.
 fn shows_all(turn: &Candidate<TurnForm>) -> bool {
     let is_sure = |action: &Action| turn_certainty(turn, *action, false) == Certainty::Sure;
-    turn.form.shows_hazard() && Action::ALL.iter().all(is_sure)
+    turn.form.shows_hazard() && !turn.is_suspect() && Action::ALL.iter().all(is_sure)
 }
 
 fn enough(is_weak: bool) -> usize {

@@ -108,7 +108,8 @@ impl<'a> Responding<'a> {
         // Within a byte, or where Motorola or Intel continue in the next one.
         let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
         let is_next = |bit: &u16, other: &u16| {
-            (follows(*bit, *other) || follows(*other, *bit)) && !self.like_checksum.contains(&(other / 8))
+            (follows(*bit, *other) || follows(*other, *bit))
+                && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
         };
         let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
         let is_same = |responses: &Responses| responses.has_shape(self.quiet.timeline, &Action::ALL, shape);
@@ -376,6 +377,9 @@ fn pair(message: &Responding<'_>, bits: [u16; 2], timeline: &Timeline) -> Option
     };
     let lamps = left.shape == Shape::Flashing;
     let mut drawbacks = message.drawbacks(&bits, responses.idle, left.shape);
+    // While one side is on, the other one is at rest.
+    let strange = responses.strange(timeline, &[left_on, right_on]);
+    drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
     drawbacks.extend(lamps.then_some(Drawback::Flashes));
     drawbacks.extend((!shows_hazard).then_some(Drawback::HidesHazard));
     let followed = followed(&typical);
