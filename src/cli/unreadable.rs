@@ -6,7 +6,7 @@ use std::path::Path;
 use super::messages;
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;
-use crate::config::nearest;
+use crate::core::near_miss::nearest;
 use crate::io::can::formats;
 
 /// The length of a file's beginning by which it is recognised, bytes.

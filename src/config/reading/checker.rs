@@ -10,9 +10,9 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::location::{Location, SourceLocation, line};
-use super::near_miss::did_you_mean;
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
+use crate::core::near_miss::did_you_mean;
 
 /// Keywords with the value of each, in the order in which a refusal lists them.
 pub(crate) type Keywords<T> = &'static [(&'static str, T)];

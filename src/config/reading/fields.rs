@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use super::checker::{Checker, LocatedText};
 use super::location::Location;
-use super::near_miss::did_you_mean;
 use super::value::{Entry, Kind, Value};
 use crate::config::ros_names::{is_name, is_topic};
+use crate::core::near_miss::did_you_mean;
 
 /// The longest time limit, an hour in ms.
 pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
