@@ -160,7 +160,7 @@ fn all_problems_of_both_files_come_at_once() {
     let gateway = gateway.replace("= 250", "= 9").replace("signal_gateway", "signal gateway");
     texts.insert("gateway.toml", gateway.replace("\"can0\"", "\"\""));
     let problems = load_texts(&texts).unwrap_err();
-    let keys: Vec<_> = problems.iter().map(|problem| problem.key.as_str()).collect();
+    let keys: Vec<_> = problems.iter().map(|problem| &*problem.key).collect();
     assert_eq!(keys, ["can.body.interface", "diagnostics.period_ms", "ros.node"]);
 
     let profile = texts.text("car.toml").to_owned();
@@ -193,7 +193,7 @@ fn a_file_that_is_not_utf8_is_refused_at_its_first_bad_byte() {
         let problems = load_texts(&texts).unwrap_err();
         assert_eq!(problems.len(), 1);
         assert_eq!(problems[0].file, Path::new(file));
-        assert_eq!((problems[0].position, problems[0].key.as_str()), (Some((1, 6)), key));
+        assert_eq!((problems[0].position, &*problems[0].key), (Some((1, 6)), key));
         assert!(problems[0].to_string().ends_with("this is not UTF-8; save the file as UTF-8"));
     }
 }
