@@ -12,6 +12,7 @@ mod process {
     mod discover_command;
     mod init_command;
     mod lights_command;
+    mod live_page;
     mod log_output;
     mod mcap;
     mod metrics_endpoint;
