@@ -1,7 +1,7 @@
 """The live page in Debian's Chromium: check.py GATEWAY CHROMIUM PICTURES
 
 States of the vehicle as they happen, the loss of the connection, keyboard, accessibility (axe-core), sizes, and what a
-page elsewhere may do. Every wait is for a condition. Exits with 1 after the first that is not met.
+page elsewhere may do; then the report of a recording. Every wait is for a condition. Exits with 1 after the first that is not met.
 """
 
 import json
@@ -183,6 +183,25 @@ def every_look(browser, url, pictures, axe):
     page.close()
 
 
+def report_is_accessible(browser, program, folder, pictures, axe):
+    """The page of `replay --report`, which works from a file."""
+    report = folder / "report.html"
+    command = [program, "replay", "states.log", "--profile", "demo_vehicle", "--report", str(report)]
+    subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    for scheme in ("light", "dark"):
+        for width, height in ((1280, 900), (390, 844)):
+            page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+            page.goto(report.as_uri())
+            page.keyboard.press("n")
+            page.keyboard.press("n")
+            expect(page.locator("#detail")).to_contain_text("Frame that led to it")
+            is_accessible(page, axe, f"report, {scheme}, {width}")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width, f"report is wider than {width}"
+            page.screenshot(path=f"{pictures}/report-{scheme}-{width}.png", full_page=True)
+            page.close()
+    print("axe-core: nothing found in the report of a recording", flush=True)
+
+
 def main(program, chromium, pictures):
     port, axe = free_port(), Axe()
     url = f"http://127.0.0.1:{port}/"
@@ -211,6 +230,7 @@ def main(program, chromium, pictures):
             loss_is_shown_and_mended(page, gateway, axe)
             page.close()
             every_look(browser, url, pictures, axe)
+            report_is_accessible(browser, program, Path(folder), pictures, axe)
         except BaseException:
             print((Path(folder) / "gateway.log").read_text()[-2000:])
             raise

@@ -1,12 +1,15 @@
 //! The live page over HTTP: its headers, its stream, its limits. `tests/live_page` looks at it in a browser.
 
+use std::fs::Permissions;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt as _;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::metrics_endpoint::{Gateway, body};
-use crate::support::process::DEADLINE;
+use super::metrics_endpoint::{Gateway, ask, body, free_address};
+use crate::support::process::{DEADLINE, Process};
 
 /// A stream of events whose answer is not read yet.
 fn open_stream(gateway: &Gateway) -> TcpStream {
@@ -83,6 +86,37 @@ fn one_key_switches_the_page_off_and_metrics_stay() {
     let gateway = Gateway::run("page = false\n");
     for path in ["/", "/events"] {
         assert!(gateway.get(path).unwrap().starts_with("HTTP/1.1 404 "), "{path}");
+    }
+}
+
+#[test]
+fn demo_and_replay_serve_the_page_and_open_it_in_the_browser() {
+    let demo: &[&str] = &["demo", "--no-ros"];
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
+    let replay: &[&str] = &["replay", recording, "--profile", "demo_vehicle"];
+    for command in [demo, replay] {
+        let folder = tempfile::tempdir().unwrap();
+        // A browser of the desktop, as far as it matters here.
+        let (browser, opened) = (folder.path().join("xdg-open"), folder.path().join("opened"));
+        std::fs::write(&browser, format!("#!/bin/sh\necho \"$1\" > {}\n", opened.display())).unwrap();
+        std::fs::set_permissions(&browser, Permissions::from_mode(0o755)).unwrap();
+        let address = free_address();
+        let mut gateway = Process::start(folder.path(), |process| {
+            let path = std::env::var("PATH").unwrap();
+            process.args(command).arg(format!("--web={address}")).arg("--open");
+            process.env("PATH", format!("{}:{path}", folder.path().display()));
+        });
+        let url = format!("http://{address}/");
+        gateway.wait_for_log(&format!("live page: {url}"));
+        let end = Instant::now() + DEADLINE;
+        while !std::fs::read_to_string(&opened).is_ok_and(|opened| opened.trim() == url) {
+            assert!(Instant::now() < end, "{command:?}: not opened");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        // It listens before it is opened.
+        let page = ask(address, &format!("GET / HTTP/1.1\r\nHost: {address}\r\n\r\n")).unwrap();
+        assert!(page.starts_with("HTTP/1.1 200 "), "{page}");
+        gateway.stop("INT");
     }
 }
 

@@ -17,7 +17,7 @@ pub(super) struct Gateway {
 }
 
 /// An address that nobody uses at the moment.
-fn free_address() -> SocketAddr {
+pub(super) fn free_address() -> SocketAddr {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap()
 }
 
@@ -49,7 +49,7 @@ impl Gateway {
     }
 }
 
-fn ask(address: SocketAddr, request: &str) -> Option<String> {
+pub(super) fn ask(address: SocketAddr, request: &str) -> Option<String> {
     let mut stream = TcpStream::connect(address).ok()?;
     stream.set_read_timeout(Some(DEADLINE)).unwrap();
     stream.write_all(request.as_bytes()).ok()?;

@@ -103,7 +103,7 @@ const SHAPES = {
   cross: "✕", unknown: "?",
 };
 const LETTERS = { red: "R", yellow: "Y", green: "G", white: "W", unknown: "?" };
-const bulbsText = (state) => (state || "dark").replaceAll(" solidOn", "").replaceAll("solidOff", "off").replaceAll(" circle", "");
+const bulbsText = (state) => (state || "dark").replaceAll(" solidOn", "").replaceAll("solidOff", "off").replaceAll(" unknown", "").replaceAll(" circle", "");
 const bulbs = (state) => {
   if (!state) return [element("span", "bulb dark", "")];
   return state.split(", ").map((text) => {
