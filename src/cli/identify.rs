@@ -18,7 +18,7 @@ use crate::core::can::link::LinkState;
 use crate::core::near_miss::nearest;
 use crate::daemon;
 use crate::io::can::formats::Content;
-use crate::io::can::interfaces::interfaces;
+use crate::io::can::interfaces::can_interfaces;
 use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
 
@@ -127,12 +127,14 @@ pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Fa
 fn unusable_text(interface: &str, state: LinkState) -> String {
     match state {
         LinkState::Missing => {
-            let names = interfaces();
+            let names = can_interfaces();
             let near = nearest(interface, names.iter().map(String::as_str));
             let advice = match (near, names.as_slice()) {
                 (Some(near), _) => format!("did you mean {near}?"),
-                (None, []) => "`ip link` lists the interfaces".to_owned(),
-                (None, names) => format!("there is {}", names.join(", ")),
+                (None, []) => {
+                    "there is no CAN interface at all: plug in the adapter, or make a virtual one".to_owned()
+                }
+                (None, names) => format!("of CAN there is {}", names.join(", ")),
             };
             format!("{interface}: there is no such interface; {advice}")
         }

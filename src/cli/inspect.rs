@@ -9,6 +9,7 @@ use clap::Args;
 use super::arguments::{ConfigArgs, RecordingArgs, Shown, open, recording, settings};
 use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
+use super::unreadable::expect_recording;
 use super::{Failure, messages};
 use crate::check;
 use crate::check::Report;
@@ -20,7 +21,6 @@ use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
 use crate::io::process_log::LogForm;
-use crate::io::standard_input;
 use crate::replay::Replay;
 
 pub(super) const CHECK_HELP: &str = "\
@@ -79,9 +79,8 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 
 fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let recorded = &args.recording;
-    if let Some(path) = recorded.log.as_deref().filter(|path| !standard_input::is_named(path)) {
-        // Before the configuration is looked at.
-        std::fs::metadata(path).map_err(Failure::file(path))?;
+    if let Some(path) = recorded.log.as_deref().filter(|path| !is_map(path)) {
+        expect_recording(path)?;
     }
     if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
         let _progress = Progress::spinner("reading the map");
@@ -155,6 +154,7 @@ pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
+    args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;
     let settings = settings(&args.recording.config)?;
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {

@@ -96,7 +96,10 @@ mod tests {
         assert_eq!(did_you_mean("nod", known, "see the list"), "did you mean node?");
         assert_eq!(did_you_mean("x", known, "see the list"), "see the list");
         assert_eq!(nearest(&"left".repeat(100), known), None);
-        assert_eq!([mistyped("timeout", known), mistyped("timout_ms", known)], [None, Some("timeout_ms")]);
+        assert_eq!(
+            [mistyped("interface_name", known), mistyped("timout_ms", known)],
+            [None, Some("timeout_ms")]
+        );
     }
 
     #[test]

@@ -34,7 +34,14 @@ impl<'c> Fields<'c> {
     pub(crate) fn of(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let fields = Self::of_table(checker, value);
         if fields.is_none() {
-            checker.refuse_kind(value, "a table");
+            let key = value.location.key.to_string();
+            // A table in a list has no header of its own.
+            if key.is_empty() || key.contains('[') {
+                checker.refuse_kind(value, "a table");
+            } else {
+                let reason = format!("expected a table, found {}", value.described());
+                checker.refuse(&value.location, reason, &format!("write [{key}] and its keys below it"));
+            }
         }
         fields
     }

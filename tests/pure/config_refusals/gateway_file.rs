@@ -21,7 +21,7 @@ fn broken_gateway_files_are_refused_where_they_break() {
 > gateway.toml:9:2: rosa: unknown key "rosa"; did you mean ros?
 - interface = "can0"
 + interface = 0
-> gateway.toml:3:13: can.body.interface: expected a text in quotes, found 0; see config/gateway.toml
+> gateway.toml:3:13: can.body.interface: expected a text in quotes, found 0; write "0"
 - interface = "can0"
 > gateway.toml:2:1: can.body: missing key: interface; see config/gateway.toml
 - profile = "car.toml"
