@@ -76,7 +76,7 @@ fn broken_rates_names_and_recordings_are_refused() {
 > gateway.toml:5:11: reports.rate_hz: 1000.1 Hz is out of range; give 0.1 to 1000 Hz
 - publish = "periodic"
 + rate_hz = "10"
-> gateway.toml:5:11: reports.rate_hz: expected a number, found the text "10"; give 0.1 to 1000 Hz
+> gateway.toml:5:11: reports.rate_hz: expected a number, found the text "10"; write 10 without quotes
 - publish = "periodic"
 + durability = "forever"
 > gateway.toml:5:14: reports.durability: unknown value "forever"; give one of transient_local, volatile
