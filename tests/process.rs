@@ -5,16 +5,19 @@
 mod support;
 
 mod process {
+    mod check_fix;
     mod cli;
     mod daemon_process;
     mod decide_command;
     mod discover_command;
+    mod init_command;
     mod lights_command;
     mod live_page;
     mod log_output;
     mod mcap;
     mod metrics_endpoint;
     mod mistakes;
+    mod on_terminal;
     mod pictures;
     mod refusals;
     mod status_command;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::report::Fix;
+use super::patch::{Fix, timeout};
 use crate::core::plausibility::evidence::ProfileEvidence;
 use crate::core::plausibility::finding::{Coverage, FindingKind, Source};
 use crate::core::plausibility::states::Implausible;
@@ -84,17 +84,12 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
 
 /// The lines that mend what a finding is about; `None` when the recording does not tell.
 pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<Fix> {
-    let section = |message: usize| format!("message.{}", evidence.messages[message].bound.name);
+    let fix = |message: usize, line| Fix::new(&evidence.messages[message].bound.name, line);
     match finding {
         FindingKind::UnusedCounter { message, signal, max_step, .. } => {
-            let line = format!("counter = {{ signal = {signal:?}, max_step = {max_step} }}");
-            Some(Fix { section: section(*message), line })
+            fix(*message, format!("counter = {{ signal = {signal:?}, max_step = {max_step} }}"))
         }
-        FindingKind::TooSlow { message, median } => {
-            // As the default from the DBC: five periods.
-            let timeout = (median.as_millis() * 5).max(200).div_ceil(50) * 50;
-            Some(Fix { section: section(*message), line: format!("timeout_ms = {timeout}") })
-        }
+        FindingKind::TooSlow { message, median } => fix(*message, timeout(*median)?),
         FindingKind::UnusedChecksum { message, signal, found, .. } => {
             let parameter = |(key, value): &(&str, Parameter)| match value {
                 Parameter::Number(number) => format!(", {key} = 0x{number:X}"),
@@ -103,8 +98,10 @@ pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<F
                 Parameter::Bytes(bytes) => format!(", {key} = {bytes:?}"),
             };
             let parameters: String = found.parameters.iter().map(parameter).collect();
-            let line = format!("checksum = {{ kind = {:?}, signal = {signal:?}{parameters} }}", found.kind);
-            Some(Fix { section: section(*message), line })
+            fix(
+                *message,
+                format!("checksum = {{ kind = {:?}, signal = {signal:?}{parameters} }}", found.kind),
+            )
         }
         FindingKind::NoMessage
         | FindingKind::WrongLength { .. }

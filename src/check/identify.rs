@@ -122,7 +122,7 @@ impl Identifier {
     /// holds, or a side that was on.
     pub fn is_sure(&self) -> bool {
         let candidates = self.candidates();
-        let mut fitting = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::Fits);
+        let mut fitting = candidates.iter().filter(|candidate| candidate.fits());
         let (Some(first), None) = (fitting.next(), fitting.next()) else { return false };
         let is_strong = |support: &Support| {
             matches!(support, Support::Integrity { frames: MIN_PROOF.., .. } | Support::Sides { .. })
@@ -173,6 +173,20 @@ impl Identifier {
             .collect();
         candidates.sort_by_key(|candidate| std::cmp::Reverse((candidate.fit.verdict, candidate.fit.score)));
         candidates
+    }
+
+    /// The candidates that nothing contradicts, the best first.
+    pub fn possible(&self) -> Vec<Candidate<'_>> {
+        let mut candidates = self.candidates();
+        candidates.retain(|candidate| candidate.fit.verdict > Verdict::No);
+        candidates
+    }
+}
+
+impl Candidate<'_> {
+    /// True if a rhythm, a rule or a behaviour of the profile holds.
+    pub fn fits(&self) -> bool {
+        self.fit.verdict == Verdict::Fits
     }
 }
 

@@ -6,14 +6,16 @@ use serde_json::{Value, json};
 
 use super::finding_text::finding_text;
 use super::identify::{Candidate, Identifier};
+use super::report::{RESET, color};
+use crate::core::plausibility::finding::Severity;
 use crate::core::plausibility::fit::{Support, Verdict};
-use crate::report::text::{counted, escaped};
+use crate::report::text::{Layout, counted, escaped, wrapped};
 
 /// The number of candidates that are listed.
 const LISTED: usize = 3;
 
 /// The best candidates with what speaks for and against them; every one with `all`.
-pub fn text(identifier: &Identifier, all: bool) -> String {
+pub fn text(identifier: &Identifier, all: bool, layout: Layout) -> String {
     let candidates = identifier.candidates();
     let mut text = String::new();
     let interfaces: Vec<_> = identifier.interfaces().map(escaped).collect();
@@ -25,11 +27,11 @@ pub fn text(identifier: &Identifier, all: bool) -> String {
         interfaces.join(", "),
         identifier.profiles()
     );
-    let fitting = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::Fits).count();
+    let fitting = candidates.iter().filter(|candidate| candidate.fits()).count();
     let listed = if all { candidates.len() } else { LISTED.max(fitting.min(2 * LISTED)) };
     let is_listed = |candidate: &&Candidate<'_>| all || candidate.fit.verdict > Verdict::No;
     for candidate in candidates.iter().filter(is_listed).take(listed) {
-        add(&mut text, candidate);
+        add(&mut text, candidate, layout);
     }
     let refuted = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::No).count();
     let hidden = candidates.len().saturating_sub(if all {
@@ -37,57 +39,62 @@ pub fn text(identifier: &Identifier, all: bool) -> String {
     } else {
         listed.min(candidates.len() - refuted)
     });
-    text.push('\n');
-    text.push_str(&conclusion(&candidates));
+    let mut end = vec![conclusion(&candidates)];
     if hidden > 0 && !all {
-        let _ = writeln!(
-            text,
-            "{} with a message under a known identifier, but worse: --all lists them",
-            counted(hidden as u64, "more profile")
-        );
+        let more = counted(hidden as u64, "more profile");
+        end.push(format!("{more} with a message under a known identifier, but worse: --all lists them"));
     }
+    for line in end.iter().flat_map(|line| wrapped(line, layout.width, 0)) {
+        let _ = write!(text, "\n{line}");
+    }
+    text.push('\n');
     text
 }
 
 fn conclusion(candidates: &[Candidate<'_>]) -> String {
     match candidates {
-        [first, rest @ ..] if first.fit.verdict == Verdict::Fits => {
-            let rivals = rest
-                .iter()
-                .filter(|other| other.fit.verdict == Verdict::Fits && other.fit.score == first.fit.score);
+        [first, rest @ ..] if first.fits() => {
+            let rivals = rest.iter().filter(|other| other.fits() && other.fit.score == first.fit.score);
             let names: Vec<_> = rivals.map(|rival| rival.profile).collect();
             let also =
                 if names.is_empty() { String::new() } else { format!(" (as well as {})", names.join(", ")) };
-            format!("{} fits{also}: signal-gateway check LOG --profile {}\n", first.profile, first.profile)
+            format!("{} fits{also}: signal-gateway check LOG --profile {}", first.profile, first.profile)
         }
         [first, ..] if first.fit.verdict == Verdict::Possible => {
-            "none: no profile is more than possible. Record left, right and hazard, and try again.\n"
-                .to_owned()
+            "none: no profile is more than possible. Record left, right and hazard, and try again.".to_owned()
         }
-        _ => "none: no profile fits.\n".to_owned(),
+        _ => "none: no profile fits.".to_owned(),
     }
 }
 
-fn add(text: &mut String, candidate: &Candidate<'_>) {
-    let verdict = match candidate.fit.verdict {
-        Verdict::Fits => "fits",
-        Verdict::Possible => "possible",
-        Verdict::No => "no",
+/// The column of texts beside the verdict, characters.
+const COLUMN: usize = 10;
+
+fn add(text: &mut String, candidate: &Candidate<'_>, layout: Layout) {
+    let (verdict, weight) = match candidate.fit.verdict {
+        Verdict::Fits => ("fits", Severity::Note),
+        Verdict::Possible => ("possible", Severity::Warning),
+        Verdict::No => ("no", Severity::Error),
+    };
+    let (start, end) = if layout.has_color { (color(weight), RESET) } else { ("", "") };
+    let lines = |body: &str, column: usize| {
+        let width = layout.width.map(|width| width.saturating_sub(column));
+        wrapped(body, width, 0).join(&format!("\n{:column$}", ""))
     };
     let (received, all) = candidate.fit.received;
-    let _ = writeln!(
-        text,
-        "\n{verdict:<9} {} ({}) on {}: {received} of {}",
+    let title = format!(
+        "{} ({}) on {}: {received} of {}",
         candidate.profile,
         escaped(candidate.vehicle),
         escaped(candidate.interface),
         counted(all as u64, "message")
     );
-    for support in &candidate.fit.support {
-        let _ = writeln!(text, "          + {}", support_text(candidate, support));
-    }
-    for finding in &candidate.fit.against {
-        let _ = writeln!(text, "          - {}", finding_text(candidate.evidence, &finding.kind));
+    let _ = writeln!(text, "\n{start}{verdict:<COLUMN$}{end}{}", lines(&title, COLUMN));
+    let signed = candidate.fit.support.iter().map(|support| ("+", support_text(candidate, support)));
+    let against = candidate.fit.against.iter();
+    let against = against.map(|finding| ("-", finding_text(candidate.evidence, &finding.kind)));
+    for (sign, body) in signed.chain(against) {
+        let _ = writeln!(text, "{:COLUMN$}{sign} {}", "", lines(&body, COLUMN + 2));
     }
 }
 

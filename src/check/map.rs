@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Report;
 use crate::config::files::Files;
-use crate::config::read_lane_network;
+use crate::config::{Problem, read_lane_network};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::tag_check::{MapFlaw, check_tags};
 use crate::core::plausibility::finding::Severity;
@@ -14,8 +14,8 @@ use crate::report::text::counted;
 /// Checks a map by itself, for the decider's default behaviour.
 ///
 /// # Errors
-/// The reason as text for which the map cannot be read.
-pub fn map(files: &dyn Files, path: &Path) -> Result<Report, String> {
+/// The problem for which the map cannot be read.
+pub fn map(files: &dyn Files, path: &Path) -> Result<Report, Problem> {
     let road = read_lane_network(files, path)?;
     let mut report = Report::default();
     report.line("map", &summary(&path.display().to_string(), &road));

@@ -7,6 +7,7 @@ pub mod identify;
 pub mod identify_text;
 mod map;
 mod names;
+pub mod patch;
 mod report;
 mod survey;
 pub mod timeline;
@@ -27,7 +28,7 @@ use crate::core::vehicle_lights::role_texts::roles;
 pub use crate::report::text::Layout;
 use crate::report::text::{counted, plain_path};
 pub use map::map;
-pub use report::{Fix, Report, ReportedFinding};
+pub use report::{Report, ReportedFinding};
 pub use survey::{bad_lines_text, recording};
 
 /// Lists the bindings of a configuration, and what was rejected of its DBCs.

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::patch::Fix;
 use crate::core::plausibility::finding::Severity;
 use crate::report::text::{Layout, counted, escaped, wrapped};
 
@@ -28,15 +29,6 @@ pub struct ReportedFinding {
     pub text: String,
     /// Lines for the vehicle profile that mend it.
     pub fix: Option<Fix>,
-}
-
-/// Lines for one section of a vehicle profile.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fix {
-    /// The section, without brackets.
-    pub section: String,
-    /// Its new key with the value.
-    pub line: String,
 }
 
 /// The widest heading that still has its text beside it, characters.
@@ -94,6 +86,10 @@ impl Report {
         text.push('\n');
         text.push_str(&self.summary());
         text.push('\n');
+        let fixes = self.fixes().len() as u64;
+        if fixes > 0 {
+            text.push_str(&format!("--fix prints {} for the profile\n", counted(fixes, "line")));
+        }
         text
     }
 
@@ -107,7 +103,7 @@ impl Report {
     /// One JSON object for programs.
     pub fn json(&self) -> String {
         let finding = |finding: &ReportedFinding| {
-            let fix = finding.fix.as_ref().map(|fix| json!({ "section": fix.section, "line": fix.line }));
+            let fix = finding.fix.as_ref().map(|fix| json!({ "section": fix.section(), "line": fix.line }));
             json!({ "severity": name(finding.severity), "text": finding.text, "fix": fix })
         };
         let facts: Vec<_> =
@@ -124,17 +120,9 @@ impl Report {
         format!("{whole}\n")
     }
 
-    /// The lines that mend the profile, as TOML; empty when none are known.
-    pub fn patch(&self) -> String {
-        let mut sections: Vec<(&str, Vec<&str>)> = Vec::new();
-        for fix in self.findings.iter().filter_map(|finding| finding.fix.as_ref()) {
-            match sections.iter_mut().find(|(section, _)| *section == fix.section) {
-                Some((_, lines)) => lines.push(&fix.line),
-                None => sections.push((&fix.section, vec![&fix.line])),
-            }
-        }
-        let section = |(section, lines): &(&str, Vec<&str>)| format!("[{section}]\n{}\n", lines.join("\n"));
-        sections.iter().map(section).collect::<Vec<_>>().join("\n")
+    /// What mends the profile as far as it is known.
+    pub fn fixes(&self) -> Vec<&Fix> {
+        self.findings.iter().filter_map(|finding| finding.fix.as_ref()).collect()
     }
 }
 
@@ -147,7 +135,7 @@ fn name(severity: Severity) -> &'static str {
 }
 
 /// The start of the colour of a severity, as compilers and clap have it.
-fn color(severity: Severity) -> &'static str {
+pub(super) fn color(severity: Severity) -> &'static str {
     match severity {
         Severity::Note => "\u{1b}[1m\u{1b}[32m",
         Severity::Warning => "\u{1b}[1m\u{1b}[33m",
@@ -155,7 +143,7 @@ fn color(severity: Severity) -> &'static str {
     }
 }
 
-const RESET: &str = "\u{1b}[0m";
+pub(super) const RESET: &str = "\u{1b}[0m";
 
 /// Adds a heading and a text in its column, wrapped between words.
 fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout) {
@@ -165,7 +153,14 @@ fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout
     text.push_str(&format!("{color}{heading}{reset}{padding}"));
     // A heading that reaches into the column shortens its first line.
     let used = heading.chars().count().saturating_sub(MAX_HEADING);
-    let lines = wrapped(body, layout.width.map(|width| width.saturating_sub(indent.len())), used);
+    let width = layout.width.map(|width| width.saturating_sub(indent.len()));
+    let is_too_wide = width.is_some_and(|width| used + body.chars().count() > width);
+    // Of columns that do not fit, the first one has a line of its own.
+    let (first, others) = body.split_once("  ").filter(|_| is_too_wide).unwrap_or((body, ""));
+    let mut lines = wrapped(first, width, used);
+    if !others.is_empty() {
+        lines.extend(wrapped(&format!("  {}", others.trim_start()), width, 0));
+    }
     text.push_str(&lines.join(&format!("\n{indent}")));
     text.push('\n');
 }
@@ -178,16 +173,20 @@ mod tests {
         let mut report = Report::default();
         report.line("vehicle", "Car\u{1b}");
         report.find(Severity::Note, "right was never seen: record it");
-        let fix = Fix { section: "message.A".into(), line: "timeout_ms = 500".into() };
-        report.find_with(Severity::Warning, "A: usually every 100 ms", Some(fix));
+        let fix = Fix::new("A", "timeout_ms = 500".to_owned());
+        report.find_with(Severity::Warning, "A: usually every 100 ms", fix);
         report
     }
 
     #[test]
     fn the_heaviest_finding_comes_first_and_lines_wrap_in_their_column() {
         let expected = "vehicle    Car\\u{1b}\n\nwarning    A: usually every 100 ms\nnote       right was never seen: \
-                        record it\n\n0 errors, 1 warning, 1 note\n";
+                        record it\n\n0 errors, 1 warning, 1 note\n--fix prints 1 line for the profile\n";
         assert_eq!(report().text(Layout::default()), expected);
+        let mut columns = Report::default();
+        columns.line("value", "SIGNAL = 1 \"Left\"      turn left   3 times, first at 0.500 s");
+        let expected = "value      SIGNAL = 1 \"Left\"\n             turn left   3 times, first at 0.500 s\n";
+        assert!(columns.text(Layout { has_color: false, width: Some(60) }).starts_with(expected));
         let narrow = report().text(Layout { has_color: true, width: Some(40) });
         let expected = "\u{1b}[1m\u{1b}[32mnote\u{1b}[0m       right was never seen: record\n           it\n";
         assert!(narrow.contains(expected), "{narrow:?}");
@@ -198,6 +197,6 @@ mod tests {
         let value: Value = serde_json::from_str(&report().json()).unwrap();
         assert_eq!((&value["warnings"], &value["errors"]), (&json!(1), &json!(0)));
         assert_eq!(value["findings"][0]["fix"]["line"], "timeout_ms = 500");
-        assert_eq!(report().patch(), "[message.A]\ntimeout_ms = 500\n");
+        assert_eq!(report().fixes().len(), 1);
     }
 }

@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 
 use super::Failure;
 use super::progress::Progress;
+use super::unreadable::with_neighbours;
 use crate::check;
 use crate::config::files::Disk;
 use crate::config::ros_names::RosOverrides;
@@ -91,10 +92,12 @@ pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<
     let config = args.config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
     let settings = match &args.profile {
         Some(profile) if config == Path::new(DEFAULT_CONFIG) && !config.exists() => {
-            load_profile_for_node(&Disk, profile, ros)?
+            load_profile_for_node(&Disk, profile, ros)
         }
-        profile => load(&Disk, config, &Overrides { profile: profile.clone(), ros: ros.clone() })?,
+        profile => load(&Disk, config, &Overrides { profile: profile.clone(), ros: ros.clone() }),
     };
+    let is_given = args.config.is_some() || args.profile.is_some();
+    let settings = settings.map_err(|refused| if is_given { with_neighbours(refused) } else { refused })?;
     for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
         let path = plain_path(&dbc.path);
         let rejected = counted(dbc.database.rejected().try_into().unwrap_or(u64::MAX), "statement");
@@ -179,7 +182,10 @@ pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(Pa
         let names = settings.gateway.buses.iter().map(|known| known.name.as_str());
         let Some((index, _)) = (0..=u8::MAX).zip(names.clone()).find(|(_, name)| name == bus) else {
             let known = names.collect::<Vec<_>>().join(", ");
-            return Err(Failure::Usage(format!("--map: the profile has no bus {bus}; it has {known}")));
+            let text = format!(
+                "--map {interface}={bus}: the profile has no bus {bus}; write INTERFACE=BUS, it has {known}"
+            );
+            return Err(Failure::Usage(text));
         };
         routes.0.push((interface.clone(), BusIndex(index)));
     }

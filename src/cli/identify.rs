@@ -13,12 +13,12 @@ use super::progress::Progress;
 use super::{Failure, messages};
 use crate::check::identify::Identifier;
 use crate::check::identify_text;
-use crate::config::nearest;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
+use crate::core::near_miss::nearest;
 use crate::daemon;
 use crate::io::can::formats::Content;
-use crate::io::can::interfaces::interfaces;
+use crate::io::can::interfaces::can_interfaces;
 use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
 
@@ -57,14 +57,18 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
         (None, log) => read(log.as_deref().unwrap_or(Path::new("-")))?,
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let text =
-        if args.json { identify_text::json(&identifier) } else { identify_text::text(&identifier, args.all) };
+    let text = if args.json {
+        identify_text::json(&identifier)
+    } else {
+        identify_text::text(&identifier, args.all, messages::layout(&io::stdout()))
+    };
     out.write_all(text.as_bytes())?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn read(path: &Path) -> Result<Identifier, Failure> {
+/// The evidence of a recording.
+pub(super) fn read(path: &Path) -> Result<Identifier, Failure> {
     let unreadable = Failure::file(path);
     let mut log = open(path, Shown::Always)?;
     let mut identifier = Identifier::new()?;
@@ -83,7 +87,8 @@ fn read(path: &Path) -> Result<Identifier, Failure> {
 const SHORTEST: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_secs(1);
 
-fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
+/// The evidence of what is received on an interface within `length`.
+pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
     let mut identifier = Identifier::new()?;
     let form = "{spinner} {msg} [{wide_bar}] {eta} left";
     let millis = u64::try_from(length.as_millis()).unwrap_or(u64::MAX);
@@ -122,12 +127,14 @@ fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
 fn unusable_text(interface: &str, state: LinkState) -> String {
     match state {
         LinkState::Missing => {
-            let names = interfaces();
+            let names = can_interfaces();
             let near = nearest(interface, names.iter().map(String::as_str));
             let advice = match (near, names.as_slice()) {
                 (Some(near), _) => format!("did you mean {near}?"),
-                (None, []) => "`ip link` lists the interfaces".to_owned(),
-                (None, names) => format!("there is {}", names.join(", ")),
+                (None, []) => {
+                    "there is no CAN interface at all: plug in the adapter, or make a virtual one".to_owned()
+                }
+                (None, names) => format!("of CAN there is {}", names.join(", ")),
             };
             format!("{interface}: there is no such interface; {advice}")
         }

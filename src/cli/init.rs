@@ -1,18 +1,21 @@
 //! `init`: a new configuration.
 
-use std::io::{self, BufRead as _, IsTerminal, Write};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Args;
 
 use super::discover::{self, DiscoverArgs};
-use super::{Failure, messages};
-use crate::config::built_in::BuiltIn;
+use super::questions::ask;
+use super::{Failure, identify, messages, profiles};
+use crate::check::identify::Candidate;
+use crate::check::identify_text;
 use crate::config::draft::{BusInterface, gateway_toml};
 use crate::config::files::Disk;
-use crate::config::load_profile;
-use crate::io::can::interfaces::can_interfaces;
+use crate::config::{Settings, interface_name, load_profile};
+use crate::io::can::interfaces::{can_interfaces, interfaces};
 use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
 
@@ -20,18 +23,20 @@ pub(super) const HELP: &str = "\
 Examples:
   signal-gateway init
   signal-gateway init --interface can0 --profile hyundai_kia
+  signal-gateway init --interface can0 --profile identify
   signal-gateway init --interface can0 --profile discover
   signal-gateway init -i body=can0 -i chassis=can1 -p my_car.toml -o new.toml
 
-On a terminal it asks for what is not given. A profile is a name of `signal-gateway profiles list`, a
-file, or `discover` for a car that nobody knows.";
+It asks for what is not given; answers can come through a pipe as well. A profile is a name of
+`signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a recording, or
+`discover` for a car that nobody knows.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
     /// Interface of the vehicle's only bus, or of BUS in the profile; repeatable
     #[arg(short, long, value_name = "[BUS=]INTERFACE")]
     interface: Vec<String>,
-    /// Vehicle profile: its name, a file, or `discover`
+    /// Vehicle profile: its name, a file, `identify` or `discover`
     #[arg(short, long, value_name = "PROFILE")]
     profile: Option<String>,
     /// The new configuration
@@ -42,52 +47,65 @@ pub(super) struct InitArgs {
     force: bool,
 }
 
-/// The word for a vehicle without a profile.
+/// Words in the place of a profile.
+const IDENTIFY: &str = "identify";
 const DISCOVER: &str = "discover";
+const LIST: &str = "list";
+/// The word in the place of a recording.
+const LISTEN: &str = "listen";
+/// Longest time to listen.
+const LISTENING: Duration = Duration::from_secs(30);
+/// The number of candidates that are proposed.
+const PROPOSED: usize = 3;
+/// The number of times that profiles are listed or sought before one is chosen.
+const MAX_ROUNDS: usize = 10;
+
+/// Name of a profile that may be meant by its number, and of its vehicle.
+type Proposal = (&'static str, String);
+
+/// An answer to the question for the vehicle.
+enum Vehicle {
+    /// A profile, as it was named.
+    Profile(String, Box<Settings>),
+    /// The profiles that fit are sought.
+    Identify,
+    /// The profile is made of what the driver does.
+    Discover,
+    /// The profiles in the binary are listed.
+    List,
+}
 
 pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
-    if args.output.exists() && !args.force {
-        return Err(Failure::Usage(format!(
-            "{} exists, and nothing is overwritten unasked: give another --output, or --force",
-            args.output.display()
-        )));
-    }
-    let mut interfaces = args.interface.clone();
-    if interfaces.is_empty() {
-        let found = can_interfaces();
-        let default = found.first().map_or("can0", String::as_str);
-        let listed = if found.is_empty() { "none is here now".to_owned() } else { found.join(", ") };
-        let question = format!("CAN interface ({listed})");
-        interfaces.push(ask(&question, default, "--interface")?);
-    }
-    let profile = match &args.profile {
-        Some(profile) => profile.clone(),
-        None => {
-            let names: Vec<_> = BuiltIn::Profile.names().collect();
-            let known = names.join(", ");
-            let question =
-                format!("Known vehicles: {known}\nVehicle: one of them, a profile file, or discover");
-            ask(&question, DISCOVER, "--profile")?
-        }
+    let overwrite = args.force || args.output.exists() && is_overwriting_allowed(&args.output)?;
+    let interfaces = if args.interface.is_empty() {
+        vec![ask_interface("CAN interface", None)?]
+    } else {
+        args.interface.iter().map(|given| usable(given)).collect::<Result<_, _>>()?
     };
-    if profile == DISCOVER {
+    let Some((profile, settings)) = profile(args.profile.as_deref(), &interfaces[0])? else {
         let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| PathBuf::from("new_car"), Path::to_owned);
         let [interface] = interfaces.as_slice() else {
             return Err(Failure::Usage("one interface is discovered at a time: give one".to_owned()));
         };
         return discover::discover(&DiscoverArgs::live(interface.clone(), folder, args.force));
-    }
-    let settings = load_profile(&Disk, Path::new(&profile))?;
-    let names: Vec<_> = settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect();
-    let buses = assigned(&names, &interfaces)?;
-    // A file is found from the configuration's folder as well.
-    let is_file = Path::new(&profile).exists();
-    let named = if is_file { std::path::absolute(&profile)?.display().to_string() } else { profile };
-    write_new(&args.output, &gateway_toml(&named, &buses), args.force)
-        .map_err(Failure::file(&args.output))?;
+    };
+    let buses = settings.gateway.buses.iter().map(|bus| bus.name.as_str()).collect::<Vec<_>>();
+    let buses = match buses.as_slice() {
+        [_, _, ..] if args.interface.is_empty() => {
+            let of_bus = |bus: &&str| {
+                let interface = ask_interface(&format!("Interface of the bus {bus}"), Some(&interfaces[0]))?;
+                Ok(BusInterface { bus: (*bus).to_owned(), interface })
+            };
+            buses.iter().map(of_bus).collect::<Result<_, Failure>>()?
+        }
+        buses => assigned(buses, &interfaces)?,
+    };
+    let text = gateway_toml(&named(&profile, &args.output)?, &buses);
+    write_new(&args.output, &text, overwrite).map_err(Failure::file(&args.output))?;
     let path = args.output.display();
+    let interfaces: Vec<_> = buses.iter().map(|bus| bus.interface.as_str()).collect();
     let mut out = io::stdout().lock();
     writeln!(out, "{path}: {}, on {}", settings.vehicle, interfaces.join(", "))?;
     writeln!(
@@ -97,14 +115,124 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Asks whether a file that exists may be overwritten.
+///
+/// # Errors
+/// It may not.
+fn is_overwriting_allowed(output: &Path) -> Result<bool, Failure> {
+    let output = output.display();
+    let question = format!("{output} exists. Overwrite it? yes or no");
+    let take = |answer: &str| match answer {
+        "yes" | "y" => Ok(true),
+        "no" | "n" => Ok(false),
+        _ => Err(Failure::Usage(format!("expected yes or no, found {answer:?}"))),
+    };
+    if ask(&question, "no", "another --output, or --force", take)? {
+        return Ok(true);
+    }
+    Err(Failure::Usage(format!("{output} is left as it is; give another --output")))
+}
+
+/// Asks for an interface; without a default the first one of the machine is proposed.
+fn ask_interface(question: &str, default: Option<&str>) -> Result<String, Failure> {
+    let found = can_interfaces();
+    let default = default.or(found.first().map(String::as_str)).unwrap_or("can0");
+    let listed = if found.is_empty() { "none is here now".to_owned() } else { found.join(", ") };
+    ask(&format!("{question} ({listed})"), default, "--interface", usable)
+}
+
+/// `[BUS=]INTERFACE`, if its interface can be one of CAN; one that is not here may be on another machine.
+fn usable(given: &str) -> Result<String, Failure> {
+    let interface = interface_of(given);
+    interface_name(interface).map_err(|(reason, remedy)| Failure::Usage(format!("{reason}; {remedy}")))?;
+    let is_here = interfaces().iter().any(|known| known == interface);
+    if is_here && !can_interfaces().iter().any(|known| known == interface) {
+        return Err(Failure::Usage(format!("{interface} is not a CAN interface")));
+    }
+    if !is_here {
+        messages::note(&format!("there is no interface {interface} on this machine now"));
+    }
+    Ok(given.to_owned())
+}
+
+fn interface_of(given: &str) -> &str {
+    given.split_once('=').map_or(given, |(_, interface)| interface)
+}
+
+/// The profile as it was named, with its settings; `None` when the vehicle is to be discovered.
+fn profile(given: Option<&str>, interface: &str) -> Result<Option<(String, Settings)>, Failure> {
+    let mut vehicle = match given {
+        Some(given) => vehicle(given, &[])?,
+        None => ask_vehicle(&[], IDENTIFY)?,
+    };
+    for _ in 0..MAX_ROUNDS {
+        vehicle = match vehicle {
+            Vehicle::Profile(named, settings) => return Ok(Some((named, *settings))),
+            Vehicle::Discover => return Ok(None),
+            Vehicle::List => {
+                profiles::list(&mut io::stdout().lock())?;
+                ask_vehicle(&[], IDENTIFY)?
+            }
+            Vehicle::Identify => {
+                let (found, is_first_fitting) = identified(interface_of(interface))?;
+                let default = found.first().filter(|_| is_first_fitting).map_or(DISCOVER, |(name, _)| name);
+                ask_vehicle(&found, default)?
+            }
+        };
+    }
+    Err(Failure::Usage("no vehicle was chosen; give --profile".to_owned()))
+}
+
+/// Asks for the vehicle; `found` are the profiles that may be meant by a number.
+fn ask_vehicle(found: &[Proposal], default: &str) -> Result<Vehicle, Failure> {
+    let mut menu = String::new();
+    for (number, (name, vehicle)) in (1..).zip(found) {
+        menu += &format!("  {number:<9} {name}, {vehicle}\n");
+    }
+    menu += "  NAME      a profile by its name, or a profile file\n  \
+             list      show the names\n  \
+             identify  find the profiles that fit the bus or a recording\n  \
+             discover  find the indicators of a car that nobody knows\n";
+    write!(io::stdout().lock(), "\n{menu}")?;
+    ask("Vehicle", default, "--profile", |answer| vehicle(answer, found))
+}
+
+fn vehicle(given: &str, found: &[Proposal]) -> Result<Vehicle, Failure> {
+    let number = given.parse::<usize>().ok().and_then(|number| found.get(number.checked_sub(1)?));
+    let given = number.map_or(given, |(name, _)| name);
+    Ok(match given {
+        IDENTIFY => Vehicle::Identify,
+        DISCOVER => Vehicle::Discover,
+        LIST => Vehicle::List,
+        _ => Vehicle::Profile(given.to_owned(), Box::new(load_profile(&Disk, Path::new(given))?)),
+    })
+}
+
+/// Shows the profiles that fit a recording or what is received, with the evidence; gives names and vehicles of the best, and
+/// whether the first fits.
+fn identified(interface: &str) -> Result<(Vec<Proposal>, bool), Failure> {
+    let seconds = LISTENING.as_secs();
+    let question = format!("A recording of the vehicle, or listen to {interface} for {seconds} s");
+    let identifier = ask(&question, LISTEN, "--profile with the name of a profile", |answer| match answer {
+        LISTEN => identify::listen(interface, LISTENING),
+        file => identify::read(Path::new(file)),
+    })?;
+    let layout = messages::layout(&io::stdout());
+    write!(io::stdout().lock(), "\n{}", identify_text::text(&identifier, false, layout))?;
+    let found = identifier.possible();
+    let proposed = found.iter().take(PROPOSED);
+    let named = proposed.map(|candidate| (candidate.profile, candidate.vehicle.to_owned())).collect();
+    Ok((named, found.first().is_some_and(Candidate::fits)))
+}
+
 /// The interface of each bus.
-fn assigned(buses: &[String], interfaces: &[String]) -> Result<Vec<BusInterface>, Failure> {
+fn assigned(buses: &[&str], interfaces: &[String]) -> Result<Vec<BusInterface>, Failure> {
     let known = buses.join(", ");
     let mut assigned: Vec<BusInterface> = Vec::new();
     for given in interfaces {
         let (bus, interface) = match (given.split_once('='), buses) {
-            (Some((bus, interface)), _) => (bus.to_owned(), interface.to_owned()),
-            (None, [only]) => (only.clone(), given.clone()),
+            (Some((bus, interface)), _) => (bus, interface),
+            (None, [only]) => (*only, given.as_str()),
             (None, _) => {
                 let text = format!("--interface {given}: write BUS=INTERFACE, the buses are {known}");
                 return Err(Failure::Usage(text));
@@ -114,7 +242,7 @@ fn assigned(buses: &[String], interfaces: &[String]) -> Result<Vec<BusInterface>
             let text = format!("--interface {given}: the profile has no bus {bus}; it has {known}");
             return Err(Failure::Usage(text));
         }
-        assigned.push(BusInterface { bus, interface });
+        assigned.push(BusInterface { bus: bus.to_owned(), interface: interface.to_owned() });
     }
     match buses.iter().find(|bus| !assigned.iter().any(|known| known.bus == **bus)) {
         Some(missing) => Err(Failure::Usage(format!("--interface {missing}=INTERFACE is missing"))),
@@ -122,16 +250,12 @@ fn assigned(buses: &[String], interfaces: &[String]) -> Result<Vec<BusInterface>
     }
 }
 
-/// Asks on the terminal; an empty answer is the default. Without a terminal the option has to be given.
-fn ask(question: &str, default: &str, option: &str) -> Result<String, Failure> {
-    if !io::stdin().is_terminal() {
-        return Err(Failure::Usage(format!("{option} is missing, and there is no terminal to ask on")));
+/// The profile as the new configuration names it: a file by its path relative to it, or by its absolute path.
+fn named(profile: &str, output: &Path) -> io::Result<String> {
+    if !Path::new(profile).exists() {
+        return Ok(profile.to_owned());
     }
-    let mut out = io::stdout().lock();
-    write!(out, "{question} [{default}]: ")?;
-    out.flush()?;
-    let mut answer = String::new();
-    io::stdin().lock().read_line(&mut answer)?;
-    let answer = answer.trim();
-    Ok(if answer.is_empty() { default.to_owned() } else { answer.to_owned() })
+    let (path, output) = (std::path::absolute(profile)?, std::path::absolute(output)?);
+    let below = output.parent().and_then(|folder| path.strip_prefix(folder).ok());
+    Ok(below.unwrap_or(&path).display().to_string())
 }

@@ -9,17 +9,18 @@ use clap::Args;
 use super::arguments::{ConfigArgs, RecordingArgs, Shown, open, recording, settings};
 use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
+use super::unreadable::expect_recording;
 use super::{Failure, messages};
 use crate::check;
 use crate::check::Report;
 use crate::check::decode::Decoder;
-use crate::config::files::Disk;
-use crate::config::{Problem, Refused};
+use crate::check::patch::{Fix, patch, timeouts};
+use crate::config::files::{Disk, Files as _};
+use crate::config::{MissingTimeout, Refused, SourceLocation};
 use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
 use crate::io::process_log::LogForm;
-use crate::io::standard_input;
 use crate::replay::Replay;
 
 pub(super) const CHECK_HELP: &str = "\
@@ -78,19 +79,19 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 
 fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let recorded = &args.recording;
-    if let Some(path) = recorded.log.as_deref().filter(|path| !standard_input::is_named(path)) {
-        // Before the configuration is looked at.
-        std::fs::metadata(path).map_err(Failure::file(path))?;
+    if let Some(path) = recorded.log.as_deref().filter(|path| !is_map(path)) {
+        expect_recording(path)?;
     }
     if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
         let _progress = Progress::spinner("reading the map");
-        let report = check::map(&Disk, path).map_err(|reason| {
-            let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
-            Refused(vec![Problem::whole_file(path, reason, remedy)])
-        })?;
-        return print(args, &report);
+        let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
+        let report = check::map(&Disk, path).map_err(|problem| Refused::from(problem.or_remedy(remedy)))?;
+        return print(args, &report, None);
     }
-    let settings = settings(&recorded.config)?;
+    let settings = match settings(&recorded.config) {
+        Err(Failure::Refused(refused)) if args.fix => return mend(refused, recorded.log.as_deref()),
+        settings => settings?,
+    };
     let mut report = check::binding(&settings);
     let mut outcome = Ok(());
     if recorded.log.is_some() || settings.recording.is_some() {
@@ -102,8 +103,27 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         report.append(surveyed);
         outcome = read.map_err(unreadable);
     }
-    let code = print(args, &report)?;
+    let code = print(args, &report, settings.profile.as_ref())?;
     outcome.map(|()| code)
+}
+
+/// Proposes what a refused profile lacks and a recording shows; then it is refused all the same.
+fn mend(refused: Refused, log: Option<&Path>) -> Result<ExitCode, Failure> {
+    let missing: Vec<_> = refused.0.iter().filter_map(|problem| problem.missing_timeout.as_deref()).collect();
+    let profile = refused.0.iter().find_map(|problem| Some((problem, problem.missing_timeout.as_deref()?)));
+    if let (Some((problem, MissingTimeout { profile_key, .. })), Some(log)) = (profile, log) {
+        let fixes = timeouts(&mut open(log, Shown::Always)?, &missing).map_err(Failure::file(log))?;
+        print_patch(&problem.file, profile_key, &fixes.iter().collect::<Vec<_>>())?;
+        messages::note("with these lines in the profile, run it again: only then the recording is checked");
+    }
+    Err(refused.into())
+}
+
+/// Prints lines that mend a profile.
+fn print_patch(profile: &Path, key: &str, fixes: &[&Fix]) -> Result<(), Failure> {
+    let text = Disk.read(profile).unwrap_or_default();
+    let text = patch(profile, &String::from_utf8_lossy(&text), key, fixes);
+    Ok(io::stdout().lock().write_all(text.as_bytes())?)
 }
 
 /// Returns whether a path names a lanelet2 map and not a recording.
@@ -112,16 +132,14 @@ fn is_map(path: &Path) -> bool {
 }
 
 /// Prints a report in the form that is asked for; the exit code follows from its findings.
-fn print(args: &CheckArgs, report: &Report) -> Result<ExitCode, Failure> {
+fn print(args: &CheckArgs, report: &Report, profile: Option<&SourceLocation>) -> Result<ExitCode, Failure> {
     let report = if messages::options().quiet { &report.without_facts() } else { report };
-    let text = if args.fix {
-        report.patch()
-    } else if args.json {
-        report.json()
-    } else {
-        report.text(messages::layout(&io::stdout()))
-    };
-    io::stdout().lock().write_all(text.as_bytes())?;
+    if let Some(profile) = profile.filter(|_| args.fix) {
+        print_patch(&profile.file, &profile.key, &report.fixes())?;
+    } else if !args.fix {
+        let text = if args.json { report.json() } else { report.text(messages::layout(&io::stdout())) };
+        io::stdout().lock().write_all(text.as_bytes())?;
+    }
     let lightest = if args.strict { Severity::Note } else { Severity::Warning };
     let is_sound = report.findings().iter().all(|finding| finding.severity < lightest);
     Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::from(4) })
@@ -136,6 +154,7 @@ pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
+    args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;
     let settings = settings(&args.recording.config)?;
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {

@@ -231,7 +231,7 @@ fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
     // Positions of lamps are for viewers.
     read_lights(&Disk, path, LampSource::Drawn)
         .map(|map| map.lights)
-        .map_err(|reason| Refused(vec![Problem::whole_file(path, reason, remedy)]))
+        .map_err(|problem| problem.or_remedy(remedy).into())
 }
 
 fn subtitle(args: &LightsArgs) -> String {

@@ -13,6 +13,7 @@ mod mcap_export;
 mod messages;
 mod profiles;
 mod progress;
+mod questions;
 mod replay;
 mod ros_arguments;
 mod status;

@@ -52,7 +52,8 @@ pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn list(out: &mut impl Write) -> Result<(), Failure> {
+/// Lists the profiles in the binary.
+pub(super) fn list(out: &mut impl Write) -> Result<(), Failure> {
     let width = BuiltIn::Profile.names().map(str::len).max().unwrap_or_default();
     for name in BuiltIn::Profile.names() {
         let settings = load_profile(&Disk, &path(name)?)?;

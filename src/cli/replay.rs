@@ -9,6 +9,7 @@ use clap::Args;
 use super::arguments::{RecordingArgs, Shown, draw, file_name, open, recording, settings, speed, svg_path};
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
+use super::unreadable::expect_recording;
 use super::web::WebArgs;
 use super::{Failure, messages};
 use crate::check::bad_lines_text;
@@ -72,6 +73,7 @@ pub(super) struct ReplayArgs {
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
+    args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
     let json = args.json.then(|| JsonTimeline {

@@ -3,11 +3,13 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use super::messages;
+use super::{Failure, messages};
+use crate::config::Refused;
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;
-use crate::config::nearest;
+use crate::core::near_miss::nearest;
 use crate::io::can::formats;
+use crate::io::standard_input;
 
 /// The length of a file's beginning by which it is recognised, bytes.
 const HEAD: u64 = 16 << 10;
@@ -65,6 +67,32 @@ fn neighbour(path: &Path) -> Option<String> {
         entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned())).collect();
     let near = nearest(&name, names.iter().map(String::as_str))?;
     Some(format!("did you mean {}?", path.with_file_name(near).display()))
+}
+
+/// Refuses a file that is certainly no recording, before anything else is looked at.
+///
+/// # Errors
+/// A file that is not there, or one of another kind.
+pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
+    if standard_input::is_named(path) {
+        return Ok(());
+    }
+    // What was read of a pipe is gone.
+    let is_file = std::fs::metadata(path).map_err(Failure::file(path))?.is_file();
+    match Some(path).filter(|_| is_file).and_then(head).and_then(|head| FileKind::of(&head)) {
+        None | Some(FileKind::Recording | FileKind::Other(_)) => Ok(()),
+        Some(_) => Err(Failure::file(path)(io::ErrorKind::InvalidData.into())),
+    }
+}
+
+/// The problems, with the file that was probably meant beside one that does not exist.
+pub(super) fn with_neighbours(Refused(mut problems): Refused) -> Refused {
+    for problem in problems.iter_mut().filter(|problem| problem.position.is_none()) {
+        if !problem.remedy.starts_with("did you mean") && !problem.file.exists() {
+            problem.remedy = neighbour(&problem.file).unwrap_or_else(|| std::mem::take(&mut problem.remedy));
+        }
+    }
+    Refused(problems)
 }
 
 /// An example of a recording in a folder that was given for one.

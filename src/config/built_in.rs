@@ -3,6 +3,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use crate::core::near_miss::near_misses;
 use crate::io::standard_input;
 
 /// Every built-in file by its path in the project, ascending; `build.rs` lists them.
@@ -10,9 +11,6 @@ const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/built_in.rs"
 
 /// The first component of the path of a built-in file, so that it is never taken for one of the disk.
 const ROOT: &str = "built-in:";
-
-/// The smallest similarity of a name to the one that was probably meant, from 0 to 1.
-const MIN_SIMILARITY: f64 = 0.75;
 
 /// The kinds of files that have names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,12 +72,12 @@ impl BuiltIn {
         let Some(given) = given.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()) else {
             return otherwise.to_owned();
         };
-        let similar = |name: &&str| strsim::normalized_damerau_levenshtein(name, &given) >= MIN_SIMILARITY;
         let contains = |name: &&str| given.len() >= 3 && name.contains(&given);
-        let mut names: Vec<_> = self.names().filter(similar).collect();
+        let mut names = near_misses(&given, self.names());
         if names.is_empty() {
-            names = self.names().filter(contains).take(3).collect();
+            names = self.names().filter(contains).collect();
         }
+        names.truncate(3);
         if names.is_empty() {
             return otherwise.to_owned();
         }

@@ -1,14 +1,15 @@
 //! The lanelet2 maps that sections and drives name, with the projector file beside each.
 
-use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::built_in::BuiltIn;
+use super::built_in::{BuiltIn, display};
 use super::file_kind::FileKind;
 use super::files::Files;
 use super::named_file;
-use super::reading::problem::cannot_read;
+use super::reading::checker::Checker;
+use super::reading::location::Location;
+use super::reading::problem::{Problem, cannot_read};
 use crate::core::map::error::MapError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::{LampSource, LightMap};
@@ -39,61 +40,101 @@ pub fn find_map(files: &dyn Files, given: &Path, otherwise: &str) -> (PathBuf, S
 /// Reads the lights of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
-/// The reason as text: the file, its projector, or the map.
-pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<MapLights, String> {
+/// The problem of the file, its projector, or the map, at its place as far as that is known.
+pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<MapLights, Problem> {
     let map = MapFile::read(files, path)?;
     // Points are for viewers only: a map without them has its lights all the same.
     let (points, unplaced) = match Points::new(&map.osm, &map.projector()) {
         Ok(points) => (Some(points), None),
         Err(error) => (None, Some(error)),
     };
-    let lights = LightMap::read(&map.osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
+    let lights = LightMap::read(&map.osm, points.as_ref(), lamps);
+    let lights = lights.map_err(|error| placed(files, &map.path, error.to_string(), &error))?;
     Ok(MapLights { lights, unplaced })
 }
 
 /// Reads the lanelets of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
-/// The reason as text: the file, its projector, or the map.
-pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
+/// The problem of the file, its projector, or the map, at its place as far as that is known.
+pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, Problem> {
     let map = MapFile::read(files, path)?;
     LaneNetwork::read(&map.osm, &map.projector()).map_err(|error| {
         // Without the file, the map does not require local coordinates: they were the last resort.
-        if let (MapError::NoLocal { node }, None) = (&error, map.given) {
-            return format!(
-                "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
-            );
-        }
-        error.to_string()
+        let reason = match (&error, map.given) {
+            (MapError::NoLocal { node }, None) => {
+                format!(
+                    "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
+                )
+            }
+            _ => error.to_string(),
+        };
+        placed(files, &map.path, reason, &error)
     })
+}
+
+/// Notes a map that cannot be used: at its place in the map, else at `at`, where the map is named.
+pub(super) fn refuse(checker: &Checker, at: &Location, problem: Problem, remedy: &str) {
+    if problem.position.is_some() {
+        checker.adopt(vec![problem]);
+    } else {
+        checker.refuse(at, format!("{}: {}", display(&problem.file), problem.reason), remedy);
+    }
+}
+
+/// The problem of a map, with the place of its element.
+fn placed(files: &dyn Files, path: &Path, reason: String, error: &MapError) -> Problem {
+    let bytes = files.read(path).unwrap_or_default();
+    let (line, value) = if let MapError::Osm(error) = error {
+        (Some(error.line()), error.value())
+    } else {
+        (error.element().and_then(|element| osm::line_of_element(&bytes, element)), None)
+    };
+    let text = |line: usize| bytes.split(|byte| *byte == b'\n').nth(line - 1).map(String::from_utf8_lossy);
+    let position = line.map(|line| (line, text(line).map_or(1, |text| column(&text, value))));
+    Problem { position, ..Problem::whole_file(path, reason, "") }
+}
+
+/// The column of a value in a line, or of what the line begins with; characters from 1.
+fn column(line: &str, value: Option<&str>) -> usize {
+    let quoted =
+        |value: &str| ['"', '\''].into_iter().find_map(|quote| line.find(&format!("{quote}{value}{quote}")));
+    let start = value.and_then(quoted).unwrap_or(line.len() - line.trim_start().len());
+    line[..start].chars().count() + 1
 }
 
 /// A map that is not interpreted yet.
 struct MapFile {
+    path: PathBuf,
     osm: Osm,
     /// The projector of the file beside it; `None` without that file.
     given: Option<Projector>,
 }
 
 impl MapFile {
-    fn read(files: &dyn Files, path: &Path) -> Result<Self, String> {
+    fn read(files: &dyn Files, path: &Path) -> Result<Self, Problem> {
+        let whole = |reason: String| Problem::whole_file(path, reason, "");
         let (path, outcome) = match files.read(path) {
             Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
                 let path = path.join(MAP_NAME);
                 let outcome = files.read(&path);
                 if outcome.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
-                    return Err(format!("this is a folder without a {MAP_NAME}"));
+                    return Err(whole(format!("this is a folder without a {MAP_NAME}")));
                 }
-                (Cow::from(path), outcome)
+                (path, outcome)
             }
-            outcome => (path.into(), outcome),
+            outcome => (path.to_owned(), outcome),
         };
-        let bytes = outcome.map_err(|error| cannot_read(&error))?;
+        let bytes = outcome.map_err(|error| whole(cannot_read(&error)))?;
         if let Some((reason, _)) = FileKind::Map.mismatch(&bytes) {
-            return Err(reason);
+            return Err(whole(reason));
         }
-        let osm = osm::read(&bytes).map_err(|error| error.to_string())?;
-        Ok(Self { osm, given: projector(files, &path)? })
+        let osm = osm::read(&bytes).map_err(|error| {
+            let reason = error.to_string();
+            placed(files, &path, reason, &error.into())
+        })?;
+        let given = projector(files, &path).map_err(whole)?;
+        Ok(Self { path, osm, given })
     }
 
     /// The projector that is given; else, as upstream, the military grid; else local coordinates.
@@ -160,13 +201,39 @@ mod tests {
         );
         let local = Town { map, projector: Some("projector_type: Local\n") };
         let error = read_lane_network(&local, path).unwrap_err();
-        assert!(error.ends_with("which the projector type Local needs"), "{error}");
+        assert!(error.reason.ends_with("which the projector type Local needs"), "{error}");
+        assert!(error.position.is_some(), "{error}");
     }
 
     #[test]
     fn a_map_without_any_coordinates_is_refused_with_what_it_lacks() {
         let map = CROSSROADS.replace("k=\"local_x\"", "k=\"x\"").replace(" lat=", " was=");
         let error = read_lane_network(&Town { map, projector: None }, Path::new("town")).unwrap_err();
-        assert!(error.ends_with("there is no map_projector_info.yaml beside the map"), "{error}");
+        assert!(error.reason.ends_with("there is no map_projector_info.yaml beside the map"), "{error}");
+    }
+
+    #[test]
+    fn a_problem_of_a_map_has_its_place() {
+        let refused = |old: &str, new: &str| {
+            let map = CROSSROADS.replacen(old, new, 1);
+            read_lane_network(&Town { map, projector: None }, Path::new("town")).unwrap_err()
+        };
+        let value = refused("lat=\"", "lat=\"x");
+        assert_eq!(value.file, Path::new("town/lanelet2_map.osm"));
+        let line = CROSSROADS.lines().position(|line| line.contains("lat=\"")).unwrap();
+        let at = CROSSROADS.lines().nth(line).unwrap().find("lat=").unwrap();
+        assert_eq!(value.position, Some((line + 1, at + 5)), "{value}");
+        let cut = read_lane_network(
+            &Town { map: CROSSROADS[..CROSSROADS.len() / 2].to_owned(), projector: None },
+            Path::new("town"),
+        );
+        let cut = cut.unwrap_err();
+        assert!(cut.reason.ends_with("it is cut short"), "{cut}");
+        let lines = CROSSROADS[..CROSSROADS.len() / 2].split('\n').count();
+        assert_eq!(cut.position.map(|(line, _)| line), Some(lines));
+        let role = refused("role=\"left\"", "role=\"middle\"");
+        let (line, column) = role.position.unwrap();
+        let text = CROSSROADS.lines().nth(line - 1).unwrap();
+        assert!(text[column - 1..].starts_with("<relation"), "{role}: {text}");
     }
 }

@@ -36,7 +36,7 @@ pub mod ros_parameters;
 pub mod scenario;
 mod vehicle;
 
-pub use gateway::{Overrides, Settings, load, load_profile, load_profile_for_node};
+pub use gateway::{Overrides, Settings, interface_name, load, load_profile, load_profile_for_node};
 pub use map::{MapLights, find_map, read_lane_network, read_lights};
-pub use reading::near_miss::nearest;
-pub use reading::problem::{Problem, Refused};
+pub use reading::location::SourceLocation;
+pub use reading::problem::{MissingTimeout, Problem, Refused};

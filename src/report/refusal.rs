@@ -161,9 +161,10 @@ mod tests {
         Problem {
             file: file.into(),
             position,
-            key: "turn.lefft".to_owned(),
+            key: "turn.lefft".into(),
             reason: reason.to_owned(),
             remedy: remedy.to_owned(),
+            missing_timeout: None,
         }
     }
 

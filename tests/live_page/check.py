@@ -209,7 +209,7 @@ def report_is_accessible(browser, program, folder, pictures, axe):
 
 
 def main(program, chromium, pictures):
-    expect.set_options()
+    expect.set_options(timeout=WAIT_MS)
     port, axe = free_port(), Axe()
     url = f"http://127.0.0.1:{port}/"
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:

@@ -115,5 +115,5 @@ fn init_writes_a_configuration_that_check_accepts_and_overwrites_nothing() {
     let wrong = gateway(folder.path(), &["init", "-i", "x=can0", "-p", "vw_mqb", "-o", "other.toml"]);
     assert!(text(&wrong).contains("the profile has no bus x; it has body"), "{}", text(&wrong));
     let lacking = gateway(folder.path(), &["init", "-i", "can0", "-o", "other.toml"]);
-    assert!(text(&lacking).contains("--profile is missing, and there is no terminal"), "{}", text(&lacking));
+    assert!(text(&lacking).contains("no answer on standard input: give --profile"), "{}", text(&lacking));
 }

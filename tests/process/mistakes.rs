@@ -29,7 +29,7 @@ const CHECK: &str = "check --config gateway.toml";
 const CAR: &str = "check --profile car.toml";
 const TURN: &str = "decide turn.toml";
 
-const MISTAKES: [Mistake; 27] = [
+const MISTAKES: [Mistake; 38] = [
     in_file("A key mistyped", &[("car.toml", "left = [1]", "lefft = [1]")], CAR),
     in_file("Quotes forgotten", &[("car.toml", "\"demo.dbc\"", "demo.dbc")], CAR),
     in_file("A quote not closed", &[("car.toml", "\"demo.dbc\"", "\"demo.dbc")], CAR),
@@ -53,9 +53,31 @@ const MISTAKES: [Mistake; 27] = [
     in_file("The wrong name of an interface", &[("gateway.toml", "\"can0\"", "\"can 0\"")], CHECK),
     in_file("The wrong unit", &[("gateway.toml", "period_ms = 250", "period_s = 0.25")], CHECK),
     in_file("A unit behind the number", &[("gateway.toml", "= 250", "= \"250 ms\"")], CHECK),
+    in_file("A number in quotes", &[("gateway.toml", "= 250", "= \"250\"")], CHECK),
+    in_file(
+        "A truth value in quotes",
+        &[("gateway.toml", "[diagnostics]", "[ros]\nenabled = \"true\"\n[diagnostics]")],
+        CHECK,
+    ),
+    in_file(
+        "A truth value with a capital letter",
+        &[("gateway.toml", "[diagnostics]", "[ros]\nenabled = True\n[diagnostics]")],
+        CHECK,
+    ),
+    in_file("A colon in the place of the equals sign", &[("gateway.toml", "profile =", "profile:")], CHECK),
+    in_file(
+        "An interface in the place of a table",
+        &[("gateway.toml", "[can.body]\ninterface =", "[can]\nbody =")],
+        CHECK,
+    ),
+    in_file("A number for an interface", &[("gateway.toml", "\"can0\"", "0")], CHECK),
+    in_file("A message without a period", &[("demo.dbc", "BA_ \"GenMsgCycleTime\" BO_ 677 50;", "")], CAR),
     in_file("A profile that is not there", &[("gateway.toml", "car.toml", "cars.toml")], CHECK),
     in_file("An unknown country", &[("turn.toml", "\"DE\"", "\"DEU\"")], TURN),
     in_file("An unknown map", &[("turn.toml", "\"crossing\"", "\"crosing\"")], TURN),
+    in_command("The name of a configuration mistyped", "check --config gatway.toml", CHECK),
+    in_command("A configuration in the place of a recording", "check gateway.toml", CHECK),
+    in_command("A profile in the place of a recording", "check car.toml", CAR),
     in_command("The name of a profile mistyped", "check --profile hyundai_ki", "check --profile hyundai_kia"),
     in_command("A DBC in the place of a profile", "check --profile demo.dbc", CAR),
     in_command("A profile in the place of a configuration", "check --config car.toml", CAR),
@@ -68,6 +90,11 @@ const MISTAKES: [Mistake; 27] = [
     in_command("A folder in the place of a recording", "identify .", "identify ./drive.log.gz"),
     in_command("An unknown command", "chek drive.log.gz", CAR),
     in_command("An option mistyped", "check --profle car.toml", CAR),
+    in_command(
+        "Interface and bus exchanged",
+        "replay drive.log.gz --profile car.toml --map body=can0",
+        "replay drive.log.gz --profile car.toml --map can0=body",
+    ),
     in_command(
         "A bus that the profile does not have",
         "replay drive.log.gz --profile car.toml --map can0=bdy",

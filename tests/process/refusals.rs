@@ -14,7 +14,7 @@ fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
     assert!(text.contains("-p volume:=1: no such parameter; this node has config, profile"), "{text}");
     let looped = ["run", "--config", DEMO, "--ros-args", "--remap", "a:=b", "-e", "/car"];
     assert!(refused(2, &looped).contains("docs/security.md"));
-    refused(2, &["replay", "x.log", "--config", DEMO, "--map", "can1=nosuch"]);
+    refused(2, &["replay", "config/demo.log.gz", "--config", DEMO, "--map", "can1=nosuch"]);
     let profile = refused(3, &["check", "--profile", "hyundai_ki"]);
     let expected = "error: hyundai_ki: there is no such file\n |\n = help: did you mean the built-in profile hyundai_kia?\n";
     assert_eq!(profile, expected);

@@ -25,7 +25,7 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["dbc"],
     &["can", "map"],
     &["diagnostics"],
-    &["time", "compat", "light_command"],
+    &["time", "compat", "light_command", "near_miss"],
 ];
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
 const PURE_CRATES: &[&str] =

@@ -16,6 +16,7 @@ pub(crate) mod process;
 pub(crate) mod property;
 pub(crate) mod rtps;
 pub(crate) mod slcan;
+pub(crate) mod terminal;
 pub(crate) mod tmpfs;
 pub(crate) mod two_lanes;
 pub(crate) mod vcan;

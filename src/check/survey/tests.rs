@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::*;
 use crate::check::Layout;
+use crate::check::patch::patch;
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded};
 use crate::config::{Overrides, load, load_profile};
 use crate::core::plausibility::finding::Severity;
@@ -174,9 +175,11 @@ fn each_100_ms(until_ms: u64, turn: impl Fn(u64) -> u8) -> Vec<(u64, u8)> {
 #[test]
 fn unused_counters_and_checksums_are_proposed_and_sides_that_look_swapped_are_found() {
     let report = car(each_100_ms(20_000, |ms| [0, 1, 0, 2][usize::try_from(ms / 3_000 % 4).unwrap()]), 4);
-    let expected = "[message.LIGHTS]\ncounter = { signal = \"COUNTER\", max_step = 4 }\n\
+    let expected = "# car.toml, at the end:\n[message.LIGHTS]\ncounter = { signal = \"COUNTER\", max_step = 4 }\n\
                     checksum = { kind = \"sum8\", signal = \"CHECKSUM\" }\n";
-    assert_eq!(report.patch(), expected, "{}", report.text(Layout::default()));
+    let (_, profile) = CAR[0];
+    let patch = patch(Path::new("car.toml"), profile, "", &report.fixes());
+    assert_eq!(patch, expected, "{}", report.text(Layout::default()));
     assert_eq!(concerns(&report), 2, "{}", report.text(Layout::default()));
     let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
     let text = super::super::binding(&settings).text(Layout::default());

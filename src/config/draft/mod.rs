@@ -7,5 +7,6 @@ mod profile;
 mod vehicle;
 
 pub use files::VehicleFiles;
+pub(crate) use gateway::key as toml_key;
 pub use gateway::{BusInterface, gateway_toml};
 pub use vehicle::VehicleDraft;

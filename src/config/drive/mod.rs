@@ -22,11 +22,11 @@ pub use reader::Moment;
 pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
-use crate::config::built_in::{BuiltIn, display};
+use crate::config::built_in::BuiltIn;
 use crate::config::decider;
 use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
-use crate::config::map::read_lane_network;
+use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
@@ -118,10 +118,10 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let map_at = top.at("map");
     top.done();
     let map = map?;
-    let road = read_lane_network(files, &map).map_err(|reason| format!("{}: {reason}", display(&map)));
     let remedy = "give the path of a lanelet2 map, relative to this file";
     let remedy = named_file::remedy(BuiltIn::Map, files, &map, remedy);
-    let road = checker.accept(map_at, road, &remedy)?;
+    let road = read_lane_network(files, &map);
+    let road = road.map_err(|problem| refuse_map(checker, map_at, problem, &remedy)).ok()?;
     lanes.check(checker, &road);
     let (speed, stops, points) = drive?;
     Some(DriveFile {

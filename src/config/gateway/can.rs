@@ -1,7 +1,7 @@
 //! `[can.*]`: the interface of each bus.
 
 use crate::config::reading::fields::Fields;
-use crate::config::reading::near_miss::did_you_mean;
+use crate::core::near_miss::did_you_mean;
 
 const DEFAULT_RECEIVE_BUFFER: usize = 4 << 20;
 
@@ -60,17 +60,24 @@ pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig>
 fn can(fields: &Fields<'_>) -> Option<CanConfig> {
     let receive_buffer = fields.number("receive_buffer_bytes", 4096..=1 << 30, "bytes");
     let interface = fields.required_string("interface")?.text;
-    if !is_interface_name(&interface) {
-        let remedy = "give 1 to 15 characters without spaces and slashes, e.g. can0";
-        fields.refuse("interface", format!("{interface:?} is not an interface name"), remedy);
+    if let Err((reason, remedy)) = interface_name(&interface) {
+        fields.refuse("interface", reason, remedy);
     }
     Some(CanConfig { interface, receive_buffer: receive_buffer.unwrap_or(DEFAULT_RECEIVE_BUFFER) })
 }
 
-/// The rule of the kernel's `dev_valid_name`.
-fn is_interface_name(name: &str) -> bool {
-    (1..=15).contains(&name.len())
+/// Checks the name of an interface by the rule of the kernel's `dev_valid_name`.
+///
+/// # Errors
+/// What is wrong, and the remedy.
+pub fn interface_name(name: &str) -> Result<(), (String, &'static str)> {
+    let is_valid = (1..=15).contains(&name.len())
         && name != "."
         && name != ".."
-        && name.chars().all(|char| char.is_ascii_graphic() && char != '/' && char != ':')
+        && name.chars().all(|char| char.is_ascii_graphic() && char != '/' && char != ':');
+    let refused = || {
+        let remedy = "give 1 to 15 characters without spaces and slashes, e.g. can0";
+        (format!("{name:?} is not an interface name"), remedy)
+    };
+    if is_valid { Ok(()) } else { Err(refused()) }
 }

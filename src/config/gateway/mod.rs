@@ -17,6 +17,7 @@ pub mod turn_signal;
 use std::path::{Path, PathBuf};
 
 pub use black_box::BlackBoxConfig;
+pub use can::interface_name;
 pub use http::HttpConfig;
 pub use mcap::McapConfig;
 pub use recording::{Recording, Stamps};
@@ -32,7 +33,7 @@ use super::files::Files;
 use super::named_file::{find, find_here};
 use super::reading::checker::{Checker, Keywords};
 use super::reading::fields::Fields;
-use super::reading::location::{Location, Text};
+use super::reading::location::{Location, SourceLocation, Text};
 use super::reading::problem::{Problem, Refused, cannot_read, remedy_of};
 use super::reading::toml_text::from_toml;
 use super::ros_names::RosOverrides;
@@ -71,6 +72,8 @@ const MISSING_NAMED_PROFILE: &str =
 pub struct Settings {
     /// Name of the vehicle profile, for people.
     pub vehicle: String,
+    /// The table of the vehicle profile; `None` without a vehicle.
+    pub profile: Option<SourceLocation>,
     /// Settings of the gateway: its buses and flows.
     pub gateway: GatewaySettings,
     /// Origin of frames in `run`.
@@ -309,6 +312,7 @@ fn settings(
     };
     Some(Settings {
         vehicle: vehicle.name,
+        profile: vehicle.profile,
         gateway,
         source,
         receive_buffer_bytes: cans.iter().map(|can| can.receive_buffer).collect(),

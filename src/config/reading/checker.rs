@@ -10,9 +10,9 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::location::{Location, SourceLocation, line};
-use super::near_miss::did_you_mean;
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
+use crate::core::near_miss::did_you_mean;
 
 /// Keywords with the value of each, in the order in which a refusal lists them.
 pub(crate) type Keywords<T> = &'static [(&'static str, T)];
@@ -126,7 +126,15 @@ impl Checker {
         match &value.kind {
             Kind::Scalar { is_quoted: true, .. } => self.text(value),
             Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
-                self.refuse_kind(value, "a text in quotes");
+                let reason = format!("expected a text in quotes, found {}", value.described());
+                match &value.kind {
+                    Kind::Scalar { text, .. } => {
+                        self.refuse(&value.location, reason, &format!("write {text:?}"));
+                    }
+                    Kind::Null | Kind::List(_) | Kind::Map(_) => {
+                        self.refuse_and_explain(&value.location, reason);
+                    }
+                }
                 None
             }
         }
@@ -174,7 +182,16 @@ impl Checker {
             Err(_) if !is_whole => format!("expected a whole number, found {text}"),
             Ok(_) | Err(_) => format!("{} is out of range", with_unit(text, unit)),
         };
-        self.refuse(&value.location, reason, remedy);
+        let unquoted = match &value.kind {
+            Kind::Scalar { text, is_quoted: true } => text
+                .trim()
+                .parse()
+                .ok()
+                .filter(is_allowed)
+                .map(|_| format!("write {} without quotes", text.trim())),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
+        };
+        self.refuse(&value.location, reason, unquoted.as_deref().unwrap_or(remedy));
         None
     }
 
@@ -185,7 +202,15 @@ impl Checker {
             Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
         };
         if flag.is_none() {
-            self.refuse_kind(value, "true or false");
+            match &value.kind {
+                Kind::Scalar { text, is_quoted: true } if matches!(text.as_str(), "true" | "false") => {
+                    let reason = format!("expected true or false, found {}", value.described());
+                    self.refuse(&value.location, reason, &format!("write {text} without quotes"));
+                }
+                Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
+                    self.refuse_kind(value, "true or false");
+                }
+            }
         }
         flag
     }

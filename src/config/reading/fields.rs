@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use super::checker::{Checker, LocatedText};
 use super::location::Location;
-use super::near_miss::did_you_mean;
 use super::value::{Entry, Kind, Value};
 use crate::config::ros_names::{is_name, is_topic};
+use crate::core::near_miss::did_you_mean;
 
 /// The longest time limit, an hour in ms.
 pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
@@ -34,7 +34,14 @@ impl<'c> Fields<'c> {
     pub(crate) fn of(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let fields = Self::of_table(checker, value);
         if fields.is_none() {
-            checker.refuse_kind(value, "a table");
+            let key = value.location.key.to_string();
+            // A table in a list has no header of its own.
+            if key.is_empty() || key.contains('[') {
+                checker.refuse_kind(value, "a table");
+            } else {
+                let reason = format!("expected a table, found {}", value.described());
+                checker.refuse(&value.location, reason, &format!("write [{key}] and its keys below it"));
+            }
         }
         fields
     }

@@ -41,9 +41,10 @@ impl SourceLocation {
         Problem {
             file: self.file.to_path_buf(),
             position: Some(self.position),
-            key: self.key.clone(),
+            key: self.key.as_str().into(),
             reason: reason.into(),
             remedy: remedy.into(),
+            missing_timeout: None,
         }
     }
 }
@@ -146,9 +147,10 @@ impl Text {
         let whole = |reason: String, remedy: &str| Problem {
             file: path.to_owned(),
             position: Some((1, 1)),
-            key: String::new(),
+            key: Box::default(),
             reason,
             remedy: remedy.to_owned(),
+            missing_timeout: None,
         };
         if bytes.len() > MAX_BYTES {
             let reason = format!("the file is too large: {} bytes", bytes.len());

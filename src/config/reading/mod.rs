@@ -8,14 +8,12 @@
 //! | `value` | keys, lists and scalars of any notation; `toml_text` and `yaml_text` make them |
 //! | `checker` | collects the problems of one file; reads single values |
 //! | `fields` | reads a table key by key, and refuses the keys that nobody read |
-//! | `near_miss` | the word that was probably meant by one that is not known |
 //! | `element` | elements of OpenSCENARIO; `xml_text` makes them |
 
 pub(super) mod checker;
 pub(super) mod element;
 pub(super) mod fields;
 pub(super) mod location;
-pub(super) mod near_miss;
 pub(super) mod problem;
 pub(super) mod toml_text;
 pub(super) mod value;

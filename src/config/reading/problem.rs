@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::config::built_in::display;
+use crate::core::can::frame::CanId;
 
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,18 +15,36 @@ pub struct Problem {
     /// Line and column (characters), both from 1; `None` when the file cannot be read at all.
     pub position: Option<(usize, usize)>,
     /// Path of the key, e.g. `turn.left` or `event[2].do[1].set`; empty for the whole file.
-    pub key: String,
+    pub key: Box<str>,
     /// The problem, in plain text without a full stop.
     pub reason: String,
     /// The remedy, likewise; may be empty.
     pub remedy: String,
+    /// The message without a timeout that this is about; `None` = something else.
+    pub missing_timeout: Option<Box<MissingTimeout>>,
+}
+
+/// A message for which a vehicle profile needs a timeout, which a recording of the vehicle shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MissingTimeout {
+    /// Key of the profile's table in the file; empty for a profile that is a file of its own.
+    pub profile_key: String,
+    /// Name of the message.
+    pub message: String,
+    /// Identifier of the message.
+    pub id: CanId,
 }
 
 impl Problem {
     /// A problem of a whole file, without a position.
     pub(crate) fn whole_file(file: &Path, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         let (file, reason, remedy) = (file.to_owned(), reason.into(), remedy.into());
-        Self { file, position: None, key: String::new(), reason, remedy }
+        Self { file, position: None, key: Box::default(), reason, remedy, missing_timeout: None }
+    }
+
+    /// The problem with a remedy for a file that is no good as a whole.
+    pub(crate) fn or_remedy(self, remedy: &str) -> Self {
+        if self.position.is_some() { self } else { Self { remedy: remedy.to_owned(), ..self } }
     }
 
     /// The problem of a file that cannot be read; `remedy` is for one that does not exist.

@@ -42,6 +42,10 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
         Some("write it in quotes: \"…\"")
     } else if message.contains("basic string") || message.contains("literal string") {
         Some("close the text with a quote on the same line")
+    } else if message.contains("expected `=`") {
+        Some("write KEY = VALUE, and a table as [NAME]")
+    } else if message.contains("invalid boolean") {
+        Some("write true or false, in small letters")
     } else {
         None
     };

@@ -7,10 +7,10 @@ use crate::config::built_in::display;
 use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Location;
-use crate::config::reading::near_miss::did_you_mean;
 use crate::core::can::link::BusIndex;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::{Database, Message, Number, Signal};
+use crate::core::near_miss::did_you_mean;
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundSignal, MessageIndex, Role, SignalIndex};
 

@@ -7,6 +7,7 @@ use super::integrity::integrity;
 use crate::config::reading::checker::{Keywords, LocatedText};
 use crate::config::reading::fields::{Fields, MAX_LIMIT_MS};
 use crate::config::reading::location::Location;
+use crate::config::reading::problem::{MissingTimeout, Problem};
 use crate::core::can::frame::CanId;
 use crate::core::dbc::model::Message;
 use crate::core::validation::table::{BoundMessage, Timing};
@@ -149,7 +150,17 @@ fn timing(binder: &Binder<'_>, section: Option<&Section<'_>>, root: &Location, m
     {
         let at = section.map_or(root, |section| section.location);
         let reason = format!("no timeout for {}: the DBC has no GenMsgCycleTime for it", message.name);
-        binder.refuse(at, reason, &format!("add [message.{}] timeout_ms", message.name));
+        let remedy = format!(
+            "add [message.{}] timeout_ms; `check LOG --fix` proposes one from a recording",
+            message.name
+        );
+        let missing = MissingTimeout {
+            profile_key: root.key.to_string(),
+            message: message.name.clone(),
+            id: message.id,
+        };
+        let problem = binder.checker.source_location(at).problem(reason, remedy);
+        binder.checker.adopt(vec![Problem { missing_timeout: Some(Box::new(missing)), ..problem }]);
     }
     let default_ms = (cycle_ms * CYCLES_UNTIL_STALE).clamp(MIN_DEFAULT_TIMEOUT_MS, MAX_LIMIT_MS);
     let timeout = section.and_then(|section| section.timeout).unwrap_or(Duration::from_millis(default_ms));

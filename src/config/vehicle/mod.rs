@@ -18,7 +18,7 @@ use super::file_kind::FileKind;
 use super::files::Files;
 use super::reading::checker::Checker;
 use super::reading::fields::Fields;
-use super::reading::location::Text;
+use super::reading::location::{SourceLocation, Text};
 use super::reading::problem::Problem;
 use super::reading::toml_text::from_toml;
 use crate::core::can::bus::BusSettings;
@@ -44,6 +44,8 @@ pub(super) const SEE: &str = "config/gateway.toml";
 pub(super) struct Vehicle {
     /// Name of the vehicle, for people.
     pub name: String,
+    /// The profile's table; `None` for no vehicle.
+    pub profile: Option<SourceLocation>,
     /// Buses without their interfaces, in the order of their names; `BusIndex` points here.
     pub buses: Vec<BusSettings>,
     /// The DBC of each bus.
@@ -104,6 +106,7 @@ pub(super) fn bus_names(fields: &Fields<'_>) -> Vec<String> {
 pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> {
     let checker = fields.checker;
     let before = checker.count();
+    let profile = checker.source_location(fields.location());
     let name = fields.required_string("name");
     let (dbcs, sections) = read_buses(files, &fields)?;
     let mut binder = Binder::new(checker, &dbcs);
@@ -128,6 +131,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let buses = described.map(|((dbc, section), heartbeats)| section.settings(dbc, heartbeats, &messages));
     Some(Vehicle {
         name: name?.text,
+        profile: Some(profile),
         buses: buses.collect(),
         dbcs,
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },

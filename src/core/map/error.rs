@@ -1,6 +1,6 @@
 //! Errors of maps.
 
-use super::osm::{Element, OsmError, Tags};
+use super::osm::{Element, Kind, OsmError, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
@@ -67,6 +67,22 @@ pub enum MapError {
         /// The first such node of the file.
         node: i64,
     },
+}
+
+impl MapError {
+    /// The element that has it; `None` for a file that is not read.
+    pub fn element(&self) -> Option<Element> {
+        let (kind, id) = match *self {
+            Self::Osm(_) => return None,
+            Self::BadTag { element, .. } => return Some(element),
+            Self::Sides { lanelet, .. } | Self::TooLarge { lanelet } => (Kind::Relation, lanelet),
+            Self::ShortBound { way, .. } => (Kind::Way, way),
+            Self::TooFar { node } | Self::NotProjected { node } | Self::NoLocal { node } => {
+                (Kind::Node, node)
+            }
+        };
+        Some(Element { kind, id })
+    }
 }
 
 /// Ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the value `none`.

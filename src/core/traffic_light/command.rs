@@ -5,25 +5,19 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use strsim::damerau_levenshtein;
-
 use super::quirks::UpstreamQuirks;
 use super::scenario::{Action, Controller, ControllerIndex, StateText};
 use super::signal_id::{SignalIdError, parse_id};
 use super::state_check::{StateError, Writer, check_state};
 use super::target::{StoreId, Target};
 use super::text::{is_blank, printable};
+use crate::core::near_miss::mistyped;
 
 #[cfg(test)]
 mod tests;
 
 /// Rates at which the V2I topics can be published, Hz.
 pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
-
-/// The number of letters by which the name of a command may be mistyped.
-const MAX_TYPOS: usize = 2;
-/// Length of the longest name that can be a mistyped command, bytes.
-const MAX_NAME: usize = 80;
 
 /// The reason why a text is not an action. Texts of the command are cut when they are very long.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -129,11 +123,12 @@ pub fn parse_command(
     let command = text.trim_start_matches(is_blank);
     let (name, rest) = command.split_at(command.find(|c| c == '(' || is_blank(c)).unwrap_or(command.len()));
     let found = COMMANDS.into_iter().find(|(known, _)| *known == name);
-    let (name, command) =
-        found.ok_or_else(|| match nearest(name).filter(|_| !quirks.finds_mistakes_late) {
+    let (name, command) = found.ok_or_else(|| {
+        match mistyped(name, COMMANDS.map(|(known, _)| known)).filter(|_| !quirks.finds_mistakes_late) {
             Some(known) => CommandError::NearMiss { found: printable(name), known },
             None => CommandError::NotOurs(printable(name)),
-        })?;
+        }
+    })?;
     let arguments = arguments(rest).map_err(|(kind, rest)| {
         let before = text.chars().count() - rest.chars().count();
         CommandError::Form { column: before + 1, kind }
@@ -191,16 +186,6 @@ const COMMANDS: [(&str, Command); 11] = [
     ("exitSuccess", Command::ExitSuccess),
     ("exitFailure", Command::ExitFailure),
 ];
-
-/// The command whose name differs by its version, by capitals, or by a few letters.
-fn nearest(name: &str) -> Option<&'static str> {
-    let plain = |name: &str| name.split('@').next().unwrap_or_default().to_lowercase();
-    // A long text is not compared: that takes time with the square of its length.
-    let given = Some(plain(name)).filter(|given| given.len() <= MAX_NAME)?;
-    let distance =
-        |(known, _): &(&'static str, Command)| (damerau_levenshtein(&given, &plain(known)), *known);
-    COMMANDS.iter().map(distance).filter(|(distance, _)| *distance <= MAX_TYPOS).min().map(|(_, known)| known)
-}
 
 fn set_v2i_state(
     id: &str,

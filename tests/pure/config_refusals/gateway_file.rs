@@ -21,7 +21,7 @@ fn broken_gateway_files_are_refused_where_they_break() {
 > gateway.toml:9:2: rosa: unknown key "rosa"; did you mean ros?
 - interface = "can0"
 + interface = 0
-> gateway.toml:3:13: can.body.interface: expected a text in quotes, found 0; see config/gateway.toml
+> gateway.toml:3:13: can.body.interface: expected a text in quotes, found 0; write "0"
 - interface = "can0"
 > gateway.toml:2:1: can.body: missing key: interface; see config/gateway.toml
 - profile = "car.toml"
@@ -76,7 +76,7 @@ fn broken_rates_names_and_recordings_are_refused() {
 > gateway.toml:5:11: reports.rate_hz: 1000.1 Hz is out of range; give 0.1 to 1000 Hz
 - publish = "periodic"
 + rate_hz = "10"
-> gateway.toml:5:11: reports.rate_hz: expected a number, found the text "10"; give 0.1 to 1000 Hz
+> gateway.toml:5:11: reports.rate_hz: expected a number, found the text "10"; write 10 without quotes
 - publish = "periodic"
 + durability = "forever"
 > gateway.toml:5:14: reports.durability: unknown value "forever"; give one of transient_local, volatile
@@ -160,7 +160,7 @@ fn all_problems_of_both_files_come_at_once() {
     let gateway = gateway.replace("= 250", "= 9").replace("signal_gateway", "signal gateway");
     texts.insert("gateway.toml", gateway.replace("\"can0\"", "\"\""));
     let problems = load_texts(&texts).unwrap_err();
-    let keys: Vec<_> = problems.iter().map(|problem| problem.key.as_str()).collect();
+    let keys: Vec<_> = problems.iter().map(|problem| &*problem.key).collect();
     assert_eq!(keys, ["can.body.interface", "diagnostics.period_ms", "ros.node"]);
 
     let profile = texts.text("car.toml").to_owned();
@@ -193,7 +193,7 @@ fn a_file_that_is_not_utf8_is_refused_at_its_first_bad_byte() {
         let problems = load_texts(&texts).unwrap_err();
         assert_eq!(problems.len(), 1);
         assert_eq!(problems[0].file, Path::new(file));
-        assert_eq!((problems[0].position, problems[0].key.as_str()), (Some((1, 6)), key));
+        assert_eq!((problems[0].position, &*problems[0].key), (Some((1, 6)), key));
         assert!(problems[0].to_string().ends_with("this is not UTF-8; save the file as UTF-8"));
     }
 }

@@ -24,7 +24,7 @@ fn broken_sections_are_refused_where_they_break() {
 > gateway.toml:9:7: turn_signal.map: empty.osm: it has no lanelet; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 - map = "map.osm"
 + map = "torn.osm"
-> gateway.toml:9:7: turn_signal.map: torn.osm: line 1: the file ends before </osm>: it is cut short; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
+> torn.osm:1:1: the file ends before </osm>: it is cut short
 + maps = "map.osm"
 > gateway.toml:10:1: turn_signal.maps: unknown key "maps"; valid keys: compat, map, country, parameters, minimum_on_ms, minimum_gap_ms, standing_limit_ms, age_limits, vehicle, planning_hz, shadow_tolerance_ms, enabled, shadow, inputs, outputs
 + enabled = true

@@ -62,7 +62,7 @@ fn groups_without_a_name_of_their_own_are_refused() {
 > car.toml:9:6: v2i[1].id: 0 is not an id; give the id of a regulatory element or of a light's way
 - id = 7
 + id = "7"
-> car.toml:9:6: v2i[1].id: expected a number, found the text "7"; give a whole number
+> car.toml:9:6: v2i[1].id: expected a number, found the text "7"; write 7 without quotes
 - id = 7
 + id = 7.5
 > car.toml:9:6: v2i[1].id: expected a whole number, found 7.5; give a whole number

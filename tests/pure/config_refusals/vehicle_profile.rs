@@ -49,9 +49,9 @@ fn broken_keys_and_files_are_refused() {
 > car.toml:5:10: message.BLINK.timing: unknown value "often"; give one of cyclic, event, event_cyclic
 - [message.BLINK]
 - timeout_ms = 500
-> car.toml:1:1: no timeout for BLINK: the DBC has no GenMsgCycleTime for it; add [message.BLINK] timeout_ms
+> car.toml:1:1: no timeout for BLINK: the DBC has no GenMsgCycleTime for it; add [message.BLINK] timeout_ms; `check LOG --fix` proposes one from a recording
 - timeout_ms = 500
-> car.toml:4:10: message.BLINK: no timeout for BLINK: the DBC has no GenMsgCycleTime for it; add [message.BLINK] timeout_ms
+> car.toml:4:10: message.BLINK: no timeout for BLINK: the DBC has no GenMsgCycleTime for it; add [message.BLINK] timeout_ms; `check LOG --fix` proposes one from a recording
 "#;
     assert_refused(&sound(), "car.toml", cases);
 }

@@ -108,6 +108,6 @@ fn yaml_is_for_open_scenario_only() {
 fn all_problems_of_a_file_come_at_once() {
     let text = "stop_at_s = -1\nx = 1\n[[event]]\ndo = [{ clear = 'x' }, { v2i_rate_hz = 0 }]\n";
     let problems = read_text("s.toml", text).unwrap_err();
-    let keys: Vec<_> = problems.iter().map(|problem| problem.key.as_str()).collect();
+    let keys: Vec<_> = problems.iter().map(|problem| &*problem.key).collect();
     assert_eq!(keys, ["stop_at_s", "x", "event[1].do[1].clear", "event[1].do[2].v2i_rate_hz"]);
 }

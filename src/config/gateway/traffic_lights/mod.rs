@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::files::Files;
-use crate::config::map::{MapLights, read_lights};
+use crate::config::map::{MapLights, read_lights, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
@@ -161,10 +161,10 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
     let lamps = if infers { LampSource::DrawnOrInferred } else { LampSource::Drawn };
     if fields.has("map") {
         let path = named_file::path_at(BuiltIn::Map, files, fields, "map")?;
-        let map = read_lights(files, &path, lamps).map_err(|reason| format!("{}: {reason}", display(&path)));
         let remedy =
             named_file::remedy(BuiltIn::Map, files, &path, "name a lanelet2 map, relative to this file");
-        return fields.checker.accept(fields.at("map"), map, &remedy);
+        let refuse = |problem| refuse_map(fields.checker, fields.at("map"), problem, &remedy);
+        return read_lights(files, &path, lamps).map_err(refuse).ok();
     }
     let reason = match scenario {
         // Its problems are listed already.
@@ -172,7 +172,11 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
         None => "traffic lights without a map: none of them is known".to_owned(),
         Some(ScenarioFile { map: Some(path), .. }) => match read_lights(files, path, lamps) {
             Ok(map) => return Some(map),
-            Err(reason) => format!("the scenario's map, {}: {reason}", display(path)),
+            Err(problem) if problem.position.is_some() => {
+                fields.checker.adopt(vec![problem]);
+                return None;
+            }
+            Err(problem) => format!("the scenario's map, {}: {}", display(&problem.file), problem.reason),
         },
         Some(scenario) if scenario.groups.is_empty() => {
             "the scenario names no map and no groups: its lights are not known".to_owned()

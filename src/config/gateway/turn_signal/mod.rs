@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::config::built_in::{BuiltIn, display};
+use crate::config::built_in::BuiltIn;
 use crate::config::decider;
 use crate::config::files::Files;
-use crate::config::map::read_lane_network;
+use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::problem::Problem;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
@@ -102,10 +103,11 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     }
     let path = named_file::path_at(BuiltIn::Map, files, fields, "map")?;
     let road = read_lane_network(files, &path).and_then(|road| {
-        if road.lanes().next().is_none() { Err("it has no lanelet".to_owned()) } else { Ok(road) }
+        let without = || Problem::whole_file(&path, "it has no lanelet", "");
+        if road.lanes().next().is_none() { Err(without()) } else { Ok(road) }
     });
-    let road = road.map_err(|reason| format!("{}: {reason}", display(&path)));
     let remedy = named_file::remedy(BuiltIn::Map, files, &path, remedy);
-    let road = fields.checker.accept(fields.at("map"), road, &remedy)?;
+    let refuse = |problem| refuse_map(fields.checker, fields.at("map"), problem, &remedy);
+    let road = road.map_err(refuse).ok()?;
     Some((path, road))
 }

@@ -8,7 +8,7 @@ mod tests;
 
 use std::fmt;
 
-pub use reader::read;
+pub use reader::{line_of_element, read};
 
 /// Nodes, ways and relations of a file, each kind in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -103,13 +103,13 @@ pub struct Layer<T> {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OsmError {
     /// Some byte is not UTF-8.
-    #[error("line {line}: not UTF-8")]
+    #[error("not UTF-8")]
     NotUtf8 {
         /// Line of the text, from 1.
         line: usize,
     },
     /// The text is not XML.
-    #[error("line {line}: not XML: {reason}")]
+    #[error("not XML: {reason}")]
     NotXml {
         /// Line of the text, from 1.
         line: usize,
@@ -117,7 +117,7 @@ pub enum OsmError {
         reason: String,
     },
     /// The text is XML, but not a map.
-    #[error("line {line}: not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
+    #[error("not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
     NotOsm {
         /// Line of the text, from 1.
         line: usize,
@@ -125,13 +125,13 @@ pub enum OsmError {
         found: Option<String>,
     },
     /// The text ends before `</osm>`.
-    #[error("line {line}: the file ends before </osm>: it is cut short")]
+    #[error("the file ends before </osm>: it is cut short")]
     Truncated {
         /// The last line of the text, from 1.
         line: usize,
     },
     /// An attribute is missing.
-    #[error("line {line}: {element} has no `{key}`")]
+    #[error("{element} has no `{key}`")]
     MissingAttribute {
         /// Line of the text, from 1.
         line: usize,
@@ -141,7 +141,7 @@ pub enum OsmError {
         key: &'static str,
     },
     /// A value cannot be used.
-    #[error("line {line}: {element}: `{key}` is `{value}`, {expected} expected")]
+    #[error("{element}: `{key}` is `{value}`, {expected} expected")]
     BadValue {
         /// Line of the text, from 1.
         line: usize,
@@ -155,7 +155,7 @@ pub enum OsmError {
         expected: &'static str,
     },
     /// An id is used twice within a kind.
-    #[error("line {line}: {element} appears twice, first on line {first_line}")]
+    #[error("{element} appears twice, first on line {first_line}")]
     Duplicate {
         /// Line of the second one, from 1.
         line: usize,
@@ -165,7 +165,7 @@ pub enum OsmError {
         first_line: usize,
     },
     /// An element refers to one that is not in the file, or is deleted.
-    #[error("line {line}: {from} refers to {to}, which is not in the file")]
+    #[error("{from} refers to {to}, which is not in the file")]
     Missing {
         /// Line at which the referring element begins.
         line: usize,
@@ -174,6 +174,27 @@ pub enum OsmError {
         /// The missing one.
         to: Element,
     },
+}
+
+impl OsmError {
+    /// The line of the text that is wrong, from 1.
+    pub fn line(&self) -> usize {
+        match self {
+            Self::NotUtf8 { line }
+            | Self::NotXml { line, .. }
+            | Self::NotOsm { line, .. }
+            | Self::Truncated { line }
+            | Self::MissingAttribute { line, .. }
+            | Self::BadValue { line, .. }
+            | Self::Duplicate { line, .. }
+            | Self::Missing { line, .. } => *line,
+        }
+    }
+
+    /// The value that cannot be used, as it is written there.
+    pub fn value(&self) -> Option<&str> {
+        if let Self::BadValue { value, .. } = self { Some(value) } else { None }
+    }
 }
 
 /// The element an attribute stands in: the id may be what is wrong.

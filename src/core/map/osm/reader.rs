@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::str;
 
 use quick_xml::XmlVersion;
+use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
@@ -337,6 +338,29 @@ impl Osm {
             };
             found.is_none()
         })
+    }
+}
+
+/// The line on which an element begins, from 1; `None` if it is not in the file.
+pub fn line_of_element(bytes: &[u8], element: Element) -> Option<usize> {
+    let mut reader = Reader::from_str(str::from_utf8(bytes).ok()?);
+    loop {
+        let begin = usize::try_from(reader.buffer_position()).ok()?;
+        let event = reader.read_event().ok()?;
+        if let Event::Start(tag) | Event::Empty(tag) = &event
+            && tag.name().0 == element.kind.to_string()
+        {
+            let mut attributes = tag.attributes();
+            let is_id = |attribute: Attribute<'_>| {
+                attribute.key.0 == "id" && attribute.value.trim().parse() == Ok(element.id)
+            };
+            if attributes.with_checks(false).flatten().any(is_id) {
+                return Some(line_of(bytes, begin));
+            }
+        }
+        if matches!(event, Event::Eof) {
+            return None;
+        }
     }
 }
 

@@ -38,6 +38,20 @@ fn primitives_are_read_with_what_a_map_needs() {
     assert_eq!(osm.nodes.get(99), None);
 }
 
+fn described(error: &OsmError) -> String {
+    format!("line {}: {error}", error.line())
+}
+
+#[test]
+fn the_line_of_an_element_is_found() {
+    let line = |kind, id| line_of_element(SMALL.as_bytes(), Element { kind, id });
+    assert_eq!(
+        [line(Kind::Node, -2), line(Kind::Way, i64::MAX), line(Kind::Relation, -7)],
+        [Some(10), Some(11), Some(12)]
+    );
+    assert_eq!([line(Kind::Way, 1), line(Kind::Node, 99)], [None, None]);
+}
+
 #[test]
 fn deleted_elements_are_not_there() {
     for mark in ["action='delete'", "visible='false'", "deleted='true'"] {
@@ -45,7 +59,7 @@ fn deleted_elements_are_not_there() {
         assert_eq!(read(text.as_bytes()).unwrap().relations.all(), [], "{mark}");
         let text = SMALL.replace("<node id='-2'", &format!("<node id='-2' {mark}"));
         let missing = "line 11: way 9223372036854775807 refers to node -2, which is not in the file";
-        assert_eq!(read(text.as_bytes()).unwrap_err().to_string(), missing, "{mark}");
+        assert_eq!(described(&read(text.as_bytes()).unwrap_err()), missing, "{mark}");
     }
 }
 
@@ -105,7 +119,7 @@ fn errors_name_element_and_line() {
     ];
     for (part, other, expected) in cases {
         let text = if part.is_empty() { String::new() } else { SMALL.replace(part, other) };
-        let error = read(text.as_bytes()).unwrap_err().to_string();
+        let error = described(&read(text.as_bytes()).unwrap_err());
         assert!(
             error == expected || expected.ends_with(": ") && error.starts_with(expected),
             "{part}: {error}"

@@ -1,0 +1,111 @@
+//! The words that were probably meant by one that is not known: the only rule of similarity.
+
+/// The smallest similarity of a word to the one that was probably meant, from 0 to 1.
+const MIN_SIMILARITY: f64 = 0.65;
+/// The number of letters by which a long word may be mistyped.
+const MAX_TYPOS: usize = 3;
+/// Length of the longest word that can be a mistyped one, bytes: comparing takes time with the square of it.
+const MAX_LENGTH: usize = 100;
+
+/// The known words that `given` is most like, equally so; none when none is like it. A word that was cut off, or goes on, is
+/// like the known one.
+pub fn near_misses<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    most_similar(given, known, |given, word| {
+        let begins = |word: &str, other: &str| other.len() >= 5 && word.starts_with(other);
+        let is_part = begins(given, word) || begins(word, given);
+        similarity(given, word).max(if is_part { MIN_SIMILARITY } else { 0.0 })
+    })
+}
+
+/// The known word that `given` is with a few typos.
+pub fn mistyped<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    most_similar(given, known, similarity).first().copied()
+}
+
+fn most_similar<'a>(
+    given: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    similarity: impl Fn(&str, &str) -> f64,
+) -> Vec<&'a str> {
+    let given = plain(given);
+    if given.len() > MAX_LENGTH {
+        return Vec::new();
+    }
+    let mut best = (MIN_SIMILARITY, Vec::new());
+    for word in known {
+        match similarity(&given, &plain(word)) {
+            similarity if similarity > best.0 => best = (similarity, vec![word]),
+            similarity if similarity >= best.0 => best.1.push(word),
+            _ => {}
+        }
+    }
+    best.1
+}
+
+/// The known word that `given` is most like, the first of those that are equally so.
+pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    near_misses(given, known).first().copied()
+}
+
+/// The question for the known word that was probably meant; else `otherwise`.
+pub fn did_you_mean<'a>(
+    given: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    otherwise: impl Into<String>,
+) -> String {
+    nearest(given, known).map_or_else(|| otherwise.into(), |word| format!("did you mean {word}?"))
+}
+
+/// A word without its capitals, hyphens, and version behind an `@`.
+fn plain(word: &str) -> String {
+    word.split('@').next().unwrap_or_default().to_lowercase().replace('-', "_")
+}
+
+/// From 0 to 1; 0 with too many typos.
+fn similarity(given: &str, word: &str) -> f64 {
+    let is_mistyped = strsim::damerau_levenshtein(given, word) <= MAX_TYPOS;
+    if is_mistyped { strsim::normalized_damerau_levenshtein(given, word) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_of_the_fingers_is_understood_and_another_word_is_not() {
+        let known = ["left", "right", "interface", "timeout_ms", "dbc", "node", "EnableAction@v1"];
+        for (given, expected) in [
+            ("lefft", Some("left")),
+            ("rigth", Some("right")),
+            ("Interface", Some("interface")),
+            ("interface_name", Some("interface")),
+            ("timeout-ms", Some("timeout_ms")),
+            ("timeout", Some("timeout_ms")),
+            ("enableActoin@v2", Some("EnableAction@v1")),
+            ("EnableSomeAction", None),
+            ("enab", None),
+            ("face", None),
+            ("dbs", Some("dbc")),
+            ("nod", Some("node")),
+            ("hazard", None),
+            ("off", None),
+            ("", None),
+        ] {
+            assert_eq!(nearest(given, known), expected, "{given}");
+        }
+        assert_eq!(did_you_mean("nod", known, "see the list"), "did you mean node?");
+        assert_eq!(did_you_mean("x", known, "see the list"), "see the list");
+        assert_eq!(nearest(&"left".repeat(100), known), None);
+        assert_eq!(
+            [mistyped("interface_name", known), mistyped("timout_ms", known)],
+            [None, Some("timeout_ms")]
+        );
+    }
+
+    #[test]
+    fn words_that_are_equally_near_are_all_given() {
+        let known = ["honda_touring", "honda_civic", "toyota"];
+        assert_eq!(near_misses("honda", known), ["honda_touring", "honda_civic"]);
+        assert_eq!(near_misses("honda_civc", known), ["honda_civic"]);
+    }
+}
