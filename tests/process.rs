@@ -10,6 +10,7 @@ mod process {
     mod decide_command;
     mod discover_command;
     mod lights_command;
+    mod live_page;
     mod log_output;
     mod mcap;
     mod metrics_endpoint;

@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::arguments::{ConfigArgs, settings_of_node, speed};
 use super::ros_arguments::{self, RosArgs, RosArguments};
+use super::web::WebArgs;
 use super::{Failure, messages};
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
 use crate::config::gateway::DEFAULT_NODE;
@@ -36,7 +37,8 @@ pub(super) const DEMO_HELP: &str = "\
 Examples:
   signal-gateway demo                   45 s of an invented sedan, published on ROS 2
   signal-gateway demo --repeat
-  signal-gateway demo --no-ros          without publishing";
+  signal-gateway demo --no-ros          without publishing
+  signal-gateway demo --repeat --open   in a browser as well";
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -79,6 +81,8 @@ pub(super) struct DemoArgs {
     /// Show only, do not publish
     #[arg(long)]
     no_ros: bool,
+    #[command(flatten)]
+    web: WebArgs,
     #[command(flatten)]
     isolation: IsolationArgs,
     #[command(flatten)]
@@ -125,6 +129,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let overrides = Overrides { profile: None, ros: ros.overrides };
     let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &overrides)?;
     settings.ros.enabled &= !args.no_ros;
+    args.web.apply(&mut settings.http);
     settings.ros.isolated = !args.isolation.no_isolation;
     let (file, stamps) = match &settings.recording {
         Some(recording) => (recording.file.clone(), recording.stamps),

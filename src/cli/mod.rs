@@ -18,6 +18,7 @@ mod ros_arguments;
 mod status;
 mod unreadable;
 mod vehicle;
+mod web;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -9,6 +9,7 @@ use clap::Args;
 use super::arguments::{RecordingArgs, Shown, draw, file_name, open, recording, settings, speed, svg_path};
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
+use super::web::WebArgs;
 use super::{Failure, messages};
 use crate::check::bad_lines_text;
 use crate::check::timeline::TimelineCollector;
@@ -31,6 +32,7 @@ Examples:
   signal-gateway replay --config config/demo.toml --json
   signal-gateway replay drive.log.gz --profile hyundai_kia
   signal-gateway replay drive.log -c gateway.toml --mcap drive.mcap --report drive.html
+  signal-gateway replay drive.log -c gateway.toml --open
   signal-gateway replay drive.log --config gateway.toml --map can1=body \\
     --speed 1 --ros
 
@@ -48,20 +50,22 @@ pub(super) struct ReplayArgs {
     #[arg(long)]
     json: bool,
     /// Write frames and messages to an MCAP file as well, or without `.mcap` to the folder of a rosbag2 bag
-    #[arg(long, value_name = "FILE.mcap|DIR", conflicts_with_all = ["speed", "ros"])]
+    #[arg(long, value_name = "FILE.mcap|DIR", conflicts_with_all = ["speed", "ros", "web", "open"])]
     mcap: Option<PathBuf>,
     /// Write a page with the timeline as well: states, and the frame behind each
-    #[arg(long, value_name = "FILE.html", conflicts_with_all = ["speed", "ros"])]
+    #[arg(long, value_name = "FILE.html", conflicts_with_all = ["speed", "ros", "web", "open"])]
     report: Option<PathBuf>,
     /// Draw the timeline as well
-    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["speed", "ros"])]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["speed", "ros", "web", "open"])]
     picture: Option<PathBuf>,
-    /// Play with the original timing times FACTOR; default: as fast as possible
+    /// Play with the original timing times FACTOR; default: as fast as possible, with --web 1
     #[arg(long, value_name = "FACTOR", value_parser = speed)]
     speed: Option<f64>,
     /// Publish on ROS 2 as well, at --speed 1 unless given
     #[arg(long)]
     ros: bool,
+    #[command(flatten)]
+    web: WebArgs,
     #[command(flatten)]
     isolation: IsolationArgs,
 }
@@ -75,7 +79,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         hardware_id: settings.hardware_id.clone(),
         buses: settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect(),
     });
-    if args.ros || args.speed.is_some() {
+    if args.ros || args.speed.is_some() || args.web.is_on() {
         return replay_in_time(args, settings, &path, routes, json);
     }
     let log = open(&path, Shown::WithoutOutput)?;
@@ -171,6 +175,7 @@ fn replay_in_time(
 ) -> Result<ExitCode, Failure> {
     settings.ros.enabled = args.ros;
     settings.ros.isolated = !args.isolation.no_isolation;
+    args.web.apply(&mut settings.http);
     let configured = settings.recording.as_ref().map(|recording| recording.stamps);
     let stamps = if args.ros { configured.unwrap_or_default() } else { Stamps::Recorded };
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };

@@ -6,11 +6,13 @@ use std::future::pending;
 use std::io;
 use std::net::TcpListener;
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::pages::router;
 use crate::config::Settings;
+use crate::config::gateway::HttpConfig;
 use crate::core::diagnostics::Status;
 use crate::core::gateway::Gateway;
 use crate::core::gateway::snapshot::{Build, ProcessSnapshot, Snapshot};
@@ -56,9 +58,12 @@ impl Watching {
         });
         let http = settings.http.address.and_then(|address| {
             let failed = |error: &io::Error| tracing::warn!("no HTTP server: {address}: {error}");
-            TcpListener::bind(address).inspect_err(failed).ok()
+            http::bind(address).inspect_err(failed).ok()
         });
-        let feed = open(socket.as_ref(), http, &settings.http.hosts);
+        if let (Some(_), Some(url)) = (&http, settings.http.url().filter(|_| settings.http.opens_browser)) {
+            open_browser(&url);
+        }
+        let feed = open(socket.as_ref(), http, &settings.http);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.as_str());
         Self {
             feed,
@@ -154,12 +159,16 @@ fn build() -> Build {
 }
 
 /// Starts the thread that serves the socket and HTTP; `None` when there is neither.
-fn open(socket: Option<&StatusSocket>, http: Option<TcpListener>, hosts: &[String]) -> Option<SnapshotFeed> {
+fn open(
+    socket: Option<&StatusSocket>,
+    http: Option<TcpListener>,
+    config: &HttpConfig,
+) -> Option<SnapshotFeed> {
     if socket.is_none() && http.is_none() {
         return None;
     }
     let (feed, source) = SnapshotFeed::new();
-    let started = start_serving(socket, http, hosts, source);
+    let started = start_serving(socket, http, config, source);
     started.inspect_err(|error| tracing::warn!("no status: {error}")).ok()?;
     Some(feed)
 }
@@ -167,13 +176,13 @@ fn open(socket: Option<&StatusSocket>, http: Option<TcpListener>, hosts: &[Strin
 fn start_serving(
     socket: Option<&StatusSocket>,
     http: Option<TcpListener>,
-    hosts: &[String],
+    config: &HttpConfig,
     source: SnapshotSource,
 ) -> io::Result<()> {
     let socket = socket.map(StatusSocket::listener).transpose()?;
-    let hosts = hosts.to_vec();
+    let hosts = config.hosts.clone();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let pages = router(source.clone());
+    let pages = router(source.clone(), config.page);
     thread::Builder::new().name("status".to_owned()).spawn(move || {
         runtime.block_on(async {
             let socket = async {
@@ -195,6 +204,17 @@ fn start_serving(
         });
     })?;
     Ok(())
+}
+
+/// Opens a page in the browser of the desktop, if there is one.
+fn open_browser(url: &str) {
+    let mut command = Command::new("xdg-open");
+    let command = command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    match command.spawn() {
+        // It ends at once, or with the browser.
+        Ok(mut opener) => drop(thread::spawn(move || opener.wait())),
+        Err(error) => tracing::warn!("no browser: xdg-open: {error}; the page is {url}"),
+    }
 }
 
 fn runtime_socket(variable: Option<OsString>) -> Option<PathBuf> {

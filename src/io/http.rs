@@ -2,32 +2,91 @@
 
 use std::convert::Infallible;
 use std::io;
-use std::net::{IpAddr, TcpListener};
-use std::sync::Arc;
+use std::net::{IpAddr, SocketAddr, TcpListener};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use axum::Router;
 use axum::extract::Request;
-use axum::http::header::{CONTENT_SECURITY_POLICY, HOST, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS};
+use axum::http::header::{
+    ALLOW, CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, HeaderName, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+    X_FRAME_OPTIONS,
+};
 use axum::http::{HeaderValue, Method, StatusCode};
 use axum::middleware::{Next, from_fn};
 use axum::response::{IntoResponse as _, Response};
+use axum::{Extension, Router};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::sync::Semaphore;
-use tokio::time::{sleep, timeout};
+use tokio::net::TcpSocket;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::time::{Instant, sleep, sleep_until};
 
-/// Connections that are served at once; one more is closed.
+/// Requests that are served at once; the connection of one more is closed.
 pub const MAX_CONNECTIONS: usize = 64;
-/// Longest time of a connection, which serves one request.
+/// Streams that are served at once, beside the requests.
+pub const MAX_STREAMS: usize = 64;
+/// Longest time of a connection, which serves one request; of a stream, the longest time from one event to the next.
 const CONNECTION_TIMEOUT: Duration = Duration::from_secs(10);
+/// Bytes that wait in the kernel for a client that does not read: what it then reads is hardly outdated.
+const SEND_BUFFER: u32 = 64 * 1024;
+/// Connections that wait to be accepted.
+const BACKLOG: u32 = 128;
 /// Longest time until the head of a request has come.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 /// Largest head of a request.
 const MAX_HEAD: usize = 16 * 1024;
 /// Pause before the next connection when there are too many, or no file descriptors.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
+
+/// A listener at an address. Must be called within a runtime.
+///
+/// # Errors
+/// An address that is in use, or not one of this computer.
+pub fn bind(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    socket.set_reuseaddr(true)?;
+    // Those that are accepted inherit it.
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)?.into_std()
+}
+
+/// The connection of a request, among its extensions: it ends in time, unless its answer is a stream.
+#[derive(Debug, Clone)]
+pub struct Connection(Arc<ConnectionState>);
+
+#[derive(Debug)]
+struct ConnectionState {
+    end: watch::Sender<Instant>,
+    place: Mutex<OwnedSemaphorePermit>,
+    streams: Arc<Semaphore>,
+}
+
+impl Connection {
+    /// Makes the connection one of a stream, which leaves its place to another request; false when there are too many streams.
+    pub fn begin_stream(&self) -> bool {
+        let Ok(place) = Arc::clone(&self.0.streams).try_acquire_owned() else { return false };
+        *self.0.place.lock().unwrap_or_else(PoisonError::into_inner) = place;
+        true
+    }
+
+    /// Puts the end off. Call it whenever the stream is to give an event: that happens once the client has taken the one before.
+    pub fn extend(&self) {
+        self.0.end.send_replace(Instant::now() + CONNECTION_TIMEOUT);
+    }
+}
+
+/// Waits until a connection is to end, however often that is put off.
+async fn over(mut end: watch::Receiver<Instant>) {
+    loop {
+        let at = *end.borrow_and_update();
+        sleep_until(at).await;
+        if *end.borrow() <= at {
+            return;
+        }
+    }
+}
 
 /// Answers requests by `router` for ever: those of method GET or HEAD, for a host that is an address, `localhost` or one
 /// of `hosts`. A page elsewhere whose name leads here gets nothing.
@@ -43,6 +102,7 @@ pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) ->
         async move { Ok::<_, Infallible>(answer(request, next, &hosts).await) }
     }));
     let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    let streams = Arc::new(Semaphore::new(MAX_STREAMS));
     loop {
         let Ok((stream, _)) = listener.accept().await else {
             sleep(BUSY_PAUSE).await;
@@ -53,7 +113,9 @@ pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) ->
             sleep(BUSY_PAUSE).await;
             continue;
         };
-        let service = TowerToHyperService::new(router.clone());
+        let (end, ended) = watch::channel(Instant::now() + CONNECTION_TIMEOUT);
+        let state = ConnectionState { end, place: Mutex::new(place), streams: Arc::clone(&streams) };
+        let router = router.clone().layer(Extension(Connection(Arc::new(state))));
         tokio::spawn(async move {
             let mut server = http1::Builder::new();
             server
@@ -62,27 +124,35 @@ pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) ->
                 .max_buf_size(MAX_HEAD)
                 .keep_alive(false);
             // A client that goes away, or sends nonsense, concerns nobody else.
-            let _ = timeout(CONNECTION_TIMEOUT, server.serve_connection(TokioIo::new(stream), service)).await;
-            drop(place);
+            tokio::select! {
+                _ = server.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router)) => {}
+                () = over(ended) => {}
+            }
         });
     }
 }
+
+/// Headers of every answer that has not set them.
+const HEADERS: [(HeaderName, &str); 5] = [
+    (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (REFERRER_POLICY, "no-referrer"),
+    (X_FRAME_OPTIONS, "DENY"),
+    (CACHE_CONTROL, "no-store"),
+    (CONTENT_SECURITY_POLICY, "default-src 'none'; frame-ancestors 'none'"),
+];
 
 async fn answer(request: Request, next: Next, hosts: &[String]) -> Response {
     let host = request.headers().get(HOST).and_then(|host| host.to_str().ok());
     let mut response = if !host.is_some_and(|host| is_known(host, hosts)) {
         (StatusCode::MISDIRECTED_REQUEST, "unknown host; add it to hosts in [http]\n").into_response()
     } else if ![Method::GET, Method::HEAD].contains(request.method()) {
-        (StatusCode::METHOD_NOT_ALLOWED, "only GET\n").into_response()
+        (StatusCode::METHOD_NOT_ALLOWED, [(ALLOW, "GET, HEAD")], "only GET\n").into_response()
     } else {
         next.run(request).await
     };
-    let headers = response.headers_mut();
-    headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers
-        .entry(CONTENT_SECURITY_POLICY)
-        .or_insert(HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'"));
+    for (name, value) in HEADERS {
+        response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));
+    }
     response
 }
 

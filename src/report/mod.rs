@@ -9,6 +9,7 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
+//! | [`live_page`] | the same in a browser |
 //! | [`metrics`] | the same for Prometheus |
 //! | [`status`] | the present state of a running gateway |
 //! | [`timeline`] | a recording: states over time, each with the frame behind it |
@@ -25,6 +26,7 @@ pub mod discovery;
 pub mod drive;
 pub mod gateway;
 pub mod lights;
+pub mod live_page;
 pub mod metrics;
 pub mod refusal;
 pub mod status;

@@ -10,19 +10,19 @@ use crate::support::prerequisite::{Missing, Prerequisite, require};
 use crate::support::process::{DEADLINE, Folder, Process};
 
 /// A gateway on the demo recording, with metrics.
-struct Gateway {
+pub(super) struct Gateway {
     process: Process,
-    address: SocketAddr,
+    pub(super) address: SocketAddr,
     _folder: Folder,
 }
 
 /// An address that nobody uses at the moment.
-fn free_address() -> SocketAddr {
+pub(super) fn free_address() -> SocketAddr {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap()
 }
 
 impl Gateway {
-    fn run(keys: &str) -> Self {
+    pub(super) fn run(keys: &str) -> Self {
         let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
         let address = free_address();
         let keys = format!(
@@ -40,16 +40,16 @@ impl Gateway {
         gateway
     }
 
-    fn get(&self, path: &str) -> Option<String> {
+    pub(super) fn get(&self, path: &str) -> Option<String> {
         self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.address))
     }
 
-    fn ask(&self, request: &str) -> Option<String> {
+    pub(super) fn ask(&self, request: &str) -> Option<String> {
         ask(self.address, request)
     }
 }
 
-fn ask(address: SocketAddr, request: &str) -> Option<String> {
+pub(super) fn ask(address: SocketAddr, request: &str) -> Option<String> {
     let mut stream = TcpStream::connect(address).ok()?;
     stream.set_read_timeout(Some(DEADLINE)).unwrap();
     stream.write_all(request.as_bytes()).ok()?;
@@ -58,7 +58,7 @@ fn ask(address: SocketAddr, request: &str) -> Option<String> {
     Some(answer)
 }
 
-fn body(answer: &str) -> &str {
+pub(super) fn body(answer: &str) -> &str {
     answer.split_once("\r\n\r\n").unwrap().1
 }
 
@@ -100,7 +100,7 @@ fn other_hosts_methods_and_paths_are_refused_and_garbage_harms_nobody() {
             "{method}"
         );
     }
-    assert_eq!(status("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"), "404");
+    assert_eq!(status("GET /metric HTTP/1.1\r\nHost: localhost\r\n\r\n"), "404");
     let long = format!("GET /metrics HTTP/1.1\r\nHost: localhost\r\nX: {}\r\n\r\n", "x".repeat(100_000));
     for garbage in ["\0\0\0\0\r\n\r\n", "GET\r\n\r\n", &long] {
         assert_ne!(status(garbage), "200");

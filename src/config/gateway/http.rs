@@ -1,16 +1,39 @@
-//! `[http]`: the address at which metrics are served.
+//! `[http]`: the address at which the live page and metrics are served.
 
 use std::net::SocketAddr;
 
 use crate::config::reading::fields::Fields;
 
 /// The HTTP server; it is off without an address.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HttpConfig {
     /// Address and port to listen at; `None` for no server.
     pub address: Option<SocketAddr>,
     /// Names of this computer that requests may use, beside addresses and `localhost`.
     pub hosts: Vec<String>,
+    /// False for metrics only.
+    pub page: bool,
+    /// True to open the page in a browser; of the command line.
+    pub opens_browser: bool,
+}
+
+impl HttpConfig {
+    /// Where a browser on this computer finds the page; `None` if it is off.
+    pub fn url(&self) -> Option<String> {
+        let address = self.address.filter(|_| self.page)?;
+        let host = match (address.ip().is_unspecified(), address.is_ipv4()) {
+            (true, true) => SocketAddr::from(([127, 0, 0, 1], address.port())),
+            (true, false) => SocketAddr::from(([0, 0, 0, 0, 0, 0, 0, 1], address.port())),
+            (false, _) => address,
+        };
+        Some(format!("http://{host}/"))
+    }
+}
+
+impl Default for HttpConfig {
+    fn default() -> Self {
+        Self { address: None, hosts: Vec::new(), page: true, opens_browser: false }
+    }
 }
 
 /// Reads the section; what is absent has its default.
@@ -23,6 +46,8 @@ pub(super) fn http(fields: Fields<'_>) -> HttpConfig {
     let config = HttpConfig {
         address,
         hosts: hosts.filter_map(|host| Some(fields.checker.string(host)?.text)).collect(),
+        page: fields.flag("page").unwrap_or(true),
+        opens_browser: false,
     };
     fields.done();
     config

@@ -132,9 +132,10 @@ const HAZARD: Kind<HazardCommand> = Kind {
     number: |command| command as u8,
 };
 
-const LONG_AGE_LIMITS: &str = "[turn_signal.age_limits]\nodometry_ms = 3000\nplanned_path_ms = 3000\n\
-    manoeuvre_ms = 3000\nscenario_ms = 3000\n\
-    hazard_request_ms = 3000\n";
+/// Longer than the peer waits for a gateway: however long the machine keeps one of them, no input is too old.
+const LONG_AGE_LIMITS: &str = "[turn_signal.age_limits]\nodometry_ms = 60000\nplanned_path_ms = 60000\n\
+    manoeuvre_ms = 60000\nscenario_ms = 60000\n\
+    hazard_request_ms = 60000\n";
 
 /// A machine that leaves both sides waiting for longer spoils a drive, seconds.
 const STALL_S: f64 = 0.15;
@@ -275,6 +276,11 @@ fn scenario(bench: &Bench, name: &str) -> Report {
                 report.objections.extend(wrong.iter().map(|wrong| format!("{name}, {mode:?}: {wrong}")));
                 report.figures.append(own);
             }
+        }
+    }
+    if !report.objections.is_empty() {
+        for (_, process) in &gateways {
+            println!("{name}: log of a gateway:\n{}", process.log().join("\n"));
         }
     }
     report

@@ -7,5 +7,5 @@ use crate::support::prerequisite::require;
 #[test]
 fn shipped_scenarios_drive_through_as_they_expect() {
     require!(Cyclone::on_loopback());
-    drive_through(shipped(), 10);
+    drive_through(shipped(), 4);
 }

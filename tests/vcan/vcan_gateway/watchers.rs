@@ -1,7 +1,8 @@
-//! The status socket of a gateway on a real bus: its values are those of the bus and of the reader, and clients that do
-//! not read delay no report.
+//! The status socket and the live page of a gateway on a real bus: the values are those of the bus and of the reader, and
+//! clients that do not read delay no report.
 
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
@@ -17,6 +18,25 @@ const STATUS: &str = "[status]\nsocket = \"status.sock\"\n";
 
 fn bench(interface: &'static str) -> Result<Bench, crate::support::prerequisite::Missing> {
     Bench::new(interface, STATUS)
+}
+
+/// A client of the live page that reads the first byte of its stream and no more.
+fn open_page(address: SocketAddr) -> TcpStream {
+    let end = Instant::now() + DEADLINE;
+    loop {
+        // A place may still be that of a client that has just left.
+        if let Ok(mut stream) = TcpStream::connect(address) {
+            stream.set_read_timeout(Some(DEADLINE)).unwrap();
+            let request = format!("GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n");
+            let mut answer = [0; 13];
+            let read = stream.write_all(request.as_bytes()).and_then(|()| stream.read_exact(&mut answer));
+            if read.is_ok() && &answer == b"HTTP/1.1 200 " {
+                return stream;
+            }
+        }
+        assert!(Instant::now() < end, "no stream");
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 fn connect(bench: &Bench) -> UnixStream {
@@ -86,18 +106,22 @@ fn status_has_the_frames_of_the_bus_and_the_reports_of_the_reader() {
     gateway.stop("TERM");
 }
 
-/// Frame to report at the reader, with and without fifty clients that never read, in turn.
+/// Frame to report at the reader, with and without clients that do not read, fifty of the status socket and fifty of the
+/// live page, in turn.
 #[test]
 fn fifty_clients_that_do_not_read_delay_and_lose_no_report() {
     const ROUNDS: usize = 8;
     const FRAMES: usize = 12;
-    let bench = require!(bench("vcan-watch"));
+    let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let keys = format!("{STATUS}[http]\naddress = \"{address}\"\n");
+    let bench = require!(Bench::new("vcan-watch", &keys));
     let (reader, mut gateway) = bench.start();
     gateway.wait_for_log("turn_indicators");
     drop(connect(&bench));
     let mut times = [Vec::new(), Vec::new()];
     for round in 0..ROUNDS {
-        let clients: Vec<_> = (0..50 * (round % 2)).map(|_| connect(&bench)).collect();
+        let count = 50 * (round % 2);
+        let clients: Vec<_> = (0..count).map(|_| (connect(&bench), open_page(address))).collect();
         for frame in 0..FRAMES {
             let (data, report) = if frame % 2 == 0 { (LEFT, ENABLE_LEFT) } else { (RIGHT, ENABLE_RIGHT) };
             let (mark, sent) = (reader.mark(), Instant::now());
@@ -114,7 +138,7 @@ fn fifty_clients_that_do_not_read_delay_and_lose_no_report() {
     });
     let ratio = with.0.as_secs_f64() / without.0.as_secs_f64();
     println!(
-        "frame to report: p50 {:?}, p95 {:?}; with 50 slow clients: p50 {:?}, p95 {:?}; ratio {ratio:.2}",
+        "frame to report: p50 {:?}, p95 {:?}; with 50 slow clients of socket and page each: p50 {:?}, p95 {:?}; ratio {ratio:.2}",
         without.0, without.1, with.0, with.1
     );
     assert!(ratio < 3.0, "the clients make it slower: {without:?}, {with:?}");

@@ -1,0 +1,113 @@
+"use strict";
+// Elements: made once, changed only where something is different, so that focus and open details stay.
+const by = (id) => document.getElementById(id);
+const element = (name, className = "", ...content) => {
+  const made = document.createElement(name);
+  if (className) made.className = className;
+  made.append(...content);
+  return made;
+};
+const setText = (target, text) => { if (target.textContent !== text) target.textContent = text; };
+const setClass = (target, name) => { if (target.getAttribute("class") !== name) target.setAttribute("class", name); };
+const setHidden = (target, hidden) => { if (target.hidden !== hidden) target.hidden = hidden; };
+const replace = (target, content) => {
+  const wanted = content.map((part) => part.outerHTML).join("");
+  if (target.dataset.content === wanted) return;
+  target.dataset.content = wanted;
+  target.replaceChildren(...content);
+};
+
+// Children of a list by key; `make` a new one, `update` each.
+const keyed = (list, items, keyOf, make, update) => {
+  const present = new Map([...list.children].map((child) => [child.dataset.key, child]));
+  items.forEach((item, position) => {
+    const key = String(keyOf(item));
+    let child = present.get(key);
+    if (child) present.delete(key);
+    else {
+      child = make(item);
+      child.dataset.key = key;
+    }
+    update(child, item);
+    if (list.children[position] !== child) list.insertBefore(child, list.children[position] ?? null);
+  });
+  present.forEach((child) => child.remove());
+};
+
+// Texts.
+const TONES = { OK: "ok", WARN: "warn", ERROR: "error" };
+const VALUES = { DISABLE: "off", ENABLE: "on", ENABLE_LEFT: "left", ENABLE_RIGHT: "right", LEFT: "left", RIGHT: "right", NO_COMMAND: "no command" };
+const valueText = (value) => VALUES[value] ?? String(value).replaceAll("_", " ").toLowerCase();
+const words = (text) => text.replaceAll("_", " ");
+const ageText = (ms) => {
+  if (ms === null || ms === undefined) return "";
+  if (ms < 1000) return `${Math.round(ms)} ms`;
+  const seconds = ms / 1000;
+  if (seconds < 60) return `${seconds.toFixed(1)} s`;
+  const minutes = Math.floor(seconds / 60);
+  return minutes < 60 ? `${minutes} min ${Math.floor(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+};
+const clock = (date) => date.toTimeString().slice(0, 8);
+
+// A word with a sign before it, so that colour is never alone.
+const SIGNS = { ok: "✓", warn: "!", error: "✕", none: "–" };
+const badge = (tone, text) => {
+  const sign = element("span", "sign", SIGNS[tone] ?? "");
+  sign.setAttribute("aria-hidden", "true");
+  return element("span", `badge ${tone}`, sign, text);
+};
+const pairs = (entries) => {
+  const list = element("dl");
+  for (const [name, value] of entries) {
+    if (value === null || value === undefined || value === "") continue;
+    list.append(element("dt", "", name), element("dd", "", value));
+  }
+  return list;
+};
+
+// The car. A side is on, off, or unknown: a report that is withheld may be anything.
+const sidesOf = (turn, hazard) => {
+  const isUnknown = (report) => Boolean(report) && report.published === null;
+  const side = (name) => {
+    if (hazard?.published === "ENABLE" || turn?.published === name) return "on";
+    return isUnknown(turn) || isUnknown(hazard) ? "unknown" : "off";
+  };
+  return turn || hazard ? [side("ENABLE_LEFT"), side("ENABLE_RIGHT")] : ["unknown", "unknown"];
+};
+const stateOf = (snapshot) => {
+  const { turn_indicators: turn, hazard_lights: hazard } = snapshot;
+  if (hazard?.published === "ENABLE") return "hazard";
+  if (turn && turn.published === null) return "withheld";
+  if (turn?.published === "ENABLE_LEFT") return "left";
+  if (turn?.published === "ENABLE_RIGHT") return "right";
+  return hazard && hazard.published === null ? "withheld" : "off";
+};
+const CAPTIONS = {
+  hazard: "hazard lights on", left: "turning left", right: "turning right", off: "lights off",
+  withheld: "not known: the report is withheld",
+};
+const drawCar = (snapshot) => {
+  const [left, right] = sidesOf(snapshot.turn_indicators, snapshot.hazard_lights);
+  setClass(by("car-left"), `side ${left}`);
+  setClass(by("car-right"), `side ${right}`);
+  document.querySelectorAll(".lamp").forEach((lamp) => {
+    const name = lamp.classList.contains("left") ? "left" : "right";
+    setClass(lamp, `lamp ${name} ${name === "left" ? left : right}`);
+  });
+  setText(by("car-text"), CAPTIONS[stateOf(snapshot)]);
+};
+
+// Bulbs of a traffic light, by colour, letter and shape.
+const SHAPES = {
+  left: "←", right: "→", up: "↑", down: "↓", upperLeft: "↖", upperRight: "↗", lowerLeft: "↙", lowerRight: "↘",
+  cross: "✕", unknown: "?",
+};
+const LETTERS = { red: "R", yellow: "Y", green: "G", white: "W", unknown: "?" };
+const bulbsText = (state) => (state || "dark").replaceAll(" solidOn", "").replaceAll("solidOff", "off").replaceAll(" unknown", "").replaceAll(" circle", "");
+const bulbs = (state) => {
+  if (!state) return [element("span", "bulb dark", "")];
+  return state.split(", ").map((text) => {
+    const [color, status, shape] = text.split(" ");
+    return element("span", `bulb ${color} ${status}`, SHAPES[shape] ?? LETTERS[color] ?? "?");
+  });
+};

@@ -1,0 +1,117 @@
+// What happened since the page was opened: the timeline, the changes of statuses, and announcements.
+const TIMELINE_MS = 60_000;
+const MAX_CHANGES = 200;
+const lanes = new Map(); // label to spans, the last of which is going on
+const known = new Map(); // task to level and message
+let failures = null;
+
+const begin = (label, at, tone, text) => {
+  const spans = lanes.get(label) ?? [];
+  const last = spans.at(-1);
+  lanes.set(label, spans);
+  if (last && last.tone === tone && last.text === text) return;
+  if (last) last.to = at;
+  spans.push({ from: at, to: null, tone, text });
+};
+const forget = (at) => {
+  for (const [label, spans] of lanes) {
+    while (spans.length && spans[0].to !== null && spans[0].to < at - TIMELINE_MS) spans.shift();
+    if (!spans.length) lanes.delete(label);
+  }
+};
+
+const REPORT_TONES = { DISABLE: "off", ENABLE: "hazard", ENABLE_LEFT: "left", ENABLE_RIGHT: "right" };
+const failuresOf = (report) => (report ? report.failures.unknown + report.failures.invalid + report.failures.hardware_fault : 0);
+const remember = (snapshot, at) => {
+  for (const [key, title] of REPORTS) {
+    const report = snapshot[key];
+    if (!report) continue;
+    const label = `${title}, report`;
+    // One that began and ended between two snapshots was seen by its counter only.
+    if (failures && failures.pid === snapshot.process?.pid && failuresOf(report) > failures[key] && report.published !== null && report.last_failure) {
+      begin(label, Math.max(at - report.last_failure.age_ms, at - 200), "error", report.last_failure.text);
+    }
+    if (report.published === null) begin(label, at, "error", report.withheld ?? "withheld");
+    else begin(label, at, REPORT_TONES[report.published] ?? "plain", valueText(report.published));
+    const command = snapshot.commands?.[key];
+    if (command) begin(`${title}, command`, at, command.requested ?? "none", command.requested === null ? words(command.command) : words(command.requested));
+  }
+  failures = {
+    pid: snapshot.process?.pid, turn_indicators: failuresOf(snapshot.turn_indicators), hazard_lights: failuresOf(snapshot.hazard_lights),
+  };
+  const turn = snapshot.decider?.decision?.turn;
+  if (turn) begin("Decider", at, valueText(turn).replace(" ", "-"), valueText(turn));
+  for (const bus of snapshot.buses) {
+    const isDown = bus.link !== "up";
+    const text = isDown ? `link ${words(bus.link)}` : bus.controller?.state === "bus-off" ? "bus-off" : words(bus.reception);
+    begin(`Bus ${bus.name}`, at, text === "bus-off" || isDown ? "error" : BUS_TONES[bus.reception] ?? "error", text);
+  }
+  begin("All statuses", at, TONES[snapshot.level], snapshot.level);
+  noteChanges(snapshot);
+};
+
+const noteChanges = (snapshot) => {
+  for (const status of snapshot.diagnostics) {
+    const before = known.get(status.task);
+    known.set(status.task, status.level + status.message);
+    if (before === undefined || before === status.level + status.message) continue;
+    note(status.level, `${status.task}: ${status.message}`);
+  }
+};
+const note = (level, text) => {
+  const history = by("history");
+  const time = element("time", "", clock(new Date()));
+  history.prepend(element("li", "", time, " ", badge(TONES[level], level), " ", text));
+  while (history.children.length > MAX_CHANGES) history.lastChild.remove();
+};
+
+// Begins a gap in all lanes.
+const interrupt = (at) => {
+  for (const label of lanes.keys()) begin(label, at, "gap", "no connection");
+  failures = null;
+};
+
+const drawTimeline = (at) => {
+  forget(at);
+  const from = at - TIMELINE_MS;
+  keyed(by("lanes"), [...lanes], ([label]) => label, ([label]) => {
+    const track = element("div", "track");
+    track.setAttribute("role", "img");
+    return element("div", "lane", element("span", "name", label), track);
+  }, (lane, [label, spans]) => {
+    const track = lane.lastChild;
+    keyed(track, spans, (span) => span.from, (span) => element("div", "", element("span", "", span.text)), (drawn, span) => {
+      const left = Math.max((span.from - from) / TIMELINE_MS, 0);
+      const right = ((span.to ?? at) - from) / TIMELINE_MS;
+      setClass(drawn, `span ${span.tone}${right - left < 0.05 ? " narrow" : ""}`);
+      drawn.style.left = `${left * 100}%`;
+      drawn.style.width = `${Math.max(right - left, 0) * 100}%`;
+      drawn.title = span.text;
+    });
+    const last = spans.at(-1);
+    const label2 = `${label}: ${last.text}, after ${spans.slice(-5, -1).map((span) => span.text).join(", ") || "nothing"}`;
+    if (track.getAttribute("aria-label") !== label2) track.setAttribute("aria-label", label2);
+  });
+};
+
+// Changes, in one sentence at most once a second.
+const spoken = new Map();
+let waiting = [];
+let speaking = 0;
+const announce = (text) => {
+  waiting.push(text);
+  if (speaking) return;
+  speaking = setTimeout(() => {
+    speaking = 0;
+    by("announcement").textContent = waiting.slice(-3).join("; ");
+    waiting = [];
+  }, 1000);
+};
+const announceChanges = (snapshot) => {
+  const present = [["state", CAPTIONS[stateOf(snapshot)]], ["level", `all statuses: ${snapshot.level}`]];
+  for (const bus of snapshot.buses) present.push([`bus ${bus.name}`, `bus ${bus.name}: ${bus.controller?.state === "bus-off" ? "bus-off" : words(bus.reception)}`]);
+  for (const [key, text] of present) {
+    if (spoken.has(key) && spoken.get(key) !== text) announce(text);
+    spoken.set(key, text);
+  }
+};

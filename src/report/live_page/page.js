@@ -1,0 +1,108 @@
+// The connection: a stream of snapshots. What is shown is marked as old as soon as none came for a while.
+const EVENTS = "/events";
+const SILENCE_MS = 2_000;
+const LAG_MS = 3_000;
+const AGAIN_MS = 2_000;
+let source = null;
+let again = 0;
+let lastAt = null; // performance.now() of the last snapshot
+let lastClock = null; // its time of day
+let offset = null; // least difference between our clock and the process's
+let pid = null;
+let isPaused = false;
+let isOld = false;
+
+let shown = null;
+const show = (snapshot) => {
+  shown = snapshot;
+  drawHeader(snapshot);
+  drawCar(snapshot);
+  drawReports(snapshot);
+  drawTrust(snapshot);
+  drawBuses(snapshot);
+  drawDecider(snapshot);
+  drawLights(snapshot);
+  drawDiagnostics(snapshot);
+};
+
+// Time by which a snapshot is later than the fastest one was: a slow network or browser.
+const lagOf = (snapshot, at) => {
+  const process = snapshot.process;
+  if (!process) return 0;
+  if (process.pid !== pid) [pid, offset] = [process.pid, null];
+  const difference = at - process.uptime_ms;
+  offset = offset === null ? difference : Math.min(offset, difference);
+  return difference - offset;
+};
+
+const markOld = (text) => {
+  if (!isOld) {
+    isOld = true;
+    interrupt(lastAt ?? performance.now());
+    document.body.classList.add("old");
+    announce(text);
+  }
+  setText(by("old"), text);
+  setHidden(by("old"), false);
+};
+const markPresent = () => {
+  if (!isOld) return;
+  isOld = false;
+  document.body.classList.remove("old");
+  setHidden(by("old"), true);
+  announce("connected again");
+};
+
+const take = (event) => {
+  const at = performance.now();
+  const snapshot = JSON.parse(event.data);
+  const lag = lagOf(snapshot, at);
+  [lastAt, lastClock] = [at, new Date()];
+  if (lag > LAG_MS) {
+    markOld(`The connection is slow: the values below are ${ageText(lag)} old`);
+    return;
+  }
+  markPresent();
+  remember(snapshot, at);
+  announceChanges(snapshot);
+  if (!isPaused) {
+    show(snapshot);
+    drawTimeline(at);
+  }
+  setText(by("connection"), isPaused ? "paused" : "live");
+};
+
+const connect = () => {
+  clearTimeout(again);
+  source?.close();
+  source = new EventSource(EVENTS);
+  source.addEventListener("message", take);
+  source.addEventListener("error", () => {
+    // It tries again by itself, unless the answer was a refusal.
+    if (source.readyState === EventSource.CLOSED) again = setTimeout(connect, AGAIN_MS);
+    check();
+  });
+};
+
+const check = () => {
+  const silence = lastAt === null ? Infinity : performance.now() - lastAt;
+  if (source.readyState !== EventSource.OPEN || silence > SILENCE_MS) {
+    setText(by("connection"), "connecting …");
+    if (lastClock) markOld(`Connection lost since ${clock(lastClock)}: the values below are old`);
+  }
+};
+
+const pause = () => {
+  isPaused = !isPaused;
+  by("pause").setAttribute("aria-pressed", String(isPaused));
+  document.body.classList.toggle("paused", isPaused);
+  setText(by("connection"), isPaused ? `paused at ${clock(new Date())}` : "live");
+};
+by("pause").addEventListener("click", pause);
+document.addEventListener("keydown", (event) => {
+  if (event.key === "p" && !event.ctrlKey && !event.altKey && !event.metaKey) pause();
+});
+// Details of a status are drawn while they are open, and when they are opened.
+by("statuses").addEventListener("toggle", () => shown && drawDiagnostics(shown), true);
+setInterval(check, 500);
+connect();

@@ -1,0 +1,141 @@
+//! The live page over HTTP: its headers, its stream, its limits. `tests/live_page` looks at it in a browser.
+
+use std::fs::Permissions;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt as _;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::metrics_endpoint::{Gateway, ask, body, free_address};
+use crate::support::process::{DEADLINE, Process};
+
+/// A stream of events whose answer is not read yet.
+fn open_stream(gateway: &Gateway) -> TcpStream {
+    let mut stream = TcpStream::connect(gateway.address).unwrap();
+    stream.set_read_timeout(Some(DEADLINE)).unwrap();
+    stream
+        .write_all(format!("GET /events HTTP/1.1\r\nHost: {}\r\n\r\n", gateway.address).as_bytes())
+        .unwrap();
+    stream
+}
+
+/// The next snapshot of a stream; `None` at its end.
+fn snapshot(stream: &mut BufReader<TcpStream>) -> Option<Value> {
+    let mut line = String::new();
+    while stream.read_line(&mut line).ok()? > 0 {
+        if let Some(data) = line.trim_end().strip_prefix("data: ") {
+            return serde_json::from_str(data).ok();
+        }
+        line.clear();
+    }
+    None
+}
+
+#[test]
+fn page_is_one_document_that_may_load_nothing_but_its_own_stream() {
+    let gateway = Gateway::run("");
+    let page = gateway.get("/").unwrap();
+    let (head, document) = page.split_once("\r\n\r\n").unwrap();
+    let head = head.to_lowercase();
+    for header in [
+        "content-type: text/html; charset=utf-8",
+        "x-content-type-options: nosniff",
+        "x-frame-options: deny",
+        "referrer-policy: no-referrer",
+        "cache-control: no-store",
+        "content-security-policy: default-src 'none'; style-src 'sha256-",
+        "script-src 'sha256-",
+        "connect-src 'self'",
+        "frame-ancestors 'none'",
+    ] {
+        assert!(head.contains(header), "{header}: {head}");
+    }
+    assert!(!head.contains("unsafe"), "{head}");
+    for outside in ["src=", "@import", "url(", "style=\"", "onclick"] {
+        assert!(!document.contains(outside), "{outside}");
+    }
+    let elsewhere = gateway.ask("GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n").unwrap();
+    assert!(elsewhere.starts_with("HTTP/1.1 421 "), "{elsewhere}");
+    for path in ["/", "/events", "/metrics"] {
+        let written = gateway.ask(&format!("POST {path} HTTP/1.1\r\nHost: localhost\r\n\r\n")).unwrap();
+        let head = written.to_lowercase();
+        assert!(head.starts_with("http/1.1 405 ") && head.contains("allow: get, head"), "{path}: {written}");
+    }
+}
+
+#[test]
+fn stream_gives_one_snapshot_after_the_other_and_streams_leave_room_for_requests() {
+    let gateway = Gateway::run("");
+    let mut streams: Vec<_> = (0..64).map(|_| BufReader::new(open_stream(&gateway))).collect();
+    for stream in &mut streams {
+        let first = snapshot(stream).unwrap();
+        let second = snapshot(stream).unwrap();
+        let uptime = |snapshot: &Value| snapshot["process"]["uptime_ms"].as_u64().unwrap();
+        assert!(uptime(&second) > uptime(&first), "{first}");
+        assert_eq!((&first["schema"], &first["buses"][0]["name"]), (&1.into(), &"body".into()));
+    }
+    let one_more = gateway.get("/events").unwrap();
+    assert!(one_more.starts_with("HTTP/1.1 503 ") && body(&one_more) == "too many streams\n", "{one_more}");
+    assert!(gateway.get("/metrics").unwrap().starts_with("HTTP/1.1 200 "));
+}
+
+#[test]
+fn one_key_switches_the_page_off_and_metrics_stay() {
+    let gateway = Gateway::run("page = false\n");
+    for path in ["/", "/events"] {
+        assert!(gateway.get(path).unwrap().starts_with("HTTP/1.1 404 "), "{path}");
+    }
+}
+
+#[test]
+fn demo_and_replay_serve_the_page_and_open_it_in_the_browser() {
+    let demo: &[&str] = &["demo", "--no-ros"];
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
+    let replay: &[&str] = &["replay", recording, "--profile", "demo_vehicle"];
+    for command in [demo, replay] {
+        let folder = tempfile::tempdir().unwrap();
+        // A browser of the desktop, as far as it matters here.
+        let (browser, opened) = (folder.path().join("xdg-open"), folder.path().join("opened"));
+        std::fs::write(&browser, format!("#!/bin/sh\necho \"$1\" > {}\n", opened.display())).unwrap();
+        std::fs::set_permissions(&browser, Permissions::from_mode(0o755)).unwrap();
+        let address = free_address();
+        let mut gateway = Process::start(folder.path(), |process| {
+            let path = std::env::var("PATH").unwrap();
+            process.args(command).arg(format!("--web={address}")).arg("--open");
+            process.env("PATH", format!("{}:{path}", folder.path().display()));
+        });
+        let url = format!("http://{address}/");
+        gateway.wait_for_log(&format!("live page: {url}"));
+        let end = Instant::now() + DEADLINE;
+        while !std::fs::read_to_string(&opened).is_ok_and(|opened| opened.trim() == url) {
+            assert!(Instant::now() < end, "{command:?}: not opened");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        // It listens before it is opened.
+        let page = ask(address, &format!("GET / HTTP/1.1\r\nHost: {address}\r\n\r\n")).unwrap();
+        assert!(page.starts_with("HTTP/1.1 200 "), "{page}");
+        gateway.stop("INT");
+    }
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn who_leaves_the_events_unread_is_disconnected_and_who_reads_them_is_not() {
+        let gateway = Gateway::run("");
+        let mut reading = BufReader::new(open_stream(&gateway));
+        let idle = open_stream(&gateway);
+        // Much longer than the limit of ten seconds, by the clock of the gateway.
+        while snapshot(&mut reading).unwrap()["process"]["uptime_ms"].as_u64().unwrap() < 40_000 {}
+        // What waited in the kernel, and then the end.
+        let mut rest = Vec::new();
+        let _reset = BufReader::new(idle).read_to_end(&mut rest);
+        let last = String::from_utf8_lossy(&rest);
+        let (_, last) = last.rsplit_once("\"uptime_ms\":").unwrap();
+        let last: u64 = last.split(',').next().unwrap().parse().unwrap();
+        assert!(last < 30_000, "{last}");
+    }
+}
