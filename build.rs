@@ -1,4 +1,5 @@
-//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else.
+//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else;
+//! and makes the text of `--version`.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -23,7 +24,22 @@ fn main() -> Result<(), Box<dyn Error>> {
         writeln!(list, "({name:?}, include_bytes!({file:?})),")?;
     }
     fs::write(Path::new(&env::var("OUT_DIR")?).join("built_in.rs"), list + "]\n")?;
+    println!("cargo::rustc-env=SIGNAL_GATEWAY_VERSION={}", version()?);
     Ok(())
+}
+
+/// The version of the package, the ROS 2 distribution, and the commit where the build is given one.
+fn version() -> Result<String, env::VarError> {
+    println!("cargo::rerun-if-env-changed=SIGNAL_GATEWAY_COMMIT");
+    let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    let distribution = match (has("JAZZY"), has("HUMBLE")) {
+        (true, _) => "ROS 2 Jazzy",
+        (_, true) => "ROS 2 Humble",
+        _ => "without ROS 2",
+    };
+    let commit =
+        env::var("SIGNAL_GATEWAY_COMMIT").map(|commit| format!(", commit {commit}")).unwrap_or_default();
+    Ok(format!("{} ({distribution}{commit})", env::var("CARGO_PKG_VERSION")?))
 }
 
 fn add_files(folder: &Path, paths: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {

@@ -50,7 +50,13 @@ use vehicle::VehicleArgs;
 /// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
 /// reports and diagnostics on ROS 2
 #[derive(Debug, Parser)]
-#[command(name = "signal-gateway", version, max_term_width = 100, disable_help_subcommand = true, after_help = EXIT_CODES)]
+#[command(
+    name = "signal-gateway",
+    version = env!("SIGNAL_GATEWAY_VERSION"),
+    max_term_width = 100,
+    disable_help_subcommand = true,
+    after_help = EXIT_CODES
+)]
 pub struct Cli {
     #[command(flatten)]
     messages: MessageArgs,

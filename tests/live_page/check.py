@@ -84,6 +84,12 @@ scenario = "{PROJECT}/config/scenarios/bench.toml"
         self.process.wait()
 
 
+def new_page(browser, **options):
+    page = browser.new_page(**options)
+    page.set_default_timeout(WAIT_MS)
+    return page
+
+
 def visit(page, url):
     """Opens the page as soon as there is one."""
     for _ in range(600):
@@ -99,43 +105,43 @@ def visit(page, url):
 def states_are_seen(page):
     reported = page.locator("#reports .cell:nth-child(2) .value")
     for name, _, _, caption, turn, hazard in recording.STATES:
-        expect(page.locator("#car-text")).to_have_text(caption, timeout=WAIT_MS)
-        expect(reported).to_have_text([turn, hazard], timeout=WAIT_MS)
+        expect(page.locator("#car-text")).to_have_text(caption)
+        expect(reported).to_have_text([turn, hazard])
         # Shape or word of each state, not its colour alone.
         sides = {"left": ("on", "off"), "right": ("off", "on"), "hazard": ("on", "on"), "off": ("off", "off")}
         for side, state in zip(("left", "right"), sides.get(name, ("unknown", "unknown"))):
             arrow = page.locator(f"#car-{side}.{state} .arrow")
-            expect(arrow).to_have_count(1, timeout=WAIT_MS)
+            expect(arrow).to_have_count(1)
             blinks = arrow.evaluate("arrow => getComputedStyle(arrow).animationName")
             assert (blinks == "blink") == (state == "on"), (name, side, blinks)
         if name == "invalid":
-            expect(page.locator("#chains")).to_contain_text("turn UNDEFINED", timeout=WAIT_MS)
-            expect(page.locator("#reports")).to_contain_text("= 3 is not a defined value", timeout=WAIT_MS)
+            expect(page.locator("#chains")).to_contain_text("turn UNDEFINED")
+            expect(page.locator("#reports")).to_contain_text("= 3 is not a defined value")
         if name == "unknown":
-            expect(page.locator("#reports")).to_contain_text("stale", timeout=WAIT_MS)
+            expect(page.locator("#reports")).to_contain_text("stale")
         print(f"seen: {name}", flush=True)
-    expect(page.locator("#bus-list")).to_contain_text("bus-off", timeout=WAIT_MS)
-    expect(page.locator("#bus-list .badge.error").filter(has_text="bus-off")).to_be_visible(timeout=WAIT_MS)
-    expect(page.locator("#lanes .span.error").filter(has_text="bus-off")).not_to_have_count(0, timeout=WAIT_MS)
+    expect(page.locator("#bus-list")).to_contain_text("bus-off")
+    expect(page.locator("#bus-list .badge.error").filter(has_text="bus-off")).to_be_visible()
+    expect(page.locator("#lanes .span.error").filter(has_text="bus-off")).not_to_have_count(0)
     print("seen: bus-off", flush=True)
     for text in ("turn_indicators", "can0: bus-off"):
-        expect(page.locator("#history")).to_contain_text(text, timeout=WAIT_MS)
-    expect(page.locator("#announcement")).not_to_be_empty(timeout=WAIT_MS)
-    expect(page.locator("#lights")).to_contain_text("main road", timeout=WAIT_MS)
+        expect(page.locator("#history")).to_contain_text(text)
+    expect(page.locator("#announcement")).not_to_be_empty()
+    expect(page.locator("#lights")).to_contain_text("main road")
 
 
 def loss_is_shown_and_mended(page, gateway, axe):
-    expect(page.locator("#connection")).to_have_text("live", timeout=WAIT_MS)
+    expect(page.locator("#connection")).to_have_text("live")
     gateway.kill()
-    expect(page.locator("#old")).to_contain_text("Connection lost since", timeout=WAIT_MS)
-    expect(page.locator("body.old h2").first).to_be_visible(timeout=WAIT_MS)
+    expect(page.locator("#old")).to_contain_text("Connection lost since")
+    expect(page.locator("body.old h2").first).to_be_visible()
     blinking = page.evaluate("document.getAnimations().filter(a => a.playState === 'running').length")
     assert blinking == 0, f"{blinking} animations of values that are old"
     is_accessible(page, axe, "old values")
     gateway.start()
-    expect(page.locator("#old")).to_be_hidden(timeout=WAIT_MS)
-    expect(page.locator("#connection")).to_have_text("live", timeout=WAIT_MS)
-    expect(page.locator("#lanes .span.gap")).not_to_have_count(0, timeout=WAIT_MS)
+    expect(page.locator("#old")).to_be_hidden()
+    expect(page.locator("#connection")).to_have_text("live")
+    expect(page.locator("#lanes .span.gap")).not_to_have_count(0)
     print("seen: connection lost, old values marked, connected again", flush=True)
 
 
@@ -146,12 +152,12 @@ def keys_do_it(page):
     expect(page.locator("main")).to_be_focused()
     page.keyboard.press("p")
     expect(page.locator("#pause")).to_have_attribute("aria-pressed", "true")
-    expect(page.locator("#connection")).to_contain_text("paused", timeout=WAIT_MS)
+    expect(page.locator("#connection")).to_contain_text("paused")
     page.keyboard.press("p")
-    expect(page.locator("#connection")).to_have_text("live", timeout=WAIT_MS)
+    expect(page.locator("#connection")).to_have_text("live")
     page.locator("summary").first.focus()
     page.keyboard.press("Enter")
-    expect(page.locator("#statuses dl").first).to_contain_text("raw_value", timeout=WAIT_MS)
+    expect(page.locator("#statuses dl").first).to_contain_text("raw_value")
 
 
 def is_accessible(page, axe, what):
@@ -163,22 +169,22 @@ def every_look(browser, url, pictures, axe):
     """Dark and light, wide and narrow, with a decision of the decider."""
     for scheme in ("light", "dark"):
         for width, height in ((1280, 900), (390, 844)):
-            page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+            page = new_page(browser, viewport={"width": width, "height": height}, color_scheme=scheme)
             page.add_init_script(ADD_TO_EVENTS % json.dumps({"decider": DECIDER}))
             page.goto(url)
-            expect(page.locator(".candidates li")).to_have_count(2, timeout=WAIT_MS)
+            expect(page.locator(".candidates li")).to_have_count(2)
             expect(page.locator(".decided")).to_contain_text("left")
             required = page.locator(".stretch.required").first
             assert required.evaluate("stretch => stretch.offsetLeft > stretch.parentElement.querySelector('.ego').offsetLeft")
-            expect(page.locator("#car-text")).to_have_text("turning left", timeout=WAIT_MS)
+            expect(page.locator("#car-text")).to_have_text("turning left")
             page.screenshot(path=f"{pictures}/live-page-{scheme}-{width}.png", full_page=True)
             assert page.evaluate("document.documentElement.scrollWidth") <= width, f"wider than {width}"
             is_accessible(page, axe, f"{scheme}, {width}")
             page.close()
             print(f"axe-core: nothing found, {scheme}, {width} px wide", flush=True)
-    page = browser.new_page(reduced_motion="reduce")
+    page = new_page(browser, reduced_motion="reduce")
     page.goto(url)
-    expect(page.locator("#car-left.on")).to_have_count(1, timeout=WAIT_MS)
+    expect(page.locator("#car-left.on")).to_have_count(1)
     assert page.evaluate("document.getAnimations().length") == 0, "motion where none is wanted"
     page.close()
 
@@ -190,7 +196,7 @@ def report_is_accessible(browser, program, folder, pictures, axe):
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     for scheme in ("light", "dark"):
         for width, height in ((1280, 900), (390, 844)):
-            page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+            page = new_page(browser, viewport={"width": width, "height": height}, color_scheme=scheme)
             page.goto(report.as_uri())
             page.keyboard.press("n")
             page.keyboard.press("n")
@@ -203,16 +209,16 @@ def report_is_accessible(browser, program, folder, pictures, axe):
 
 
 def main(program, chromium, pictures):
+    expect.set_options()
     port, axe = free_port(), Axe()
     url = f"http://127.0.0.1:{port}/"
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         gateway = Gateway(program, Path(folder), port)
         gateway.start()
-        arguments = ["--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP evil.example 127.0.0.1"]
+        arguments = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--host-resolver-rules=MAP evil.example 127.0.0.1"]
         browser = playwright.chromium.launch(executable_path=chromium, args=arguments)
         try:
-            page = browser.new_page(viewport={"width": 1280, "height": 900})
-            page.set_default_timeout(WAIT_MS)
+            page = new_page(browser, viewport={"width": 1280, "height": 900})
             complaints, requests = [], []
             page.on("console", lambda message: message.type in ("error", "warning") and complaints.append(message.text))
             page.on("pageerror", lambda error: complaints.append(str(error)))
@@ -224,7 +230,7 @@ def main(program, chromium, pictures):
             keys_do_it(page)
             assert not complaints, complaints
             assert all(request.startswith((url, "data:")) for request in requests), requests
-            elsewhere = browser.new_page()
+            elsewhere = new_page(browser)
             assert elsewhere.goto(f"http://evil.example:{port}/").status == 421
             elsewhere.close()
             loss_is_shown_and_mended(page, gateway, axe)

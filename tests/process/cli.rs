@@ -38,6 +38,18 @@ fn every_command_explains_itself_with_examples() {
 }
 
 #[test]
+fn the_version_names_the_distribution() {
+    let distribution = match (cfg!(feature = "jazzy"), cfg!(feature = "humble")) {
+        (true, _) => "ROS 2 Jazzy",
+        (_, true) => "ROS 2 Humble",
+        _ => "without ROS 2",
+    };
+    let begin = format!("signal-gateway {} ({distribution}", env!("CARGO_PKG_VERSION"));
+    let version = out(&["--version"]);
+    assert!(version.starts_with(&begin) && version.ends_with(")\n"), "{version}");
+}
+
+#[test]
 fn the_man_pages_and_completions_name_every_option_that_help_names() {
     let folder = tempfile::tempdir().unwrap();
     out(&["man", "--out", folder.path().to_str().unwrap()]);

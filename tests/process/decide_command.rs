@@ -207,6 +207,10 @@ fn a_picture_shows_sections_and_signals_of_each_compat() {
         "117.00 m to 130.00 m: signal: DISABLE",
         "37.00 m to 116.00 m: expected: LEFT",
         "distance [m]",
+        // The changeovers with their reasons, the speed, and the lanes from above.
+        "37 m: improved, upstream: LEFT at 37 m: ",
+        "m: 36.0 km/h",
+        "class=\"plan\"",
     ];
     for title in titles {
         assert!(svg.contains(title), "{title}\n{svg}");

@@ -70,6 +70,14 @@ impl Axis {
         ticks
     }
 
+    /// A position with its unit.
+    pub(super) fn position(&self, value: f64) -> String {
+        match self.along {
+            Along::Time => format!("{} s", seconds(value)),
+            Along::Distance => format!("{} m", (value * 10.0).round() / 10.0 + 0.0),
+        }
+    }
+
     /// Both ends of a bar, with their unit.
     pub(super) fn interval(&self, from: f64, to: f64) -> String {
         match self.along {
@@ -110,7 +118,7 @@ impl Axis {
 }
 
 /// Seconds, to the millisecond, without needless zeros.
-pub(super) fn seconds(value: f64) -> String {
+fn seconds(value: f64) -> String {
     let rounded = (value * 1e3).round() / 1e3;
     rounded.to_string()
 }

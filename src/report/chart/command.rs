@@ -76,7 +76,7 @@ impl CommandKind {
 
 impl IndicatorState {
     /// The name of the command.
-    const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Left => "LEFT",
             Self::Right => "RIGHT",
@@ -86,8 +86,17 @@ impl IndicatorState {
         }
     }
 
+    /// Light colour for what turns to a side.
+    pub(super) const fn tint(self) -> &'static str {
+        match self {
+            Self::Left => "#cfe0f1",
+            Self::Right => "#f8dcc6",
+            Self::Off | Self::Hazard | Self::Nothing => ink::SHADE,
+        }
+    }
+
     /// Fill and edge. Blue and orange stay apart for colour-blind eyes.
-    const fn inks(self) -> (&'static str, &'static str) {
+    pub(super) const fn inks(self) -> (&'static str, &'static str) {
         match self {
             Self::Left => ("#2166ac", "#123c66"),
             Self::Right => ("#d95f0e", "#8a3b06"),

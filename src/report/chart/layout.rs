@@ -6,7 +6,7 @@ use super::look;
 use super::mark::Marks;
 use super::svg::{self, Area, Element, line, rect, text_at};
 use super::{Bar, Chart, Lane, Row};
-use super::{ink, text};
+use super::{ink, plan, text};
 
 const MARGIN_PX: f64 = 16.0;
 const TITLE_PX: f64 = 16.0;
@@ -75,9 +75,15 @@ impl Chart {
         let (samples, height) = legend::draw(self.bars().map(|bar| &bar.look), (left, right), y);
         content.extend(samples);
         y += height;
-        let (listed, height) = marks.draw_list(left, right, y);
+        let (listed, height) = marks.draw_list(&drawing.axis, (left, right), y);
         content.extend(listed);
         y += height;
+        if let Some(plan) = &self.plan {
+            y += LEGEND_GAP_PX;
+            let (drawn, height) = plan::draw(plan, (MARGIN_PX, right), y);
+            content.extend(drawn);
+            y += height;
+        }
         let (noted, height) = self.draw_notes(y);
         content.extend(noted);
         y += height;

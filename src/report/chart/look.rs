@@ -17,6 +17,10 @@ pub enum Look {
     Named(String),
     /// A turn signal or hazard lights.
     Command(CommandKind, IndicatorState),
+    /// A lanelet with its name, and the side that it turns to.
+    Lanelet(Option<IndicatorState>, String),
+    /// A quantity as a share of its largest value, 0 to 1, with its text.
+    Share(f64, String),
     /// A status with its message.
     Status(Level, String),
 }
@@ -37,7 +41,9 @@ impl Look {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
             Self::Bulbs(bulbs) => bulbs.to_string(),
-            Self::Named(name) | Self::Status(_, name) => name.clone(),
+            Self::Named(name) | Self::Lanelet(_, name) | Self::Share(_, name) | Self::Status(_, name) => {
+                name.clone()
+            }
             Self::Command(kind, indicator) => kind.description(*indicator),
         }
     }
@@ -49,7 +55,9 @@ impl Look {
                 let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
                 single_px.max(f64::from(stripes) * STRIPE_PX)
             }
-            Self::Named(_) | Self::Command(..) | Self::Status(..) => single_px,
+            Self::Named(_) | Self::Lanelet(..) | Self::Share(..) | Self::Command(..) | Self::Status(..) => {
+                single_px
+            }
         }
     }
 
@@ -67,6 +75,28 @@ impl Look {
                 let edge = if area.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
                 let field = rect(area.x, area.y, area.width, area.height);
                 labelled(field.with("fill", ink::BOX).with("stroke", edge), (name, ink::DARK), area)
+            }
+            Self::Lanelet(side, name) => {
+                let tint = side.map_or(ink::BOX, IndicatorState::tint);
+                let field = rect(area.x, area.y, area.width, area.height).with("fill", tint);
+                let arrow = match side {
+                    Some(IndicatorState::Left) => format!("\u{2190} {name}"),
+                    Some(IndicatorState::Right) => format!("{name} \u{2192}"),
+                    _ => name.clone(),
+                };
+                // The beginning of an id is another id.
+                let fits = |text: &str| text::width(text, SIGN_PX) <= area.width - LABEL_GAP_PX;
+                let arrow_alone = arrow.replace(name.as_str(), "");
+                let shown = [arrow.as_str(), arrow_alone.trim()].into_iter().find(|text| fits(text));
+                labelled(field.with("stroke", ink::BOX_EDGE), (shown.unwrap_or(""), ink::DARK), area)
+            }
+            Self::Share(share, _) => {
+                let height = (area.height * share).max(1.0);
+                vec![
+                    rect(area.x, area.y + area.height - height, area.width, height)
+                        .with("fill", ink::BOX_EDGE)
+                        .with("shape-rendering", "crispEdges"),
+                ]
             }
             Self::Status(level, message) => {
                 let (fill, text) = ink::of_level(*level);

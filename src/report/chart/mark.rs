@@ -1,7 +1,7 @@
 //! Vertical marks: their texts as steps above the lanes or, when they do not fit there, as numbers
 //! with a list below.
 
-use super::axis::{Axis, seconds};
+use super::axis::Axis;
 use super::svg::{Element, line, text_at};
 use super::{Mark, ink, text};
 
@@ -70,12 +70,12 @@ impl<'a> Marks<'a> {
     /// Lines and texts, from `top` to `bottom`; the lanes begin below the texts.
     pub(super) fn draw(&self, axis: &Axis, top: f64, bottom: f64) -> Vec<Element> {
         let mut drawn = Vec::new();
-        let mut free = f64::NEG_INFINITY;
+        let numbers = self.numbers(axis);
         for (index, moment) in self.moments.iter().enumerate() {
             let x = axis.x(moment.at_s);
             let level = self.levels.get(index).copied();
             let y = top + pixels(level.unwrap_or(0)) * LEVEL_PX;
-            let title = format!("{} s: {}", seconds(moment.at_s), moment.text());
+            let title = format!("{}: {}", axis.position(moment.at_s), moment.text());
             let stroke =
                 line((x, if level.is_some() { y } else { y + LEVEL_PX - 2.0 }), (x, bottom), ink::MARK);
             let mut group = Element::new("g").with("class", "mark").with("fill", ink::MARK);
@@ -83,23 +83,43 @@ impl<'a> Marks<'a> {
             group = group.child(stroke.with("stroke-dasharray", "4 3").with("stroke-opacity", 0.75));
             if level.is_some() {
                 group = group.child(text_at(x + 4.0, y + SIZE_PX, SIZE_PX, &moment.text()));
-            } else {
-                let number = (index + 1).to_string();
-                let width = text::width(&number, SIZE_PX);
-                if x - width / 2.0 >= free {
-                    free = x + width / 2.0 + NUMBER_GAP_PX;
-                    let number = text_at(x, y + SIZE_PX - 1.0, SIZE_PX, &number);
-                    group = group.child(number.with("text-anchor", "middle"));
-                }
+            } else if let Some((_, number)) = numbers.iter().find(|(first, _)| *first == index) {
+                let number = text_at(x, y + SIZE_PX - 1.0, SIZE_PX, number);
+                group = group.child(number.with("text-anchor", "middle"));
             }
             drawn.push(group);
         }
         drawn
     }
 
+    /// The numbers above the lanes, each with the position of its moment; those that would cover each other are one, as in
+    /// `3–5`.
+    fn numbers(&self, axis: &Axis) -> Vec<(usize, String)> {
+        let mut groups: Vec<(usize, usize)> = Vec::new();
+        let label = |(first, last): (usize, usize)| {
+            if first == last { (first + 1).to_string() } else { format!("{}\u{2013}{}", first + 1, last + 1) }
+        };
+        let reach = |group: (usize, usize)| {
+            let (x, half) = (axis.x(self.moments[group.0].at_s), text::width(&label(group), SIZE_PX) / 2.0);
+            (x - half, x + half + NUMBER_GAP_PX)
+        };
+        for index in 0..self.moments.len() {
+            groups.push((index, index));
+            // A number that grows may reach the one before it.
+            while let [.., before, last] = groups.as_slice()
+                && reach(*last).0 < reach(*before).1
+            {
+                let joined = (before.0, last.1);
+                groups.truncate(groups.len() - 2);
+                groups.push(joined);
+            }
+        }
+        groups.into_iter().map(|group| (group.0, label(group))).collect()
+    }
+
     /// The list below the lanes, in as many columns as there is room for, with its height.
-    pub(super) fn draw_list(&self, left: f64, right: f64, top: f64) -> (Vec<Element>, f64) {
-        let lines = self.list();
+    pub(super) fn draw_list(&self, axis: &Axis, (left, right): (f64, f64), top: f64) -> (Vec<Element>, f64) {
+        let lines = self.list(axis);
         let width = |part: fn(&Listed) -> &str| {
             lines.iter().map(|line| text::width(part(line), SIZE_PX)).fold(0.0, f64::max)
         };
@@ -124,15 +144,14 @@ impl<'a> Marks<'a> {
         (drawn, pixels(rows) * LINE_PX)
     }
 
-    fn list(&self) -> Vec<Listed> {
+    fn list(&self, axis: &Axis) -> Vec<Listed> {
         if !self.levels.is_empty() {
             return Vec::new();
         }
         let all = self.moments.iter().enumerate().flat_map(|(index, moment)| {
             moment.texts.iter().enumerate().map(move |(position, text)| {
                 let first = |text: String| if position == 0 { text } else { String::new() };
-                let (number, time) =
-                    (first((index + 1).to_string()), first(format!("{} s", seconds(moment.at_s))));
+                let (number, time) = (first((index + 1).to_string()), first(axis.position(moment.at_s)));
                 Listed { number, time, text: (*text).to_owned() }
             })
         });
@@ -189,8 +208,22 @@ mod tests {
         let given = [mark(8.0, "d"), mark(1.0, "a long text"), mark(1.2, "b"), mark(1.2, "c")];
         let marks = Marks::new(&given, &axis);
         assert_eq!(marks.levels, [0, 1, 0]);
-        assert_eq!((marks.moments[1].text(), marks.list().len()), ("b; c".to_owned(), 0));
+        assert_eq!((marks.moments[1].text(), marks.list(&axis).len()), ("b; c".to_owned(), 0));
         assert!((marks.height_above() - 2.0 * LEVEL_PX).abs() < 1e-9);
+    }
+
+    #[test]
+    fn no_number_covers_another() {
+        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
+        let long = "long ".repeat(50);
+        let numbers = |times: &[f64]| {
+            let given: Vec<_> = times.iter().map(|at| mark(*at, &long)).collect();
+            Marks::new(&given, &axis).numbers(&axis).into_iter().map(|(_, text)| text).collect::<Vec<_>>()
+        };
+        assert_eq!(numbers(&[1.0, 2.0]), ["1", "2"]);
+        assert_eq!(numbers(&[1.0, 2.0, 2.01, 2.02, 5.0]), ["1", "2\u{2013}4", "5"]);
+        // Two that are joined reach the one before.
+        assert_eq!(numbers(&[1.0, 1.13, 1.14, 1.15]), ["1\u{2013}4"]);
     }
 
     #[test]
@@ -199,7 +232,7 @@ mod tests {
         let crowd: Vec<_> = (0..200).map(|number| mark(f64::from(number) * 0.01, "a long text")).collect();
         let long = [mark(1.0, &"long ".repeat(50)), mark(1.0, "b"), mark(2.0, "c")];
         let listed = |given: &[Mark]| {
-            let lines = Marks::new(given, &axis).list();
+            let lines = Marks::new(given, &axis).list(&axis);
             lines.into_iter().map(|line| (line.number, line.text)).collect::<Vec<_>>()
         };
         assert_eq!(listed(&crowd).len(), MAX_LISTED + 1);

@@ -6,6 +6,7 @@
 //! | `look` | one bar: bulbs, a name or a command |
 //! | `command` | turn signals and hazard lights as bars |
 //! | `mark` | vertical marks with their texts above the lanes |
+//! | `plan` | lanes from above, and the way driven on them |
 //! | `legend` | the meaning of the looks |
 //! | `axis` | values to pixels, ticks at round values |
 //! | `ink` | colours that stay apart for colour-blind eyes |
@@ -19,12 +20,14 @@ mod layout;
 mod legend;
 mod look;
 mod mark;
+mod plan;
 mod svg;
 mod text;
 
 pub use axis::Along;
 pub use command::{CommandKind, IndicatorState};
 pub use look::Look;
+pub use plan::PlanPoint;
 
 /// Lanes of bars over time or distance.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,8 +46,32 @@ pub struct Chart {
     pub lanes: Vec<Lane>,
     /// Across all lanes, in any order.
     pub marks: Vec<Mark>,
+    /// The map, below the lanes.
+    pub plan: Option<Plan>,
     /// Texts at the bottom.
     pub notes: Vec<Note>,
+}
+
+/// Lanes from above, and the way that was driven on them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// The lanes near the way.
+    pub lanes: Vec<PlanLane>,
+    /// The way, part by part, with the signal on each.
+    pub driven: Vec<(IndicatorState, Vec<PlanPoint>)>,
+}
+
+/// A lane from above.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanLane {
+    /// Its name.
+    pub name: String,
+    /// The side that it turns to.
+    pub side: Option<IndicatorState>,
+    /// True if the vehicle was on it.
+    pub is_driven: bool,
+    /// Its bounds, as one closed line.
+    pub outline: Vec<PlanPoint>,
 }
 
 /// Lines of text with a heading.

@@ -1,15 +1,16 @@
-//! A drive as a chart: the lanelets of its route, what the planner does, and for each
-//! `compat` the sections of every candidate and the signal that came out.
+//! A drive as a chart: the lanelets of its route, the speed, what the planner does, for each `compat` the sections of every
+//! candidate and the signal that came out, each changeover with its reason, and the way on the map.
+
+mod map;
 
 use super::Snapshot;
 use super::sentence::Narrator;
 use crate::config::drive::{DriveFile, Expectation, IntervalUnit, PlanKind, PlannedShift};
 use crate::core::light_command::{HazardCommand, TurnCommand};
-use crate::core::map::lane_network::TurnDirection;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::Source;
 use crate::core::turn_signal::subject::Subject;
-use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Note, Row};
+use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Mark, Row};
 
 /// Records whose ends are nearer than this are one, metres; starts may move on.
 const SAME_M: f64 = 1.0;
@@ -19,6 +20,8 @@ const SAME_M: f64 = 1.0;
 pub struct DriveChart<'a> {
     file: &'a DriveFile,
     lanelets: Vec<Bar>,
+    /// The cycles of the first `compat`.
+    cycles: Vec<map::Cycle>,
     runs: Vec<CompatRun>,
 }
 
@@ -28,8 +31,8 @@ struct CompatRun {
     records: Vec<Record>,
     signals: Vec<Driven>,
     narrator: Narrator,
-    /// A sentence for each change.
-    sentences: Vec<String>,
+    /// A sentence for each change, with its position, metres.
+    sentences: Vec<(f64, String)>,
 }
 
 /// A signal over a part of the route that was driven in one direction, metres.
@@ -53,7 +56,7 @@ struct Record {
 impl<'a> DriveChart<'a> {
     /// A chart without any cycle.
     pub fn new(file: &'a DriveFile) -> Self {
-        Self { file, lanelets: Vec::new(), runs: Vec::new() }
+        Self { file, lanelets: Vec::new(), cycles: Vec::new(), runs: Vec::new() }
     }
 
     /// Adds the decision at a cycle; the cycles with one `compat` follow each other.
@@ -64,12 +67,15 @@ impl<'a> DriveChart<'a> {
         }
         if self.runs.len() == 1 {
             self.add_lanelet(snapshot);
+            let indicator = indicator_of(decision.turn, decision.hazard);
+            self.cycles.push(map::Cycle::new(snapshot, indicator));
         }
         let front_m = self.file.decider.vehicle.front_m();
         let Some(run) = self.runs.last_mut() else { return };
         run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
         let (sentence, is_new) = run.narrator.next(snapshot);
-        run.sentences.extend(is_new.then_some(sentence));
+        let rule = decision.case().map_or_else(String::new, |case| format!(" (rule {case})"));
+        run.sentences.extend(is_new.then(|| (at_m, sentence + &rule)));
         for evaluated in decision.evaluated() {
             let (Some(_), Some(distances)) = (evaluated.turn.side(), evaluated.distances) else { continue };
             let front_at = |distance_m: f64| at_m + front_m + distance_m;
@@ -93,7 +99,8 @@ impl<'a> DriveChart<'a> {
         let planner = |bars| Row { label: "planner".to_owned(), bars };
         let plans = file.manoeuvres.iter().map(|plan| planner(planned(&plan.kind)));
         let lanelets = Row { label: "lanelets".to_owned(), bars: self.lanelets };
-        let rows = std::iter::once(lanelets).chain(plans).collect();
+        let speed = Row { label: "speed".to_owned(), bars: map::speed(&self.cycles, (from, to)) };
+        let rows = [lanelets, speed].into_iter().chain(plans).collect();
         let mut lanes = vec![Lane { label: "route".to_owned(), rows }];
         lanes.extend(self.runs.iter().map(|run| {
             let ours = file.expectations.iter().filter(|one| one.compats.contains(&run.compat));
@@ -110,29 +117,23 @@ impl<'a> DriveChart<'a> {
             // What lies beyond the drive leaves no empty row.
             lane.rows.retain(|row| !row.bars.is_empty());
         }
-        let notes = self
-            .runs
-            .into_iter()
-            .map(|run| Note { heading: run.compat.name().to_owned(), lines: run.sentences });
-        let notes = notes.collect();
+        let plan = Some(map::plan(file, &self.cycles));
+        let mut marks = map::stops(&self.cycles);
+        marks.extend(changeovers(self.runs));
         let front_m = file.decider.vehicle.front_m();
         let subtitle = format!(
             "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
-             starts of sections, the rear axle for their ends"
+             starts of sections, the rear axle for their ends{}",
+            map::top_speed(&self.cycles)
         );
-        Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks: Vec::new(), notes }
+        Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks, plan, notes: Vec::new() }
     }
 
     fn add_lanelet(&mut self, snapshot: &Snapshot<'_>) {
         let lane = snapshot.lane.and_then(|id| self.file.road.lane(id));
-        let direction = lane.map_or("", |lane| match lane.turn_direction {
-            TurnDirection::None => "",
-            TurnDirection::Straight => " straight",
-            TurnDirection::Left => " left",
-            TurnDirection::Right => " right",
-        });
-        let name = lane.map_or_else(|| "?".to_owned(), |lane| format!("{}{direction}", lane.id));
-        let (at_m, look) = (snapshot.at_m, Look::Named(name));
+        let side = lane.and_then(|lane| map::side(lane.turn_direction));
+        let name = lane.map_or_else(|| "?".to_owned(), |lane| lane.id.to_string());
+        let (at_m, look) = (snapshot.at_m, Look::Lanelet(side, name));
         if let Some(first) = self.lanelets.first_mut().filter(|first| at_m < first.from) {
             // Backing beyond the start.
             if first.look == look {
@@ -154,6 +155,26 @@ impl<'a> DriveChart<'a> {
             None => self.lanelets.push(Bar { from: at_m, to: at_m, look }),
         }
     }
+}
+
+/// The changeovers, those that several runs have in common once.
+fn changeovers(runs: Vec<CompatRun>) -> Vec<Mark> {
+    let mut marks: Vec<(f64, String, Vec<&'static str>)> = Vec::new();
+    let several = runs.len() > 1;
+    for run in runs {
+        for (at, sentence) in run.sentences {
+            let known =
+                marks.iter_mut().find(|(known, text, _)| known.total_cmp(&at).is_eq() && *text == sentence);
+            match known {
+                Some((.., names)) => names.push(run.compat.name()),
+                None => marks.push((at, sentence, vec![run.compat.name()])),
+            }
+        }
+    }
+    let text = |sentence, names: Vec<_>| {
+        if several { format!("{}: {sentence}", names.join(", ")) } else { sentence }
+    };
+    marks.into_iter().map(|(at, sentence, names)| Mark { at, text: text(sentence, names) }).collect()
 }
 
 impl CompatRun {
@@ -185,19 +206,28 @@ impl CompatRun {
         }
     }
 
+    /// Adds the sections of a candidate in a cycle. A turn at a lanelet is one turn, even if it was lost of sight in between;
+    /// a manoeuvre is the same while its ends stay where they are.
     fn add_record(&mut self, record: Record) {
+        let is_turn = matches!(
+            record.subject,
+            Subject::Turn(_) | Subject::RoundaboutEntry(_) | Subject::RoundaboutExit(_)
+        );
         let is_same = |known: &&mut Record| {
             let near = |one: f64, other: f64| (one - other).abs() < SAME_M;
+            let overlaps = known.desired.0 < record.desired.1 && record.desired.0 < known.desired.1;
             known.source == record.source
                 && known.subject == record.subject
                 && known.indicator == record.indicator
-                && near(known.desired.1, record.desired.1)
-                && near(known.required.1, record.required.1)
+                && ((is_turn && overlaps)
+                    || (near(known.desired.1, record.desired.1) && near(known.required.1, record.required.1)))
         };
         match self.records.iter_mut().find(is_same) {
             Some(known) => {
                 known.desired.0 = known.desired.0.min(record.desired.0);
                 known.required.0 = known.required.0.min(record.required.0);
+                known.desired.1 = known.desired.1.max(record.desired.1);
+                known.required.1 = known.required.1.max(record.required.1);
             }
             None => self.records.push(record),
         }

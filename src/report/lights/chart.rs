@@ -101,6 +101,7 @@ impl LightsChart {
             to,
             lanes,
             marks: self.marks,
+            plan: None,
             notes: Vec::new(),
         }
     }

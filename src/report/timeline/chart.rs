@@ -28,6 +28,7 @@ impl Timeline {
             to: self.length_s,
             lanes,
             marks: Vec::new(),
+            plan: None,
             notes: (!self.remarks.is_empty()).then_some(note).into_iter().collect(),
         }
     }
