@@ -6,9 +6,6 @@
 //! cargo test --test random_drives -- --seed 1 --only 17     # one of them again
 //! ```
 //!
-//! Not all keep the laws yet: of the 10,000 of seed 3, some break one where the required sections of a shift and of a turn to
-//! the other side begin 3 m apart, the limit of "together", so that the turn's signal goes off for a moment.
-//!
 //! It prints each drive that breaks a law, shrunk, as a file for `signal-gateway decide`, and ends with 1 then.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)] // fails like a test

@@ -12,7 +12,6 @@ use super::sections::{Stretch, stretches};
 /// Ends that differ by more than this belong to two manoeuvres, metres.
 const SAME_END_M: f64 = 2.0;
 const MINIMUM_ON_S: f64 = 1.5;
-const MINIMUM_GAP_S: f64 = 0.5;
 const CYCLE_S: f64 = 0.2;
 
 /// One cycle of a drive.
@@ -54,23 +53,12 @@ pub(super) fn broken(simulation: &DriveSimulation) -> Option<String> {
         .or_else(|| signalled_once(&shown))
 }
 
-/// In a required section its side is shown, or that of another one there; between two sides it is dark for a moment.
+/// In a required section its side is shown, or that of another one there; never none.
 fn required_sections(stretches: &[Stretch], shown: &[Shown]) -> Option<String> {
-    let mut lit_s = f64::NEG_INFINITY;
-    for Shown { at_s, at_m, side, .. } in shown {
-        if side.is_some() {
-            lit_s = *at_s;
-        }
+    for Shown { at_m, side, .. } in shown {
         let Some(required) = stretches.iter().find(|stretch| stretch.requires_at(*at_m)) else { continue };
         let mut allowed = stretches.iter().filter(|stretch| stretch.may_require_at(*at_m));
-        let is_allowed = match side {
-            Some(side) => allowed.any(|stretch| stretch.side == *side),
-            None => {
-                let is_rivalled = allowed.any(|stretch| stretch.side != required.side);
-                is_rivalled && at_s - lit_s < MINIMUM_GAP_S + 2.0 * CYCLE_S
-            }
-        };
-        if !is_allowed {
+        if !allowed.any(|stretch| Some(stretch.side) == *side) {
             return Some(format!("required: {side:?} at {at_m:.2} m, in {required:?}"));
         }
     }

@@ -10,8 +10,7 @@ use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork};
 use signal_gateway::core::map::osm;
 use signal_gateway::core::map::projector::Projector;
 
-/// But for `narrow_road`: beside its hatched markings an avoidance is not signalled.
-const MAPS: [&str; 10] = [
+const MAPS: [&str; 11] = [
     "lane_change_road",
     "consecutive_turns",
     "chicane",
@@ -22,6 +21,7 @@ const MAPS: [&str; 10] = [
     "roundabout",
     "roundabout_untagged",
     "turn_before_roundabout",
+    "narrow_road",
 ];
 const SIDES: [&str; 3] = ["None", "Left", "Right"];
 /// Routes end after so many lanelets, or as soon as they are this long, metres.
@@ -123,9 +123,8 @@ impl Recipe {
                 break;
             }
             let next = followers[way % followers.len()];
-            // Once around a ring, past where the route came in: the decider takes such a place for the visit next to it.
-            let leads_back = road.followers(next).iter().any(|follower| lanes.contains(follower));
-            if lanes.contains(&next) || leads_back {
+            // From inside a ring once around to the own start: a limit of the decider, docs/spec/turn-signal-decider.md, W20.
+            if lanes.contains(&next) || road.followers(next).contains(&lanes[0]) {
                 break;
             }
             length_m += road.lane(next).unwrap().length_m();

@@ -25,16 +25,18 @@ pub(super) struct Stretch {
     required_to_m: f64,
     /// End of the desired section.
     to_m: f64,
+    /// It may go without a signal: it ends where a hatched marking begins or ends.
+    is_optional: bool,
 }
 
 impl Stretch {
     fn new(side: Side, from_m: f64, required_to_m: f64, to_m: f64) -> Self {
-        Self { side, from_m: from_m - FRONT_M, required_to_m, to_m }
+        Self { side, from_m: from_m - FRONT_M, required_to_m, to_m, is_optional: false }
     }
 
     /// Surely required at a position.
     pub(super) fn requires_at(&self, at_m: f64) -> bool {
-        (self.from_m + MARGIN_M..=self.required_to_m - MARGIN_M).contains(&at_m)
+        !self.is_optional && (self.from_m + MARGIN_M..=self.required_to_m - MARGIN_M).contains(&at_m)
     }
 
     /// Perhaps required at a position.
@@ -50,7 +52,8 @@ impl Stretch {
 
 /// The stretches of all manoeuvres that the file plans, and of the turns and roundabouts of its route.
 pub(super) fn stretches(file: &DriveFile) -> Vec<Stretch> {
-    let planned = file.manoeuvres.iter().flat_map(planned);
+    let lanes = lanes(file);
+    let planned = file.manoeuvres.iter().flat_map(|plan| planned(plan, &lanes));
     planned.chain(turns(file)).chain(roundabouts(file)).collect()
 }
 
@@ -121,7 +124,14 @@ fn roundabouts(file: &DriveFile) -> Vec<Stretch> {
     found
 }
 
-fn planned(plan: &Plan) -> Vec<Stretch> {
+fn planned(plan: &Plan, lanes: &[(f64, &Lane)]) -> Vec<Stretch> {
+    let lane_at = |at_m: f64| lanes.iter().rev().find(|(from_m, _)| *from_m <= at_m).map(|(_, lane)| *lane);
+    let is_hatched = |at_m: f64, side: Side| {
+        lane_at(at_m).is_some_and(|lane| match side {
+            Side::Left => lane.left.is_hatched_only(),
+            Side::Right => lane.right.is_hatched_only(),
+        })
+    };
     let side = |offset_m: f64| if offset_m > 0.0 { Side::Left } else { Side::Right };
     let whole = |side, from_m, to_m| Stretch::new(side, from_m, to_m, to_m);
     match &plan.kind {
@@ -129,9 +139,14 @@ fn planned(plan: &Plan) -> Vec<Stretch> {
             let mut before_m = 0.0;
             let mut stretch = |line: &PlannedShift| {
                 let moved_m = line.offset_m - std::mem::replace(&mut before_m, line.offset_m);
-                whole(side(moved_m), line.from_m, line.to_m)
+                // Over a hatched marking, and back from it, is not signalled.
+                let over = if line.offset_m == 0.0 { side(-moved_m) } else { side(moved_m) };
+                let hatched = [-MARGIN_M, MARGIN_M].map(|by_m| is_hatched(line.to_m + by_m, over));
+                let stretch = whole(side(moved_m), line.from_m, line.to_m);
+                (hatched != [true, true])
+                    .then_some(Stretch { is_optional: hatched[0] || hatched[1], ..stretch })
             };
-            lines.iter().map(&mut stretch).collect()
+            lines.iter().filter_map(&mut stretch).collect()
         }
         PlanKind::LaneChange { side, from_m, to_m, crossing_m, .. } => {
             vec![Stretch::new(*side, *from_m, *crossing_m, *to_m)]

@@ -211,10 +211,17 @@ impl Decider {
             manoeuvre,
         };
         let resolution = self.resolved(context, &candidates);
-        let is_required = resolution.winner.is_some_and(|winner| winner.is_required());
+        let sections = sections(&candidates, &records);
+        // By the winner, or by another one to its side that it hides.
+        let is_required = resolution.winner.is_some_and(|winner| {
+            sections.iter().any(|(_, section)| {
+                section.turn.side() == Some(winner.side)
+                    && section.distances(&context.path_frame).are_required()
+            })
+        });
         let min_durations = self.settings.min_durations;
         let shown = self.min_duration.show(resolution.signal(), is_required, min_durations, context.now);
-        self.note_finished(context, &candidates, &records, &resolution, shown.signal);
+        self.note_finished(context, &sections, &candidates, &resolution, shown.signal);
         Decision {
             turn: shown.signal,
             hazard: HazardCommand::Disable,
@@ -270,7 +277,8 @@ impl Decider {
         let is_open = |record: &&Section| !self.finished.is_finished(frame, Source::Manoeuvre, record);
         let open: Vec<Section> = records.iter().filter(is_open).copied().collect();
         let records = if open.is_empty() { records } else { &open };
-        foremost(&context.path_frame, records, &rules(context))
+        let won_before = |record: &Section| self.finished.won_before(Source::Manoeuvre, record);
+        foremost(frame, records, &rules(context), won_before)
     }
 
     fn resolved(&self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
@@ -279,27 +287,28 @@ impl Decider {
             candidates.of(*source).as_ref().is_some_and(is_finished)
         };
         let finished = Source::ALL.into_iter().filter(is_finished).collect();
-        resolve(&context.path_frame, candidates, &Rules { finished, ..rules(context) })
+        let won_before = Source::ALL.into_iter().find(|source| {
+            candidates.of(*source).is_some_and(|section| self.finished.won_before(*source, &section))
+        });
+        resolve(&context.path_frame, candidates, &Rules { finished, won_before, ..rules(context) })
     }
 
     /// Improved: remembers what was signalled and is over (W4).
     fn note_finished(
         &mut self,
         context: &DecisionContext<'_>,
+        sections: &[(Source, Section)],
         candidates: &Candidates,
-        records: &[Section],
         resolution: &Resolution,
         shown: TurnCommand,
     ) {
         if context.quirks.finished_manoeuvres_return {
             return;
         }
-        let of = |source| candidates.of(source).map(|section| (source, section));
-        let on_road = [Source::Intersection, Source::Roundabout].into_iter().filter_map(of);
-        let planned = records.iter().map(|section| (Source::Manoeuvre, *section));
-        let sections: Vec<(Source, Section)> = on_road.chain(planned).collect();
-        let winner = resolution.winner.and_then(|Contender { source, .. }| of(source));
-        self.finished.note(&context.path_frame, &sections, winner.as_ref(), shown);
+        let winner = resolution
+            .winner
+            .and_then(|Contender { source, .. }| candidates.of(source).map(|section| (source, section)));
+        self.finished.note(&context.path_frame, sections, winner.as_ref(), shown);
     }
 
     fn note_time(&mut self, now: MonoTime, findings: &mut Vec<Finding>) {
@@ -366,6 +375,13 @@ fn rules(context: &DecisionContext<'_>) -> Rules {
         nested_waits: !context.quirks.nested_section_comes_early,
         ..Rules::default()
     }
+}
+
+/// The records of turns and roundabouts that take part, and all of the planner's manoeuvres.
+fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(Source, Section)> {
+    let of = |source| candidates.of(source).map(|section| (source, section));
+    let on_road = [Source::Intersection, Source::Roundabout].into_iter().filter_map(of);
+    on_road.chain(records.iter().map(|section| (Source::Manoeuvre, *section))).collect()
 }
 
 fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<Finding>) -> Decision {

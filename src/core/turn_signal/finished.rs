@@ -16,6 +16,7 @@ pub struct FinishedMemory {
 
 /// The section of a manoeuvre: the same in the next cycle while source and command are, and its ends hardly move
 /// (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
+#[allow(clippy::struct_excessive_bools)] // independent of each other
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Known {
     source: Source,
@@ -23,6 +24,8 @@ struct Known {
     /// Ends of the desired and of the required section.
     ends: [Pose; 2],
     was_signalled: bool,
+    /// It won.
+    has_won: bool,
     /// One to the other side won over it.
     is_displaced: bool,
     is_finished: bool,
@@ -35,6 +38,11 @@ impl FinishedMemory {
         let is_over = || path_frame.from_base_m(section.required_end) < 0.0;
         self.of(source, section)
             .is_some_and(|known| known.is_finished || known.was_signalled && known.is_displaced && is_over())
+    }
+
+    /// Returns whether the manoeuvre of a section won in the cycle before.
+    pub fn won_before(&self, source: Source, section: &Section) -> bool {
+        self.of(source, section).is_some_and(|known| known.has_won)
     }
 
     /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown. What is
@@ -60,6 +68,7 @@ impl FinishedMemory {
                 turn: section.turn,
                 ends: [section.desired_end, section.required_end],
                 was_signalled: was_signalled || winner == Some(given) && shown == section.turn,
+                has_won: winner == Some(given),
                 is_displaced: lost,
                 is_finished: self.is_finished(path_frame, *source, section)
                     || was_signalled && (lost && is_over || is_passed),

@@ -1,7 +1,7 @@
 //! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count, the
 //! pose at which each comes within range, the next of several.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use super::decision_context::DecisionContext;
@@ -25,6 +25,8 @@ pub const STANDING_LIMIT: Duration = Duration::from_secs(20);
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, Announced>,
+    /// Improved: the turns that were announced and are passed. A route that comes by again would announce them anew (W20).
+    passed: BTreeSet<LaneId>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,7 +78,9 @@ impl IntersectionMemory {
     /// The record of the next turn, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, turns: &[TurnLane]) -> Option<Section> {
         if !context.quirks.memory_survives_route {
-            self.starts.retain(|id, _| turns.iter().any(|turn| turn.id == *id));
+            let is_on_path = |id: &LaneId| turns.iter().any(|turn| turn.id == *id);
+            self.starts.retain(|id, _| is_on_path(id));
+            self.passed.retain(is_on_path);
         }
         let records = turns.iter().filter_map(|turn| self.record(context, turn)).collect();
         next_in_queue(&context.path_frame, records)
@@ -85,11 +89,18 @@ impl IntersectionMemory {
     /// Forgets all: the route is another one.
     pub fn clear(&mut self) {
         self.starts.clear();
+        self.passed.clear();
     }
 
     fn record(&mut self, context: &DecisionContext<'_>, turn: &TurnLane) -> Option<Section> {
+        if self.passed.contains(&turn.id) {
+            return None;
+        }
         if context.path_frame.from_base_m(turn.back) < 0.0 {
-            self.starts.remove(&turn.id);
+            let was_announced = self.starts.remove(&turn.id).is_some();
+            if was_announced && !context.quirks.ignores_height_and_continuity {
+                self.passed.insert(turn.id);
+            }
             return None;
         }
         let search_m = turn

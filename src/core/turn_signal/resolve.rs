@@ -68,6 +68,8 @@ pub struct Rules {
     pub nested_waits: bool,
     /// Sources whose manoeuvre is over and may not come back (W4).
     pub finished: BTreeSet<Source>,
+    /// The source that won in the cycle before, if its manoeuvre is the same.
+    pub won_before: Option<Source>,
 }
 
 /// A branch of the pairwise rule (docs/spec/turn-signal-decider.md, "Pairwise rule").
@@ -164,13 +166,6 @@ pub struct Resolution {
     pub evaluated: [EvaluatedCandidate; 3],
 }
 
-impl Contender {
-    /// The front is past the start of its required section, and the rear axle not past its end.
-    pub fn is_required(&self) -> bool {
-        self.distances.required_start_m <= 0.0 && self.distances.required_end_m >= 0.0
-    }
-}
-
 impl Resolution {
     /// Left, right, or off.
     pub fn signal(&self) -> TurnCommand {
@@ -188,7 +183,8 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rule
     let (mut winner, mut last_case) = (None, None);
     for next in contenders {
         let Some(holder) = winner.replace(next) else { continue };
-        let (prior, case) = prior(&holder.distances, &next.distances, rules);
+        let won_before = rules.won_before == Some(holder.source);
+        let (prior, case) = prior(&holder.distances, &next.distances, rules, won_before);
         last_case = Some(case);
         let (kept, lost) = match prior {
             Winner::P => (holder, next),
@@ -204,30 +200,41 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rule
 }
 
 /// The one of several records of the planner's manoeuvres that takes part, by the same rules; the first when none of
-/// them is valid, so that the reason is known.
-pub fn foremost(path_frame: &PathFrame<'_>, records: &[Section], rules: &Rules) -> Option<Section> {
+/// them is valid, so that the reason is known. `won_before` knows the record that won in the cycle before.
+pub fn foremost(
+    path_frame: &PathFrame<'_>,
+    records: &[Section],
+    rules: &Rules,
+    won_before: impl Fn(&Section) -> bool,
+) -> Option<Section> {
     let evaluated = records.iter().map(|record| {
         let evaluated = evaluate(path_frame, Source::Manoeuvre, Some(*record), &Rules::default());
         Some((evaluated.contender()?.distances, *record))
     });
     let mut contenders: Vec<(Distances, Section)> = evaluated.flatten().collect();
     contenders.sort_by(|(one, _), (other, _)| one.desired_start_m.total_cmp(&other.desired_start_m));
-    let winner = contenders.into_iter().reduce(|holder, next| match prior(&holder.0, &next.0, rules).0 {
-        Winner::P => holder,
-        Winner::Q => next,
+    let winner = contenders.into_iter().reduce(|holder, next| {
+        match prior(&holder.0, &next.0, rules, won_before(&holder.1)).0 {
+            Winner::P => holder,
+            Winner::Q => next,
+        }
     });
     winner.map(|(_, record)| record).or(records.first().copied())
 }
 
 /// Required sections that start within this distance start together, metres: none is signalled for an instant only.
 const SAME_START_M: f64 = 3.0;
+/// Starts that were together stay so while they are at most this much farther apart, metres: measured from cycle to cycle
+/// they move a little, and the signal would go off and on.
+const STILL_SAME_START_M: f64 = 1.0;
 
-/// The pairwise rule: `p` has the earlier desired start.
-pub fn prior(p: &Distances, q: &Distances, rules: &Rules) -> (Winner, Case) {
+/// The pairwise rule: `p` has the earlier desired start. `p_won_before` = it won in the cycle before.
+pub fn prior(p: &Distances, q: &Distances, rules: &Rules, p_won_before: bool) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
     let inside_p = ps < 0.0 && pe >= 0.0;
-    let waits = rules.nested_waits && ps > 0.0 && ps - qs > SAME_START_M;
+    let together_m = SAME_START_M + if p_won_before { STILL_SAME_START_M } else { 0.0 };
+    let waits = rules.nested_waits && ps > 0.0 && ps - qs > together_m;
     let unless_over = if (before_p || inside_p) && !waits { Winner::P } else { Winner::Q };
     if ps < qs {
         if qe < pe {

@@ -2,7 +2,7 @@
 //! (docs/spec/turn-signal-decider.md, "Roundabouts"): what is remembered, and which
 //! record comes of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::decision_context::DecisionContext;
 use super::intersection::next_in_queue;
@@ -23,13 +23,17 @@ use legs::{Entry, Exit, Leaving, RoundaboutLegs};
 pub struct RoundaboutMemory {
     entries: BTreeMap<LaneId, Pose>,
     exits: BTreeMap<LaneId, Pose>,
+    /// Improved: the entries that were announced and are passed. A route that goes once around comes by again (W20).
+    passed: BTreeSet<LaneId>,
 }
 
 impl RoundaboutMemory {
     /// The record of the entry or exit that is next, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, legs: &RoundaboutLegs) -> Option<Section> {
         if !context.quirks.memory_survives_route {
-            self.entries.retain(|id, _| legs.entries.iter().any(|entry| entry.lane.id == *id));
+            let is_entry = |id: &LaneId| legs.entries.iter().any(|entry| entry.lane.id == *id);
+            self.entries.retain(|id, _| is_entry(id));
+            self.passed.retain(is_entry);
             self.exits.retain(|id, _| legs.exits.iter().any(|exit| exit.lane.id == *id));
         }
         let mut records = Vec::new();
@@ -49,6 +53,7 @@ impl RoundaboutMemory {
     pub fn clear(&mut self) {
         self.entries.clear();
         self.exits.clear();
+        self.passed.clear();
     }
 
     /// Pose of the rear axle when this entry came within range.
@@ -59,6 +64,9 @@ impl RoundaboutMemory {
     /// docs/spec/turn-signal-decider.md, "Roundabout entry". An entry that came within range stays announced.
     fn entry(&mut self, context: &DecisionContext<'_>, entry: &Entry) -> Option<Section> {
         let (lane, parameters) = (&entry.lane, context.parameters);
+        if self.passed.contains(&lane.id) {
+            return None;
+        }
         let search_m =
             lane.search_distance_m.unwrap_or_else(|| parameters.roundabout_search_m(context.speed_mps));
         let in_range = context.path_frame.from_front_m(lane.front) < search_m;
@@ -76,6 +84,9 @@ impl RoundaboutMemory {
         }
         if context.path_frame.from_base_m(record.desired_end) < 0.0 {
             self.entries.remove(&lane.id);
+            if !context.quirks.ignores_height_and_continuity {
+                self.passed.insert(lane.id);
+            }
             return None;
         }
         Some(record)

@@ -6,6 +6,7 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("intersection, right", &["crossing_right.toml"]),
     ("intersection, straight", &["crossing_straight.toml"]),
     ("turn after turn", &["left_then_right.toml", "split_turn.toml", "chicane.toml"]),
+    ("avoidance in the gap between two turns", &["gap_before_required_avoidance.toml"]),
     ("stop before a turn", &["stop_before_turn.toml", "slowing_before_turn.toml"]),
     ("no turn direction", &["fork.toml"]),
     ("roundabout, side by the map", &["roundabout_first_exit.toml", "roundabout_third_exit.toml"]),
@@ -13,7 +14,10 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("roundabout, exit without tag", &["roundabout_untagged.toml"]),
     ("roundabout, entry that ends", &["roundabout_entry_short.toml"]),
     ("roundabout, entry that lasts", &["roundabout_persistent.toml", "roundabout_silent_exit.toml"]),
-    ("roundabout, around", &["roundabout_u_turn.toml", "roundabout_once_around.toml"]),
+    (
+        "roundabout, around",
+        &["roundabout_u_turn.toml", "roundabout_once_around.toml", "roundabout_past_own_entry.toml"],
+    ),
     ("roundabout, slowing down", &["roundabout_slowing_down.toml"]),
     ("avoidance, out and back", &["avoidance_out_and_back.toml"]),
     ("avoidance, one lane", &["avoidance_narrow_road.toml"]),
@@ -45,6 +49,7 @@ pub(crate) const CONFLICTS: &[(&str, &str, &[&str])] = &[
     ("C9", "conflict_09_same_interval.toml", &["B2"]),
     ("C10", "conflict_10_announced_together.toml", &["A2", "A4"]),
     ("C11", "conflict_11_together_later_first.toml", &["B2"]),
+    ("C12", "conflict_12_three_metres_apart.toml", &["B1"]),
 ];
 
 /// Scenarios in which upstream's commands show a weakness that improved ones have not.
@@ -60,6 +65,7 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "conflict_06_gap.toml",
             "conflict_08_same_start.toml",
             "conflict_10_announced_together.toml",
+            "conflict_12_three_metres_apart.toml",
             "lane_change_displaced.toml",
         ],
     ),
@@ -104,6 +110,7 @@ pub(crate) const ONLY_A_GAP: &[&str] = &[
     "conflict_04_later_first.toml",
     "conflict_07_gap_later_first.toml",
     "conflict_09_same_interval.toml",
+    "gap_before_required_avoidance.toml",
     "left_then_right.toml",
     "roundabout_once_around.toml",
     "roundabout_third_exit.toml",

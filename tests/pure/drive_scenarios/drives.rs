@@ -95,10 +95,10 @@ fn scenario(name: &str) -> Scenario {
                 hazard: decision.hazard,
                 has_candidates: matches!(decision.basis, Basis::Candidates(_)),
                 contenders: decision.evaluated().iter().filter(|candidate| contends(candidate)).count(),
-                is_required: decision
-                    .resolution()
-                    .and_then(|resolution| resolution.winner)
-                    .is_some_and(|winner| winner.is_required()),
+                is_required: decision.evaluated().iter().any(|candidate| {
+                    candidate.turn == decision.turn
+                        && candidate.distances.is_some_and(|distances| distances.are_required())
+                }),
             });
         }
     }

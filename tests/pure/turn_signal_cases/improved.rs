@@ -226,7 +226,7 @@ fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u6
             .collect();
         let decision = drive.step(f64::from(at), 8.0, &[]);
         let winner = decision.resolution().and_then(|resolution| resolution.winner);
-        shown.push((ms, decision.turn, winner.is_some_and(|winner| winner.is_required())));
+        shown.push((ms, decision.turn, winner.is_some_and(|winner| winner.distances.are_required())));
     }
     shown
 }

@@ -19,6 +19,7 @@ mod line;
 mod manoeuvres;
 mod mirror;
 mod path_generator;
+mod reference;
 mod required_end;
 mod roundabouts;
 mod settings;
