@@ -6,7 +6,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-const FILES: [&str; 2] = ["config/demo.toml", "config/demo.log.gz"];
+const FILES: [&str; 4] =
+    ["config/demo.log.gz", "config/demo.toml", "config/demo_commands.toml", "config/demo_lights.toml"];
 const FOLDERS: [&str; 6] =
     ["config/countries", "config/drives", "config/maps", "config/scenarios", "config/vehicles", "dbc"];
 const EXTENSIONS: [&str; 5] = ["dbc", "osm", "toml", "xosc", "yaml"];

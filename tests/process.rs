@@ -22,4 +22,5 @@ mod process {
     mod refusals;
     mod status_command;
     mod systemd_units;
+    mod terminal_view;
 }

@@ -25,6 +25,7 @@ mod pure {
     mod scenario_refusals;
     mod snapshot;
     mod spec_citations;
+    mod terminal_view;
     mod traffic_light_cases;
     mod turn_signal_cases;
     mod validation_model;

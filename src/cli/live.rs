@@ -1,24 +1,21 @@
-//! `run` and `demo`: the gateway in real time.
+//! `run`: the gateway in real time.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{ConfigArgs, settings_of_node, speed};
+use super::arguments::{ConfigArgs, settings_of_node};
 use super::ros_arguments::{self, RosArgs, RosArguments};
-use super::web::WebArgs;
+use super::view::ViewArgs;
 use super::{Failure, messages};
-use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
+use crate::config::files::Disk;
 use crate::config::gateway::DEFAULT_NODE;
-use crate::config::{Overrides, load};
-use crate::daemon::{self, DaemonError, Playback};
-use crate::io::can::log::Log;
+use crate::daemon;
 use crate::io::process_log::LogForm;
-use crate::replay::Routes;
 use crate::report::text::escaped;
-use crate::report::view::{Style, View};
+use crate::report::view::View;
 
 pub(super) const RUN_HELP: &str = "\
 Examples:
@@ -30,15 +27,8 @@ Examples:
 Behind --ros-args stands what launch files append: names and topics, the parameters config, profile
 and use_sim_time, files of parameters, and the level of the log. The rest is refused by name.
 
-On a terminal the last line shows the live state; elsewhere all that happens at one moment is one log record.
-SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in order.";
-
-pub(super) const DEMO_HELP: &str = "\
-Examples:
-  signal-gateway demo                   45 s of an invented sedan, published on ROS 2
-  signal-gateway demo --repeat
-  signal-gateway demo --no-ros          without publishing
-  signal-gateway demo --repeat --open   in a browser as well";
+On a terminal a live view shows the state, and ? its keys; elsewhere, and with --plain, all that happens at one moment
+is one log record. SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in order.";
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -47,6 +37,8 @@ pub(super) struct RunArgs {
     /// Record what is received and published in DIR, as MCAP files of rosbag2; [mcap] in the configuration bounds them
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     isolation: IsolationArgs,
     #[command(flatten)]
@@ -70,25 +62,6 @@ pub(super) struct NetworkArgs {
     memory_limit_mb: u32,
 }
 
-#[derive(Debug, Args)]
-pub(super) struct DemoArgs {
-    /// Start again at the end
-    #[arg(long)]
-    repeat: bool,
-    /// Factor on the original timing
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
-    speed: f64,
-    /// Show only, do not publish
-    #[arg(long)]
-    no_ros: bool,
-    #[command(flatten)]
-    web: WebArgs,
-    #[command(flatten)]
-    isolation: IsolationArgs,
-    #[command(flatten)]
-    ros: RosArgs,
-}
-
 pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let ros = node_arguments(&args.ros, "info")?;
     args.config.config = args.config.config.or(ros.config);
@@ -98,13 +71,13 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
         settings.mcap.folder = Some(folder.clone());
     }
     settings.ros.isolated = !args.isolation.no_isolation;
-    let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
+    let view = args.view.open(format!("run · {}", settings.vehicle), || Ok(View::journal()))?;
     daemon::run(settings, view)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Reads the arguments of ROS 2 and starts the log as they say, else from `default_level` on.
-fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
+pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
     let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
     let level = read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level);
     messages::start_log(level, LogForm::Timed)?;
@@ -117,31 +90,6 @@ fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, F
         );
     }
     Ok(read)
-}
-
-pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
-    let ros = node_arguments(&args.ros, "warn")?;
-    if ros.config.is_some() || ros.profile.is_some() {
-        return Err(Failure::Usage(
-            "--ros-args: demo has its own configuration and profile; use run".to_owned(),
-        ));
-    }
-    let overrides = Overrides { profile: None, ros: ros.overrides };
-    let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &overrides)?;
-    settings.ros.enabled &= !args.no_ros;
-    args.web.apply(&mut settings.http);
-    settings.ros.isolated = !args.isolation.no_isolation;
-    let (file, stamps) = match &settings.recording {
-        Some(recording) => (recording.file.clone(), recording.stamps),
-        None => return Err(DaemonError::NoRecording.into()),
-    };
-    let title = format!("{}, built-in recording, Ctrl-C ends", settings.vehicle);
-    let view = View::new(Style::choose(Style::Panel, Style::Lines), title)?;
-    let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
-    let routes = Routes::by_interface(&settings.gateway);
-    let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
-    daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?;
-    Ok(ExitCode::SUCCESS)
 }
 
 /// The network side of another process.

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod decide;
+mod demo;
 mod discover;
 mod identify;
 mod init;
@@ -19,6 +20,7 @@ mod ros_arguments;
 mod status;
 mod unreadable;
 mod vehicle;
+mod view;
 mod web;
 
 use std::io;
@@ -33,6 +35,7 @@ use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
 use decide::DecideArgs;
+use demo::DemoArgs;
 use discover::DiscoverArgs;
 use identify::IdentifyArgs;
 use init::InitArgs;
@@ -40,7 +43,7 @@ use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
 #[cfg(feature = "ros")]
 use live::NetworkArgs;
-use live::{DemoArgs, RunArgs};
+use live::RunArgs;
 use manual::{CompletionsArgs, ManArgs};
 use messages::MessageArgs;
 use profiles::ProfilesArgs;
@@ -84,8 +87,8 @@ enum Command {
     /// Run the gateway: the daemon that systemd starts
     #[command(after_help = live::RUN_HELP)]
     Run(RunArgs),
-    /// Play the built-in recording in real time, publish it on ROS 2 and show it live
-    #[command(after_help = live::DEMO_HELP)]
+    /// Play the built-in recording in real time, publish it on ROS 2 and show it live; or a simulation
+    #[command(after_help = demo::HELP)]
     Demo(DemoArgs),
     /// Run the gateway over a recording on virtual time and print what it publishes
     #[command(after_help = replay::REPLAY_HELP)]
@@ -140,7 +143,7 @@ pub fn main() -> ExitCode {
     messages::set_options(cli.messages);
     let outcome = match cli.command {
         Command::Run(args) => live::run(args),
-        Command::Demo(args) => live::demo(&args),
+        Command::Demo(args) => demo::demo(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Check(args) => inspect::check(&args),
         Command::Identify(args) => identify::run(&args),

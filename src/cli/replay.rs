@@ -10,6 +10,7 @@ use super::arguments::{RecordingArgs, Shown, draw, file_name, open, recording, s
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
 use super::unreadable::expect_recording;
+use super::view::ViewArgs;
 use super::web::WebArgs;
 use super::{Failure, messages};
 use crate::check::bad_lines_text;
@@ -26,7 +27,7 @@ use crate::io::process_log::LogForm;
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::{Changes, JsonTimeline};
 use crate::report::text::times;
-use crate::report::view::{Style, View, time_text};
+use crate::report::view::{View, time_text};
 
 pub(super) const REPLAY_HELP: &str = "\
 Examples:
@@ -65,6 +66,8 @@ pub(super) struct ReplayArgs {
     /// Publish on ROS 2 as well, at --speed 1 unless given
     #[arg(long)]
     ros: bool,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     web: WebArgs,
     #[command(flatten)]
@@ -181,7 +184,8 @@ fn replay_in_time(
     let configured = settings.recording.as_ref().map(|recording| recording.stamps);
     let stamps = if args.ros { configured.unwrap_or_default() } else { Stamps::Recorded };
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
-    let view = View::new(Style::choose(Style::StatusLine, Style::Lines), settings.vehicle.clone())?;
+    let title = format!("replay · {}, {}", settings.vehicle, file_name(path));
+    let view = if json.is_some() { View::lines()? } else { args.view.open(title, View::lines)? };
     let reopen = || Log::open(path);
     daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)

@@ -9,9 +9,11 @@ use clap::Args;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::arguments::{ConfigArgs, seconds, settings};
+use super::view::{self, ViewArgs};
 use super::{Failure, messages};
 use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
+use crate::core::diagnostics::Level;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
 use crate::core::simulated_vehicle::{Output, SimulationSettings, VehicleEvent};
@@ -21,6 +23,7 @@ use crate::desk;
 use crate::io::can::controller::has_controller;
 use crate::io::process_log::LogForm;
 use crate::report::Form;
+use crate::report::terminal::vehicle::VehicleState;
 use crate::report::vehicle::{CandumpLog, line};
 
 pub(super) const HELP: &str = "\
@@ -60,6 +63,8 @@ A line of text is  seconds  subject  event. With --json each line is one object 
   bus_off            on
   not_possible       why
 
+On a terminal a live view shows the vehicle, and its keys move stalk and button; with --plain the lines do, as elsewhere.
+
 The driver comes before the commands, hazard lights before turn indicators. A command ends with
 its frames. An interface with a controller, which may be a real vehicle's, is refused.";
 
@@ -91,6 +96,8 @@ pub(super) struct VehicleArgs {
     /// Print JSON lines
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    view: ViewArgs,
     /// Print what it sends as a candump log, on virtual time and without a bus
     #[arg(long, conflicts_with = "json")]
     candump: bool,
@@ -109,7 +116,13 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
     };
     let script = args.script.as_deref().map(read_script).transpose()?.unwrap_or_default();
     let run = VehicleRun { plan, simulation, script, until: args.until, lines: None };
-    if args.candump { write_log(&settings, run) } else { drive(&settings, run, Form::json_if(args.json)) }
+    if args.candump {
+        write_log(&settings, run)
+    } else if !args.json && args.view.is_live() {
+        drive_in_view(&settings, run)
+    } else {
+        drive(&settings, run, Form::json_if(args.json))
+    }
 }
 
 /// 2023-11-14, so that the same script gives the same log.
@@ -139,6 +152,42 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
                 messages::warn(&format!("nothing can be sent on {interface}: {}", reason(why)));
             }
             RunEvent::InvalidRequest(error) => messages::warn(&format!("request: {error}")),
+        }
+        Ok(())
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The vehicle on its interfaces, in the live view, whose keys are the driver's.
+fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, Failure> {
+    for bus in &settings.gateway.buses {
+        refuse_controller(&bus.interface)?;
+    }
+    let (sender, lines) = unbounded_channel();
+    run.lines = Some(lines);
+    let buses = settings.gateway.buses.iter().map(|bus| format!("{} ({})", bus.name, bus.interface));
+    let mut state = VehicleState::new(buses);
+    let driver = move |line: &str| drop(sender.send(line.to_owned()));
+    let mut view = view::start(format!("vehicle · {}, simulated", settings.vehicle), Some(Box::new(driver)))?;
+    run_vehicle(settings, run, |event, now| {
+        match event {
+            RunEvent::Output(output) => {
+                state.update(output, now);
+                if let Output::Happened(event) = output
+                    && !matches!(event, VehicleEvent::Lamps { .. })
+                {
+                    view.line(Level::Ok, line(Form::Text, event, now));
+                }
+            }
+            RunEvent::SendFailed(bus, why) => {
+                let name =
+                    settings.gateway.buses.get(usize::from(bus.0)).map_or("?", |bus| bus.interface.as_str());
+                view.line(Level::Error, format!("nothing can be sent on {name}: {}", reason(why)));
+            }
+            RunEvent::InvalidRequest(error) => view.line(Level::Warn, format!("request: {error}")),
+        }
+        if view.is_due() {
+            view.picture(state.picture(now));
         }
         Ok(())
     })?;

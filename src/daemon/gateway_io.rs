@@ -296,9 +296,13 @@ impl GatewayIo {
 
     /// Takes a snapshot of the gateway, if somebody is to see one.
     pub(super) fn show(&mut self, gateway: &Gateway, now: Now) {
-        if self.watching.is_due(&self.supervisor) {
+        let is_view_due = self.view.is_due();
+        if is_view_due || self.watching.is_due(&self.supervisor) {
             let process = self.process();
-            self.watching.show(gateway, now, &mut self.supervisor, process);
+            let snapshot = self.watching.show(gateway, now, &mut self.supervisor, process);
+            if is_view_due {
+                self.view.snapshot(snapshot);
+            }
         }
     }
 
@@ -314,7 +318,7 @@ impl GatewayIo {
 
     fn refresh(&mut self, now: Now) {
         if self.json.is_none() {
-            let shown = self.view.refresh(now.mono, || self.publisher.describe());
+            let shown = self.view.end_moment(now.mono);
             self.note(shown.map_err(DaemonError::from));
         }
         if !self.publisher.is_healthy() {

@@ -12,6 +12,7 @@ mod pages;
 pub mod publisher;
 mod receivers;
 pub mod recording;
+pub mod rehearsal;
 mod ros_environment;
 pub mod vehicle;
 mod watching;

@@ -120,32 +120,6 @@ impl Publisher {
         "ROS 2 off".to_owned()
     }
 
-    /// Distribution and domain, with the readers of each topic we write and the writers of each we read.
-    pub fn describe(&self) -> String {
-        #[cfg(feature = "ros")]
-        if let Some(session) = &self.session {
-            let status = session.status();
-            let readers = status.outgoing.iter().map(|topic| format!("{} {}", topic.label, topic.readers));
-            let readers = readers.collect::<Vec<_>>().join(", ");
-            let writers: Vec<_> =
-                status.incoming.iter().map(|topic| format!("{} {}", topic.name, topic.writers)).collect();
-            let writers = match writers.as_slice() {
-                [] => String::new(),
-                writers => format!(", writers: {}", writers.join(", ")),
-            };
-            let missing = match status.missing_peers {
-                0 => String::new(),
-                count => format!(", {count} lost"),
-            };
-            let graph = self.graph();
-            if !status.network.is_up {
-                return format!("{graph}, down");
-            }
-            return format!("{graph}, readers: {readers}{writers}{missing}");
-        }
-        self.graph()
-    }
-
     /// State of the network side; `None` without a session.
     pub fn network(&self) -> Option<NetworkState> {
         #[cfg(feature = "ros")]

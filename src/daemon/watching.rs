@@ -102,14 +102,14 @@ impl Watching {
         self.is_line_due(supervisor) || self.feed.as_ref().is_some_and(SnapshotFeed::is_due)
     }
 
-    /// Takes a snapshot and hands it out.
+    /// Takes a snapshot, and hands it out to those who are due.
     pub(super) fn show(
         &mut self,
         gateway: &Gateway,
         now: Now,
         supervisor: &mut Supervisor,
         process: Process,
-    ) {
+    ) -> Snapshot {
         let snapshot = self.snapshot(gateway, now, process);
         if self.is_line_due(supervisor) {
             self.next_line = Instant::now() + LINE_INTERVAL;
@@ -119,9 +119,10 @@ impl Watching {
                 self.line = line;
             }
         }
-        if let Some(feed) = &mut self.feed {
-            feed.hand_out(snapshot);
+        if let Some(feed) = self.feed.as_mut().filter(|feed| feed.is_due()) {
+            feed.hand_out(snapshot.clone());
         }
+        snapshot
     }
 
     fn is_line_due(&self, supervisor: &Supervisor) -> bool {

@@ -13,3 +13,4 @@ pub mod ros;
 pub mod snapshots;
 pub mod standard_input;
 pub mod systemd;
+pub mod terminal;

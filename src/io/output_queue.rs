@@ -34,6 +34,8 @@ struct State {
     counts_texts: bool,
     is_writing: bool,
     losses: Losses,
+    /// Where the next text goes, if no longer to the file of the start.
+    next_file: Option<File>,
 }
 
 /// Text that did not reach its reader.
@@ -92,6 +94,15 @@ impl OutputQueue {
         }
     }
 
+    /// Writes to a duplicate of another file from the next text on.
+    ///
+    /// # Errors
+    /// A file that cannot be duplicated.
+    pub fn redirect(&self, to: &impl AsFd) -> io::Result<()> {
+        self.0.lock().next_file = Some(File::from(to.as_fd().try_clone_to_owned()?));
+        Ok(())
+    }
+
     /// Waits until everything is written, at most for `patience`; true if it is.
     pub fn flush(&self, patience: Duration) -> bool {
         let end = Instant::now() + patience;
@@ -128,6 +139,9 @@ impl Shared {
             };
             state.waiting_bytes -= text.len();
             state.is_writing = true;
+            if let Some(next) = state.next_file.take() {
+                *file = next;
+            }
             drop(state);
             let written = write_all(file, &text);
             state = self.lock();
@@ -206,6 +220,20 @@ mod tests {
         assert!(read.chunks(line.len()).all(|read| read == line), "lines are whole");
         assert!(queue.flush(PATIENCE));
         assert_eq!((queue.losses().is_losing, queue.losses().lines), (false, losses.lines));
+    }
+
+    #[test]
+    fn text_goes_to_another_file_once_it_is_redirected() {
+        let ((mut first, writer), (mut second, other)) = (io::pipe().unwrap(), io::pipe().unwrap());
+        let queue = OutputQueue::start("test", &writer).unwrap();
+        queue.push(b"one\n");
+        assert!(queue.flush(PATIENCE));
+        queue.redirect(&other).unwrap();
+        queue.push(b"two\n");
+        let (mut before, mut after) = ([0; 4], [0; 4]);
+        first.read_exact(&mut before).unwrap();
+        second.read_exact(&mut after).unwrap();
+        assert_eq!((&before, &after), (b"one\n", b"two\n"));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::backtrace::{Backtrace, BacktraceStatus};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::io;
+use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -137,6 +138,12 @@ pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
     if is_enabled && log.admits(Kind::new(module_path!(), None, &event), text, level) {
         log.write(level, text, fields);
     }
+}
+
+/// Writes to a duplicate of another file from the next line on; the journal keeps its records.
+pub fn redirect(to: &impl AsFd) {
+    // One that cannot be duplicated leaves the log where it is.
+    let _ = LOG.get().filter(|log| !log.is_journal).map(|log| log.queue.redirect(to));
 }
 
 /// Waits until everything is written, lines on what was suppressed included, at most for `patience`.

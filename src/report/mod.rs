@@ -8,9 +8,11 @@
 //! | [`drive`] | the decisions of a drive |
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
-//! | [`view`] | the present state, on a terminal |
+//! | [`view`] | what happens while a command runs: lines, log records, or the next one |
+//! | [`terminal`] | the present state, on a terminal |
 //! | [`live_page`] | the same in a browser |
 //! | [`metrics`] | the same for Prometheus |
+//! | [`story`] | captions and the summary of the demo |
 //! | [`status`] | the present state of a running gateway |
 //! | [`timeline`] | a recording: states over time, each with the frame behind it |
 //! | [`refusal`] | problems of a configuration, with pictures of their places |
@@ -30,6 +32,8 @@ pub mod live_page;
 pub mod metrics;
 pub mod refusal;
 pub mod status;
+pub mod story;
+pub mod terminal;
 pub mod text;
 pub mod timeline;
 pub mod vehicle;

@@ -9,6 +9,8 @@ use std::io::Read;
 use std::path::Path;
 
 use flate2::read::GzDecoder;
+use signal_gateway::report::story;
+
 use generator::{LENGTH_MS, START_S, STORY, write_recording, write_story};
 
 const TURN: &str = "2A5";
@@ -90,4 +92,10 @@ fn the_story_has_a_line_for_each_scene() {
     let text = String::from_utf8(text).unwrap();
     assert_eq!(text.lines().count(), STORY.len());
     assert!(text.contains("  36.5 s  turn message silent, bus alive"), "{text}");
+}
+
+#[test]
+fn each_scene_has_a_caption_from_its_first_moment_on() {
+    let captions: Vec<_> = story::DEMO.iter().map(|(at, _)| at.as_nanos() / 1_000_000).collect();
+    assert_eq!(captions, STORY.map(|scene| scene.from_ms));
 }

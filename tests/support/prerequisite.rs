@@ -32,6 +32,8 @@ pub(crate) enum Prerequisite {
     SystemdAnalyze,
     /// `prometheus` and its `promtool`.
     Prometheus,
+    /// `tmux`, which plays a terminal.
+    Tmux,
 }
 
 impl Prerequisite {
@@ -50,6 +52,7 @@ impl Prerequisite {
             Self::Tmpfs => "tmpfs",
             Self::SystemdAnalyze => "systemd-analyze",
             Self::Prometheus => "prometheus",
+            Self::Tmux => "tmux",
         }
     }
 

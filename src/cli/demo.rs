@@ -1,0 +1,153 @@
+//! `demo`: the gateway at work on what is in the binary.
+
+use std::io;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use super::Failure;
+use super::arguments::speed;
+use super::live::{IsolationArgs, node_arguments};
+use super::ros_arguments::RosArgs;
+use super::view::ViewArgs;
+use super::web::WebArgs;
+use crate::config::built_in::BuiltIn;
+use crate::config::drive;
+use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
+use crate::config::{Overrides, Settings, load};
+use crate::core::simulated_vehicle::request;
+use crate::core::time::MonoTime;
+use crate::daemon::rehearsal::rehearse;
+use crate::daemon::{self, DaemonError, Playback};
+use crate::desk::drive::simulation::DriveSimulation;
+use crate::desk::rehearsal::{Rehearsal, Surroundings};
+use crate::io::can::log::Log;
+use crate::io::clock::Clock;
+use crate::replay::Routes;
+use crate::report::story;
+use crate::report::view::View;
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway demo                   45 s of an invented sedan, published on ROS 2
+  signal-gateway demo --repeat
+  signal-gateway demo --no-ros          without publishing
+  signal-gateway demo --repeat --open   in a browser as well
+  signal-gateway demo commands          a drive, its commands, and a simulated vehicle
+  signal-gateway demo lights            the traffic lights of a scenario
+
+commands and lights reach neither a bus nor ROS 2. On a terminal a live view shows the state, and ? its keys; elsewhere,
+and with --plain, each change is a line.";
+
+/// Behind the summary.
+const TRY_NEXT: &str = "
+Try next
+  signal-gateway demo commands            a drive, its commands, and a vehicle that obeys or not
+  signal-gateway demo lights              the traffic lights of a scenario
+  signal-gateway demo --repeat --open     in a browser, and with ROS 2: ros2 topic echo /diagnostics
+  signal-gateway identify LOG             the built-in profiles that fit a recording of your car
+  signal-gateway init                     write a configuration for it
+";
+
+#[derive(Debug, Args)]
+pub(super) struct DemoArgs {
+    /// Something other than the recording
+    #[arg(value_enum)]
+    what: Option<Rehearsed>,
+    /// Start again at the end
+    #[arg(long, conflicts_with = "what")]
+    repeat: bool,
+    /// Factor on the original timing
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
+    speed: f64,
+    /// Show only, do not publish
+    #[arg(long)]
+    no_ros: bool,
+    #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
+    web: WebArgs,
+    #[command(flatten)]
+    isolation: IsolationArgs,
+    #[command(flatten)]
+    ros: RosArgs,
+}
+
+/// What is simulated instead of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Rehearsed {
+    /// The decider on a drive, its commands, and a simulated vehicle
+    Commands,
+    /// The traffic lights of the bench scenario
+    Lights,
+}
+
+pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
+    let ros = node_arguments(&args.ros, "warn")?;
+    if ros.config.is_some() || ros.profile.is_some() {
+        return Err(Failure::Usage(
+            "--ros-args: demo has its own configuration and profile; use run".to_owned(),
+        ));
+    }
+    let config = match args.what {
+        None => DEMO_CONFIG,
+        Some(Rehearsed::Commands) => "config/demo_commands.toml",
+        Some(Rehearsed::Lights) => "config/demo_lights.toml",
+    };
+    let overrides = Overrides { profile: None, ros: ros.overrides };
+    let mut settings = load(&Embedded, Path::new(config), &overrides)?;
+    args.web.apply(&mut settings.http);
+    match args.what {
+        None => play(args, settings)?,
+        Some(what) => simulate(args, what, &settings)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Plays the recording.
+fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
+    settings.ros.enabled &= !args.no_ros;
+    settings.ros.isolated = !args.isolation.no_isolation;
+    let (file, stamps) = match &settings.recording {
+        Some(recording) => (recording.file.clone(), recording.stamps),
+        None => return Err(DaemonError::NoRecording.into()),
+    };
+    let title = format!("demo · {}, built-in recording", settings.vehicle);
+    let view = args.view.open(title, View::lines)?.with_story(story::DEMO, TRY_NEXT);
+    let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
+    let routes = Routes::by_interface(&settings.gateway);
+    let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
+    Ok(daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?)
+}
+
+/// Runs the gateway in a simulated world.
+fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(), Failure> {
+    let start = Clock::start().now().wall;
+    let (title, story, length, laps) = match what {
+        Rehearsed::Commands => (
+            format!("demo commands · {}, simulated", settings.vehicle),
+            story::COMMANDS,
+            Duration::from_secs(42),
+            2,
+        ),
+        Rehearsed::Lights => {
+            ("demo lights · bench scenario".to_owned(), story::LIGHTS, Duration::from_secs(40), 0)
+        }
+    };
+    let path = BuiltIn::Drive.path("crossing_left").unwrap_or_default();
+    let drive = if laps > 0 { Some(DriveSimulation::new(drive::read(&Disk, &path)?)?) } else { None };
+    let plan = || settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()));
+    let script = || {
+        let request = |(at, text): &(MonoTime, &str)| Some((*at, request::line(text).ok()??.1));
+        story::COMMANDS_SCRIPT.iter().filter_map(request).collect::<Vec<_>>()
+    };
+    let surroundings = match &drive {
+        Some(drive) => Some(Surroundings::new(plan()?, script(), drive, laps)),
+        None => None,
+    };
+    let rehearsal = Rehearsal::new(settings.gateway.clone(), surroundings, start, length);
+    let view = args.view.open(title, View::lines)?.with_story(story, TRY_NEXT);
+    Ok(rehearse(settings, view, rehearsal, args.speed)?)
+}

@@ -1,0 +1,44 @@
+//! The live view, for the commands that have one.
+
+use std::io;
+
+use clap::Args;
+
+use super::messages;
+use crate::io::terminal::is_usable;
+use crate::report::terminal::model::Model;
+use crate::report::terminal::{DriverLine, TerminalView};
+use crate::report::view::View;
+
+/// What is shown on a terminal.
+#[derive(Debug, Args)]
+pub(super) struct ViewArgs {
+    /// Lines on a terminal as well, as elsewhere, instead of the live view
+    #[arg(long)]
+    plain: bool,
+}
+
+impl ViewArgs {
+    /// The live view if there is a terminal for it, else `otherwise`.
+    pub(super) fn open(
+        &self,
+        title: String,
+        otherwise: impl FnOnce() -> io::Result<View>,
+    ) -> io::Result<View> {
+        if !self.is_live() {
+            return otherwise();
+        }
+        Ok(View::terminal(start(title, None)?))
+    }
+
+    /// True if there is a terminal for the live view, and it is wanted.
+    pub(super) fn is_live(&self) -> bool {
+        !self.plain && is_usable()
+    }
+}
+
+/// Takes the terminal for the live view; `driver` gets what the driver's keys request.
+pub(super) fn start(title: String, driver: Option<DriverLine>) -> io::Result<TerminalView> {
+    let has_color = messages::layout(&io::stdout()).has_color;
+    TerminalView::start(Model { title, has_color, ..Model::default() }, driver)
+}

@@ -1,0 +1,188 @@
+//! A gateway with a world around it, in one process and on virtual time: a drive with its planner, a simulated vehicle that
+//! obeys the frames it gets and reports what it does.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::drive::simulation::{Cycle, Cycles, DriveSimulation};
+use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
+use crate::core::command::control_mode::ControlMode;
+use crate::core::command::input::CommandInput;
+use crate::core::command::origin::{SampleId, WriterId};
+use crate::core::command::output::CommandOutput;
+use crate::core::gateway::event::{Input, Output};
+use crate::core::gateway::{Gateway, GatewaySettings};
+use crate::core::light_command::EnumOrUnknown;
+use crate::core::simulated_vehicle::plan::VehiclePlan;
+use crate::core::simulated_vehicle::request::Request;
+use crate::core::simulated_vehicle::{Output as VehicleOutput, SimulatedVehicle, SimulationSettings};
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::core::turn_signal::planner_input::{PathPoint, PlannerInput, PlannerRoute};
+
+/// Time from the last cycle of a lap to the first of the next one.
+const LAP_GAP: Duration = Duration::from_millis(100);
+
+/// A gateway in its world.
+pub struct Rehearsal<'a> {
+    gateway: Gateway,
+    surroundings: Option<Surroundings<'a>>,
+    outputs: VecDeque<Output>,
+    start: WallStamp,
+    now: Now,
+    end: MonoTime,
+}
+
+/// What is simulated around the gateway: a vehicle, and the drive that its planner plans, lap by lap.
+pub struct Surroundings<'a> {
+    vehicle: SimulatedVehicle,
+    drive: &'a DriveSimulation,
+    cycles: Cycles<'a>,
+    next: Option<Cycle>,
+    /// Beginning of this lap.
+    lap: MonoTime,
+    laps_left: u32,
+    samples: i64,
+}
+
+impl<'a> Surroundings<'a> {
+    /// A vehicle with requests to its driver, each at its time, and a drive that is driven so many times.
+    pub fn new(
+        plan: VehiclePlan,
+        script: impl IntoIterator<Item = (MonoTime, Request)>,
+        drive: &'a DriveSimulation,
+        laps: u32,
+    ) -> Self {
+        let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), MonoTime::ZERO);
+        for (at, request) in script {
+            vehicle.schedule(at, request);
+        }
+        let mut cycles = drive.cycles();
+        let next = cycles.next();
+        Self {
+            vehicle,
+            drive,
+            cycles,
+            next,
+            lap: MonoTime::ZERO,
+            laps_left: laps.saturating_sub(1),
+            samples: 0,
+        }
+    }
+
+    fn cycle_at(&self) -> Option<MonoTime> {
+        let cycle = self.next.as_ref()?;
+        Some(self.lap.after(Duration::try_from_secs_f64(cycle.at_s).unwrap_or_default()))
+    }
+}
+
+impl<'a> Rehearsal<'a> {
+    /// A gateway at time zero, whose links are up and whose stamps begin at `start`; it ends after `length`.
+    pub fn new(
+        settings: GatewaySettings,
+        surroundings: Option<Surroundings<'a>>,
+        start: WallStamp,
+        length: Duration,
+    ) -> Self {
+        let now = Now { mono: MonoTime::ZERO, wall: start };
+        let gateway = Gateway::new(settings, LinkState::Up, now);
+        let end = MonoTime::ZERO.after(length);
+        Self { gateway, surroundings, outputs: VecDeque::new(), start, now, end }
+    }
+
+    /// The gateway.
+    pub fn gateway(&self) -> &Gateway {
+        &self.gateway
+    }
+
+    /// The time of the last step.
+    pub fn now(&self) -> Now {
+        self.now
+    }
+
+    /// When the next step is due; `None` after the end.
+    pub fn next_time(&self) -> Option<MonoTime> {
+        let vehicle =
+            self.surroundings.as_ref().and_then(|around| around.vehicle.next_deadline(self.now.mono));
+        let cycle = self.surroundings.as_ref().and_then(Surroundings::cycle_at);
+        let next = [Some(self.gateway.next_deadline()), vehicle, cycle].into_iter().flatten().min()?;
+        Some(next.max(self.now.mono)).filter(|next| *next <= self.end)
+    }
+
+    /// Does all that is due at [`Self::next_time`].
+    pub fn step(&mut self) {
+        let Some(mono) = self.next_time() else { return };
+        self.now = Now { mono, wall: self.start.after(mono.since(MonoTime::ZERO)) };
+        if let Some(around) = &mut self.surroundings {
+            around.step(&mut self.gateway, self.now);
+        }
+        self.gateway.handle(Input::Tick, self.now);
+        while let Some(output) = self.gateway.poll_output() {
+            if let (Output::Command(CommandOutput::Transmit { frame, .. }), Some(around)) =
+                (&output, &mut self.surroundings)
+            {
+                around.vehicle.frame_arrived(frame.bus(), frame.frame(), self.now.mono);
+                self.gateway.handle(CommandInput::Sent(frame.clone()), self.now);
+            }
+            self.outputs.push_back(output);
+        }
+    }
+
+    /// The next output of the gateway, oldest first.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.outputs.pop_front()
+    }
+}
+
+impl Surroundings<'_> {
+    /// The planner's cycle and the vehicle's frames that are due.
+    fn step(&mut self, gateway: &mut Gateway, now: Now) {
+        while self.cycle_at().is_some_and(|at| at <= now.mono) {
+            let Some(cycle) = self.next.take() else { break };
+            self.samples += 1;
+            let sample = SampleId { writer: WriterId::default(), sequence: self.samples };
+            let mode = EnumOrUnknown::Known(ControlMode::Autonomous);
+            gateway.handle(CommandInput::ControlMode { sample, mode, stamp: now.wall }, now);
+            for input in planner_inputs(&cycle, now.wall) {
+                gateway.handle(input, now);
+            }
+            self.next = self.cycles.next();
+            if self.next.is_none() && self.laps_left > 0 {
+                self.laps_left -= 1;
+                self.cycles = self.drive.cycles();
+                self.next = self.cycles.next();
+                self.lap = now.mono.after(LAP_GAP);
+            }
+        }
+        self.vehicle.settle(now.mono);
+        while let Some(output) = self.vehicle.poll_output() {
+            match output {
+                VehicleOutput::Frame { bus, frame } => {
+                    gateway.handle(CanInput::Frame { bus, frame, stamp: now.wall }, now);
+                }
+                VehicleOutput::Error { bus, error } => {
+                    gateway.handle(CanInput::ErrorFrame { bus, error }, now);
+                }
+                VehicleOutput::Happened(_) => {}
+            }
+        }
+    }
+}
+
+/// The messages of a planner at a cycle of the drive. The route comes at the first one.
+fn planner_inputs(cycle: &Cycle, stamp: WallStamp) -> impl Iterator<Item = PlannerInput> {
+    let route = (cycle.index == 0).then(|| {
+        let (route, goal) = (&cycle.route, cycle.goal);
+        let (id, start, segments) = (route.id(), route.start(), route.segments().to_vec());
+        PlannerInput::Route(Arc::new(PlannerRoute { id, start, goal, segments }))
+    });
+    let odometry = cycle.odometry.map(|odometry| PlannerInput::Odometry { odometry, stamp });
+    let points = cycle.path.iter().map(|point| PathPoint {
+        pose: point.pose,
+        speed_mps: cycle.speed_mps,
+        lanes: point.lane.into_iter().collect(),
+    });
+    let path = PlannerInput::PlannedPath(points.collect());
+    [route, odometry, Some(path)].into_iter().flatten()
+}

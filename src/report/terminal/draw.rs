@@ -1,0 +1,375 @@
+//! Draws the view: the layout, and each part of it.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph};
+
+use super::car;
+use super::ink::{DIM, Ink};
+use super::model::{Keys, Model, STRIP_MS};
+use super::picture::{BusLine, Function, Mark, STAGES, Stage};
+use crate::core::diagnostics::Level;
+use crate::report::text::wrapped;
+
+/// The smallest terminal that the view is drawn on.
+const MIN_SIZE: (u16, u16) = (40, 12);
+/// From this size on the car is large, and stands beside the values.
+const WIDE: (u16, u16) = (70, 22);
+/// Fewest lines of the log with its heading.
+const MIN_LOG: u16 = 3;
+/// Width of the names of functions.
+const NAME: usize = 8;
+
+/// Draws all of it.
+pub fn draw(frame: &mut Frame<'_>, model: &Model) {
+    let area = frame.area();
+    if (area.width, area.height) < MIN_SIZE || area.height < MIN_SIZE.1 {
+        let text = format!("at least {} × {}, please", MIN_SIZE.0, MIN_SIZE.1);
+        frame.render_widget(Paragraph::new(text), area);
+        return;
+    }
+    let ink = Ink(model.has_color);
+    let width = usize::from(area.width);
+    let is_wide = area.width >= WIDE.0 && area.height >= WIDE.1;
+    let (car, values_width) = if is_wide {
+        (car::large(model, ink), width - usize::from(car::LARGE_WIDTH) - 1)
+    } else {
+        (car::small(model, ink, width), width)
+    };
+    let values = values(model, ink, values_width);
+    // Without a vehicle there is neither a car nor a value.
+    let has_vehicle = !model.picture.functions.is_empty() || model.picture.more.is_empty();
+    let (car, values) = if has_vehicle { (car, values) } else { (Vec::new(), Vec::new()) };
+    let [main_height, values_top] = match (lines_of(&car), lines_of(&values)) {
+        (car, values) if is_wide => [car.max(values), 0],
+        (car, values) => [car + values, car],
+    };
+    let caption = (!model.caption.is_empty()).then(|| caption(model, ink, width));
+    // What there is no room for is left out: buses last, since they may be the cause.
+    let taken = 2 + main_height + u16::from(caption.is_some()) + MIN_LOG;
+    let mut room = usize::from(area.height.saturating_sub(taken));
+    let mut fit = |mut lines: Vec<Line<'static>>| {
+        lines.truncate(room);
+        room -= lines.len();
+        lines
+    };
+    let buses = fit(model.picture.buses.iter().map(|bus| bus_line(bus, ink, width)).collect());
+    let strip = fit(strip(model, ink, width));
+    let more = model.picture.more.iter().map(|(name, text)| more_line(name, text, ink, width));
+    let more = fit(more.collect());
+    // What is left separates the strip from the rest.
+    let (before, after) = match (room, strip.is_empty()) {
+        (0, _) | (_, true) => (0, 0),
+        (1, false) => (1, 0),
+        (_, false) => (1, 1),
+    };
+    let strip = [vec![Line::default(); before], strip, vec![Line::default(); after]].concat();
+    let parts = [strip, buses, more];
+    let heights = [1, u16::from(caption.is_some()), main_height]
+        .into_iter()
+        .chain(parts.iter().map(|part| lines_of(part)))
+        .map(Constraint::Length)
+        .chain([Constraint::Fill(1), Constraint::Length(1)]);
+    let areas = Layout::vertical(heights).split(area);
+    let area_of = |index: usize| areas.get(index).copied().unwrap_or_default();
+    frame.render_widget(header(model, ink, width), area_of(0));
+    if let Some(caption) = caption {
+        frame.render_widget(caption, area_of(1));
+    }
+    let main = area_of(2);
+    let (car_area, values_area) = if is_wide {
+        let [car, values] =
+            Layout::horizontal([Constraint::Length(car::LARGE_WIDTH + 1), Constraint::Fill(1)]).areas(main);
+        (car, values)
+    } else {
+        let [car, values] =
+            Layout::vertical([Constraint::Length(values_top), Constraint::Fill(1)]).areas(main);
+        (car, values)
+    };
+    frame.render_widget(Paragraph::new(car), car_area);
+    frame.render_widget(Paragraph::new(values), values_area);
+    for (index, part) in (3..).zip(parts) {
+        frame.render_widget(Paragraph::new(part), area_of(index));
+    }
+    draw_log(frame, model, ink, area_of(6));
+    frame.render_widget(footer(model), area_of(7));
+    if model.has_help {
+        draw_help(frame, model, area);
+    }
+}
+
+/// Number of lines, which are few.
+fn lines_of(lines: &[Line<'_>]) -> u16 {
+    u16::try_from(lines.len()).unwrap_or(u16::MAX)
+}
+
+/// A text with an ellipsis where it is cut.
+pub(super) fn cut(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
+}
+
+/// Title on the left, time and level on the right.
+fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
+    let picture = &model.picture;
+    let level = picture.level.map_or_else(String::new, |level| format!(" {level} "));
+    let seconds = model.elapsed.as_secs();
+    let time = format!(" {}:{:02} ", seconds / 60, seconds % 60);
+    let room = width.saturating_sub(level.chars().count() + time.chars().count());
+    let title = format!("{:<room$}", cut(&format!(" {}", model.title), room));
+    let bar = Style::new().add_modifier(Modifier::REVERSED);
+    let level_style = picture.level.map_or(bar, |level| ink.level(level).add_modifier(Modifier::REVERSED));
+    Line::from(vec![
+        Span::styled(title, bar.add_modifier(Modifier::BOLD)),
+        Span::styled(time, bar),
+        Span::styled(level, level_style),
+    ])
+}
+
+fn caption(model: &Model, ink: Ink, width: usize) -> Line<'static> {
+    Line::styled(
+        cut(&format!(" ▸ {}", model.caption), width),
+        ink.color(Color::Cyan).add_modifier(Modifier::BOLD),
+    )
+}
+
+/// The values of each function side by side, and below them how far they are trusted.
+fn values(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let picture = &model.picture;
+    let columns = if width < 60 { [10, 13] } else { [12, 15] };
+    let last = width.saturating_sub(NAME + columns[0] + columns[1]);
+    let row = |name: &str, values: [(String, Style); 3]| {
+        let [first, second, third] = values;
+        Line::from(vec![
+            Span::raw(format!("{name:<NAME$}")),
+            Span::styled(format!("{:<1$}", cut(&first.0, columns[0] - 1), columns[0]), first.1),
+            Span::styled(format!("{:<1$}", cut(&second.0, columns[1] - 1), columns[1]), second.1),
+            Span::styled(cut(&third.0, last), third.1),
+        ])
+    };
+    let mut lines = vec![row("", picture.titles.map(|title| (title.to_owned(), DIM)))];
+    for function in &picture.functions {
+        let [first, second, third] = &function.values;
+        let none = || "–".to_owned();
+        let styles = [Style::new(), mark_style(function.mark, ink), Style::new()];
+        let texts = [first, second, third].map(|value| value.clone().unwrap_or_else(none));
+        let [first, second, third] = texts;
+        lines.push(row(function.name, [(first, styles[0]), (second, styles[1]), (third, styles[2])]));
+    }
+    if picture.functions.iter().any(|function| !function.stages.is_empty()) {
+        lines.push(Line::default());
+        let names: String = STAGES.iter().map(|stage| format!("{stage:<8}")).collect();
+        lines.push(Line::styled(format!("{:<NAME$}{}", "trust", names.trim_end()), DIM));
+        lines.extend(picture.functions.iter().map(|function| stages_line(function, ink)));
+    }
+    for function in &picture.functions {
+        let Some((level, reason)) = &function.reason else { continue };
+        let text = wrapped(&format!("{}: {reason}", function.name), Some(width.saturating_sub(3)), 0);
+        let indents = ["└ "].into_iter().chain(std::iter::repeat("  "));
+        lines.extend(
+            indents
+                .zip(text)
+                .map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(*level))),
+        );
+    }
+    lines
+}
+
+fn stages_line(function: &Function, ink: Ink) -> Line<'static> {
+    let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
+    for (index, stage) in function.stages.iter().enumerate() {
+        let (mark, style) = match stage {
+            Stage::Passed => ("✓", ink.level(Level::Ok)),
+            Stage::Absent => ("–", DIM),
+            Stage::Failed => ("✗", ink.level(Level::Error)),
+            Stage::NotReached => ("·", DIM),
+        };
+        spans.push(Span::styled(mark, style));
+        let is_last = index + 1 == function.stages.len();
+        let goes_on = !matches!(stage, Stage::Failed | Stage::NotReached);
+        let joint = if is_last {
+            ""
+        } else if goes_on {
+            " ───── "
+        } else {
+            "       "
+        };
+        spans.push(Span::styled(joint, DIM));
+    }
+    Line::from(spans)
+}
+
+fn mark_style(mark: Mark, ink: Ink) -> Style {
+    match mark {
+        Mark::Nothing | Mark::Off => Style::new(),
+        Mark::Left | Mark::Right | Mark::Hazard => ink.amber(),
+        Mark::Withheld => ink.level(Level::Error),
+    }
+}
+
+/// The last minute, a row for each function.
+fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let functions = &model.picture.functions;
+    let columns = width.saturating_sub(NAME + 1);
+    let Some((now, _)) = model.history.back().filter(|_| !functions.is_empty()) else { return Vec::new() };
+    let start = now - STRIP_MS;
+    let column_of = |at: i64| {
+        let column = (at - start) * i64::try_from(columns).unwrap_or(i64::MAX) / (STRIP_MS + 1);
+        usize::try_from(column).unwrap_or(0)
+    };
+    let axis = format!("{:<NAME$}{:<left$}{:>6}", "60 s", "", "now", left = columns.saturating_sub(6));
+    let mut lines = vec![Line::styled(axis, DIM)];
+    for (index, function) in functions.iter().enumerate() {
+        let mut marks = vec![None; columns];
+        for (at, states) in &model.history {
+            if let (Some(cell), Some(mark)) = (marks.get_mut(column_of(*at)), states.get(index)) {
+                *cell = (*cell).max(Some(*mark));
+            }
+        }
+        let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
+        let mut last = Mark::Nothing;
+        for mark in marks {
+            // A column without a state of its own goes on with the one before.
+            let shown = mark.unwrap_or(last);
+            last = shown;
+            let sign = match shown {
+                Mark::Nothing => " ",
+                Mark::Off => "─",
+                Mark::Left => "◀",
+                Mark::Right => "▶",
+                Mark::Hazard => "▲",
+                Mark::Withheld => "×",
+            };
+            let style = if shown == Mark::Off { DIM } else { mark_style(shown, ink) };
+            spans.push(Span::styled(sign, style));
+        }
+        lines.push(Line::from(spans));
+    }
+    lines
+}
+
+/// Cells of the bar of a load.
+const BAR: u8 = 10;
+
+fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
+    let is_narrow = width < WIDE.0.into();
+    let level = if bus.is_sound { Level::Ok } else { Level::Error };
+    let name = if is_narrow { 14 } else { 22 };
+    let mut spans = vec![
+        Span::styled("● ", ink.level(level)),
+        Span::raw(format!("{:<name$}", cut(&bus.name, name - 1))),
+        Span::raw(format!("{:>6.0}/s ", bus.rate_hz)),
+    ];
+    if let Some(load) = bus.load_percent {
+        let filled = (1..=BAR).filter(|cell| load >= 10.0 * f64::from(*cell) - 5.0).count();
+        let (full, empty) = ("█".repeat(filled), "░".repeat(usize::from(BAR) - filled));
+        let style = if load < 60.0 {
+            Level::Ok
+        } else if load < 85.0 {
+            Level::Warn
+        } else {
+            Level::Error
+        };
+        spans.push(Span::styled(full, ink.level(style)));
+        spans.push(Span::styled(empty, DIM));
+        spans.push(Span::raw(format!(" {load:>3.0} %  ")));
+    } else if !is_narrow {
+        spans.push(Span::styled(" load unknown  ", DIM));
+    }
+    if bus.drops > 0 {
+        spans.push(Span::styled(format!("{} dropped  ", bus.drops), ink.level(Level::Error)));
+    }
+    let used: usize = spans.iter().map(Span::width).sum();
+    let style = if bus.is_sound { Style::new() } else { ink.level(Level::Error) };
+    spans.push(Span::styled(cut(&bus.state, width.saturating_sub(used)), style));
+    Line::from(spans)
+}
+
+/// Width of the names of further parts.
+const MORE_NAME: usize = 28;
+
+fn more_line(name: &str, text: &str, ink: Ink, width: usize) -> Line<'static> {
+    let name_width = if width < WIDE.0.into() { MORE_NAME - 8 } else { MORE_NAME };
+    // The state of a traffic light begins with its colour.
+    let style = match text.split([' ', ',']).next() {
+        Some("green") => ink.color(Color::Green),
+        Some("red") => ink.color(Color::Red),
+        Some("yellow" | "amber") => ink.amber(),
+        _ => Style::new(),
+    };
+    Line::from(vec![
+        Span::styled(format!("  {:<name_width$}", cut(name, name_width - 1)), DIM),
+        Span::styled(cut(text, width.saturating_sub(name_width + 2)), style),
+    ])
+}
+
+fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect) {
+    let heading =
+        if model.scroll > 0 { format!(" log, {} lines further ", model.scroll) } else { " log ".to_owned() };
+    let block = Block::new().borders(ratatui::widgets::Borders::TOP).border_style(DIM).title(heading);
+    let inner = block.inner(area);
+    let end = model.log.len() - model.scroll.min(model.log.len());
+    let start = end.saturating_sub(inner.height.into());
+    let lines = model.log.iter().skip(start).take(end - start).map(|line| {
+        let style = match line.level {
+            None | Some(Level::Ok) => Style::new(),
+            Some(level) => ink.level(level).remove_modifier(Modifier::BOLD),
+        };
+        Line::styled(cut(&line.text, inner.width.into()), style)
+    });
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), area);
+}
+
+fn footer(model: &Model) -> Line<'static> {
+    if model.is_paused {
+        let style = Style::new().add_modifier(Modifier::REVERSED | Modifier::BOLD);
+        let text = " PAUSED: the picture stands still, all else goes on ";
+        return Line::from(vec![Span::styled(text, style), Span::raw(" space")]);
+    }
+    let keys = if model.keys == Keys::Driver {
+        " q quit  ← → stalk  o off  h hazard  ? help"
+    } else {
+        " q quit  space pause  ↑↓ log  ? help"
+    };
+    Line::styled(keys, DIM)
+}
+
+const HELP: [&str; 14] = [
+    "q, Ctrl-C     end",
+    "space         let the picture stand still",
+    "↑ ↓ PgUp PgDn scroll the log; Home, End",
+    "?             this help",
+    "",
+    "◀ ▶ ▲         left, right, hazard lights",
+    "─  ×          off; withheld, nothing published",
+    "✓ – ✗         passed; nothing to check; failed",
+    "",
+    "link          the interface and its controller",
+    "frame         the message is not overdue",
+    "checks        checksum and counter",
+    "value         the profile gives it a meaning",
+    "published     it goes to ROS 2",
+];
+
+const DRIVER_HELP: [&str; 6] = [
+    "← →           stalk left, right",
+    "o             stalk off",
+    "h             hazard button",
+    "f             left bulb broken",
+    "c             all faults end",
+    "",
+];
+
+fn draw_help(frame: &mut Frame<'_>, model: &Model, area: Rect) {
+    let driver = DRIVER_HELP.iter().filter(|_| model.keys == Keys::Driver);
+    let lines: Vec<_> = driver.chain(&HELP).map(|line| Line::raw(format!(" {line}"))).collect();
+    let height = (lines_of(&lines) + 2).min(area.height);
+    let width = 52.min(area.width);
+    let help = Rect::new((area.width - width) / 2, (area.height - height) / 2, width, height);
+    frame.render_widget(Clear, help);
+    frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(" help ")), help);
+}

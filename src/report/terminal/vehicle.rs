@@ -1,0 +1,128 @@
+//! The state of a simulated vehicle, as the view shows it.
+
+use std::time::Duration;
+
+use super::picture::{BusLine, Function, Lamp, Mark, Picture};
+use crate::core::can::link::BusIndex;
+use crate::core::command::Turn;
+use crate::core::simulated_vehicle::{Output, VehicleEvent, Who};
+use crate::core::time::{MonoTime, millis};
+use crate::core::vehicle_lights::state::TurnCode;
+
+/// Time over which the rate of frames is counted.
+const RATE_TIME: Duration = Duration::from_secs(1);
+
+/// The last state of everything that the vehicle tells of.
+#[derive(Debug, Clone)]
+pub struct VehicleState {
+    turn: Option<Turn>,
+    hazard: Option<bool>,
+    lights: (TurnCode, Who),
+    lamps: [bool; 2],
+    is_bus_off: bool,
+    buses: Vec<SentFrames>,
+}
+
+#[derive(Debug, Clone)]
+struct SentFrames {
+    name: String,
+    counted: u32,
+    since: MonoTime,
+    rate_hz: f64,
+}
+
+impl VehicleState {
+    /// A vehicle that does nothing yet, on buses with these names.
+    pub fn new(buses: impl IntoIterator<Item = String>) -> Self {
+        let bus = |name| SentFrames { name, counted: 0, since: MonoTime::ZERO, rate_hz: 0.0 };
+        Self {
+            turn: None,
+            hazard: None,
+            lights: (TurnCode::Off, Who::Nobody),
+            lamps: [false; 2],
+            is_bus_off: false,
+            buses: buses.into_iter().map(bus).collect(),
+        }
+    }
+
+    /// Takes an output of the vehicle.
+    pub fn update(&mut self, output: &Output, now: MonoTime) {
+        match output {
+            Output::Frame { bus, .. } => self.count(*bus, now),
+            Output::Happened(event) => match event {
+                VehicleEvent::Commanded { turn, hazard } => (self.turn, self.hazard) = (*turn, *hazard),
+                VehicleEvent::Lights { code, who } => self.lights = (*code, *who),
+                VehicleEvent::Lamps { left, right } => self.lamps = [*left, *right],
+                VehicleEvent::BusOff(is_off) => self.is_bus_off = *is_off,
+                VehicleEvent::CommandTimedOut { .. }
+                | VehicleEvent::CommandRejected { .. }
+                | VehicleEvent::NotPossible(_) => {}
+            },
+            Output::Error { .. } => {}
+        }
+    }
+
+    fn count(&mut self, bus: BusIndex, now: MonoTime) {
+        let Some(bus) = self.buses.get_mut(usize::from(bus.0)) else { return };
+        bus.counted += 1;
+        let time = now.since(bus.since);
+        if time >= RATE_TIME {
+            bus.rate_hz = f64::from(std::mem::take(&mut bus.counted)) / time.as_secs_f64();
+            bus.since = now;
+        }
+    }
+
+    /// The state at `now`.
+    pub fn picture(&self, now: MonoTime) -> Picture {
+        let (code, who) = self.lights;
+        let (headline, turn_mark, hazard_mark) = match code {
+            TurnCode::Off => ("off", Mark::Off, Mark::Off),
+            TurnCode::Left => ("LEFT", Mark::Left, Mark::Off),
+            TurnCode::Right => ("RIGHT", Mark::Right, Mark::Off),
+            TurnCode::Both => ("HAZARD", Mark::Off, Mark::Hazard),
+        };
+        let lit = |is_lit: bool| if is_lit { "●" } else { "○" };
+        let lamps = self.lamps.map(lit).join(" ");
+        let by = match who {
+            Who::Nobody => String::new(),
+            Who::Command | Who::Driver => format!(" ({})", who.name()),
+        };
+        let turn = if code == TurnCode::Both {
+            "–".to_owned()
+        } else {
+            format!("{}{by}", headline.to_lowercase())
+        };
+        let hazard = if code == TurnCode::Both { format!("on{by}") } else { "off".to_owned() };
+        let function = |name, commanded: Option<&str>, lights, mark| Function {
+            name,
+            values: [commanded.map(str::to_owned), Some(lights), Some(lamps.clone())],
+            mark,
+            ..Function::default()
+        };
+        let commanded_hazard = self.hazard.map(|on| if on { "on" } else { "off" });
+        Picture {
+            stamp_ms: i64::try_from(millis(now.since(MonoTime::ZERO))).unwrap_or(i64::MAX),
+            level: None,
+            lamps: self.lamps.map(|is_lit| if is_lit { Lamp::Lit } else { Lamp::Off }),
+            headline: headline.to_owned(),
+            titles: ["commanded", "lights", "lamps"],
+            functions: vec![
+                function("turn", self.turn.map(Turn::name), turn, turn_mark),
+                function("hazard", commanded_hazard, hazard, hazard_mark),
+            ],
+            buses: self.buses.iter().map(|bus| self.bus(bus)).collect(),
+            more: Vec::new(),
+        }
+    }
+
+    fn bus(&self, bus: &SentFrames) -> BusLine {
+        BusLine {
+            name: bus.name.clone(),
+            state: if self.is_bus_off { "bus-off" } else { "sends" }.to_owned(),
+            is_sound: !self.is_bus_off,
+            rate_hz: bus.rate_hz,
+            load_percent: None,
+            drops: 0,
+        }
+    }
+}

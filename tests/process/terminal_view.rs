@@ -1,0 +1,239 @@
+//! The live view on a real terminal, which tmux plays: it starts, follows keys and the terminal's size, and gives the
+//! terminal back however the command ends.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use signal_gateway::report::terminal::TerminalView;
+use signal_gateway::report::terminal::model::Model;
+
+use crate::support::prerequisite::{Missing, Prerequisite, require};
+use crate::support::process::{DEADLINE, Folder};
+
+const GATEWAY: &str = env!("CARGO_BIN_EXE_signal-gateway");
+
+/// A terminal with a command in it, and the shell that started it.
+struct Tmux(tempfile::TempDir);
+
+impl Tmux {
+    /// Runs a command in a terminal of 100 × 30, and shows its exit code and the settings of the terminal behind it.
+    fn run(command: &str) -> Result<Self, Missing> {
+        let tmux = Self(tempfile::tempdir().unwrap());
+        let script = format!("{command}; echo code $?; stty -a; sleep 1000");
+        let arguments = ["-f", "/dev/null", "new-session", "-d", "-x", "100", "-y", "30", &script];
+        let started =
+            tmux.command().args(arguments).env("TERM", "xterm-256color").env("LC_ALL", "C.UTF-8").output();
+        let started = started.map_err(|_| Prerequisite::Tmux.missing("not installed"))?;
+        assert!(started.status.success(), "{started:?}");
+        Ok(tmux)
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new("tmux");
+        command.arg("-S").arg(self.0.path().join("socket")).env_remove("NO_COLOR").env_remove("TMUX");
+        command
+    }
+
+    fn tell(&self, arguments: &[&str]) -> String {
+        let output = self.command().args(arguments).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn screen(&self) -> String {
+        self.tell(&["capture-pane", "-p"])
+    }
+
+    /// Waits for a screen for which `is_it` holds.
+    fn wait_for(&self, is_it: impl Fn(&str) -> bool) -> String {
+        let end = Instant::now() + DEADLINE;
+        loop {
+            let screen = self.screen();
+            if is_it(&screen) {
+                return screen;
+            }
+            assert!(Instant::now() < end, "{screen}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    fn press(&self, key: &str) {
+        self.tell(&["send-keys", key]);
+    }
+
+    /// The process that the shell has started.
+    fn child(&self) -> String {
+        let shell = self.tell(&["display-message", "-p", "#{pane_pid}"]).trim().to_owned();
+        let children = std::fs::read_to_string(format!("/proc/{shell}/task/{shell}/children")).unwrap();
+        children.split_whitespace().next().unwrap().to_owned()
+    }
+
+    /// Waits for the end of the command, on a terminal that is as it was.
+    fn wait_for_end(&self) -> String {
+        let screen = self.wait_for(|screen| screen.contains("code ") && screen.contains("lnext"));
+        let settings: Vec<_> = screen.split_whitespace().collect();
+        assert!(settings.contains(&"icanon") && settings.contains(&"echo"), "{screen}");
+        assert_eq!(self.tell(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]).trim(), "0 1");
+        screen
+    }
+}
+
+impl Drop for Tmux {
+    fn drop(&mut self) {
+        self.tell(&["kill-server"]);
+    }
+}
+
+fn is_running(process: &str) -> bool {
+    let state = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    !(state.is_empty() || state.contains(") Z "))
+}
+
+fn kill(signal: &str, process: &str) {
+    assert!(Command::new("kill").args([signal, process]).status().unwrap().success());
+}
+
+#[test]
+fn view_shows_left_and_the_log_and_ends_on_q() {
+    let tmux = require!(Tmux::run(&format!("RUST_LOG=info {GATEWAY} demo --no-ros --repeat --speed 4")));
+    let left =
+        tmux.wait_for(|screen| screen.contains("the driver pulls the stalk left") && screen.contains("LEFT"));
+    assert!(left.contains(" INFO Demo vehicle: ROS 2 off"), "the log is in its pane: {left}");
+    tmux.press("q");
+    let end = tmux.wait_for_end();
+    assert!(end.contains("code 0") && end.contains("Try next"), "{end}");
+}
+
+#[test]
+fn view_follows_the_size_of_the_terminal() {
+    let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --repeat")));
+    tmux.wait_for(|screen| screen.contains("╭─────────╮"));
+    tmux.tell(&["resize-window", "-x", "50", "-y", "24"]);
+    let small = tmux.wait_for(|screen| screen.contains("╭─┬─────┬─╮") && screen.contains("q quit"));
+    assert!(small.lines().all(|line| line.chars().count() <= 50), "{small}");
+}
+
+#[test]
+fn signal_gives_the_terminal_back() {
+    for signal in ["-TERM", "-INT", "-QUIT"] {
+        let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --repeat")));
+        tmux.wait_for(|screen| screen.contains("q quit"));
+        kill(signal, &tmux.child());
+        assert!(tmux.wait_for_end().contains("code 0"));
+    }
+}
+
+#[test]
+fn terminal_that_is_closed_ends_the_gateway() {
+    let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --repeat")));
+    tmux.wait_for(|screen| screen.contains("q quit"));
+    let (child, end) = (tmux.child(), Instant::now() + DEADLINE);
+    drop(tmux);
+    while is_running(&child) {
+        assert!(Instant::now() < end);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn panic_gives_the_terminal_back_and_is_shown() {
+    // This test runs itself in the terminal, and panics there once it is shown.
+    const VARIABLE: &str = "SIGNAL_GATEWAY_TEST_PANIC_ON";
+    if let Some(file) = std::env::var_os(VARIABLE) {
+        let model = Model { title: "about to panic".to_owned(), ..Model::default() };
+        let _view = TerminalView::start(model, None).unwrap();
+        let end = Instant::now() + DEADLINE;
+        while !Path::new(&file).exists() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("as planned");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (file, program) = (folder.path().join("go"), std::env::current_exe().unwrap());
+    let test = "process::terminal_view::panic_gives_the_terminal_back_and_is_shown";
+    let command = format!(
+        "RUST_BACKTRACE=0 {VARIABLE}={} {} --exact {test} --nocapture",
+        file.display(),
+        program.display()
+    );
+    let tmux = require!(Tmux::run(&command));
+    tmux.wait_for(|screen| screen.contains("about to panic"));
+    std::fs::write(&file, "").unwrap();
+    let end = tmux.wait_for_end();
+    assert!(end.contains("as planned") && end.contains("code 101"), "{end}");
+}
+
+#[test]
+fn plain_lines_stay_on_the_screen() {
+    for arguments in ["--plain", "| cat"] {
+        let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --speed 30 {arguments}")));
+        tmux.wait_for_end();
+        let all = tmux.tell(&["capture-pane", "-p", "-S", "-"]);
+        for line in ["4.000 ▸ the driver pulls the stalk left", "turn_indicators  ENABLE_LEFT", "Try next"]
+        {
+            assert!(all.contains(line), "{all}");
+        }
+    }
+}
+
+#[test]
+fn driver_of_a_rehearsal_comes_before_the_command() {
+    let tmux = require!(Tmux::run(&format!("{GATEWAY} demo commands --speed 3")));
+    for all in [
+        ["the decider commands left", "ENABLE_LEFT", "turn LEFT, hazard DISABLE"],
+        ["the driver holds the stalk right", "ENABLE_RIGHT", "left to the driver: right"],
+    ] {
+        tmux.wait_for(|screen| all.iter().all(|text| screen.contains(text)));
+    }
+    tmux.press("q");
+    tmux.wait_for_end();
+}
+
+mod slow {
+    use super::*;
+
+    /// A terminal that takes nothing: the gateway goes on all the same, and ends when it is told to.
+    #[test]
+    fn terminal_that_is_stuck_does_not_hold_the_gateway_up() {
+        let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
+        let keys = format!(
+            "source = \"recording\"\n[recording]\nfile = \"{recording}\"\nrepeat = true\nspeed = 20\n\
+             [ros]\nenabled = false\n[status]\nsocket = \"status.sock\"\n"
+        );
+        let folder = Folder::with_demo_vehicle("can0", &keys);
+        let config = folder.path().join("gateway.toml");
+        let tmux = require!(Tmux::run(&format!("{GATEWAY} run -c {}", config.display())));
+        tmux.wait_for(|screen| screen.contains("q quit") && screen.contains("ENABLE_"));
+        let (child, server) =
+            (tmux.child(), tmux.tell(&["display-message", "-p", "#{pid}"]).trim().to_owned());
+        let stamp = || {
+            let mut command = Command::new(GATEWAY);
+            let socket = folder.path().join("status.sock");
+            let output = command.args(["status", "--json", "--socket"]).arg(socket).output().unwrap();
+            let status: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+            status["stamp_ns"].as_i64().unwrap_or_default()
+        };
+        kill("-STOP", &server);
+        let _resumed = Resumed(&server);
+        let (stopped, end) = (stamp(), Instant::now() + DEADLINE);
+        // Two rounds of the recording change far more on the screen than waits on the way to it.
+        while stamp() - stopped < 4_500_000_000 {
+            assert!(Instant::now() < end);
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        kill("-TERM", &child);
+        while is_running(&child) {
+            assert!(Instant::now() < end);
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// A stopped process that goes on at the end, since nobody can be told to end by it before.
+    struct Resumed<'a>(&'a str);
+
+    impl Drop for Resumed<'_> {
+        fn drop(&mut self) {
+            kill("-CONT", self.0);
+        }
+    }
+}
