@@ -83,7 +83,10 @@ impl FinishedMemory {
     }
 
     fn of(&self, source: Source, section: &Section) -> Option<&Known> {
-        let is_same = |known: &&Known| known.source == source && known.turn == section.turn;
+        let is_same = |known: &&Known| {
+            let is_elsewhere = known.ends[0].position.is_on_other_level(section.desired_end.position);
+            known.source == source && known.turn == section.turn && !is_elsewhere
+        };
         let moved_m = |known: &Known| {
             let [desired, required] = known.ends.map(|end| end.position);
             let desired_m = desired.distance_m(section.desired_end.position);

@@ -96,7 +96,7 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "lane_change_then_back.toml",
         ],
     ),
-    ("W20", &["helix.toml", "pull_out_beside_oncoming.toml"]),
+    ("W20", &["helix.toml", "helix_lane_changes.toml", "pull_out_beside_oncoming.toml"]),
     ("W21", &["conflict_05_enclosing.toml", "front_on_required_start.toml"]),
 ];
 

@@ -40,8 +40,8 @@ impl ManoeuvreIdentity {
         let moved_m = self.end.position.distance_m(next.end.position);
         // The planner pulls out and over once; deciding where to moves the end by any distance.
         let is_only_one = matches!(self.kind, ManoeuvreKind::PullOut | ManoeuvreKind::PullOver);
-        let is_same =
-            self.kind == next.kind && self.side == next.side && (is_only_one || moved_m <= SAME_END_M);
+        let is_near = moved_m <= SAME_END_M && !self.end.position.is_on_other_level(next.end.position);
+        let is_same = self.kind == next.kind && self.side == next.side && (is_only_one || is_near);
         is_same.then_some(moved_m)
     }
 }
