@@ -15,7 +15,7 @@ use signal_gateway::io::can::log::Log;
 use crate::support::prerequisite::{require, shared_data};
 
 /// Length of a session, ms; a shorter recording is repeated.
-const END_MS: u64 = 64_000;
+const END_MS: u64 = 91_000;
 /// An identifier that none of the recordings has.
 const STALK: u16 = 0x7E1;
 
@@ -51,7 +51,7 @@ fn find_in(paths: &[PathBuf]) -> usize {
         if recorded.len() < 1000 || length < 5000 {
             continue;
         }
-        let actions = [Mark::Left, Mark::Right, Mark::Hazard].repeat(2);
+        let actions = [Mark::Left, Mark::Right, Mark::Hazard].repeat(3);
         let on = |index: u64| 10_000 + 9_000 * index;
         let marks = actions.iter().zip(0..).flat_map(|(mark, index)| {
             [(MonoTime::from_millis(on(index)), *mark), (MonoTime::from_millis(on(index) + 5000), Mark::Off)]
