@@ -5,7 +5,7 @@
 //! | [`picture`] | the state of a gateway, as it is shown |
 //! | [`vehicle`] | that of a simulated vehicle |
 //! | [`model`] | all that the view shows, and what its keys do |
-//! | [`draw`] | the layout and its parts |
+//! | [`mod@draw`] | the layout and its parts |
 //!
 //! The view has a thread of its own. It is fed through a bounded queue, into which nobody waits for room, and draws ten
 //! times a second; so neither a slow terminal nor one that does not take anything concerns whoever feeds it.
