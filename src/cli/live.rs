@@ -1,6 +1,5 @@
 //! `run`: the gateway in real time.
 
-use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -98,7 +97,7 @@ pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     messages::start_log(&args.log_level, LogForm::Timed)?;
     match crate::io::ros::network::process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
+        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),
     }
 }
