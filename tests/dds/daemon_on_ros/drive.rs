@@ -80,6 +80,18 @@ const DEVIATIONS: &[Deviation] = &[
         within_m: None,
     },
     Deviation {
+        name: "gap_before_required_avoidance.toml",
+        modes: &[DeciderCompat::Improved],
+        why: "the first cycle is repeated, so that the minimum time of the signal is over when the drive begins",
+        within_m: None,
+    },
+    Deviation {
+        name: "helix_lane_changes.toml",
+        modes: &[DeciderCompat::Upstream],
+        why: "levels are taken for each other, and from the factors the first lane change is seen a metre later",
+        within_m: None,
+    },
+    Deviation {
         name: "hazard_erased.toml",
         modes: &[DeciderCompat::Upstream],
         why: "offsets are published as one: that of the pull-out passes for that of the avoidance",
