@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::messages;
 use crate::io::terminal::is_usable;
-use crate::report::terminal::model::Model;
+use crate::report::terminal::view_model::Model;
 use crate::report::terminal::{DriverLine, TerminalView};
 use crate::report::view::View;
 

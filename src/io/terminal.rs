@@ -147,7 +147,7 @@ fn wait_for_input(patience: Duration) -> Result<bool, Gone> {
     let input = io::stdin();
     let mut waited = [PollFd::new(&input, PollFlags::IN)];
     let patience = Timespec::try_from(patience).map_err(|_| Gone)?;
-    // A signal, such as that of a new size, is no input.
+    // A signal, such as that of a new size, is not input.
     let _ = poll(&mut waited, Some(&patience));
     let found = waited[0].revents();
     if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {

@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use signal_gateway::report::terminal::TerminalView;
-use signal_gateway::report::terminal::model::Model;
+use signal_gateway::report::terminal::view_model::Model;
 
 use crate::support::prerequisite::{Missing, Prerequisite, require};
 use crate::support::process::{DEADLINE, Folder};
@@ -192,7 +192,7 @@ fn driver_of_a_rehearsal_comes_before_the_command() {
 mod slow {
     use super::*;
 
-    /// A terminal that takes nothing: the gateway goes on all the same, and ends when it is told to.
+    /// A terminal that takes nothing: the gateway goes on all the same, and ends on its signal.
     #[test]
     fn terminal_that_is_stuck_does_not_hold_the_gateway_up() {
         let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
@@ -228,7 +228,7 @@ mod slow {
         }
     }
 
-    /// A stopped process that goes on at the end, since nobody can be told to end by it before.
+    /// A stopped process that goes on at the end, since nothing ends it before.
     struct Resumed<'a>(&'a str);
 
     impl Drop for Resumed<'_> {

@@ -4,8 +4,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::ink::{DIM, Ink};
-use super::model::Model;
 use super::picture::Lamp;
+use super::view_model::Model;
 use crate::core::diagnostics::Level;
 
 /// Width of [`large`].

@@ -8,8 +8,8 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::car;
 use super::ink::{DIM, Ink};
-use super::model::{Keys, Model, STRIP_MS};
 use super::picture::{BusLine, Function, Mark, STAGES, Stage};
+use super::view_model::{Keys, Model, STRIP_MS};
 use crate::core::diagnostics::Level;
 use crate::report::text::wrapped;
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`picture`] | the state of a gateway, as it is shown |
 //! | [`vehicle`] | that of a simulated vehicle |
-//! | [`model`] | all that the view shows, and what its keys do |
+//! | [`view_model`] | all that the view shows, and what its keys do |
 //! | [`mod@draw`] | the layout and its parts |
 //!
 //! The view has a thread of its own. It is fed through a bounded queue, into which nobody waits for room, and draws ten
@@ -13,9 +13,9 @@
 mod car;
 pub mod draw;
 mod ink;
-pub mod model;
 pub mod picture;
 pub mod vehicle;
+pub mod view_model;
 
 use std::io;
 use std::sync::Arc;
@@ -27,8 +27,8 @@ use std::time::{Duration, Instant};
 use anstream::adapter::strip_str;
 
 use self::draw::draw;
-use self::model::{KeyRequest, Keys, Model};
 use self::picture::Picture;
+use self::view_model::{KeyRequest, Keys, Model};
 use super::text::escaped;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::Snapshot;

@@ -19,8 +19,8 @@ use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
 use signal_gateway::report::terminal::draw::draw;
-use signal_gateway::report::terminal::model::{KeyRequest, Keys, Model};
 use signal_gateway::report::terminal::picture::{Lamp, Picture};
+use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
 
 use crate::support::virtual_gateway::VirtualGateway;
 
