@@ -15,7 +15,10 @@ mod dds {
     mod isolation;
     mod network;
     mod outage;
+    mod parameters;
+    mod rosout;
     mod session;
     mod slow;
     mod streams;
+    mod two_hosts;
 }

@@ -20,6 +20,7 @@ mod process {
     mod on_terminal;
     mod pictures;
     mod refusals;
+    mod reload;
     mod status_command;
     mod systemd_units;
     mod terminal_view;

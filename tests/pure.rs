@@ -20,6 +20,7 @@ mod pure {
     mod log_formats;
     mod msrv;
     mod no_allocation;
+    mod reconfigure;
     mod recording_variants;
     mod report_model;
     mod scenario_refusals;

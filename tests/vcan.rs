@@ -15,4 +15,5 @@ mod vcan {
     #[cfg(feature = "ros")]
     mod vcan_gateway;
     mod vcan_identify;
+    mod vcan_views;
 }

@@ -6,7 +6,7 @@ use crate::config::Settings;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
-use crate::core::time::Now;
+use crate::core::time::{Now, WallStamp};
 use crate::core::validation::observation::{Observations, Unused};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
@@ -16,15 +16,29 @@ use crate::report::text::escaped;
 /// Prints bound signals of frames.
 #[derive(Debug)]
 pub struct Decoder {
-    binding: LightsBinding,
+    reader: FrameReader,
     interfaces: Vec<String>,
     changes_only: bool,
     /// Raw value of each signal in the last frame that the gateway would use.
     last: Vec<Option<i128>>,
-    /// The checks of the gateway, for the frames that it would reject.
-    observations: Observations,
     /// Reason for which the last frame of each message was rejected; `None` for one that was used.
     rejected: Vec<Option<&'static str>>,
+}
+
+/// Reads frames as the gateway does: finds their message, and checks them.
+#[derive(Debug)]
+pub(super) struct FrameReader {
+    binding: LightsBinding,
+    /// The checks of the gateway, for the frames that it would reject.
+    observations: Observations,
+}
+
+/// What a frame of a bound message is worth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ReadFrame {
+    pub(super) message: MessageIndex,
+    /// Why the gateway would reject it.
+    pub(super) outcome: Result<(), Unused>,
 }
 
 /// The bound signals that a frame carries, with their raw values.
@@ -45,17 +59,55 @@ pub fn signals_in<'a>(
     signals.map(|(index, signal)| (SignalIndex(index), signal, signal.codec.value(frame.padded())))
 }
 
+impl FrameReader {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let binding = settings.gateway.lights.clone();
+        Self { observations: Observations::new(&binding.table), binding }
+    }
+
+    /// Checks a frame, received at `stamp`; `None` for one that is not bound.
+    pub(super) fn read(
+        &mut self,
+        bus: BusIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Option<ReadFrame> {
+        let table = &self.binding.table;
+        let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
+        let message = MessageIndex(table.messages.iter().position(is_bound)?);
+        let outcome = self.observations.frame_arrived(table, message, frame, stamp, now);
+        Some(ReadFrame { message, outcome })
+    }
+
+    /// Takes the state of a link: what was received before one was lost does not count.
+    pub(super) fn link(&mut self, bus: BusIndex, state: LinkState) {
+        if state != LinkState::Up {
+            self.observations.forget_bus(&self.binding.table, bus);
+        }
+    }
+
+    pub(super) fn table(&self) -> &SignalTable {
+        &self.binding.table
+    }
+
+    /// `turn left`: the meanings of a raw value.
+    pub(super) fn meanings(&self, signal: SignalIndex, raw: i128) -> String {
+        let texts = texts(&self.binding, signal, raw).into_iter().map(|meaning| meaning.text);
+        texts.collect::<Vec<_>>().join(", ")
+    }
+}
+
 impl Decoder {
     /// A decoder for the bound signals; with `changes_only`, a signal is printed when its
     /// raw value is another than before, and a rejected frame when the one before was not rejected for the same reason.
     pub fn new(settings: &Settings, changes_only: bool) -> Self {
-        let binding = settings.gateway.lights.clone();
+        let reader = FrameReader::new(settings);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
         Self {
-            last: vec![None; binding.table.signals.len()],
-            observations: Observations::new(&binding.table),
-            rejected: vec![None; binding.table.messages.len()],
-            binding,
+            last: vec![None; reader.table().signals.len()],
+            rejected: vec![None; reader.table().messages.len()],
+            reader,
             interfaces,
             changes_only,
         }
@@ -70,9 +122,7 @@ impl Decoder {
         let (bus, frame, stamp) = match input {
             CanInput::Frame { bus, frame, stamp } => (*bus, frame, *stamp),
             CanInput::Link { bus, state } => {
-                if *state != LinkState::Up {
-                    self.observations.forget_bus(&self.binding.table, *bus);
-                }
+                self.reader.link(*bus, *state);
                 return Ok(());
             }
             CanInput::Drops { .. }
@@ -81,17 +131,17 @@ impl Decoder {
             | CanInput::BadRecords { .. } => return Ok(()),
         };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
-        let table = &self.binding.table;
-        let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
-        let Some(message) = table.messages.iter().position(is_bound) else { return Ok(()) };
-        let outcome = self.observations.frame_arrived(table, MessageIndex(message), frame, stamp, now);
+        let Some(ReadFrame { message, outcome }) = self.reader.read(bus, frame, stamp, now) else {
+            return Ok(());
+        };
+        let table = self.reader.table();
         let reason = outcome.err().map(Unused::reason);
-        let before = std::mem::replace(&mut self.rejected[message], reason);
+        let before = std::mem::replace(&mut self.rejected[message.0], reason);
         let (stamp, id) = (stamp.candump_text(), frame.id());
         let mut line = |text: &str| writeln!(out, "({stamp}) {interface} {id} {}", escaped(text));
         if let Err(unused) = outcome {
             if !self.changes_only || before != reason {
-                line(&format!("{} REJECTED: {unused}", table.messages[message].name))?;
+                line(&format!("{} REJECTED: {unused}", table.messages[message.0].name))?;
             }
             if self.changes_only {
                 return Ok(());
@@ -104,10 +154,9 @@ impl Decoder {
                     continue;
                 }
             }
-            let texts: Vec<_> =
-                texts(&self.binding, index, raw).into_iter().map(|meaning| meaning.text).collect();
             let rejected = if outcome.is_ok() { "" } else { " (rejected)" };
-            line(&format!("{} = {raw} (0x{raw:X}) {}{rejected}", signal.name, texts.join(", ")))?;
+            let meanings = self.reader.meanings(index, raw);
+            line(&format!("{} = {raw} (0x{raw:X}) {meanings}{rejected}", signal.name))?;
         }
         Ok(())
     }

@@ -35,6 +35,7 @@ pub struct Identifier {
 struct Profile {
     name: &'static str,
     vehicle: String,
+    bus: String,
     evidence: ProfileEvidence,
     heartbeats: Vec<CanId>,
 }
@@ -55,6 +56,8 @@ pub struct Candidate<'a> {
     pub profile: &'static str,
     /// Name of the vehicle.
     pub vehicle: &'a str,
+    /// Name of its bus.
+    pub bus: &'a str,
     /// The interface on which it fits best.
     pub interface: &'a str,
     /// What speaks for it and against it.
@@ -167,8 +170,8 @@ impl Identifier {
             .enumerate()
             .filter_map(|(position, profile)| {
                 let (interface, evidence, fit) = of_profile((position, profile))?;
-                let (name, vehicle) = (profile.name, profile.vehicle.as_str());
-                Some(Candidate { profile: name, vehicle, interface: &interface.name, fit, evidence })
+                let (name, vehicle, bus) = (profile.name, profile.vehicle.as_str(), profile.bus.as_str());
+                Some(Candidate { profile: name, vehicle, bus, interface: &interface.name, fit, evidence })
             })
             .collect();
         candidates.sort_by_key(|candidate| std::cmp::Reverse((candidate.fit.verdict, candidate.fit.score)));
@@ -198,6 +201,8 @@ impl Profile {
         let evidence = ProfileEvidence::new(&gateway.lights, &gateway.v2i.table, &databases);
         let heartbeats =
             gateway.buses.iter().flat_map(|bus| bus.heartbeat_messages.iter().copied()).collect();
-        Ok(Self { name, vehicle: settings.vehicle, evidence, heartbeats })
+        // Every built-in profile has one bus.
+        let bus = gateway.buses.first().map_or_else(String::new, |bus| bus.name.clone());
+        Ok(Self { name, vehicle: settings.vehicle, bus, evidence, heartbeats })
     }
 }

@@ -1,6 +1,7 @@
 //! Texts of `identify`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use serde_json::{Value, json};
 
@@ -14,8 +15,8 @@ use crate::report::text::{Layout, counted, escaped, wrapped};
 /// The number of candidates that are listed.
 const LISTED: usize = 3;
 
-/// The best candidates with what speaks for and against them; every one with `all`.
-pub fn text(identifier: &Identifier, all: bool, layout: Layout) -> String {
+/// The best candidates of a recording (`None`: of a bus) with what speaks for and against them; every one with `all`.
+pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layout) -> String {
     let candidates = identifier.candidates();
     let mut text = String::new();
     let interfaces: Vec<_> = identifier.interfaces().map(escaped).collect();
@@ -39,7 +40,7 @@ pub fn text(identifier: &Identifier, all: bool, layout: Layout) -> String {
     } else {
         listed.min(candidates.len() - refuted)
     });
-    let mut end = vec![conclusion(&candidates)];
+    let mut end = vec![conclusion(&candidates, log, interfaces.len() > 1)];
     if hidden > 0 && !all {
         let more = counted(hidden as u64, "more profile");
         end.push(format!("{more} with a message under a known identifier, but worse: --all lists them"));
@@ -51,19 +52,34 @@ pub fn text(identifier: &Identifier, all: bool, layout: Layout) -> String {
     text
 }
 
-fn conclusion(candidates: &[Candidate<'_>]) -> String {
+/// What follows, as a command where there is one; `with_map` for a recording of several buses.
+fn conclusion(candidates: &[Candidate<'_>], log: Option<&Path>, with_map: bool) -> String {
     match candidates {
         [first, rest @ ..] if first.fits() => {
             let rivals = rest.iter().filter(|other| other.fits() && other.fit.score == first.fit.score);
             let names: Vec<_> = rivals.map(|rival| rival.profile).collect();
             let also =
                 if names.is_empty() { String::new() } else { format!(" (as well as {})", names.join(", ")) };
-            format!("{} fits{also}: signal-gateway check LOG --profile {}", first.profile, first.profile)
+            let log = log.map_or_else(|| "LOG".to_owned(), |log| argument(&log.to_string_lossy()));
+            let map = if with_map { format!(" --map {}={}", argument(first.interface), first.bus) } else { String::new() };
+            format!("{} fits{also}: signal-gateway check {log} --profile {}{map}", first.profile, first.profile)
         }
         [first, ..] if first.fit.verdict == Verdict::Possible => {
             "none: no profile is more than possible. Record left, right and hazard, and try again.".to_owned()
         }
-        _ => "none: no profile fits.".to_owned(),
+        _ => "none: no profile fits. Was it recorded on the bus with the lights? `signal-gateway discover` makes a profile for a car \
+              that has none."
+            .to_owned(),
+    }
+}
+
+/// A text as an argument for a shell.
+fn argument(text: &str) -> String {
+    let is_plain = |char: char| char.is_alphanumeric() || "-_./+=:,@%".contains(char);
+    if text.chars().all(is_plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", escaped(text).replace('\'', r"'\''"))
     }
 }
 
@@ -106,8 +122,11 @@ fn support_text(candidate: &Candidate<'_>, support: &Support) -> String {
     match support {
         Support::Integrity { message, frames, checksum } => {
             let what = if *checksum { "checksum" } else { "counter" };
-            let all = candidate.evidence.messages[*message].frames;
-            format!("{}: its {what} holds for {frames} of {}", name(*message), counted(all, "frame"))
+            let all = counted(candidate.evidence.messages[*message].frames, "frame");
+            format!(
+                "{}: {frames} of {all} pass all checks of the profile, a {what} among them",
+                name(*message)
+            )
         }
         Support::Period { message, median } => {
             format!("{}: every {:.0} ms, as described", name(*message), median.as_secs_f64() * 1e3)
@@ -120,7 +139,8 @@ fn support_text(candidate: &Candidate<'_>, support: &Support) -> String {
                 .into_iter()
                 .filter_map(|(was_on, side)| was_on.then_some(side))
                 .collect();
-            format!("{} was on and off again, as by a driver", sides.join(" and "))
+            let verb = if sides.len() > 1 { "were" } else { "was" };
+            format!("{} {verb} on and off again, as by a driver", sides.join(" and "))
         }
         Support::NamedValues => "the profile names every value, and not all are 0".to_owned(),
         Support::Heartbeat { id } => format!("{id}, which proves the bus alive, came as well"),

@@ -5,6 +5,7 @@ pub mod decode;
 mod finding_text;
 pub mod identify;
 pub mod identify_text;
+pub mod live_messages;
 mod map;
 mod names;
 pub mod patch;

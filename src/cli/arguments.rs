@@ -17,6 +17,7 @@ use crate::config::{Overrides, Settings, load, load_profile_for_node};
 use crate::core::can::link::BusIndex;
 use crate::io::can::formats;
 use crate::io::can::log::Log;
+use crate::io::new_files::write_new;
 use crate::io::standard_input;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
@@ -26,8 +27,8 @@ use crate::report::text::{counted, escaped, plain_path};
 pub(super) struct ConfigArgs {
     #[arg(short, long, value_name = "FILE", help = config_help())]
     pub(super) config: Option<PathBuf>,
-    /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without --config, buses are
-    /// can0, can1 … in the order of their names
+    /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without --config, no configuration is
+    /// read, and buses are can0, can1 … in the order of their names
     #[arg(short, long, value_name = "NAME|FILE")]
     pub(super) profile: Option<PathBuf>,
 }
@@ -59,7 +60,7 @@ pub(super) enum Every {
 
 fn config_help() -> String {
     format!(
-        "Configuration file; config/gateway.toml in the sources explains every key; default: {DEFAULT_CONFIG}"
+        "Configuration file; config/gateway.toml, in /usr/share/signal-gateway or the sources, explains every key; default: {DEFAULT_CONFIG}"
     )
 }
 
@@ -89,12 +90,12 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
 /// As [`settings`], with what the arguments of ROS 2 replace.
 pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
     let _progress = Progress::spinner("reading the configuration");
-    let config = args.config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
-    let settings = match &args.profile {
-        Some(profile) if config == Path::new(DEFAULT_CONFIG) && !config.exists() => {
-            load_profile_for_node(&Disk, profile, ros)
+    let settings = match (&args.config, &args.profile) {
+        (None, Some(profile)) => load_profile_for_node(&Disk, profile, ros),
+        (config, profile) => {
+            let config = config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
+            load(&Disk, config, &Overrides { profile: profile.clone(), ros: ros.clone() })
         }
-        profile => load(&Disk, config, &Overrides { profile: profile.clone(), ros: ros.clone() }),
     };
     let is_given = args.config.is_some() || args.profile.is_some();
     let settings = settings.map_err(|refused| if is_given { with_neighbours(refused) } else { refused })?;
@@ -158,7 +159,7 @@ pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
 
 /// Writes a chart to a file.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
-    std::fs::write(path, chart.to_svg()).map_err(Failure::file(path))
+    write_new(path, &chart.to_svg(), true).map_err(Failure::written(path))
 }
 
 /// The title of a chart that has none of its own.

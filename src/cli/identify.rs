@@ -60,7 +60,7 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     let text = if args.json {
         identify_text::json(&identifier)
     } else {
-        identify_text::text(&identifier, args.all, messages::layout(&io::stdout()))
+        identify_text::text(&identifier, args.log.as_deref(), args.all, messages::layout(&io::stdout()))
     };
     out.write_all(text.as_bytes())?;
     out.flush()?;

@@ -103,7 +103,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         buses => assigned(buses, &interfaces)?,
     };
     let text = gateway_toml(&named(&profile, &args.output)?, &buses);
-    write_new(&args.output, &text, overwrite).map_err(Failure::file(&args.output))?;
+    write_new(&args.output, &text, overwrite).map_err(Failure::written(&args.output))?;
     let path = args.output.display();
     let interfaces: Vec<_> = buses.iter().map(|bus| bus.interface.as_str()).collect();
     let mut out = io::stdout().lock();
@@ -213,12 +213,13 @@ fn vehicle(given: &str, found: &[Proposal]) -> Result<Vehicle, Failure> {
 fn identified(interface: &str) -> Result<(Vec<Proposal>, bool), Failure> {
     let seconds = LISTENING.as_secs();
     let question = format!("A recording of the vehicle, or listen to {interface} for {seconds} s");
-    let identifier = ask(&question, LISTEN, "--profile with the name of a profile", |answer| match answer {
-        LISTEN => identify::listen(interface, LISTENING),
-        file => identify::read(Path::new(file)),
-    })?;
+    let (identifier, log) =
+        ask(&question, LISTEN, "--profile with the name of a profile", |answer| match answer {
+            LISTEN => Ok((identify::listen(interface, LISTENING)?, None)),
+            file => Ok((identify::read(Path::new(file))?, Some(PathBuf::from(file)))),
+        })?;
     let layout = messages::layout(&io::stdout());
-    write!(io::stdout().lock(), "\n{}", identify_text::text(&identifier, false, layout))?;
+    write!(io::stdout().lock(), "\n{}", identify_text::text(&identifier, log.as_deref(), false, layout))?;
     let found = identifier.possible();
     let proposed = found.iter().take(PROPOSED);
     let named = proposed.map(|candidate| (candidate.profile, candidate.vehicle.to_owned())).collect();

@@ -1,22 +1,26 @@
 //! `check` and `decode`: bindings, and signals by name.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 
+use super::against_running;
 use super::arguments::{ConfigArgs, RecordingArgs, Shown, open, recording, settings};
 use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
+use super::status::SOCKET;
 use super::unreadable::expect_recording;
+use super::view::{self, ViewArgs};
 use super::{Failure, messages};
 use crate::check;
 use crate::check::Report;
 use crate::check::decode::Decoder;
+use crate::check::live_messages::LiveMessages;
 use crate::check::patch::{Fix, patch, timeouts};
 use crate::config::files::{Disk, Files as _};
-use crate::config::{MissingTimeout, Refused, SourceLocation};
+use crate::config::{MissingTimeout, Refused, Settings, SourceLocation};
 use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
@@ -36,6 +40,11 @@ looked at before the drive) and notes. The exit code is 4 from warnings up.
 A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that decide about turn
 signals, held against the geometry of their lanelets.
 
+  signal-gateway check --against-running && systemctl reload signal-gateway
+
+With --against-running nothing but the two configurations is compared; the exit code is 9 where a restart is needed, and
+8 where no gateway can be reached. As JSON it is {\"reload\": [{\"part\", \"before\", \"after\"}], \"restart\": [...]}.
+
 With --json one object is printed:
   {\"errors\": 0, \"warnings\": 1, \"notes\": 0, \"findings\": [{\"severity\": \"warning\", \"text\": TEXT,
    \"fix\": {\"section\": \"message.NAME\", \"line\": TOML} or null}], \"facts\": [{\"about\", \"text\"}]}";
@@ -43,7 +52,12 @@ With --json one object is printed:
 pub(super) const DECODE_HELP: &str = "\
 Examples:
   signal-gateway decode drive.log.gz --profile j1939_truck --changes
-  signal-gateway decode --live --config gateway.toml";
+  signal-gateway decode --live --config gateway.toml
+  signal-gateway decode --live --plain --changes | grep TURN
+
+On a terminal --live shows a table: for each identifier the last frame with what changed in it, its rate and its signals,
+those of frames that the profile does not bind as well. ? shows its keys. Elsewhere, with --plain and with --changes it
+prints a line for each bound signal.";
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
@@ -58,6 +72,10 @@ pub(super) struct CheckArgs {
     /// Print one JSON object, for CI
     #[arg(long, conflicts_with = "fix")]
     json: bool,
+    /// Compare with the configuration of the running gateway instead: what a reload would change, and what needs a restart
+    #[arg(long, value_name = "SOCKET", num_args = 0..=1, require_equals = true, default_missing_value = SOCKET,
+          conflicts_with_all = ["log", "map", "fix", "strict"])]
+    against_running: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -70,10 +88,15 @@ pub(super) struct DecodeArgs {
     /// A signal only when its value changes
     #[arg(long)]
     changes: bool,
+    #[command(flatten)]
+    view: ViewArgs,
 }
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
+    if let Some(socket) = &args.against_running {
+        return against_running::run(&settings(&args.recording.config)?, socket, args.json);
+    }
     judge(args)
 }
 
@@ -149,7 +172,7 @@ fn print(args: &CheckArgs, report: &Report, profile: Option<&SourceLocation>) ->
 pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure> {
     let config = ConfigArgs { config: Some(config.to_owned()), profile: None };
     let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new() };
-    judge(&CheckArgs { recording, strict: false, fix: false, json: false })
+    judge(&CheckArgs { recording, strict: false, fix: false, json: false, against_running: None })
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
@@ -158,9 +181,15 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     let settings = settings(&args.recording.config)?;
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {
-        let mut out = io::stdout().lock();
         let clock = Clock::start();
-        daemon::listen(&settings, |input| decoder.print(&input, clock.now(), &mut out))?;
+        if args.view.is_live() && !args.changes {
+            return show_messages(&settings, &clock);
+        }
+        let mut out = io::stdout().lock();
+        let ids = |bus| Some(settings.gateway.relevant_ids(bus));
+        daemon::listen(&settings, ids, |inputs| {
+            inputs.iter().try_for_each(|input| decoder.print(input, clock.now(), &mut out))
+        })?;
         return Ok(ExitCode::SUCCESS);
     }
     let (path, routes) = recording(&args.recording, &settings)?;
@@ -178,4 +207,26 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     out.flush()?;
     mention_losses(&replay);
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
+}
+
+/// Shows the messages of all interfaces in place until the user ends it.
+fn show_messages(settings: &Settings, clock: &Clock) -> Result<ExitCode, Failure> {
+    let mut messages = LiveMessages::new(settings);
+    let mut view = view::start_messages(format!("decode · {}", settings.vehicle))?;
+    daemon::listen(
+        settings,
+        |_| None,
+        |inputs| {
+            let now = clock.now();
+            for input in inputs {
+                messages.take(input, now);
+            }
+            if view.is_due() {
+                view.picture(messages.picture(now.mono));
+                view.messages(messages.rows(now.mono));
+            }
+            Ok(())
+        },
+    )?;
+    Ok(ExitCode::SUCCESS)
 }

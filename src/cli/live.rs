@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -65,13 +66,19 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let ros = node_arguments(&args.ros, "info")?;
     args.config.config = args.config.config.or(ros.config);
     args.config.profile = args.config.profile.or(ros.profile);
-    let mut settings = settings_of_node(&args.config, &ros.overrides)?;
-    if let Some(folder) = &args.record {
-        settings.mcap.folder = Some(folder.clone());
-    }
-    settings.ros.isolated = !args.isolation.no_isolation;
+    let (config, overrides, record) = (args.config, ros.overrides, args.record);
+    let isolated = !args.isolation.no_isolation;
+    let read = move || {
+        let mut settings = settings_of_node(&config, &overrides)?;
+        if let Some(folder) = &record {
+            settings.mcap.folder = Some(folder.clone());
+        }
+        settings.ros.isolated = isolated;
+        Ok::<_, Failure>(settings)
+    };
+    let settings = read()?;
     let view = args.view.open(format!("run · {}", settings.vehicle), || Ok(View::journal()))?;
-    daemon::run(settings, view)?;
+    daemon::run(settings, view, Arc::new(move || read().map_err(|failure| failure.to_string())))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -33,7 +33,7 @@ impl McapExport {
         } else {
             Bag::create(path, FileLimits::NONE, encoder.channels()).map(Target::Bag)
         };
-        Ok(Self { path: path.to_owned(), encoder, target: target.map_err(Failure::file(path))? })
+        Ok(Self { path: path.to_owned(), encoder, target: target.map_err(Failure::written(path))? })
     }
 
     /// Writes an input that is handled at `at`.
@@ -54,7 +54,7 @@ impl McapExport {
             Target::File(file) => file.finish(),
             Target::Bag(bag) => bag.finish(),
         };
-        finished.map_err(Failure::file(&self.path))
+        finished.map_err(Failure::written(&self.path))
     }
 
     fn add(&mut self, message: &RecordedMessage) -> Result<(), Failure> {
@@ -66,6 +66,6 @@ impl McapExport {
                 .add(message)
                 .and_then(|()| if bag.pending_bytes() > WRITE_BYTES { bag.flush() } else { Ok(()) }),
         };
-        added.map_err(Failure::file(&self.path))
+        added.map_err(Failure::written(&self.path))
     }
 }

@@ -1,5 +1,6 @@
 //! The command line: one definition makes help, man page and completions.
 
+mod against_running;
 mod arguments;
 mod decide;
 mod demo;
@@ -15,6 +16,7 @@ mod messages;
 mod profiles;
 mod progress;
 mod questions;
+mod reload;
 mod replay;
 mod ros_arguments;
 mod status;
@@ -47,6 +49,7 @@ use live::RunArgs;
 use manual::{CompletionsArgs, ManArgs};
 use messages::MessageArgs;
 use profiles::ProfilesArgs;
+use reload::ReloadArgs;
 use replay::ReplayArgs;
 use status::StatusArgs;
 use vehicle::VehicleArgs;
@@ -78,7 +81,8 @@ Exit codes:
   5  the scenario of lights ended in failure, or an expectation of a drive was not met
   6  the verdict of a scenario of lights is not known
   7  status found errors
-  8  status reaches no gateway
+  8  status, reload or check --against-running reaches no gateway
+  9  check --against-running: the configuration needs a restart
 
 Start with: signal-gateway demo";
 
@@ -123,6 +127,9 @@ enum Command {
     /// Show the present state of a running gateway
     #[command(after_help = status::HELP)]
     Status(StatusArgs),
+    /// Let a running gateway reload its configuration, and say what became of it
+    #[command(after_help = reload::HELP)]
+    Reload(ReloadArgs),
     /// Serve a gateway that has started this process as its network side
     #[cfg(feature = "ros")]
     #[command(hide = true)]
@@ -155,6 +162,7 @@ pub fn main() -> ExitCode {
         Command::Decide(args) => decide::run(&args),
         Command::Vehicle(args) => vehicle::run(&args),
         Command::Status(args) => status::run(&args),
+        Command::Reload(args) => reload::run(&args),
         #[cfg(feature = "ros")]
         Command::Network(args) => live::network(&args),
         Command::Completions(args) => manual::completions(&args),
@@ -178,7 +186,7 @@ pub fn main() -> ExitCode {
                     PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,
-                Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,
+                Failure::Daemon(_) | Failure::File(..) | Failure::Written(..) | Failure::System(_) => 1,
             })
         }
     };
@@ -200,6 +208,9 @@ enum Failure {
     Environment(String),
     #[error("{}: {_1}", _0.display())]
     File(PathBuf, io::Error),
+    /// A file that cannot be written.
+    #[error("{}: {_1}", _0.display())]
+    Written(PathBuf, io::Error),
     #[error("{0}")]
     System(#[from] io::Error),
 }
@@ -210,11 +221,17 @@ impl Failure {
         move |error| Self::File(path.to_owned(), error)
     }
 
+    /// Makes the failure of an error of this file, which is being written.
+    fn written(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |error| Self::Written(path.to_owned(), error)
+    }
+
     /// Writes the reason, with what to do about it as far as that is known.
     fn show(&self) {
         match self {
             Self::Refused(refused) => messages::refused(refused),
             Self::File(path, error) => unreadable::show(path, error),
+            Self::Written(path, error) => unreadable::show_unwritable(path, error),
             Self::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
             Self::Usage(_) | Self::Environment(_) | Self::Daemon(_) | Self::System(_) => {
                 messages::error(&self.to_string(), "");

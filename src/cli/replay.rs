@@ -23,6 +23,7 @@ use crate::daemon::publisher::topics;
 use crate::daemon::recording::encoder;
 use crate::daemon::{self, Playback};
 use crate::io::can::log::{Log, no_frame};
+use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::{Changes, JsonTimeline};
@@ -124,7 +125,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     if let Some(timeline) = timeline {
         let timeline = timeline.finish(file_name(&path), vehicle, replay.length());
         if let Some(path) = &args.report {
-            std::fs::write(path, timeline.to_html()).map_err(Failure::file(path))?;
+            write_new(path, &timeline.to_html(), true).map_err(Failure::written(path))?;
         }
         args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
     }

@@ -60,13 +60,11 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
             "-p" | "--param" => parameters.push(value("NAME:=VALUE")?),
             "--params-file" => parameter_files.push(PathBuf::from(value("a file")?)),
             "--log-level" => found.set_log_level(&value("a level")?, default_node)?,
-            // The log goes to standard error only, and no library writes to it.
-            BEGIN
-            | "--disable-rosout-logs"
-            | "--enable-stdout-logs"
-            | "--enable-external-lib-logs"
-            | "--disable-external-lib-logs" => {}
-            "--enable-rosout-logs" => return Err(usage(&option, "this node does not write to /rosout")),
+            // No library writes to the log.
+            BEGIN | "--enable-stdout-logs" | "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
+            }
+            "--enable-rosout-logs" => found.overrides.rosout = Some(true),
+            "--disable-rosout-logs" => found.overrides.rosout = Some(false),
             "--disable-stdout-logs" => return Err(usage(&option, "use --log-level fatal to log less")),
             "-e" | "--enclave" => {
                 return Err(usage(&option, "this node has no DDS security; see docs/security.md"));
@@ -258,7 +256,7 @@ mod tests {
         assert_eq!((of("").unwrap(), of("--ros-args").unwrap()), Default::default());
         let read = of("-r __node:=left -r __ns:=/car --params-file p.yaml -r status:=/s -r left:~/a:=b \
              -r signal_gateway:c:=d -r rostopic:///e:=f -r rosservice:///g:=h -r __node:=late \
-             -p config:=x.toml -p left:profile:=kia -p other:profile:=y --log-level other:=debug --log-level WARN")
+             -p config:=x.toml -p left:profile:=kia -p other:profile:=y --log-level other:=debug --log-level WARN --disable-rosout-logs")
         .unwrap();
         let rule = |from: &str, to: &str| Remapping { from: from.into(), to: to.into() };
         let expected = RosArguments {
@@ -267,6 +265,7 @@ mod tests {
                 namespace: Some("/car".into()),
                 remappings: vec![rule("status", "/s"), rule("~/a", "b"), rule("/e", "f")],
                 use_sim_time: Some(true),
+                rosout: Some(false),
             },
             log_level: Some("warn"),
             config: Some("x.toml".into()),
@@ -294,7 +293,6 @@ mod tests {
             ("--log-level loud", "expected debug, info, warn, error or fatal, found \"loud\""),
             ("-e /car", "-e: this node has no DDS security"),
             ("--log-config-file x", "RUST_LOG"),
-            ("--enable-rosout-logs", "/rosout"),
             ("--colour", "--colour: not an argument of ROS 2 that this node follows"),
         ] {
             let refused = of(line).unwrap_err();

@@ -1,8 +1,10 @@
 //! `status`: the present state of a running gateway.
 
 use std::io::{self, IsTerminal as _, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::thread::sleep;
+use std::time::Duration;
 
 use clap::Args;
 
@@ -27,34 +29,40 @@ Exit codes:
   7  errors
   8  no gateway can be reached";
 
-const UNREACHABLE: u8 = 8;
+/// Exit code where no gateway can be reached.
+pub(super) const UNREACHABLE: u8 = 8;
+
+/// Socket of the service.
+pub(super) const SOCKET: &str = "/run/signal-gateway/status.sock";
+/// Interval at which a gateway that is gone is looked for.
+const RECONNECT_INTERVAL: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArgs {
     /// Socket of the gateway
-    #[arg(long, value_name = "PATH", default_value = "/run/signal-gateway/status.sock")]
+    #[arg(long, value_name = "PATH", default_value = SOCKET)]
     socket: PathBuf,
     /// Print a line of JSON
     #[arg(long)]
     json: bool,
-    /// Go on, twice a second, until Ctrl-C or until the gateway ends
+    /// Go on, twice a second, until Ctrl-C; a gateway that ends is waited for
     #[arg(long)]
     watch: bool,
 }
 
 pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
-    let unreachable = |error: ClientError| {
-        messages::error(&format!("no status from {}: {error}", args.socket.display()), remedy(&error));
-        Ok(ExitCode::from(UNREACHABLE))
-    };
     let mut client = match StatusClient::connect(&args.socket) {
         Ok(client) => client,
-        Err(error) => return unreachable(error),
+        Err(error) => return Ok(unreachable(&args.socket, &error)),
     };
     loop {
         let (snapshot, line) = match client.receive() {
             Ok(received) => received,
-            Err(error) => return unreachable(error),
+            Err(error) if args.watch => {
+                client = reconnect(args, &error)?;
+                continue;
+            }
+            Err(error) => return Ok(unreachable(&args.socket, &error)),
         };
         if !messages::options().quiet {
             print(&if args.json { line } else { text(&snapshot) }, args)?;
@@ -67,6 +75,35 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
             }));
         }
     }
+}
+
+/// Writes why no gateway can be reached on a socket, and gives the exit code.
+pub(super) fn unreachable(socket: &Path, error: &ClientError) -> ExitCode {
+    messages::error(&format!("no status from {}: {error}", socket.display()), remedy(error));
+    ExitCode::from(UNREACHABLE)
+}
+
+/// Waits for a gateway that serves the socket again.
+fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient> {
+    let lost = format!("no status from {}: {error}; waiting for it", args.socket.display());
+    if !args.json && io::stdout().is_terminal() {
+        // What stands there is no longer true.
+        print(&format!("{lost}\n"), args)?;
+    } else {
+        messages::warn(&lost);
+    }
+    loop {
+        sleep(RECONNECT_INTERVAL);
+        if let Ok(client) = connect_and_receive(&args.socket) {
+            return Ok(client);
+        }
+    }
+}
+
+/// A connection that has given a state; the next one is half a second away.
+fn connect_and_receive(socket: &Path) -> Result<StatusClient, ClientError> {
+    let mut client = StatusClient::connect(socket)?;
+    client.receive().map(|_| client)
 }
 
 /// Prints a state; one that is watched on a terminal in place of the one before.
@@ -82,11 +119,11 @@ fn print(text: &str, args: &StatusArgs) -> io::Result<()> {
     out.flush()
 }
 
-fn remedy(error: &ClientError) -> &'static str {
+pub(super) fn remedy(error: &ClientError) -> &'static str {
     let ClientError::Socket(error) = error else { return "" };
     let kind = error.kind();
     if [io::ErrorKind::NotFound, io::ErrorKind::ConnectionRefused].contains(&kind) {
-        "start the service, or give the path of another socket with --socket"
+        "start the service; a gateway started by hand has a socket with [status] socket = \"PATH\": give it with --socket"
     } else if kind == io::ErrorKind::PermissionDenied {
         "join the group of the service: sudo usermod -aG signal-gateway $USER"
     } else {

@@ -21,6 +21,24 @@ pub(super) fn show(path: &Path, error: &io::Error) {
     messages::error(&format!("{name}: {reason}"), &remedy);
 }
 
+/// Writes the reason for which a file cannot be written, and the remedy.
+#[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
+pub(super) fn show_unwritable(path: &Path, error: &io::Error) {
+    let (reason, remedy) = match error.kind() {
+        io::ErrorKind::NotFound => ("there is no such folder", "make the folder first"),
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            ("this user may not write it", "write to another folder, or use sudo")
+        }
+        io::ErrorKind::AlreadyExists => {
+            ("it exists already, and is not replaced", "give another name, or remove it first")
+        }
+        io::ErrorKind::IsADirectory => ("this is a folder, not a file", "give the name of a file in it"),
+        io::ErrorKind::StorageFull => ("the disk is full", "make room, or write to another disk"),
+        _ => return messages::error(&format!("{}: {error}", display(path)), ""),
+    };
+    messages::error(&format!("{}: cannot write it: {reason}", display(path)), remedy);
+}
+
 #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
 fn texts(path: &Path, error: &io::Error) -> (String, String) {
     match error.kind() {

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::messages;
 use crate::io::terminal::is_usable;
+use crate::report::terminal::message_table::MessageTable;
 use crate::report::terminal::view_model::Model;
 use crate::report::terminal::{DriverLine, TerminalView};
 use crate::report::view::View;
@@ -35,6 +36,12 @@ impl ViewArgs {
     pub(super) fn is_live(&self) -> bool {
         !self.plain && is_usable()
     }
+}
+
+/// Takes the terminal for a table of messages.
+pub(super) fn start_messages(title: String) -> io::Result<TerminalView> {
+    let (has_color, messages) = (messages::layout(&io::stdout()).has_color, Some(MessageTable::default()));
+    TerminalView::start(Model { title, has_color, messages, ..Model::default() }, None)
 }
 
 /// Takes the terminal for the live view; `driver` gets what the driver's keys request.

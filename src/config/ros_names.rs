@@ -11,6 +11,8 @@ pub struct RosOverrides {
     pub remappings: Vec<Remapping>,
     /// The parameter `use_sim_time`.
     pub use_sim_time: Option<bool>,
+    /// True if warnings and errors go to `/rosout`.
+    pub rosout: Option<bool>,
 }
 
 /// A rule of `--remap`: the topic `from` is called `to`.

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use tokio::time::sleep_until;
 
-use super::gateway_io::StopSignals;
 use super::receivers::Receivers;
+use super::signals::StopSignals;
 use super::{DaemonError, runtime};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;

@@ -1,11 +1,13 @@
-//! The black box at work: keeps inputs and decisions, and writes a file around each change to ERROR.
+//! The black box at work: keeps inputs, decisions and outputs, and writes a file around each change to ERROR.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::recording;
 use crate::config::Settings;
+use crate::config::gateway::BlackBoxConfig;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::diagnostics::Level;
@@ -20,6 +22,9 @@ use crate::report::view::time_text;
 
 /// Most inputs in memory, about 10 MB.
 const MAX_INPUTS: usize = 100_000;
+
+/// Most outputs in memory, likewise.
+const MAX_OUTPUTS: usize = 20_000;
 
 /// Longest time that a stop waits for the disk.
 const STOP_PATIENCE: Duration = Duration::from_secs(2);
@@ -39,10 +44,10 @@ impl FaultRecorder {
         let config = &settings.black_box;
         let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
         let folder = config.folder.clone().or_else(from_systemd)?;
-        let recorder = Recorder::start(&folder, config.keep, time_and_text)
+        let recorder = Recorder::start(&folder, config.keep, time_and_text, recording::encoder(settings))
             .inspect_err(|error| tracing::warn!("no black box: {error}"))
             .ok()?;
-        let limits = BlackBoxSettings { before: config.before, after: config.after, most_inputs: MAX_INPUTS };
+        let limits = limits(config);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
         Some(Self {
             black_box: BlackBox::new(limits, interfaces, links.to_vec()),
@@ -52,9 +57,20 @@ impl FaultRecorder {
         })
     }
 
+    /// Takes over the limits of another configuration, of which the folder is the same.
+    pub(super) fn reconfigure(&mut self, config: &BlackBoxConfig) {
+        self.black_box.reconfigure(limits(config));
+        self.recorder.set_keep(config.keep);
+    }
+
     /// Keeps an input at the time it is handled.
     pub(super) fn keep(&mut self, input: CanInput, at: Now) {
         self.black_box.keep(input, at);
+    }
+
+    /// Keeps an output that was published or sent, at the time of its decision.
+    pub(super) fn given_out(&mut self, output: &Output, at: Now) {
+        self.black_box.given_out(output.clone(), at);
     }
 
     /// Writes the recording whose time is over, if there is one.
@@ -96,6 +112,11 @@ impl FaultRecorder {
             self.black_box.decided(event.to_string(), fault, at);
         }
     }
+}
+
+fn limits(config: &BlackBoxConfig) -> BlackBoxSettings {
+    let (before, after) = (config.before, config.after);
+    BlackBoxSettings { before, after, most_inputs: MAX_INPUTS, most_outputs: MAX_OUTPUTS }
 }
 
 fn state_folder(variable: Option<OsString>) -> Option<PathBuf> {

@@ -1,13 +1,11 @@
 //! Destinations of the outputs, and the duties of a process to its supervisor.
 
-use std::future::{pending, poll_fn};
-use std::io::{self, IsTerminal as _};
+use std::future::pending;
+use std::io;
 use std::pin::pin;
 use std::sync::Arc;
-use std::task::Poll;
 use std::time::{Duration, Instant};
 
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 
 use super::DaemonError;
@@ -16,6 +14,7 @@ use super::late_reports::LateReports;
 use super::live::Live;
 use super::publisher::Publisher;
 use super::recording;
+use super::signals::{ReloadSignal, StopSignals};
 use super::watching::{Process, Watching};
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
@@ -26,6 +25,7 @@ use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::Gateway;
+use crate::core::gateway::configuration::ConfigurationState;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::process_status::LostLines;
 use crate::core::gateway::snapshot::ProcessSnapshot;
@@ -53,10 +53,13 @@ pub(super) struct GatewayIo {
     pub(super) supervisor: Supervisor,
     pub(super) watchdog: Watchdog,
     pub(super) stop: StopSignals,
+    pub(super) reload: ReloadSignal,
     pub(super) watching: Watching,
     faults: Option<FaultRecorder>,
     mcap: Option<McapRecorder>,
     late_reports: LateReports,
+    /// `None` where it cannot be reloaded.
+    pub(super) configuration: Option<ConfigurationState>,
     /// The node's name for statuses of the process itself; `None` leaves them out.
     node: Option<String>,
     /// Statuses of the process itself as they were given out last.
@@ -74,7 +77,7 @@ impl GatewayIo {
         json: Option<JsonTimeline>,
     ) -> Result<Self, DaemonError> {
         // Signals first: from here on a stop is an orderly one.
-        let stop = StopSignals::listen()?;
+        let (stop, reload) = (StopSignals::of_service()?, ReloadSignal::listen()?);
         let supervisor = Supervisor::from_env()?;
         let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
@@ -86,10 +89,12 @@ impl GatewayIo {
             supervisor,
             watchdog,
             stop,
+            reload,
             watching: Watching::start(settings),
             faults: None,
             mcap: recording::start(settings),
             late_reports: LateReports::default(),
+            configuration: None,
             node: None,
             given_out: Vec::new(),
             next_look: Instant::now(),
@@ -97,11 +102,21 @@ impl GatewayIo {
         })
     }
 
-    /// From now on keeps a black box, if the configuration names a folder, and adds the statuses of the process itself to
-    /// the diagnostics.
+    /// From now on keeps a black box, if the configuration names a folder, adds the statuses of the process itself to
+    /// the diagnostics, and knows the configuration in effect.
     pub(super) fn observe_process(&mut self, settings: &Settings, links: &[LinkState]) {
         self.faults = FaultRecorder::start(settings, links);
         self.node = Some(settings.gateway.node.clone());
+        self.configuration = self.reload.is_taken().then(|| ConfigurationState::new(settings.effective()));
+    }
+
+    /// Takes over what another configuration says of the process itself; the rest of it is in effect already.
+    pub(super) fn reconfigure(&mut self, settings: &Settings) {
+        if let Some(faults) = &mut self.faults {
+            faults.reconfigure(&settings.black_box);
+        }
+        self.watching.vehicle.clone_from(&settings.vehicle);
+        self.publisher.show_configuration(settings);
     }
 
     /// The queue of inputs received over ROS 2; `None` without ROS.
@@ -176,8 +191,8 @@ impl GatewayIo {
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
                 let result = transmit(frame, transmitters);
-                if let (CommandInput::Sent(_), Some(mcap)) = (&result, &self.mcap) {
-                    mcap.given_out(output.clone(), read.wall);
+                if let CommandInput::Sent(_) = &result {
+                    self.record_given_out(&output, read);
                 }
                 live.take([result], clock.now());
             }
@@ -249,20 +264,26 @@ impl GatewayIo {
     }
 
     /// Publishes an output at `now`, and records it. Frames to the vehicle are recorded where they are sent.
-    fn publish(&self, output: &Output, now: Now) {
+    fn publish(&mut self, output: &Output, now: Now) {
         self.publisher.send(output);
-        if let (Some(mcap), false) =
-            (&self.mcap, matches!(output, Output::Command(CommandOutput::Transmit { .. })))
-        {
+        if !matches!(output, Output::Command(CommandOutput::Transmit { .. })) {
+            self.record_given_out(output, now);
+        }
+    }
+
+    /// Records an output that was published or sent at `now`.
+    fn record_given_out(&mut self, output: &Output, now: Now) {
+        if let Some(faults) = &mut self.faults {
+            faults.given_out(output, now);
+        }
+        if let Some(mcap) = &self.mcap {
             mcap.given_out(output.clone(), now.wall);
         }
     }
 
     /// Records an input of a recording that is played, at the time it is handled.
     pub(super) fn record_received(&self, input: CanInput, at: WallStamp) {
-        if let Some(mcap) = &self.mcap {
-            mcap.received(input, at);
-        }
+        self.mcap.iter().for_each(|mcap| mcap.received(input, at));
     }
 
     fn note(&mut self, outcome: Result<(), DaemonError>) {
@@ -280,8 +301,10 @@ impl GatewayIo {
         let network = self.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
         let log = log.map(|log| log.with(elsewhere).status(node));
+        let configuration = self.configuration.as_ref().map(|configuration| configuration.status(node));
         recordings
             .into_iter()
+            .chain(configuration)
             .chain(mcap)
             .chain(log)
             .chain(network.map(|network| network.status(node)))
@@ -308,6 +331,7 @@ impl GatewayIo {
 
     fn process(&self) -> Process {
         let snapshot = ProcessSnapshot {
+            configuration: self.configuration.clone(),
             black_box: self.faults.as_ref().map(FaultRecorder::state),
             log: process_log::state(),
             ros: self.publisher.snapshot(),
@@ -335,6 +359,9 @@ impl GatewayIo {
             tokio::select! {
                 biased;
                 () = self.stop.requested() => return Woken::Stopped,
+                () = self.reload.requested() => {
+                    tracing::warn!("SIGHUP: while a recording is played, only a restart changes the configuration");
+                }
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
                 () = self.watching.due() => return Woken::Watched,
                 input = &mut received => return Woken::Received(input),
@@ -413,61 +440,6 @@ impl Watchdog {
             Some(ping_interval) => drop(ping_interval.tick().await),
             None => pending().await,
         }
-    }
-}
-
-/// The signals that request an orderly stop, and those that would end the process at once if they were not ignored.
-///
-/// SIGHUP requests a stop when a terminal is among the standard streams, since it says that the terminal was closed. A
-/// service has none, and ignores it.
-pub(super) struct StopSignals {
-    stop: Vec<Signal>,
-    ignored: Vec<(&'static str, Signal)>,
-}
-
-/// Signals that nobody has a reason to send, and whose default action ends a process.
-const IGNORED: [(&str, i32); 9] = [
-    ("SIGUSR1", libc::SIGUSR1),
-    ("SIGUSR2", libc::SIGUSR2),
-    ("SIGALRM", libc::SIGALRM),
-    ("SIGVTALRM", libc::SIGVTALRM),
-    ("SIGPROF", libc::SIGPROF),
-    ("SIGIO", libc::SIGIO),
-    ("SIGPWR", libc::SIGPWR),
-    ("SIGXCPU", libc::SIGXCPU),
-    ("SIGXFSZ", libc::SIGXFSZ),
-];
-
-impl StopSignals {
-    pub(super) fn listen() -> io::Result<Self> {
-        let has_terminal =
-            io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal();
-        let mut stop = vec![SignalKind::terminate(), SignalKind::interrupt(), SignalKind::quit()];
-        let mut ignored = IGNORED.map(|(name, number)| (name, SignalKind::from_raw(number))).to_vec();
-        if has_terminal {
-            stop.push(SignalKind::hangup());
-        } else {
-            ignored.push(("SIGHUP", SignalKind::hangup()));
-        }
-        let ignored = ignored.into_iter().map(|(name, kind)| Ok((name, signal(kind)?)));
-        Ok(Self {
-            stop: stop.into_iter().map(signal).collect::<io::Result<_>>()?,
-            ignored: ignored.collect::<io::Result<_>>()?,
-        })
-    }
-
-    /// Waits for a stop; loses nothing when it is given up.
-    pub(super) async fn requested(&mut self) {
-        poll_fn(|context| {
-            for (name, signal) in &mut self.ignored {
-                while let Poll::Ready(Some(())) = signal.poll_recv(context) {
-                    tracing::info!("{name} is ignored");
-                }
-            }
-            let mut stops = self.stop.iter_mut().map(|signal| signal.poll_recv(context));
-            if stops.any(|polled| polled.is_ready()) { Poll::Ready(()) } else { Poll::Pending }
-        })
-        .await;
     }
 }
 

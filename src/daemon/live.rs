@@ -60,6 +60,12 @@ impl Live {
         Some(at)
     }
 
+    /// Goes on with other settings: see [`Gateway::reconfigure`]. What was read and waits is handled under them.
+    pub fn reconfigure(&mut self, settings: GatewaySettings) {
+        let now = self.now();
+        self.gateway.reconfigure(settings, now);
+    }
+
     /// The gateway that is being fed.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway

@@ -13,9 +13,13 @@ pub mod publisher;
 mod receivers;
 pub mod recording;
 pub mod rehearsal;
+pub mod reload;
 mod ros_environment;
+mod signals;
 pub mod vehicle;
 mod watching;
+
+pub use watching::build;
 
 use std::future::pending;
 use std::io;
@@ -27,8 +31,9 @@ use tokio::time::sleep_until;
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::bus_status::link_text;
+use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
-use crate::core::can::link::LinkState;
+use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
@@ -39,10 +44,12 @@ use crate::io::ros::inbox::Inbox;
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
-use gateway_io::{GatewayIo, StopSignals, Woken};
+use gateway_io::{GatewayIo, Woken};
 use live::Live;
 use publisher::PublisherError;
 use receivers::Receivers;
+use reload::{ReadConfiguration, Reloader};
+use signals::StopSignals;
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -110,13 +117,17 @@ const LAST_FRAMES: Duration = Duration::from_millis(300);
 /// Longest time for which a late recording is played without a check for a stop or for messages.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
-/// Runs on the source that the configuration names until a signal requests a stop.
+/// Time without a frame after which [`listen`] hands on an empty batch.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// Runs on the source that the configuration names until a signal requests a stop. SIGHUP reloads what `read` gives,
+/// unless a recording is played.
 ///
 /// # Errors
 /// See [`DaemonError`].
-pub fn run(settings: Settings, view: View) -> Result<(), DaemonError> {
+pub fn run(settings: Settings, view: View, read: ReadConfiguration) -> Result<(), DaemonError> {
     match (settings.source, settings.recording.clone()) {
-        (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view)),
+        (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view, read)),
         (SourceKind::Recording, None) => Err(DaemonError::NoRecording),
         (SourceKind::Recording, Some(recording)) => {
             let playback = Playback {
@@ -154,29 +165,35 @@ pub fn play(
     })
 }
 
-/// Hands on what the configured interfaces receive until a signal requests a stop, or an error of `take`.
+/// Hands on what the configured interfaces receive of these identifiers, or of all, until a signal requests a stop, or an
+/// error of `take`. Where nothing is received for a while, `take` gets an empty batch.
 ///
 /// # Errors
 /// See [`DaemonError`].
 pub fn listen(
     settings: &Settings,
-    mut take: impl FnMut(CanInput) -> io::Result<()>,
+    ids: impl Fn(BusIndex) -> Option<Vec<CanId>>,
+    mut take: impl FnMut(&[CanInput]) -> io::Result<()>,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut receivers, _) = Receivers::start(settings, |bus| settings.gateway.relevant_ids(bus));
+        let (mut receivers, _) = Receivers::start(settings, ids);
         loop {
             tokio::select! {
                 () = stop.requested() => return Ok(()),
-                batch = receivers.recv() => batch?.into_iter().try_for_each(|input| {
-                    if let CanInput::Link { bus, state } = input
-                        && state != LinkState::Up
-                        && let Some(bus) = settings.gateway.buses.get(usize::from(bus.0))
-                    {
-                        tracing::warn!("{}", link_text(&bus.interface, state));
+                () = sleep_until((Instant::now() + QUIET).into()) => take(&[])?,
+                batch = receivers.recv() => {
+                    let batch = batch?;
+                    for input in &batch {
+                        if let CanInput::Link { bus, state } = *input
+                            && state != LinkState::Up
+                            && let Some(bus) = settings.gateway.buses.get(usize::from(bus.0))
+                        {
+                            tracing::warn!("{}", link_text(&bus.interface, state));
+                        }
                     }
-                    take(input)
-                })?,
+                    take(&batch)?;
+                }
             }
         }
     })
@@ -215,12 +232,14 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_current_thread().enable_all().build()
 }
 
-async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
+async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Result<(), DaemonError> {
     let _sender_lock = SenderLock::take(settings.gateway.command_interfaces()).await?;
     let mut gateway_io = GatewayIo::open(&settings, view, None)?;
-    let (mut receivers, transmitters) = Receivers::start(&settings, |bus| settings.gateway.relevant_ids(bus));
+    let (mut receivers, transmitters) =
+        Receivers::start(&settings, |bus| Some(settings.gateway.relevant_ids(bus)));
     let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;
     gateway_io.observe_process(&settings, &links);
+    let mut reloader = Reloader::new(read);
     let inbox = gateway_io.inbox();
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());
@@ -245,6 +264,18 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
             () = gateway_io.stop.requested(), if ending.is_none() => reason = Some(Ok(())),
             () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
             () = gateway_io.watching.due() => {}
+            () = gateway_io.reload.requested(), if ending.is_none() => {
+                gateway_io.supervisor.reloading();
+                reloader.request();
+            }
+            read = reloader.finished(), if ending.is_none() => {
+                let mut state = gateway_io.configuration.take().unwrap_or_default();
+                reload::apply(read, &mut state, (&mut live, &receivers, &mut gateway_io), clock.now());
+                gateway_io.configuration = Some(state);
+                if !reloader.request_again() {
+                    gateway_io.ready(live.gateway(), clock.now());
+                }
+            }
             batch = receivers.recv(), if is_receiving => match batch {
                 Ok(batch) => live.take(batch, clock.now()),
                 Err(error) => reason = Some(Err(error)),

@@ -17,6 +17,7 @@ use crate::core::gateway::snapshot::RosSnapshot;
 use crate::core::gateway::snapshot::TopicSnapshot;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
+use crate::io::ros::parameters::Parameters;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
@@ -99,6 +100,16 @@ impl Publisher {
         self.session.iter().for_each(|session| session.send(output));
         #[cfg(not(feature = "ros"))]
         let _ = output;
+    }
+
+    /// Has the parameters of the node show another configuration.
+    pub fn show_configuration(&self, settings: &Settings) {
+        #[cfg(feature = "ros")]
+        if let Some(session) = &self.session {
+            session.set_parameters(parameters(settings, self.domain_id));
+        }
+        #[cfg(not(feature = "ros"))]
+        let _ = settings;
     }
 
     /// True while publishing works, or is off.
@@ -209,6 +220,7 @@ fn subscriptions(settings: &Settings) -> Vec<Subscription> {
 fn unused_rules(settings: &Settings) -> Vec<&Remapping> {
     let (names, mut topics) = (names(settings), configured_topics(settings));
     let mut known: Vec<_> = topics.names_mut().map(|name| name.clone()).collect();
+    known.extend(settings.ros.rosout.clone());
     known.extend(configured_subscriptions(settings).into_iter().map(|topic| topic.name));
     let rules = settings.ros.remappings.iter();
     rules.filter(|rule| !known.iter().any(|topic| names.concerns(rule, topic))).collect()
@@ -310,6 +322,24 @@ fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
     named.map(|(name, kind)| Subscription::new(name, kind)).collect()
 }
 
+/// The keys of the configuration, and of `[ros]` and the clock what is in effect.
+fn parameters(settings: &Settings, domain_id: u16) -> Parameters {
+    let ros = &settings.ros;
+    let mut parameters = settings.parameters.clone();
+    parameters.set("use_sim_time", settings.light_topics.use_sim_time);
+    parameters.set("ros.node", settings.gateway.node.as_str());
+    parameters.set("ros.namespace", ros.namespace.as_str());
+    parameters.set("ros.domain_id", i64::from(domain_id));
+    parameters.set("ros.rosout", ros.rosout.is_some());
+    parameters.set("ros.graph", ros.graph);
+    parameters.set("ros.memory_limit_mb", i64::from(ros.memory_limit_mb));
+    let topics = topics(settings);
+    parameters.set("ros.topics.turn_indicators_status", topics.turn_indicators.as_str());
+    parameters.set("ros.topics.hazard_lights_status", topics.hazard_lights.as_str());
+    parameters.set("ros.topics.diagnostics", topics.diagnostics.as_str());
+    parameters
+}
+
 fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
     let network = ros_environment::network(&settings.ros, |name| std::env::var(name).ok())?;
     network.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
@@ -321,6 +351,9 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         only_networks: network.only_networks,
         durability: durability(settings),
         topics: topics(settings),
+        // Without the node in the graph nobody looks for its services.
+        parameters: settings.ros.graph.then(|| parameters(settings, network.domain_id)),
+        rosout: settings.ros.rosout.as_ref().map(|name| names(settings).resolve(name)),
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),

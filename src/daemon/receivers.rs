@@ -4,6 +4,7 @@
 use std::any::Any;
 use std::collections::HashMap;
 use std::future::{Future, pending};
+use std::io;
 
 use tokio::sync::mpsc;
 use tokio::task::{self, JoinSet};
@@ -14,6 +15,7 @@ use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::io::can::bus::{BusSocketSettings, receive};
+use crate::io::can::id_filter::IdFilter;
 use crate::io::can::transmit::Transmitter;
 
 /// Queue between the receivers and the gateway, in batches. What does not fit waits in the
@@ -26,23 +28,25 @@ const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 #[derive(Debug)]
 pub(super) struct Receivers {
     inputs: mpsc::Receiver<Vec<CanInput>>,
+    /// The identifiers that are received on each bus.
+    ids: Vec<IdFilter>,
     tasks: JoinSet<()>,
     /// Name of the interface that each task receives.
     interfaces: HashMap<task::Id, String>,
 }
 
 impl Receivers {
-    /// Starts a receiver for the identifiers of each bus; gives the transmitter of each bus as well.
+    /// Starts a receiver for the identifiers of each bus, `None` = all; gives the transmitter of each bus as well.
     pub(super) fn start(
         settings: &Settings,
-        ids: impl Fn(BusIndex) -> Vec<CanId>,
+        ids: impl Fn(BusIndex) -> Option<Vec<CanId>>,
     ) -> (Self, Vec<Transmitter>) {
         let buses =
             (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
         let settings = buses.map(|((bus, described), receive_buffer_bytes)| BusSocketSettings {
             bus,
             interface: described.interface.clone(),
-            ids: Some(ids(bus)),
+            ids: IdFilter::new(ids(bus)),
             receive_buffer_bytes: *receive_buffer_bytes,
             transmitter: Transmitter::default(),
         });
@@ -55,7 +59,7 @@ impl Receivers {
             (0..=u8::MAX).map(BusIndex).zip(interfaces).map(|(bus, interface)| BusSocketSettings {
                 bus,
                 interface: interface.clone(),
-                ids: None,
+                ids: IdFilter::new(None),
                 receive_buffer_bytes: RECEIVE_BUFFER_BYTES,
                 transmitter: Transmitter::default(),
             });
@@ -64,10 +68,12 @@ impl Receivers {
 
     fn start_all(buses: impl Iterator<Item = BusSocketSettings>) -> (Self, Vec<Transmitter>) {
         let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
-        let mut receivers = Self { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() };
+        let mut receivers =
+            Self { inputs, ids: Vec::new(), tasks: JoinSet::new(), interfaces: HashMap::new() };
         let mut transmitters = Vec::new();
         for settings in buses {
             transmitters.push(settings.transmitter.clone());
+            receivers.ids.push(settings.ids.clone());
             let interface = settings.interface.clone();
             receivers.spawn(&interface, receive(settings, sender.clone()));
         }
@@ -77,6 +83,22 @@ impl Receivers {
     fn spawn(&mut self, interface: &str, receiver: impl Future<Output = ()> + Send + 'static) {
         let id = self.tasks.spawn(receiver).id();
         self.interfaces.insert(id, interface.to_owned());
+    }
+
+    /// Receives frames with other identifiers from now on. The frames that were let through before come first.
+    ///
+    /// # Errors
+    /// That of the kernel for one bus; then all of them receive what they did before.
+    pub(super) fn receive_ids(&self, ids: impl Fn(BusIndex) -> Vec<CanId>) -> io::Result<()> {
+        let buses = || (0..=u8::MAX).map(BusIndex).zip(&self.ids);
+        let before: Vec<_> = self.ids.iter().map(IdFilter::ids).collect();
+        let failed = buses().find_map(|(bus, filter)| filter.set(ids(bus)).err());
+        let Some(error) = failed else { return Ok(()) };
+        for (filter, ids) in self.ids.iter().zip(before) {
+            // What was possible before is possible again.
+            let _ = filter.set(ids.unwrap_or_default());
+        }
+        Err(error)
     }
 
     /// The next batch of inputs; waits for ever without a bus. Cancellation loses nothing.
@@ -139,7 +161,7 @@ mod tests {
 
     fn receivers() -> (Receivers, mpsc::Sender<Vec<CanInput>>) {
         let (sender, inputs) = mpsc::channel(1);
-        (Receivers { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() }, sender)
+        (Receivers { inputs, ids: Vec::new(), tasks: JoinSet::new(), interfaces: HashMap::new() }, sender)
     }
 
     #[tokio::test]

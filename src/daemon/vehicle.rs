@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep_until;
 
-use super::gateway_io::StopSignals;
 use super::receivers::Receivers;
+use super::signals::StopSignals;
 use super::{DaemonError, runtime};
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
@@ -56,7 +56,7 @@ pub fn run_vehicle(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut receivers, transmitters) = Receivers::start(settings, |bus| run.plan.command_ids(bus));
+        let (mut receivers, transmitters) = Receivers::start(settings, |bus| Some(run.plan.command_ids(bus)));
         let mut transmitters: Vec<_> = transmitters.into_iter().map(|transmitter| Channel { transmitter, is_refusing: false }).collect();
         // From then on frames can be sent, where the link is up.
         receivers.first_links(transmitters.len()).await?;

@@ -34,7 +34,8 @@ pub(super) struct Watching {
     /// Held for its file.
     _socket: Option<StatusSocket>,
     started: Instant,
-    vehicle: String,
+    /// Name of the vehicle profile.
+    pub(super) vehicle: String,
     traffic: Vec<TrafficMeter>,
     line: String,
     next_line: Instant,
@@ -147,7 +148,7 @@ impl Watching {
 }
 
 /// The origin of this binary.
-fn build() -> Build {
+pub fn build() -> Build {
     #[cfg(feature = "ros")]
     let distribution = Some(crate::io::ros::session::DISTRO.to_owned());
     #[cfg(not(feature = "ros"))]

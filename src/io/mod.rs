@@ -2,6 +2,7 @@
 
 pub mod can;
 pub mod clock;
+pub mod hangup;
 pub mod http;
 mod journal;
 pub mod mcap;

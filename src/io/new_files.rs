@@ -39,12 +39,32 @@ impl NewFiles {
     }
 }
 
-/// Writes a new file.
+/// Writes a whole file or none: what does not fit on the disk leaves no part of it, and replaces nothing.
 ///
 /// # Errors
 /// One that exists and must not be overwritten, or an error of the system.
 pub fn write_new(path: &Path, text: &str, overwrite: bool) -> io::Result<()> {
-    create(path, overwrite)?.write_all(text.as_bytes())
+    let old = fs::metadata(path).ok();
+    let write = |to: &Path| {
+        let mut file = create(to, overwrite)?;
+        file.write_all(text.as_bytes()).inspect_err(|_| drop(fs::remove_file(to)))
+    };
+    match &old {
+        // A terminal or a pipe.
+        Some(old) if overwrite && !old.is_file() => create(path, true)?.write_all(text.as_bytes()),
+        Some(old) if overwrite => {
+            let path = fs::canonicalize(path)?;
+            let mut draft = path.clone().into_os_string();
+            draft.push(".part");
+            let draft = Path::new(&draft);
+            let written = write(draft)
+                .and_then(|()| fs::set_permissions(draft, old.permissions()))
+                .and_then(|()| fs::rename(draft, &path));
+            written.inspect_err(|_| drop(fs::remove_file(draft)))
+        }
+        Some(_) => Err(io::ErrorKind::AlreadyExists.into()),
+        None => write(path),
+    }
 }
 
 fn create(path: &Path, overwrite: bool) -> io::Result<File> {
@@ -74,5 +94,20 @@ mod tests {
         assert_eq!(fs::read(new.path("a")).unwrap(), b"first");
         write_new(&new.path("a"), "yes", true).unwrap();
         assert_eq!(fs::read(new.path("a")).unwrap(), b"yes");
+        assert_eq!(fs::read_dir(folder.path().join("car")).unwrap().count(), 1, "a draft is left");
+    }
+
+    #[test]
+    fn what_does_not_fit_on_the_disk_leaves_no_part_and_replaces_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("link");
+        fs::write(folder.path().join("a"), "good").unwrap();
+        std::os::unix::fs::symlink("a", &link).unwrap();
+        write_new(&link, "better", true).unwrap();
+        assert_eq!(fs::read(folder.path().join("a")).unwrap(), b"better");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink(), "the link was replaced, not its file");
+        let full = write_new(Path::new("/dev/full"), "text", true).unwrap_err();
+        assert_eq!(full.kind(), io::ErrorKind::StorageFull);
+        assert!(Path::new("/dev/full").exists());
     }
 }

@@ -4,6 +4,8 @@
 //! says how many more there were and what the last one was. Debug and trace messages, which somebody has asked for, have
 //! no such limit. Where standard error is the journal, a line is a record with a priority and fields.
 
+mod warnings;
+
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
@@ -25,6 +27,7 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 use super::journal;
 use super::output_queue::{Loss, OutputQueue};
 use crate::core::gateway::process_status::LogState;
+pub use warnings::{Warning, Warnings, take_warnings};
 
 /// Lines of one kind that are written within [`WINDOW`].
 const MAX_LINES: u32 = 10;
@@ -134,10 +137,18 @@ pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
         Level::DEBUG => tracing::enabled!(Level::DEBUG),
         Level::TRACE => tracing::enabled!(Level::TRACE),
     };
-    let event = EventText { message: text.to_owned(), ..EventText::default() };
-    if is_enabled && log.admits(Kind::new(module_path!(), None, &event), text, level) {
+    let kind = Kind::of_text(text);
+    if is_enabled {
+        warnings::offer(kind.clone(), Warning::new(level, text));
+    }
+    if is_enabled && log.admits(kind, text, level) {
         log.write(level, text, fields);
     }
+}
+
+/// Hands a message that the log does not have to whoever takes the warnings.
+pub fn warn_others(level: Level, text: &str) {
+    warnings::offer(Kind::of_text(text), Warning::new(level, text));
 }
 
 /// Writes to a duplicate of another file from the next line on; the journal keeps its records.
@@ -295,8 +306,17 @@ impl<S: Subscriber> Filter<S> for KindLimit {
         let mut text = EventText::default();
         event.record(&mut text);
         let kind = Kind::new(metadata.target(), metadata.line(), &text);
+        if is_for_others(metadata.target()) {
+            warnings::offer(kind.clone(), Warning::of_event(metadata, &text));
+        }
         log.admits(kind, &text.message, *metadata.level())
     }
+}
+
+/// True for messages of our own, but for those of the ROS side: they would take the way that they are about.
+fn is_for_others(target: &str) -> bool {
+    target.starts_with(env!("CARGO_CRATE_NAME"))
+        && !target.starts_with(concat!(env!("CARGO_CRATE_NAME"), "::io::ros"))
 }
 
 /// The fields of an event; message and interface decide about its kind.
@@ -339,6 +359,11 @@ impl Kind {
             None => (line.unwrap_or(0), text.interface.as_str()),
         };
         Self { target: target.to_owned(), line, subject: subject.to_owned() }
+    }
+
+    /// The kind of a text that is no event.
+    fn of_text(text: &str) -> Self {
+        Self::new(module_path!(), None, &EventText { message: text.to_owned(), ..EventText::default() })
     }
 }
 
@@ -419,82 +444,4 @@ impl Flood {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn kind(subject: &str) -> Kind {
-        Kind { subject: subject.to_owned(), ..Kind::default() }
-    }
-
-    fn admitted(limits: &mut Limits, subject: &str, count: u32, now: Instant) -> usize {
-        let text = |number| format!("{subject}: {number}");
-        (0..count).filter(|number| limits.admit(kind(subject), &text(*number), Level::INFO, now)).count()
-    }
-
-    #[test]
-    fn flood_of_one_kind_is_cut_and_summed_up_while_others_are_written() {
-        let mut limits = Limits::default();
-        let begin = Instant::now();
-        assert_eq!(admitted(&mut limits, "turn", 5000, begin), 10);
-        assert_eq!(admitted(&mut limits, "can0", 3, begin), 3);
-        limits.settle(begin);
-        assert_eq!(limits.summaries, [], "it goes on");
-        assert_eq!(admitted(&mut limits, "turn", 5000, begin + WINDOW), 10);
-        limits.settle(begin + 2 * WINDOW);
-        let summary = (Level::INFO, "4990 more times in 1 s, the last: turn: 4999".to_owned());
-        assert_eq!(limits.summaries, [summary.clone(), summary]);
-        assert_eq!((limits.suppressed, limits.kinds.len()), (2 * 4990, 0));
-    }
-
-    #[test]
-    fn flapping_is_summed_up_with_its_worst_level_once_it_is_quiet_and_at_the_end_of_a_window() {
-        let mut limits = Limits::default();
-        let begin = Instant::now();
-        let tenth = Duration::from_millis(100);
-        // Ten times a second for 5.6 s: 57 changes.
-        for number in 0..57_u32 {
-            let level = if number == 40 { Level::ERROR } else { Level::INFO };
-            limits.admit(kind("turn"), &format!("turn: {number}"), level, begin + number * tenth);
-            limits.settle(begin + number * tenth);
-        }
-        assert_eq!(limits.summaries, [], "it goes on");
-        limits.settle(begin + 56 * tenth + QUIET);
-        let summary = "47 more times in 6 s, the last: turn: 56".to_owned();
-        assert_eq!(limits.summaries, [(Level::ERROR, summary)]);
-        assert!(limits.kinds.is_empty(), "the window is over");
-        // Within a window that goes on, what comes after a summary has another one.
-        limits.summaries.clear();
-        let begin = begin + 2 * WINDOW;
-        assert_eq!(admitted(&mut limits, "turn", 11, begin), 10);
-        limits.settle(begin + QUIET);
-        assert_eq!(admitted(&mut limits, "turn", 1, begin + 2 * QUIET), 0);
-        limits.settle(begin + WINDOW);
-        let texts: Vec<_> = limits.summaries.iter().map(|(_, text)| text.as_str()).collect();
-        assert_eq!(texts, ["once more in 1 s, the last: turn: 10", "once more in 3 s, the last: turn: 0"]);
-    }
-
-    #[test]
-    fn kinds_are_bounded() {
-        let mut limits = Limits::default();
-        let begin = Instant::now();
-        let admit = |limits: &mut Limits, name: &str, now| limits.admit(kind(name), "", Level::INFO, now);
-        let admitted = (0..10_000).filter(|number| admit(&mut limits, &number.to_string(), begin)).count();
-        assert_eq!((admitted, limits.kinds.len()), (MAX_KINDS + 10, MAX_KINDS + 1));
-        assert!(admit(&mut limits, "again", begin + WINDOW));
-        assert_eq!((limits.kinds.len(), limits.summaries.len()), (1, 1));
-    }
-
-    #[test]
-    fn messages_are_of_one_kind_by_their_subject_or_else_by_their_line() {
-        let text = |message: &str, interface: &str| EventText {
-            message: message.to_owned(),
-            interface: interface.to_owned(),
-            more: String::new(),
-        };
-        let kind = |line, text| Kind::new("io", Some(line), &text);
-        assert_eq!(kind(1, text("turn: a", "")), kind(2, text("turn: b", "")));
-        assert_ne!(kind(1, text("turn: a", "")), kind(1, text("hazard: a", "")));
-        assert_ne!(kind(1, text("a", "")), kind(2, text("a", "")));
-        assert_ne!(kind(1, text("down", "can0")), kind(1, text("down", "can1")));
-    }
-}
+mod tests;

@@ -1,18 +1,21 @@
 //! Black-box files on disk: few, each written whole or not at all, by a thread of their own.
 //!
-//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` beside it. The counter goes on from the
-//! files in the folder, so that it orders them whatever the clock says; a vehicle computer without a battery-backed
+//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` and its `.mcap` beside it. The counter goes on
+//! from the files in the folder, so that it orders them whatever the clock says; a vehicle computer without a battery-backed
 //! clock begins each boot in the past. The boot and the time are for people. A `.draft` is a file being written.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, channel, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use super::mcap::encoder::Encoder;
+use super::mcap::file::McapFile;
 use crate::core::gateway::black_box::Recording;
 use crate::core::gateway::process_status::RecorderState;
 use crate::core::time::MonoTime;
@@ -33,23 +36,27 @@ pub struct Recorder {
     /// `None` once it was stopped.
     recordings: Option<SyncSender<Recording>>,
     state: Arc<Mutex<RecorderState>>,
+    keep: Arc<AtomicUsize>,
     ended: Receiver<()>,
 }
 
 impl Recorder {
     /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tries at once whether it can write
-    /// there. A folder that cannot be written is reported in the log and in the state, and tried again.
+    /// there; `encoder` makes the messages of their MCAP files. A folder that cannot be written is reported in the log and in the state, and tried again.
     ///
     /// # Errors
     /// A thread that cannot be started.
-    pub fn start(folder: &Path, keep: usize, line: DecisionLine) -> io::Result<Self> {
+    pub fn start(folder: &Path, keep: usize, line: DecisionLine, encoder: Encoder) -> io::Result<Self> {
         let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
         let state = Arc::new(Mutex::new(state));
         let (sender, recordings) = sync_channel(MAX_WAITING);
         let (end, ended) = channel();
+        let limit = Arc::new(AtomicUsize::new(keep));
         let mut writer = Writer {
+            keep: Arc::clone(&limit),
             folder: Folder { path: folder.to_owned(), keep, boot: boot(), last_counter: 0 },
             line,
+            encoder,
             state: Arc::clone(&state),
         };
         thread::Builder::new().name("black-box".to_owned()).spawn(move || {
@@ -57,7 +64,7 @@ impl Recorder {
             let _end: std::sync::mpsc::Sender<()> = end;
             writer.run(&recordings);
         })?;
-        Ok(Self { recordings: Some(sender), state, ended })
+        Ok(Self { recordings: Some(sender), state, keep: limit, ended })
     }
 
     /// Hands a recording to the thread. Never blocks: a recording that finds the queue full is lost and counted.
@@ -70,6 +77,11 @@ impl Recorder {
         };
         tracing::warn!("black box not written: {error}");
         fail(&self.state, error.to_owned());
+    }
+
+    /// Keeps the newest `keep` recordings from the next one on.
+    pub fn set_keep(&self, keep: usize) {
+        self.keep.store(keep, Ordering::Relaxed);
     }
 
     /// The present state.
@@ -89,7 +101,10 @@ impl Recorder {
 /// The thread's part.
 struct Writer {
     folder: Folder,
+    /// Number of recordings to keep from the next one on.
+    keep: Arc<AtomicUsize>,
     line: DecisionLine,
+    encoder: Encoder,
     state: Arc<Mutex<RecorderState>>,
 }
 
@@ -99,7 +114,10 @@ impl Writer {
         self.prepare();
         loop {
             match recordings.recv_timeout(RETRY) {
-                Ok(recording) => self.save(&recording),
+                Ok(recording) => {
+                    self.folder.keep = self.keep.load(Ordering::Relaxed);
+                    self.save(&recording);
+                }
                 Err(RecvTimeoutError::Timeout) if lock(&self.state).is_failing => self.prepare(),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -120,7 +138,9 @@ impl Writer {
 
     fn save(&mut self, recording: &Recording) {
         let time = recording.fault.wall.utc_text();
-        let saved = self.folder.save(&time, &recording.log(), &recording.decisions(self.line));
+        let decisions = recording.decisions(self.line);
+        let mcap = |path: &Path| write_mcap(path, recording, &mut self.encoder);
+        let saved = self.folder.save(&time, &recording.log(), &decisions, mcap);
         let pruned = saved.and_then(|path| Ok((path, self.folder.prune()?)));
         match pruned {
             Ok((path, kept)) => {
@@ -206,18 +226,27 @@ impl Folder {
 
     /// Writes a recording as the newest of the folder, which is made if it is missing; gives the path of its log. On
     /// an error nothing of it is left.
-    fn save(&mut self, time: &str, log: &str, decisions: &str) -> io::Result<PathBuf> {
+    fn save(
+        &mut self,
+        time: &str,
+        log: &str,
+        decisions: &str,
+        write_mcap: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> io::Result<PathBuf> {
         fs::create_dir_all(&self.path)?;
         let counters = self.recordings()?.into_keys().filter_map(|(counter, _)| counter);
         let counter = counters.chain([self.last_counter]).max().unwrap_or(0).saturating_add(1);
         self.last_counter = counter;
         let path = self.path.join(format!("{PREFIX}{counter:06}-{}-{time}.log", self.boot));
-        let (draft, beside) = (path.with_extension("draft"), path.with_extension("decisions"));
-        // The log last: where it exists, its decisions exist.
-        let written = write_whole(&draft, &beside, decisions).and_then(|()| write_whole(&draft, &path, log));
+        let [draft, beside, mcap] = ["draft", "decisions", "mcap"].map(|end| path.with_extension(end));
+        // The log last: where it exists, the others exist.
+        let written = write_mcap(&draft)
+            .and_then(|()| fs::rename(&draft, &mcap))
+            .and_then(|()| write_whole(&draft, &beside, decisions))
+            .and_then(|()| write_whole(&draft, &path, log));
         if written.is_err() {
             // What cannot be removed either is removed before the next recording is written.
-            for left in [&draft, &beside, &path] {
+            for left in [&draft, &mcap, &beside, &path] {
                 let _ = fs::remove_file(left);
             }
         }
@@ -247,7 +276,7 @@ impl Folder {
                 continue;
             };
             let Some(name) = stem.strip_prefix(PREFIX) else { continue };
-            if !["log", "decisions", "draft"].contains(&extension.as_str()) {
+            if !["log", "decisions", "mcap", "draft"].contains(&extension.as_str()) {
                 continue;
             }
             let counter = name.split('-').next().and_then(|digits| digits.parse().ok());
@@ -265,6 +294,18 @@ fn write_whole(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
     file.write_all(text.as_bytes())?;
     file.sync_all()?;
     fs::rename(draft, path)
+}
+
+/// Writes what was received and given out, in the order of time.
+fn write_mcap(path: &Path, recording: &Recording, encoder: &mut Encoder) -> io::Result<()> {
+    let mut messages: Vec<_> =
+        recording.inputs().filter_map(|(input, at)| encoder.received(input, at)).collect();
+    messages.extend(recording.outputs().flat_map(|(output, at)| encoder.given_out(output, at)));
+    messages.sort_by_key(|message| message.log_time.as_nanos());
+    let mut file = McapFile::create(path, true)?;
+    messages.iter().try_for_each(|message| file.add(message, encoder.channels()))?;
+    file.finish()?;
+    file.sync()
 }
 
 #[cfg(test)]

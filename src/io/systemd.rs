@@ -55,6 +55,11 @@ impl Supervisor {
         self.send(&format!("READY=1\n{}", status_line(status)));
     }
 
+    /// Announces that the configuration is being reloaded; [`Self::ready`] ends this.
+    pub fn reloading(&mut self) {
+        self.send(&format!("RELOADING=1\nMONOTONIC_USEC={}", monotonic_micros()));
+    }
+
     /// Sets the line of `systemctl status`. Line breaks become spaces.
     pub fn status(&mut self, text: &str) {
         self.send(&status_line(text));
@@ -103,6 +108,15 @@ fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     Ok((socket, address))
 }
 
+/// The time of the clock that orders a reload against its request: µs since boot.
+#[allow(unsafe_code)]
+fn monotonic_micros() -> i64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is to a timespec of our own. This clock always exists.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
+    time.tv_sec.saturating_mul(1_000_000).saturating_add(time.tv_nsec / 1_000)
+}
+
 /// One assignment, whatever `text` contains: a line break would start another.
 fn status_line(text: &str) -> String {
     format!("STATUS={}", text.replace(['\n', '\r'], " "))
@@ -143,10 +157,14 @@ mod tests {
         own.ready("can0: 12 signals");
         own.feed_watchdog();
         own.status("can0 down\nREADY=0");
+        own.reloading();
         own.stopping();
         assert_eq!(received(&manager), "READY=1\nSTATUS=can0: 12 signals");
         assert_eq!(received(&manager), "WATCHDOG=1");
         assert_eq!(received(&manager), "STATUS=can0 down READY=0");
+        let reloading = received(&manager);
+        let micros = reloading.strip_prefix("RELOADING=1\nMONOTONIC_USEC=").unwrap();
+        assert!(micros.parse::<u64>().unwrap() > 0, "{reloading}");
         assert_eq!(received(&manager), "STOPPING=1");
         assert_eq!(own.undelivered(), 0);
     }

@@ -6,6 +6,7 @@ use super::text::{counted, escaped};
 use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot};
 use crate::core::diagnostics::Level;
+use crate::core::gateway::configuration::ConfigurationState;
 use crate::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, Snapshot};
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
@@ -55,7 +56,7 @@ pub fn text(snapshot: &Snapshot) -> String {
     }
     text.diagnostics(snapshot);
     if let Some(process) = &snapshot.process {
-        text.process(process);
+        text.process(process, snapshot.stamp_ns);
     }
     text.finish()
 }
@@ -227,7 +228,28 @@ impl Text {
         }
     }
 
-    fn process(&mut self, process: &ProcessSnapshot) {
+    fn configuration(&mut self, configuration: &ConfigurationState, stamp_ns: i64) {
+        let Some(last) = &configuration.last_reload else { return };
+        let reloads = counted(configuration.reloads, "reload");
+        self.line(&format!("configuration ({reloads}, {} refused)", configuration.refused));
+        let seconds = stamp_ns.saturating_sub(last.stamp_ns) / 1_000_000_000;
+        let at = format!("{seconds} s ago");
+        match &last.reason {
+            None => self.row(&at, "reloaded"),
+            Some(reason) => {
+                let text = reason.lines().collect::<Vec<_>>().join("; ");
+                self.row(&at, &format!("refused, the one before goes on: {text}"));
+            }
+        }
+        for change in last.changes.iter().filter(|_| last.is_applied) {
+            self.row("", &change.to_string());
+        }
+    }
+
+    fn process(&mut self, process: &ProcessSnapshot, stamp_ns: i64) {
+        if let Some(configuration) = &process.configuration {
+            self.configuration(configuration, stamp_ns);
+        }
         if let Some(black_box) = &process.black_box {
             let newest =
                 black_box.newest.as_ref().map_or_else(String::new, |newest| format!(", the newest {newest}"));

@@ -19,7 +19,7 @@ use crate::report::text::escaped;
 pub struct View {
     destination: Destination,
     changes: Changes,
-    /// Events of the present moment, which the journal gets as one record.
+    /// Events of the present moment, which the journal gets as one record, and others as one warning.
     moment: Vec<Event>,
     /// Captions that are still to come.
     story: Story,
@@ -90,9 +90,9 @@ impl View {
             }
         }
         match &self.destination {
-            Destination::Journal => self.moment.extend(events),
+            Destination::Journal => {}
             Destination::Terminal(view) => {
-                for event in events {
+                for event in &events {
                     view.line(event.level, format!("{} {event}", time_text(at)));
                 }
             }
@@ -106,6 +106,7 @@ impl View {
                 write(out, &text)?;
             }
         }
+        self.moment.extend(events);
         Ok(())
     }
 
@@ -114,8 +115,32 @@ impl View {
     /// # Errors
     /// When standard output is closed.
     pub fn end_moment(&mut self, at: MonoTime) -> io::Result<()> {
-        log(&std::mem::take(&mut self.moment));
+        self.log_moment();
         self.tell(at)
+    }
+
+    /// Logs the events of this moment as one record, which has the level of the worst: what happens at once has one cause.
+    fn log_moment(&mut self) {
+        let events = std::mem::take(&mut self.moment);
+        let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
+        let texts: Vec<_> = events.iter().map(|Event { task, text, .. }| format!("{task}: {text}")).collect();
+        let text = escaped(&texts.join("; ")).into_owned();
+        let level = match worst.level {
+            Level::Ok => tracing::Level::INFO,
+            Level::Warn | Level::Stale => tracing::Level::WARN,
+            Level::Error => tracing::Level::ERROR,
+        };
+        if !matches!(self.destination, Destination::Journal) {
+            process_log::warn_others(level, &text);
+            return;
+        }
+        // A field may come several times: each task of the moment is found.
+        let mut fields = vec![("MESSAGE_ID", worst.kind.message_id()), ("CAUSE", worst.cause())];
+        for event in &events {
+            fields.push(("TASK", event.task.as_str()));
+            fields.extend(event.signals.split(", ").map(|signal| ("SIGNAL", signal)));
+        }
+        process_log::record(level, &text, &fields);
     }
 
     /// True if a new snapshot would be shown.
@@ -157,7 +182,7 @@ fn write(out: &OutputQueue, text: &str) -> io::Result<()> {
 
 impl Drop for View {
     fn drop(&mut self) {
-        log(&self.moment);
+        self.log_moment();
         let out = match std::mem::replace(&mut self.destination, Destination::Journal) {
             Destination::Lines(out) => Some(out),
             Destination::Journal => None,
@@ -173,25 +198,6 @@ impl Drop for View {
         }
         out.flush(LAST_TEXT);
     }
-}
-
-/// Logs the events of one moment as one record, which has the level of the worst: what happens at once has one cause.
-fn log(events: &[Event]) {
-    let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
-    let texts: Vec<_> = events.iter().map(|Event { task, text, .. }| format!("{task}: {text}")).collect();
-    let text = texts.join("; ");
-    let level = match worst.level {
-        Level::Ok => tracing::Level::INFO,
-        Level::Warn | Level::Stale => tracing::Level::WARN,
-        Level::Error => tracing::Level::ERROR,
-    };
-    // A field may come several times: each task of the moment is found.
-    let mut fields = vec![("MESSAGE_ID", worst.kind.message_id()), ("CAUSE", worst.cause())];
-    for event in events {
-        fields.push(("TASK", event.task.as_str()));
-        fields.extend(event.signals.split(", ").map(|signal| ("SIGNAL", signal)));
-    }
-    process_log::record(level, &escaped(&text), &fields);
 }
 
 /// Seconds with three decimals, right-aligned.

@@ -1,6 +1,6 @@
 //! Fast DDS, the other middleware of ROS 2, as a peer; and what it alone can show.
 //!
-//! The reader is compiled here with `c++` against Debian's `libfastrtps-dev`.
+//! Its programs are compiled here with `c++` against Debian's `libfastrtps-dev`.
 
 use std::fs;
 use std::io::Write;
@@ -25,11 +25,20 @@ impl FastDds {
     /// Over UDP on the loopback.
     pub(crate) fn compiled() -> Result<Self, Missing> {
         static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
-        let program = PROGRAM.get_or_init(|| has_fast_dds().then(compile)).as_deref();
-        let why = "no c++, or no Fast DDS 2 for it (libfastrtps-dev)";
-        let program = program.ok_or_else(|| Prerequisite::FastDds.missing(why))?;
-        Ok(Self { program, transport: "loopback" })
+        Ok(Self { program: program(&PROGRAM, "fastdds_reader")?, transport: "loopback" })
     }
+}
+
+/// The client of a service.
+pub(crate) fn client() -> Result<&'static Path, Missing> {
+    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
+    program(&PROGRAM, "fastdds_client")
+}
+
+fn program(known: &'static OnceLock<Option<PathBuf>>, name: &str) -> Result<&'static Path, Missing> {
+    let program = known.get_or_init(|| has_fast_dds().then(|| compile(name))).as_deref();
+    let why = "no c++, or no Fast DDS 2 for it (libfastrtps-dev)";
+    program.ok_or_else(|| Prerequisite::FastDds.missing(why))
 }
 
 impl Peer for FastDds {
@@ -56,10 +65,10 @@ fn has_fast_dds() -> bool {
     compiler.wait().unwrap().success()
 }
 
-/// Compiles the reader unless that was done since it changed.
-fn compile() -> PathBuf {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/fastdds_reader.cpp");
-    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fastdds_reader");
+/// Compiles a program of `tests/peer` unless that was done since it changed.
+fn compile(name: &str) -> PathBuf {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/peer/{name}.cpp"));
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let changed = |path| fs::metadata(path).and_then(|metadata| metadata.modified());
     if changed(&program).is_ok_and(|compiled| compiled > changed(&source).unwrap()) {
         return program;

@@ -50,6 +50,22 @@ impl Net {
             self.ip(2, &format!("link set port{host} master switch up"));
         }
     }
+
+    /// Joins two hosts by a cable of their own, `other` on both, with the addresses 10.78.0.1 and 10.78.0.2.
+    pub(crate) fn connect(&self, host: u16, far: u16) {
+        self.ip(host, &format!("link add other type veth peer name other netns {}", self.name(far)));
+        for (number, host) in (1..).zip([host, far]) {
+            self.ip(host, &format!("addr add 10.78.0.{number}/24 dev other"));
+            self.ip(host, "link set other up");
+        }
+    }
+
+    /// Has the switch pass no multicast on.
+    pub(crate) fn stop_multicast(&self) {
+        for host in [0, 1] {
+            self.ip(2, &format!("link set port{host} type bridge_slave mcast_flood off"));
+        }
+    }
 }
 
 impl Drop for Net {

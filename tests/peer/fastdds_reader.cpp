@@ -27,40 +27,13 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
-#include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
-namespace fast = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
+#include "fastdds_raw.hpp"
+
 using eprosima::fastcdr::Cdr;
 using Json = std::string;
-
-// A sample as it came, encapsulation header included.
-using Payload = std::vector<char>;
-
-// A type of which only the name is known.
-class Raw : public fast::TopicDataType {
-public:
-    explicit Raw(const std::string& name) {
-        setName(name.c_str());
-        m_typeSize = 64; // a first guess; the reader's history grows its buffers
-        auto_fill_type_object(false);
-        auto_fill_type_information(false);
-    }
-    bool deserialize(rtps::SerializedPayload_t* from, void* to) override {
-        static_cast<Payload*>(to)->assign(from->data, from->data + from->length);
-        return true;
-    }
-    void* createData() override { return new Payload; }
-    void deleteData(void* data) override { delete static_cast<Payload*>(data); }
-    // Nothing is written here, and nothing has a key.
-    bool serialize(void*, rtps::SerializedPayload_t*) override { return false; }
-    std::function<uint32_t()> getSerializedSizeProvider(void*) override {
-        return [] { return 0u; };
-    }
-    bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
-};
 
 template <typename Number>
 Json number(Cdr& cdr) {
@@ -226,7 +199,7 @@ int main(int count, char** words) {
         std::cerr << "no participant" << std::endl;
         return 1;
     }
-    fast::TypeSupport(new Raw(kind.type)).register_type(participant);
+    fast::TypeSupport(new Raw(kind.type, 64)).register_type(participant);
     auto* const topic = participant->create_topic(words[3], kind.type, fast::TOPIC_QOS_DEFAULT);
     auto* const subscriber = participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
 

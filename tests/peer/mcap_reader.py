@@ -1,9 +1,11 @@
 """Reads MCAP recordings with two readers that are not ours, and prints what they have, as JSON.
 
-mcap_reader.py both BAG         rosbags and mcap-ros2-support on the folder of a bag: they must agree, and each message is
-                                a line {"topic", "type", "log_time", "publish_time", "fields"}, in order
-mcap_reader.py prefix FILE...   mcap-ros2-support on files that may have been cut: for each a line
-                                {"file", "messages", "last", "is_complete"}, up to the last whole chunk
+mcap_reader.py both BAG         rosbags and mcap-ros2-support on the folder of a bag, or on a file: they must agree, and each
+                                message is a line {"topic", "type", "log_time", "publish_time", "fields"}, in order
+mcap_reader.py prefix FILE...   both on files that may have been cut: for each a line
+                                {"file", "messages", "last", "is_complete", "rosbags"}, up to the last whole chunk.
+                                mcap-ros2-support reads the file as it is; rosbags, which begins with the index at the end,
+                                what `mcap recover` makes of it: the same chunks with an index
 """
 
 import json
@@ -15,6 +17,7 @@ from mcap.exceptions import EndOfFile, McapError
 from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
@@ -45,7 +48,8 @@ def with_rosbags(bag):
 
 
 def with_mcap(bag):
-    for path in sorted(bag.glob("*.mcap"), key=lambda path: int(path.stem.rsplit("_", 1)[1])):
+    files = [bag] if bag.is_file() else sorted(bag.glob("*.mcap"), key=lambda path: int(path.stem.rsplit("_", 1)[1]))
+    for path in files:
         with path.open("rb") as stream:
             reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
             for schema, channel, message, decoded in reader.iter_decoded_messages():
@@ -69,14 +73,24 @@ def prefix(path):
     """The messages of a file up to the last whole chunk."""
     messages, last, is_complete = 0, 0, False
     factory, schemas, channels, decoders = DecoderFactory(), {}, {}, {}
+    recovered = path.with_suffix(".recovered.mcap")
+    writer = Writer(str(recovered), compression=CompressionType.NONE)
+    writer.start(profile="ros2")
+    schema_ids, channel_ids = {}, {}
     with path.open("rb") as stream:
         try:
             for record in StreamReader(stream, validate_crcs=True).records:
                 name = type(record).__name__
                 if name == "Schema":
                     schemas[record.id] = record
+                    if record.id not in schema_ids:
+                        schema_ids[record.id] = writer.register_schema(record.name, record.encoding, record.data)
                 elif name == "Channel":
                     channels[record.id] = record
+                    if record.id not in channel_ids:
+                        channel_ids[record.id] = writer.register_channel(
+                            record.topic, record.message_encoding, schema_ids[record.schema_id], record.metadata
+                        )
                 elif name == "Footer":
                     is_complete = True
                 elif isinstance(record, Message):
@@ -86,9 +100,14 @@ def prefix(path):
                         decoders[channel.id] = factory.decoder_for(channel.message_encoding, schema)
                     decoders[channel.id](record.data)
                     messages, last = messages + 1, record.log_time
+                    writer.add_message(
+                        channel_ids[record.channel_id], record.log_time, record.data, record.publish_time, record.sequence
+                    )
         except (EndOfFile, McapError):
             pass
-    print(json.dumps({"file": str(path), "messages": messages, "last": last, "is_complete": is_complete}))
+    writer.finish()
+    found = {"messages": messages, "last": last, "is_complete": is_complete}
+    print(json.dumps({"file": str(path), **found, "rosbags": sum(1 for _ in with_rosbags(recovered))}))
 
 
 if __name__ == "__main__":

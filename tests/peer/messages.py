@@ -218,7 +218,19 @@ class NoGroups(
     data: sequence[uint8]
 
 
+@dataclass
+class Log(IdlStruct, typename="rcl_interfaces::msg::dds_::Log_"):
+    stamp: Time
+    level: uint8
+    name: str
+    msg: str
+    file: str
+    function: str
+    line: uint32
+
+
 TYPES = {
+    "log": Log,
     "turn": Turn,
     "hazard": Hazard,
     "diagnostics": DiagnosticArray,

@@ -457,7 +457,10 @@ fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
 fn the_demo_is_identified_and_findings_are_for_programs_as_well() {
     let text = out(&["identify", "config/demo.log.gz"]);
     assert!(text.contains("\nfits      demo_vehicle (Demo vehicle) on "), "{text}");
-    assert!(text.ends_with("demo_vehicle fits: signal-gateway check LOG --profile demo_vehicle\n"), "{text}");
+    assert!(
+        text.ends_with("demo_vehicle fits: signal-gateway check config/demo.log.gz --profile demo_vehicle\n"),
+        "{text}"
+    );
     let json: serde_json::Value =
         serde_json::from_str(&out(&["identify", "config/demo.log.gz", "--json"])).unwrap();
     assert_eq!(json["candidates"][0]["profile"], "demo_vehicle");

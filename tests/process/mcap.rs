@@ -92,7 +92,10 @@ fn file_and_bag_have_the_same_messages_and_a_bag_that_exists_is_left_alone() {
     command.arg("replay").arg(&log).args(["--profile", "demo_vehicle", "--mcap"]).arg(&bag);
     let output = command.output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{output:?}");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("bag: File exists"), "{output:?}");
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("bag: cannot write it: it exists already"),
+        "{output:?}"
+    );
 }
 
 #[test]
@@ -188,6 +191,7 @@ mod slow {
         for ((_, file, told), prefix) in killed.iter().zip(prefixes) {
             println!("{} bytes, {told} in the metadata: {prefix}", fs::metadata(file).unwrap().len());
             assert_eq!(prefix["is_complete"], false);
+            assert_eq!(prefix["rosbags"], prefix["messages"]);
             assert!(prefix["messages"].as_u64().unwrap() >= *told, "{told}: {prefix}");
         }
     }

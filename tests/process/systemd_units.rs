@@ -40,6 +40,21 @@ fn the_unit_is_exposed_no_more_than_its_network_requires() {
     assert!(exposure_in_tenths(&table).unwrap() <= HIGHEST_EXPOSURE, "{table}");
 }
 
+/// systemd knows the keys from 254 on; an older one names them, and nothing else.
+#[test]
+fn systemd_accepts_the_growing_delay_or_names_its_keys() {
+    let dir = tempfile::tempdir().unwrap();
+    let unit = unit_with_an_executable(dir.path());
+    let beside = dir.path().join("signal-gateway.service.d");
+    fs::create_dir(&beside).unwrap();
+    fs::copy(project_file("delay.conf"), beside.join("delay.conf")).unwrap();
+    let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
+    let complaints = output_of(&output);
+    let is_known = |line: &str| line.contains("Unknown key") && line.contains("'Restart");
+    assert!(complaints.lines().all(is_known), "{complaints}");
+    assert!([0, 2].contains(&complaints.lines().count()), "{complaints}");
+}
+
 #[test]
 fn the_unit_keeps_what_the_gateway_lives_on() {
     let unit = fs::read_to_string(project_file("signal-gateway.service")).unwrap();
@@ -49,6 +64,8 @@ fn the_unit_keeps_what_the_gateway_lives_on() {
     for family in ["AF_CAN", "AF_NETLINK", "AF_UNIX", "AF_INET", "AF_INET6"] {
         assert!(value("RestrictAddressFamilies").unwrap().split(' ').any(|one| one == family), "{family}");
     }
+    let reload = "/usr/local/bin/signal-gateway reload --pid $MAINPID";
+    assert_eq!(value("ExecReload"), Some(reload));
     for tie in ["BindsTo", "Requires", "PrivateNetwork", "JoinsNamespaceOf"] {
         assert_eq!(value(tie), None, "{tie}");
     }
@@ -61,7 +78,8 @@ fn a_shipped_binary_that_panics_or_overflows_ends_and_is_restarted() {
     let (panic, overflow_checks) = (release["panic"].as_str(), release["overflow-checks"].as_bool());
     assert_eq!((panic, overflow_checks), (Some("abort"), Some(true)));
     let unit = fs::read_to_string(project_file("signal-gateway.service")).unwrap();
-    assert!(entries(&unit).any(|entry| (entry.1, entry.2) == ("Restart", "on-failure")));
+    let has = |key, value| entries(&unit).any(|entry| (entry.1, entry.2) == (key, value));
+    assert!(has("Restart", "always") && has("StartLimitIntervalSec", "0"), "it never gives up");
 }
 
 #[test]

@@ -8,81 +8,11 @@ use std::time::{Duration, Instant};
 use signal_gateway::report::terminal::TerminalView;
 use signal_gateway::report::terminal::view_model::Model;
 
-use crate::support::prerequisite::{Missing, Prerequisite, require};
+use crate::support::prerequisite::require;
 use crate::support::process::{DEADLINE, Folder};
+use crate::support::tmux::Tmux;
 
 const GATEWAY: &str = env!("CARGO_BIN_EXE_signal-gateway");
-
-/// A terminal with a command in it, and the shell that started it.
-struct Tmux(tempfile::TempDir);
-
-impl Tmux {
-    /// Runs a command in a terminal of 100 × 30, and shows its exit code and the settings of the terminal behind it.
-    fn run(command: &str) -> Result<Self, Missing> {
-        let tmux = Self(tempfile::tempdir().unwrap());
-        let script = format!("{command}; echo code $?; stty -a; sleep 1000");
-        let arguments = ["-f", "/dev/null", "new-session", "-d", "-x", "100", "-y", "30", &script];
-        let started =
-            tmux.command().args(arguments).env("TERM", "xterm-256color").env("LC_ALL", "C.UTF-8").output();
-        let started = started.map_err(|_| Prerequisite::Tmux.missing("not installed"))?;
-        assert!(started.status.success(), "{started:?}");
-        Ok(tmux)
-    }
-
-    fn command(&self) -> Command {
-        let mut command = Command::new("tmux");
-        command.arg("-S").arg(self.0.path().join("socket")).env_remove("NO_COLOR").env_remove("TMUX");
-        command
-    }
-
-    fn tell(&self, arguments: &[&str]) -> String {
-        let output = self.command().args(arguments).output().unwrap();
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    fn screen(&self) -> String {
-        self.tell(&["capture-pane", "-p"])
-    }
-
-    /// Waits for a screen for which `is_it` holds.
-    fn wait_for(&self, is_it: impl Fn(&str) -> bool) -> String {
-        let end = Instant::now() + DEADLINE;
-        loop {
-            let screen = self.screen();
-            if is_it(&screen) {
-                return screen;
-            }
-            assert!(Instant::now() < end, "{screen}");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-
-    fn press(&self, key: &str) {
-        self.tell(&["send-keys", key]);
-    }
-
-    /// The process that the shell has started.
-    fn child(&self) -> String {
-        let shell = self.tell(&["display-message", "-p", "#{pane_pid}"]).trim().to_owned();
-        let children = std::fs::read_to_string(format!("/proc/{shell}/task/{shell}/children")).unwrap();
-        children.split_whitespace().next().unwrap().to_owned()
-    }
-
-    /// Waits for the end of the command, on a terminal that is as it was.
-    fn wait_for_end(&self) -> String {
-        let screen = self.wait_for(|screen| screen.contains("code ") && screen.contains("lnext"));
-        let settings: Vec<_> = screen.split_whitespace().collect();
-        assert!(settings.contains(&"icanon") && settings.contains(&"echo"), "{screen}");
-        assert_eq!(self.tell(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]).trim(), "0 1");
-        screen
-    }
-}
-
-impl Drop for Tmux {
-    fn drop(&mut self) {
-        self.tell(&["kill-server"]);
-    }
-}
 
 fn is_running(process: &str) -> bool {
     let state = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
@@ -187,6 +117,29 @@ fn driver_of_a_rehearsal_comes_before_the_command() {
     }
     tmux.press("q");
     tmux.wait_for_end();
+}
+
+#[test]
+fn messages_of_a_missing_interface_are_a_table_with_its_keys() {
+    let folder = Folder::with_demo_vehicle("not-there", "");
+    let decode = format!("{GATEWAY} decode --live -c {}", folder.path().join("gateway.toml").display());
+    let tmux = require!(Tmux::run(&decode));
+    let shown = tmux.wait_for(|screen| screen.contains("link missing") && screen.contains("s by id"));
+    assert!(shown.contains("nothing received yet") && shown.contains("not-there"), "{shown}");
+    tmux.press("s");
+    tmux.wait_for(|screen| screen.contains("s by rate"));
+    tmux.press("/");
+    tmux.press("q");
+    tmux.wait_for(|screen| screen.contains(" /q"));
+    tmux.press("Escape");
+    tmux.wait_for(|screen| screen.contains("/ filter"));
+    tmux.press("q");
+    assert!(tmux.wait_for_end().contains("code 0"));
+    let plain = require!(Tmux::run(&format!("{decode} --plain")));
+    plain.wait_for(|screen| screen.contains("not-there"));
+    plain.press("C-c");
+    let end = plain.wait_for_end();
+    assert!(!end.contains("s by id") && end.contains("code 0"), "{end}");
 }
 
 mod slow {

@@ -1,8 +1,10 @@
 """The installed package, by what it is for: found, described, launched. Run in the environment of the workspace."""
 
 import ast
+import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -104,6 +106,13 @@ def main():
     statuses = (PROJECT / "docs/diagnostics.md").read_text()
     for unit in graph[1:]:
         assert f"`{unit['name']}`" in statuses, f"no status {unit['name']}"
+    configuration = (share / "config/gateway.toml").read_text()
+    perspective = json.loads((share / "config/signal_gateway.perspective").read_text())
+    plugins = ast.literal_eval(perspective["groups"]["pluginmanager"]["keys"]["running-plugins"]["repr"])
+    assert plugins and all(re.fullmatch(r"rqt_\w+/\w+", plugin) for plugin in plugins), plugins
+    displays = yaml.safe_load((share / "config/signal_gateway.rviz").read_text())["Visualization Manager"]["Displays"]
+    topics = {display["Topic"]["Value"] for display in displays} - {"/map/vector_map_marker"}
+    assert all(f'"{topic}"' in configuration for topic in topics), f"RViz shows topics that no configuration has: {topics}"
     print(f"{package.name} {package.version}: found, launched, {len(links)} units of diagnostics")
 
 

@@ -18,6 +18,7 @@ pub(crate) mod rtps;
 pub(crate) mod slcan;
 pub(crate) mod terminal;
 pub(crate) mod tmpfs;
+pub(crate) mod tmux;
 pub(crate) mod two_lanes;
 pub(crate) mod vcan;
 pub(crate) mod virtual_gateway;

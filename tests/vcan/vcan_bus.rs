@@ -8,6 +8,7 @@ use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
+use signal_gateway::io::can::id_filter::IdFilter;
 use signal_gateway::io::can::transmit::Transmitter;
 use socketcan::{
     CanAnyFrame, CanDataFrame, CanErrorFrame, CanFdFrame, CanFdSocket, CanInterface, CanRemoteFrame,
@@ -35,7 +36,7 @@ fn settings(interface: &str, ids: &[CanId]) -> BusSocketSettings {
     BusSocketSettings {
         bus: BUS,
         interface: interface.to_owned(),
-        ids: Some(ids.to_vec()),
+        ids: IdFilter::new(Some(ids.to_vec())),
         receive_buffer_bytes: 4 << 20,
         transmitter: Transmitter::default(),
     }

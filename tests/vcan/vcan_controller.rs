@@ -15,6 +15,7 @@ use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
+use signal_gateway::io::can::id_filter::IdFilter;
 use signal_gateway::io::can::transmit::Transmitter;
 use socketcan::nl::CanState;
 use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
@@ -47,8 +48,13 @@ impl Desk {
         let (sender, inputs) = channel(64);
         let interface = interface.to_owned();
         let transmitter = Transmitter::default();
-        let receiver =
-            BusSocketSettings { bus: BUS, interface, ids: Some(ids), receive_buffer_bytes, transmitter };
+        let receiver = BusSocketSettings {
+            bus: BUS,
+            interface,
+            ids: IdFilter::new(Some(ids)),
+            receive_buffer_bytes,
+            transmitter,
+        };
         tokio::spawn(receive(receiver, sender));
         let started = Instant::now();
         let gateway = Gateway::new(settings, LinkState::Missing, now(started));

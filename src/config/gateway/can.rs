@@ -59,7 +59,10 @@ pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig>
 
 fn can(fields: &Fields<'_>) -> Option<CanConfig> {
     let receive_buffer = fields.number("receive_buffer_bytes", 4096..=1 << 30, "bytes");
-    let interface = fields.required_string("interface")?.text;
+    // Before it is required, so that a misspelt one is answered with its name.
+    let interface = fields.string("interface");
+    fields.require(&["interface"], "")?;
+    let interface = interface?.text;
     if let Err((reason, remedy)) = interface_name(&interface) {
         fields.refuse("interface", reason, remedy);
     }

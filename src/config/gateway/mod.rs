@@ -5,8 +5,10 @@ mod black_box;
 mod can;
 pub mod command;
 mod diagnostics;
+mod effective;
 mod http;
 mod mcap;
+mod parameters;
 mod recording;
 mod reports;
 mod ros;
@@ -41,6 +43,7 @@ use super::vehicle::{self, SEE, Vehicle};
 use crate::core::command::settings::CommandBinding;
 use crate::core::gateway::GatewaySettings;
 use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
+use crate::io::ros::parameters::Parameters;
 use crate::io::standard_input;
 use can::{CanConfig, cans};
 use command::CommandConfig;
@@ -96,6 +99,8 @@ pub struct Settings {
     pub mcap: McapConfig,
     /// Node, network and report topics.
     pub ros: RosConfig,
+    /// The keys of the file as parameters of the node.
+    pub parameters: Parameters,
     /// Topics of the traffic lights; empty without them.
     pub light_topics: LightTopics,
     /// Commands to the vehicle, if they are configured.
@@ -183,6 +188,8 @@ fn resolve(
     let root = from_toml(text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
     let settings = Fields::of(&checker, &root).and_then(|top| settings(files, top, profile, overrides));
+    let settings =
+        settings.map(|settings| Settings { parameters: parameters::parameters(&root), ..settings });
     checker.finish(settings).map_err(Refused)
 }
 
@@ -324,6 +331,7 @@ fn settings(
         http,
         mcap,
         ros,
+        parameters: Parameters::default(),
         light_topics: light_topics.unwrap_or_default(),
         command,
         command_binding: vehicle.command,

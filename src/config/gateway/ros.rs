@@ -10,6 +10,8 @@ use crate::config::ros_names::{Remapping, is_namespace};
 
 /// Name of the node unless it is configured.
 pub const DEFAULT_NODE: &str = "signal_gateway";
+/// The topic of all nodes' logs; tools know it by this name only.
+const LOG_TOPIC: &str = "/rosout";
 /// The process needs a tenth of it, and the rest for what readers have not acknowledged.
 const DEFAULT_MEMORY_MB: u32 = 384;
 /// What serves a vehicle without traffic lights, and more than any map needs.
@@ -32,6 +34,8 @@ pub struct RosConfig {
     pub domain_id: Option<u16>,
     /// False if the node is left out of the ROS 2 graph.
     pub graph: bool,
+    /// Topic of warnings and errors; `None` if they are not published.
+    pub rosout: Option<String>,
     /// Own addresses to use; all when empty.
     pub only_networks: Vec<IpAddr>,
     /// Durability of the two reports.
@@ -61,6 +65,7 @@ pub(super) fn ros(
         let given = fields.checker.string(value)?;
         fields.checker.accept(&given.location, given.text.parse(), "give IP addresses of this computer")
     };
+    let rosout = fields.flag("rosout");
     let only_networks = fields.list("only_networks", "give a list of addresses").iter();
     let topics = fields.section("topics");
     let config = RosConfig {
@@ -70,6 +75,7 @@ pub(super) fn ros(
         namespace: overrides.namespace.clone().unwrap_or(namespace),
         remappings: overrides.remappings.clone(),
         graph: fields.flag("graph").unwrap_or(true),
+        rosout: overrides.rosout.or(rosout).unwrap_or(true).then(|| LOG_TOPIC.to_owned()),
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),
         only_networks: only_networks.filter_map(address).collect(),

@@ -38,6 +38,9 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
         let first = same.map_or(String::new(), |index| format!(", first on line {}", index + 1));
         return (format!("{name} is given twice{first}"), Some("put both together, or remove one"));
     }
+    if let Some(word) = unquoted(text, span.clone()) {
+        return (format!("expected a value, found {word}"), Some("write a text in quotes: \"…\""));
+    }
     let remedy = if message.contains("must be quoted") {
         Some("write it in quotes: \"…\"")
     } else if message.contains("basic string") || message.contains("literal string") {
@@ -50,6 +53,21 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
         None
     };
     (message.to_owned(), remedy)
+}
+
+/// The text without quotes that stands for a value around a breach. What begins like `true`, `nan` or a number is taken for
+/// one by the reader, and the breach is somewhere inside.
+fn unquoted(text: &Text, span: Range<usize>) -> Option<&str> {
+    let (_, line) =
+        text.content.get(..span.start)?.rsplit_once('\n').unwrap_or(("", &text.content[..span.start]));
+    let start = span.start - line.len() + line.find('=')? + 1;
+    let value = text.content.get(start..)?.lines().next()?.split('#').next()?.trim();
+    let is_word = |char: char| char.is_ascii_alphanumeric() || "_-./".contains(char);
+    let is_boolean = value.eq_ignore_ascii_case("true") || value.eq_ignore_ascii_case("false");
+    (value.starts_with(|first: char| first.is_ascii_alphabetic())
+        && value.chars().all(is_word)
+        && !is_boolean)
+        .then_some(value)
 }
 
 fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<Kind, Problem> {
@@ -133,8 +151,15 @@ mod tests {
         assert_eq!(refused("a = 1\nb = = 2\n").position.map(|(line, _)| line), Some(2));
         let twice = refused("[a]\nb = 1\n[c]\nb = 1\n[a] # again\n").to_string();
         assert_eq!(twice, "a:5:2: a is given twice, first on line 1; put both together, or remove one");
-        let bare = refused("a = b.c\n");
-        assert_eq!((bare.position, bare.remedy.as_str()), (Some((1, 5)), "write it in quotes: \"…\""));
+        for word in ["b.c", "ford_falcon_fg", "nissan_leaf_aze0", "toyota", "hyundai_kia"] {
+            let bare = refused(&format!("z = 1\na = {word} # a word\n"));
+            assert_eq!(bare.reason, format!("expected a value, found {word}"));
+            assert_eq!(
+                (bare.position.map(|(line, _)| line), bare.remedy.as_str()),
+                (Some(2), "write a text in quotes: \"…\"")
+            );
+        }
+        assert_eq!(refused("a = True\n").remedy, "write true or false, in small letters");
         let torn = refused("0pronal = { signal = \"BLINK.LEF\n'''s.body]\n$lb");
         assert!(!torn.to_string().contains('\n'));
     }

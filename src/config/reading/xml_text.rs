@@ -21,8 +21,12 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
     let content = without_doctype(&text.content);
     let document = Document::parse_with_options(&content, options).map_err(|error| {
-        let position = error.pos();
-        let position = (position.row as usize, position.col as usize);
+        let position = if matches!(error, Error::DtdDetected) {
+            // The parser has no position for it.
+            text.position(content.find(DOCTYPE).unwrap_or_default())
+        } else {
+            (error.pos().row as usize, error.pos().col as usize)
+        };
         let (reason, remedy) = describe(&error);
         text.problem(position, &reason, remedy)
     })?;
@@ -30,16 +34,17 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
 }
 
+const DOCTYPE: &str = "<!DOCTYPE";
+
 /// The text with blanks for a document type that declares nothing itself: it only names a grammar.
 fn without_doctype(content: &str) -> Cow<'_, str> {
-    const START: &str = "<!DOCTYPE";
-    let Some((prolog, after)) = content.split_once(START) else { return content.into() };
+    let Some((prolog, after)) = content.split_once(DOCTYPE) else { return content.into() };
     let Some((inner, rest)) = after.split_once('>') else { return content.into() };
     if inner.contains('[') || has_element(prolog) {
         return content.into();
     }
     let blank = |char: char| if char == '\n' { "\n".to_owned() } else { " ".repeat(char.len_utf8()) };
-    let blanks: String = START.chars().chain(inner.chars()).map(blank).collect();
+    let blanks: String = DOCTYPE.chars().chain(inner.chars()).map(blank).collect();
     format!("{prolog}{blanks} {rest}").into()
 }
 
@@ -127,11 +132,11 @@ mod tests {
     fn anything_but_plain_xml_is_refused_at_its_location() {
         let deep = "<a>".repeat(100) + &"</a>".repeat(100);
         let deeper = "<a>".repeat(200_000) + &"</a>".repeat(200_000);
-        let laughs = "<!DOCTYPE a [<!ENTITY b 'x'><!ENTITY c '&b;&b;'>]>\n<a>&c;</a>";
+        let laughs = "<?xml version='1.0'?>\n <!DOCTYPE a [<!ENTITY b 'x'><!ENTITY c '&b;&b;'>]>\n<a>&c;</a>";
         let rows = [
             (deep.as_str(), "a:1:193: nested too deeply"),
             (deeper.as_str(), "nested too deeply"),
-            (laughs, "a:1:1: declarations of a document type cannot be read here; remove the <!DOCTYPE …>"),
+            (laughs, "a:2:2: declarations of a document type cannot be read here; remove the <!DOCTYPE …>"),
             ("<a>\n<b></a>", "a:2:4: expected 'b' tag, not 'a'; correct the XML"),
             ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; correct the XML"),
             ("<a>&b;</a>", "a:1:4: "),

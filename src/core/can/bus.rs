@@ -125,6 +125,11 @@ impl Bus {
         &self.settings
     }
 
+    /// Replaces the settings of the same bus; what happened on it stays.
+    pub fn reconfigure(&mut self, settings: BusSettings) {
+        self.settings = settings;
+    }
+
     /// State of the link as last reported.
     pub fn link(&self) -> LinkState {
         self.link

@@ -2,7 +2,7 @@
 //!
 //! A change to ERROR opens a window; some time later everything from before it until then is handed
 //! out as a candump log with the decisions beside it. A replay of the log takes the same decisions,
-//! once it has seen as much of the bus as the gateway had.
+//! once it has seen as much of the bus as the gateway had. Outputs are kept as well, for a recording in another format.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -11,7 +11,8 @@ use std::time::Duration;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::can::note::Note;
-use crate::core::time::{MonoTime, Now};
+use crate::core::gateway::event::Output;
+use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// The limits of what is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +23,8 @@ pub struct BlackBoxSettings {
     pub after: Duration,
     /// Most inputs kept, whatever time they cover; one needs about 100 bytes.
     pub most_inputs: usize,
+    /// Most outputs kept, likewise; one needs some hundred bytes, one with all statuses some 10,000.
+    pub most_outputs: usize,
 }
 
 /// The inputs and decisions kept so far.
@@ -33,6 +36,7 @@ pub struct BlackBox {
     /// Link of each bus before the first kept input.
     links: Vec<LinkState>,
     decisions: VecDeque<(MonoTime, String)>,
+    outputs: VecDeque<(Output, Now)>,
     /// The change to ERROR that opened the window.
     fault: Option<Now>,
 }
@@ -48,13 +52,19 @@ pub struct Recording {
     links: Vec<LinkState>,
     inputs: Vec<(CanInput, Now)>,
     decisions: Vec<(MonoTime, String)>,
+    outputs: Vec<(Output, Now)>,
 }
 
 impl BlackBox {
     /// An empty box for buses on these interfaces, with their links.
     pub fn new(settings: BlackBoxSettings, interfaces: Vec<String>, links: Vec<LinkState>) -> Self {
-        let (inputs, decisions) = (VecDeque::new(), VecDeque::new());
-        Self { settings, interfaces, inputs, links, decisions, fault: None }
+        let (inputs, decisions, outputs) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
+        Self { settings, interfaces, inputs, links, decisions, outputs, fault: None }
+    }
+
+    /// Changes the limits. A longer time before a change to ERROR is covered once it has passed.
+    pub fn reconfigure(&mut self, settings: BlackBoxSettings) {
+        self.settings = settings;
     }
 
     /// Keeps an input at the time it is handled.
@@ -69,6 +79,12 @@ impl BlackBox {
             self.fault = Some(at);
         }
         self.decisions.push_back((at.mono, line));
+        self.forget_before(at.mono);
+    }
+
+    /// Keeps an output at the time it is given out.
+    pub fn given_out(&mut self, output: Output, at: Now) {
+        self.outputs.push_back((output, at));
         self.forget_before(at.mono);
     }
 
@@ -91,6 +107,7 @@ impl BlackBox {
             links: self.links.clone(),
             inputs: self.inputs.iter().copied().collect(),
             decisions: self.decisions.iter().cloned().collect(),
+            outputs: self.outputs.iter().cloned().collect(),
         }
     }
 
@@ -103,6 +120,10 @@ impl BlackBox {
         }
         while self.decisions.len() > most || self.decisions.front().is_some_and(|(at, _)| is_old(*at)) {
             self.decisions.pop_front();
+        }
+        let most = self.settings.most_outputs;
+        while self.outputs.len() > most || self.outputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
+            self.outputs.pop_front();
         }
     }
 
@@ -139,6 +160,19 @@ impl Recording {
         covered.map(|(at, text)| line(since(*at), text) + "\n").collect()
     }
 
+    /// The inputs in their order, with the stamps that they have in [`Self::log`].
+    pub fn inputs(&self) -> impl Iterator<Item = (&CanInput, WallStamp)> {
+        let start = self.start();
+        self.inputs.iter().map(move |(input, at)| (input, wall(start, *at)))
+    }
+
+    /// The outputs from the first input on, likewise.
+    pub fn outputs(&self) -> impl Iterator<Item = (&Output, WallStamp)> {
+        let start = self.start();
+        let covered = self.outputs.iter().filter(move |(_, at)| at.mono >= start.mono);
+        covered.map(move |(output, at)| (output, wall(start, *at)))
+    }
+
     /// The time of the first input, with which the log begins; without one, that of the fault.
     fn start(&self) -> Now {
         self.inputs.first().map_or(self.fault, |(_, at)| *at)
@@ -170,9 +204,14 @@ fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: Note
     let _ = writeln!(log, "# ({}) {interface} {note}", stamp(start, at));
 }
 
-/// Seconds and microseconds of the time line that decided, which the wall clock's steps leave alone.
+/// Seconds and microseconds of [`wall`].
 fn stamp(start: Now, at: Now) -> String {
-    start.wall.after(at.mono.since(start.mono)).candump_text()
+    wall(start, at).candump_text()
+}
+
+/// A time on the time line that decided, which the wall clock's steps leave alone.
+fn wall(start: Now, at: Now) -> WallStamp {
+    start.wall.after(at.mono.since(start.mono))
 }
 
 #[cfg(test)]
@@ -180,7 +219,8 @@ mod tests {
     use super::*;
     use crate::core::can::frame::{CanId, Frame};
     use crate::core::can::link::BusIndex;
-    use crate::core::time::WallStamp;
+    use crate::core::vehicle_lights::output::VehicleLightsOutput;
+    use crate::core::vehicle_lights::report::Step;
 
     const BUS: BusIndex = BusIndex(0);
 
@@ -200,8 +240,13 @@ mod tests {
             before: Duration::from_millis(100),
             after: Duration::from_millis(50),
             most_inputs,
+            most_outputs: most_inputs,
         };
         BlackBox::new(settings, vec!["can0".into()], vec![LinkState::Up])
+    }
+
+    fn output() -> Output {
+        Output::VehicleLights(VehicleLightsOutput::HazardLights(Step::Withdraw))
     }
 
     fn line(at: MonoTime, text: &str) -> String {
@@ -281,13 +326,31 @@ mod tests {
     }
 
     #[test]
+    fn outputs_are_handed_out_from_the_first_input_on_with_its_time_line() {
+        let mut black_box = black_box(1000);
+        black_box.given_out(output(), at(5));
+        black_box.keep(frame(1, 10), at(10));
+        // The wall clock was set back meanwhile; a time line is not.
+        black_box.given_out(output(), Now { wall: at(0).wall, ..at(20) });
+        black_box.decided("ERROR".into(), true, at(20));
+        let recording = black_box.take(at(80)).unwrap();
+        let stamps: Vec<_> = recording.outputs().map(|(_, at)| at).collect();
+        assert_eq!(stamps, [at(20).wall]);
+        assert_eq!(recording.inputs().map(|(_, at)| at).collect::<Vec<_>>(), [at(10).wall]);
+        black_box.decided("ERROR".into(), true, at(900));
+        assert_eq!(black_box.take(at(960)).unwrap().outputs().count(), 0, "what is old is forgotten");
+    }
+
+    #[test]
     fn memory_is_bounded_by_count_as_well() {
         let mut black_box = black_box(5);
         for step in 0..50 {
             black_box.keep(frame(0, 0), at(0));
             black_box.decided(step.to_string(), false, at(0));
+            black_box.given_out(output(), at(0));
         }
-        assert_eq!((black_box.inputs.len(), black_box.decisions.len()), (5, 5));
+        let lengths = [black_box.inputs.len(), black_box.decisions.len(), black_box.outputs.len()];
+        assert_eq!(lengths, [5, 5, 5]);
         assert_eq!(black_box.take(at(1000)), None, "nothing without a fault");
     }
 }

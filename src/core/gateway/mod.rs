@@ -42,6 +42,7 @@ pub use wall_clock::WALL_CLOCK_TASK;
 use wall_clock::WallClock;
 
 pub mod black_box;
+pub mod configuration;
 pub mod event;
 pub mod live_time;
 pub mod network;
@@ -139,6 +140,17 @@ impl Gateway {
         };
         gateway.handle(Input::Tick, now);
         gateway
+    }
+
+    /// Goes on with other settings, at the time of the last call for perception or later. What was received, decided
+    /// and counted stays as far as both settings have it, and all statuses are published.
+    ///
+    /// Node, buses and their interfaces, the flows that run and the commands must be the same: see
+    /// [`configuration`].
+    pub fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
+        self.perception.reconfigure(settings, now);
+        let changed = self.perceive(now);
+        self.diagnose(changed, now);
     }
 
     /// Takes one input in both machines, on one clock; `now` never lies before that of an earlier call.

@@ -106,6 +106,25 @@ impl Perception {
         }
     }
 
+    /// Goes on with other settings of the same buses and flows, with the memory of all that both have. Settle
+    /// afterwards.
+    pub(super) fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
+        let indices = (0..=u8::MAX).map(BusIndex).take(settings.buses.len());
+        self.routes = indices.map(|bus| routes(&settings, bus)).collect();
+        for (bus, settings) in self.buses.iter_mut().zip(settings.buses) {
+            bus.reconfigure(settings);
+        }
+        self.lights.reconfigure(settings.lights, settings.publish, now.mono);
+        if let (Some(flow), Some(lights)) = (&mut self.traffic_lights, settings.traffic_lights) {
+            flow.reconfigure(lights, settings.v2i, now);
+        }
+        if let (Some(flow), Some(decider)) = (&mut self.turn_signal, settings.turn_signal) {
+            flow.reconfigure(decider);
+        }
+        self.diagnostics_period = settings.diagnostics_period;
+        self.timers.set(Timer::Diagnostics, now.mono);
+    }
+
     /// When something has to be settled without an input.
     pub(super) fn next_deadline(&self) -> MonoTime {
         self.timers.next_deadline().unwrap_or(MonoTime::MAX)

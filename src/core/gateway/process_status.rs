@@ -1,7 +1,9 @@
-//! Statuses of the process itself, which no input tells the gateway of: its black-box files, its recording and its log.
+//! Statuses of the process itself, which no input tells the gateway of: its configuration, its black-box files, its
+//! recording and its log.
 
 use serde::{Deserialize, Serialize};
 
+use super::configuration::{ConfigurationState, changes_text};
 use crate::core::diagnostics::{Level, Status};
 
 /// State of the black-box files.
@@ -41,6 +43,28 @@ impl RecorderState {
             ("last_error", last_error.to_owned()),
         ];
         Status { name: format!("{node}: black_box"), level, message, values }
+    }
+}
+
+impl ConfigurationState {
+    /// The status of a node's configuration.
+    pub fn status(&self, node: &str) -> Status {
+        let reason = self.last_reload.as_ref().and_then(|reload| reload.reason.as_deref());
+        let first = reason.and_then(|reason| reason.lines().next());
+        let (level, message) = match (first, &self.last_reload) {
+            (Some(first), _) => (Level::Warn, format!("reload refused, the one before goes on: {first}")),
+            (None, Some(_)) => (Level::Ok, "reloaded".to_owned()),
+            (None, None) => (Level::Ok, "as at the start".to_owned()),
+        };
+        let changes = self.last_reload.as_ref().map_or(&[][..], |reload| &reload.changes);
+        let text = if changes.is_empty() { "none".to_owned() } else { changes_text(changes) };
+        let values = vec![
+            ("reloads", self.reloads.to_string()),
+            ("refused_reloads", self.refused.to_string()),
+            ("last_changes", text),
+            ("last_error", reason.unwrap_or("none").to_owned()),
+        ];
+        Status { name: format!("{node}: configuration"), level, message, values }
     }
 }
 

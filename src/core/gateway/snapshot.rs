@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Gateway;
+use super::configuration::ConfigurationState;
 use super::network::NetworkState;
 use super::process_status::{LogState, RecorderState};
 use crate::core::can::snapshot::BusSnapshot;
@@ -66,6 +67,8 @@ pub struct ProcessSnapshot {
     pub uptime_ms: u64,
     /// The build.
     pub build: Build,
+    /// The configuration; `None` where it cannot be reloaded.
+    pub configuration: Option<ConfigurationState>,
     /// Black-box files; `None` without a folder for them.
     pub black_box: Option<RecorderState>,
     /// Log; `None` without one.

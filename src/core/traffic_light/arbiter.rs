@@ -108,6 +108,14 @@ impl Arbiter {
         }
     }
 
+    /// Goes on with other settings. All groups are merged anew with the next message.
+    pub fn reconfigure(&mut self, settings: ArbiterSettings) {
+        if self.settings != settings {
+            self.settings = settings;
+            self.changed.extend(self.map.keys());
+        }
+    }
+
     /// Sets the time by which the camera's last message is judged from now on: while it lags behind that by more than
     /// the tolerance, it does not count, whatever the network sends.
     pub fn set_clock(&mut self, clock: ArbiterStamp) {

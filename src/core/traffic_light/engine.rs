@@ -32,7 +32,7 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 const SAME_TIME_NANOS: u64 = 1_000;
 
 /// The settings of the engine.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LightsSettings {
     /// The lights of the map.
     pub map: Arc<LightMap>,
@@ -121,6 +121,23 @@ impl LightsSettings {
     }
 }
 
+impl LightsSettings {
+    /// True if a running scenario can go on with these settings instead of `before`: lights, scenario, rules, frames,
+    /// topics and the way that states expire are the same.
+    pub fn is_same_run(&self, before: &Self) -> bool {
+        let expire = self.v2i_timeout.is_some() == before.v2i_timeout.is_some();
+        let changeable = Self {
+            ground_truth_rate: before.ground_truth_rate,
+            v2i_rate: before.v2i_rate,
+            copy_on_enable: before.copy_on_enable,
+            one_group_per_head: before.one_group_per_head,
+            v2i_timeout: before.v2i_timeout,
+            ..self.clone()
+        };
+        expire && changeable == *before
+    }
+}
+
 impl TrafficLights {
     /// Starts the scenario: does its init actions; the first frame is not yet due.
     pub fn new(settings: LightsSettings, now: Now) -> Self {
@@ -163,6 +180,25 @@ impl TrafficLights {
             counts: [InputCounts::default(); 2],
             skipped: 0,
         }
+    }
+
+    /// Goes on with other settings, as far as they are not those that a scenario begins with: see
+    /// [`LightsSettings::is_same_run`]. A rate that an action has changed stays unless its setting differs.
+    pub fn reconfigure(&mut self, before: &LightsSettings, settings: &LightsSettings, now: Now) {
+        self.move_to(now);
+        let nanos = self.nanos(now.mono);
+        let ScenarioState { ground_truth, v2i, copy_on_enable, .. } = &mut self.scenario_state;
+        for (timer, before, rate) in [
+            (ground_truth, before.ground_truth_rate, settings.ground_truth_rate),
+            (v2i, before.v2i_rate, settings.v2i_rate),
+        ] {
+            if before != rate {
+                timer.restart(rate, nanos);
+            }
+        }
+        *copy_on_enable = settings.copy_on_enable;
+        self.v2i_timeout = settings.v2i_timeout;
+        self.outbox.reconfigure(settings.one_group_per_head);
     }
 
     /// The rules of upstream that it follows.

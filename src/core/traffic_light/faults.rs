@@ -130,6 +130,11 @@ impl Faults {
         Ok(Self { settings, draws, groups, sent: 0, freeze, last: None, delayed })
     }
 
+    /// The settings of the faults.
+    pub fn settings(&self) -> &FaultSettings {
+        &self.settings
+    }
+
     /// Takes a message that is sent at `now`. [`Faults::poll`] returns it when it arrives, if it does.
     pub fn send(&mut self, emission: Emission, now: MonoTime) {
         let message = self.sent;

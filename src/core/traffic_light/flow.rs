@@ -56,9 +56,10 @@ impl FlowSettings {
 pub struct TrafficLightFlow {
     run: Run,
     reception: V2iReception,
-    external_camera: bool,
-    /// `None` when time is that of the gateway.
-    simulation: Option<Simulation>,
+    /// The settings of a run.
+    settings: Box<FlowSettings>,
+    /// The clock of a simulator; `None` when time is that of the gateway.
+    clock: Option<SimulatedClock>,
     ready: VecDeque<TrafficLightOutput>,
     refused: u64,
     news: bool,
@@ -73,14 +74,6 @@ struct Run {
     arbiter: Option<Arbiter>,
 }
 
-/// The clock of a simulator.
-#[derive(Debug, Clone)]
-struct Simulation {
-    clock: SimulatedClock,
-    /// The settings of a run.
-    settings: Box<FlowSettings>,
-}
-
 impl Run {
     fn new(settings: FlowSettings, now: Now) -> Self {
         Self {
@@ -90,23 +83,61 @@ impl Run {
             engine: TrafficLights::new(settings.lights, now),
         }
     }
+
+    /// Goes on with other settings of the same run.
+    fn reconfigure(&mut self, before: &FlowSettings, settings: FlowSettings, now: Now) {
+        self.engine.reconfigure(&before.lights, &settings.lights, now);
+        for (faults, before, configured) in [
+            (&mut self.camera, &before.camera_faults, settings.camera_faults),
+            (&mut self.v2i, &before.v2i_faults, settings.v2i_faults),
+        ] {
+            if before.as_ref().map(Faults::settings) != configured.as_ref().map(Faults::settings) {
+                *faults = configured;
+            }
+        }
+        match (&mut self.arbiter, settings.arbiter) {
+            (Some(arbiter), Some(settings)) => arbiter.reconfigure(settings),
+            (arbiter, settings) => {
+                *arbiter = settings.map(|settings| Arbiter::new(settings, &before.lights.map));
+            }
+        }
+    }
 }
 
 impl TrafficLightFlow {
     /// Starts the scenario.
     pub fn new(settings: FlowSettings, binding: V2iBinding, now: Now) -> Self {
-        let simulation = settings
-            .use_sim_time
-            .then(|| Simulation { clock: SimulatedClock::default(), settings: Box::new(settings.clone()) });
         Self {
-            external_camera: settings.external_camera,
-            run: Run::new(settings, now),
+            clock: settings.use_sim_time.then(SimulatedClock::default),
+            run: Run::new(settings.clone(), now),
+            settings: Box::new(settings),
             reception: V2iReception::new(binding),
-            simulation,
             ready: VecDeque::new(),
             refused: 0,
             news: true,
         }
+    }
+
+    /// Goes on with other settings and another binding. The scenario goes on where its lights, its rules and its topics
+    /// are the same; otherwise it begins anew, with the states of the V2X unit. Call [`Self::settle`] afterwards.
+    pub fn reconfigure(&mut self, settings: FlowSettings, binding: V2iBinding, now: Now) {
+        let ended = self.reception.reconfigure(binding);
+        self.news = true;
+        let before = std::mem::replace(&mut *self.settings, settings.clone());
+        let Some(now) = self.time(now) else { return };
+        if settings.lights.is_same_run(&before.lights) {
+            self.run.reconfigure(&before, settings, now);
+            self.run.engine.set_states(StoreId::V2I, ended.into_iter().map(|id| (id, None)), false, now);
+        } else {
+            self.begin(now);
+        }
+    }
+
+    /// Starts the scenario anew, with the states of the V2X unit.
+    fn begin(&mut self, now: Now) {
+        self.run = Run::new((*self.settings).clone(), now);
+        let states = self.reception.valid_states().map(|(id, state)| (id, Some(observation(state))));
+        self.run.engine.set_states(StoreId::V2I, states, false, now);
     }
 
     /// The reception of the V2X unit, for its frames and buses. Call [`Self::settle`] afterwards.
@@ -153,19 +184,18 @@ impl TrafficLightFlow {
 
     /// The time of the run; `None` before a simulator has given one.
     fn time(&self, now: Now) -> Option<Now> {
-        self.simulation.as_ref().map_or(Some(now), |simulation| simulation.clock.now())
+        self.clock.as_ref().map_or(Some(now), SimulatedClock::now)
     }
 
     /// Takes the time of a simulator, with which a run can begin.
     fn handle_clock(&mut self, stamp: WallStamp, now: Now) {
-        let Some(Simulation { clock, settings }) = &mut self.simulation else { return };
+        let Some(clock) = &mut self.clock else { return };
         let was_silent = clock.is_silent(now.mono);
         let begins = clock.handle(stamp, now.mono) == ClockStep::Begins;
         self.news |= begins || was_silent;
-        let Some(now) = clock.now().filter(|_| begins) else { return };
-        self.run = Run::new(settings.as_ref().clone(), now);
-        let states = self.reception.valid_states().map(|(id, state)| (id, Some(observation(state))));
-        self.run.engine.set_states(StoreId::V2I, states, false, now);
+        if let Some(now) = clock.now().filter(|_| begins) {
+            self.begin(now);
+        }
     }
 
     /// Does the action of a command. Returns false when the command is not understood, or cannot be done.
@@ -183,7 +213,7 @@ impl TrafficLightFlow {
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let settled = self.reception.settle(buses, now);
         self.news |= settled.news;
-        self.news |= self.simulation.as_ref().is_some_and(|simulation| simulation.clock.is_silent(now.mono));
+        self.news |= self.clock.as_ref().is_some_and(|clock| clock.is_silent(now.mono));
         let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
         if !settled.changes.is_empty() {
             let changes = settled.changes.iter().map(|change| (change.id, change.state.map(observation)));
@@ -222,8 +252,8 @@ impl TrafficLightFlow {
     /// The next time at which [`Self::settle`] has something to do. With a simulated clock its messages are what a run
     /// waits for.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
-        let own = match &self.simulation {
-            Some(simulation) => simulation.clock.next_deadline(now),
+        let own = match &self.clock {
+            Some(clock) => clock.next_deadline(now),
             None => {
                 let faults = [&self.run.camera, &self.run.v2i].into_iter().flatten();
                 let faults = faults.filter_map(Faults::next_deadline);
@@ -250,7 +280,7 @@ impl TrafficLightFlow {
 
     /// One status for each channel, one for the scenario, one for the V2X unit if there is one.
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
-        let clock = self.simulation.as_ref().map(|simulation| &simulation.clock);
+        let clock = self.clock.as_ref();
         let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
         let mut statuses = self.run.engine.statuses(node, time);
         if let Some(scenario) = statuses.last_mut() {
@@ -283,7 +313,7 @@ impl TrafficLightFlow {
 
     /// The arbiter at this time. A camera pipeline may stop, which our own camera topic does not.
     fn arbiter(&mut self, now: Now) -> Option<&mut Arbiter> {
-        let may_stop = self.external_camera && !self.run.engine.quirks().keeps_last_camera;
+        let may_stop = self.settings.external_camera && !self.run.engine.quirks().keeps_last_camera;
         let arbiter = self.run.arbiter.as_mut()?;
         if may_stop {
             arbiter.set_clock(ArbiterStamp(now.wall.as_nanos()));
@@ -293,7 +323,7 @@ impl TrafficLightFlow {
 
     /// Sends a message that has arrived, and what the arbiter makes of it, with the same stamp.
     fn arrived(&mut self, emission: Emission, now: Now) {
-        let is_replaced = self.external_camera && emission.topic == LightsTopic::Camera;
+        let is_replaced = self.settings.external_camera && emission.topic == LightsTopic::Camera;
         let arbiter = self.arbiter(now).filter(|_| !is_replaced);
         let merged = arbiter.and_then(|arbiter| merge(arbiter, &emission, now.wall));
         let stamp = emission.stamp;

@@ -55,6 +55,13 @@ impl Outbox {
         }
     }
 
+    /// Makes the lists anew if their form changes; what waits is sent.
+    pub(super) fn reconfigure(&mut self, one_group_per_head: bool) {
+        if self.one_group_per_head != one_group_per_head {
+            *self = Self { waiting: std::mem::take(&mut self.waiting), ..Self::new(one_group_per_head) };
+        }
+    }
+
     pub(super) fn poll(&mut self) -> Option<Emission> {
         self.waiting.pop_front()
     }

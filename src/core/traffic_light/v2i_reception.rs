@@ -129,6 +129,19 @@ impl V2iReception {
         }
     }
 
+    /// Goes on with another binding. What was received of its messages stays; a state that one message carries for many
+    /// groups begins anew. Returns the ids of all states that were valid, to be removed before [`Self::settle`] gives those
+    /// that are.
+    pub fn reconfigure(&mut self, binding: V2iBinding) -> Vec<i64> {
+        if self.binding == binding {
+            return Vec::new();
+        }
+        let valid = self.valid_states().map(|(id, _)| id).collect();
+        let observations = self.observations.carried_over(&self.binding.table, &binding.table);
+        *self = Self { observations, counts: self.counts, ..Self::new(binding) };
+        valid
+    }
+
     /// The signals and messages of the unit, and what was received of them.
     pub(super) fn received(&self) -> (&SignalTable, &Observations) {
         (&self.binding.table, &self.observations)

@@ -99,6 +99,6 @@ pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Sectio
     }
     let previous_first = of_previous.desired_start_m <= of_new.desired_start_m;
     let (p, q) = if previous_first { (of_previous, of_new) } else { (of_new, of_previous) };
-    let (winner, _) = prior(&p, &q, &Rules::default(), false);
+    let (winner, _) = prior(&p, &q, &Rules::default(), None);
     Some(if (winner == Winner::P) == previous_first { previous } else { new })
 }

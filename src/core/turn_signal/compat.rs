@@ -74,7 +74,7 @@ pub struct UpstreamQuirks {
     /// where the vehicle was before is looked at (docs/spec/turn-signal-decider.md, "Roads on top of each other").
     pub ignores_height_and_continuity: bool,
     /// W21: a manoeuvre whose required section lies within that of another is signalled before it begins, against the
-    /// side that is steered to (docs/spec/turn-signal-decider.md, "Pairwise rule").
+    /// side that is steered to, and of two that begin together one is signalled for an instant (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub nested_section_comes_early: bool,
     /// A start from the middle of a lane changes the command of the record before and not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").

@@ -20,6 +20,7 @@ use super::roundabout::backward::backward_length_m;
 use super::roundabout::legs::{RoundaboutLegs, legs};
 use super::route::Route;
 use super::section::Section;
+use super::side::Side;
 use super::turn_lane::TurnLane;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
@@ -84,14 +85,19 @@ impl Settings {
     }
 }
 
+/// The settings as far as the rules know them.
+fn effective(settings: Settings, quirks: UpstreamQuirks) -> Settings {
+    let min_durations =
+        if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
+    Settings { min_durations, ..settings }
+}
+
 impl Decider {
     /// A decider before its first cycle.
     pub fn new(settings: Settings) -> Self {
         let quirks = UpstreamQuirks::of(settings.compat);
-        let min_durations =
-            if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
         Self {
-            settings: Settings { min_durations, ..settings },
+            settings: effective(settings, quirks),
             quirks,
             route: None,
             last: None,
@@ -102,6 +108,11 @@ impl Decider {
             finished: FinishedMemory::default(),
             min_duration: MinDurationFilter::default(),
         }
+    }
+
+    /// Goes on with other settings of the same rules; what is remembered stays.
+    pub fn reconfigure(&mut self, settings: Settings) {
+        self.settings = effective(settings, self.quirks);
     }
 
     /// Decides one cycle.
@@ -212,15 +223,12 @@ impl Decider {
         };
         let resolution = self.resolved(context, &candidates);
         let sections = sections(&candidates, &records);
-        // By the winner, or by another one to its side that it hides.
-        let is_required = resolution.winner.is_some_and(|winner| {
-            sections.iter().any(|(_, section)| {
-                section.turn.side() == Some(winner.side)
-                    && section.distances(&context.path_frame).are_required()
-            })
-        });
+        let is_required =
+            |(_, section): &&(Source, Section)| section.distances(&context.path_frame).are_required();
+        let required: Vec<Side> =
+            sections.iter().filter(is_required).filter_map(|(_, section)| section.turn.side()).collect();
         let min_durations = self.settings.min_durations;
-        let shown = self.min_duration.show(resolution.signal(), is_required, min_durations, context.now);
+        let shown = self.min_duration.show(resolution.signal(), &required, min_durations, context.now);
         self.note_finished(context, &sections, &candidates, &resolution, shown.signal);
         Decision {
             turn: shown.signal,
@@ -248,7 +256,7 @@ impl Decider {
         let manoeuvre = self.foremost(context, &records);
         let requested =
             manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
-        let shown = self.min_duration.show(requested, false, self.settings.min_durations, context.now);
+        let shown = self.min_duration.show(requested, &[], self.settings.min_durations, context.now);
         let basis = Basis::ManoeuvreAlone(requested);
         Decision {
             held: shown.held,
@@ -277,7 +285,7 @@ impl Decider {
         let is_open = |record: &&Section| !self.finished.is_finished(frame, Source::Manoeuvre, record);
         let open: Vec<Section> = records.iter().filter(is_open).copied().collect();
         let records = if open.is_empty() { records } else { &open };
-        let won_before = |record: &Section| self.finished.won_before(Source::Manoeuvre, record);
+        let won_before = |record: &Section| self.finished.won_before(frame, Source::Manoeuvre, record);
         foremost(frame, records, &rules(context), won_before)
     }
 
@@ -288,7 +296,8 @@ impl Decider {
         };
         let finished = Source::ALL.into_iter().filter(is_finished).collect();
         let won_before = Source::ALL.into_iter().find(|source| {
-            candidates.of(*source).is_some_and(|section| self.finished.won_before(*source, &section))
+            let won_before = |section| self.finished.won_before(&context.path_frame, *source, &section);
+            candidates.of(*source).is_some_and(won_before)
         });
         resolve(&context.path_frame, candidates, &Rules { finished, won_before, ..rules(context) })
     }
@@ -343,8 +352,10 @@ impl Decider {
         let current = if self.quirks.ignores_height_and_continuity {
             road.closest(route.lanes(), ego)
         } else {
+            // A route is planned from where the vehicle is.
+            let before = self.lane.or_else(|| route.segments().first().map(|segment| segment.preferred));
             let is_continuous = |lane| {
-                let between_m = self.lane.and_then(|before| route.between_m(road, before, lane));
+                let between_m = before.and_then(|before| route.between_m(road, before, lane));
                 between_m.is_some_and(|between_m| between_m < MAX_STEP_M)
             };
             road.current(route.lanes(), ego, parameters.nearest, is_continuous)

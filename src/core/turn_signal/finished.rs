@@ -1,7 +1,7 @@
 //! Manoeuvres that are over and do not come back (weakness W4): signalled once, and passed, or displaced by one to the other
 //! side when the required section was over.
 
-use super::manoeuvre::announced::SAME_END_M;
+use super::manoeuvre::announced::{SAME_END_M, is_same_visit};
 use super::resolve::Source;
 use super::section::Section;
 use crate::core::light_command::TurnCommand;
@@ -23,6 +23,8 @@ struct Known {
     turn: TurnCommand,
     /// Ends of the desired and of the required section.
     ends: [Pose; 2],
+    /// Distance from the rear axle to the end of the desired section, metres.
+    ahead_m: f64,
     was_signalled: bool,
     /// It won.
     has_won: bool,
@@ -35,14 +37,14 @@ impl FinishedMemory {
     /// Returns whether the manoeuvre of a section may not come back. One that was displaced until now may not either when
     /// its required section is over.
     pub fn is_finished(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> bool {
-        let is_over = || path_frame.from_base_m(section.required_end) < 0.0;
-        self.of(source, section)
+        let is_over = || section.distances(path_frame).required_end_m < 0.0;
+        self.of(path_frame, source, section)
             .is_some_and(|known| known.is_finished || known.was_signalled && known.is_displaced && is_over())
     }
 
     /// Returns whether the manoeuvre of a section won in the cycle before.
-    pub fn won_before(&self, source: Source, section: &Section) -> bool {
-        self.of(source, section).is_some_and(|known| known.has_won)
+    pub fn won_before(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> bool {
+        self.of(path_frame, source, section).is_some_and(|known| known.has_won)
     }
 
     /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown. What is
@@ -56,17 +58,19 @@ impl FinishedMemory {
     ) {
         let noted = sections.iter().map(|given| {
             let (source, section) = given;
-            let before = self.of(*source, section);
+            let before = self.of(path_frame, *source, section);
             let was_signalled = before.is_some_and(|known| known.was_signalled);
-            let is_over = path_frame.from_base_m(section.required_end) < 0.0;
+            let distances = section.distances(path_frame);
+            let is_over = distances.required_end_m < 0.0;
             // To the same side the signal goes on: nothing was displaced.
             let lost = winner.is_some_and(|(_, winner)| winner.turn != section.turn);
             // On a bend its end may come back by some centimetres.
-            let is_passed = path_frame.from_base_m(section.desired_end) < 0.0;
+            let is_passed = distances.desired_end_m < 0.0;
             Known {
                 source: *source,
                 turn: section.turn,
                 ends: [section.desired_end, section.required_end],
+                ahead_m: distances.desired_end_m,
                 was_signalled: was_signalled || winner == Some(given) && shown == section.turn,
                 has_won: winner == Some(given),
                 is_displaced: lost,
@@ -82,10 +86,11 @@ impl FinishedMemory {
         self.known.clear();
     }
 
-    fn of(&self, source: Source, section: &Section) -> Option<&Known> {
+    fn of(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> Option<&Known> {
+        let ahead_m = section.distances(path_frame).desired_end_m;
         let is_same = |known: &&Known| {
-            let is_elsewhere = known.ends[0].position.is_on_other_level(section.desired_end.position);
-            known.source == source && known.turn == section.turn && !is_elsewhere
+            let is_same_visit = is_same_visit(known.ahead_m, ahead_m);
+            known.source == source && known.turn == section.turn && is_same_visit
         };
         let moved_m = |known: &Known| {
             let [desired, required] = known.ends.map(|end| end.position);

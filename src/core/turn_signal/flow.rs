@@ -62,6 +62,8 @@ pub struct TurnSignalFlow {
     settings: FlowSettings,
     decider: Decider,
     latest: LatestInputs,
+    /// The last route as sent, and what it is on the map.
+    sent_route: Option<Arc<PlannerRoute>>,
     route: Option<Result<Route, RouteError>>,
     due: MonoTime,
     cycles: u64,
@@ -82,6 +84,7 @@ impl TurnSignalFlow {
             decider: Decider::new(settings.decider.clone()),
             settings,
             latest: LatestInputs::default(),
+            sent_route: None,
             route: None,
             due: now.mono,
             cycles: 0,
@@ -95,10 +98,26 @@ impl TurnSignalFlow {
         }
     }
 
+    /// Goes on with other settings from the next cycle on, with all messages received. What the decider remembers of
+    /// lanelets and of another decider's rules ends with the map and with these rules.
+    pub fn reconfigure(&mut self, settings: FlowSettings) {
+        let is_same_road = self.settings.road == settings.road;
+        if is_same_road && self.settings.decider.compat == settings.decider.compat {
+            self.decider.reconfigure(settings.decider.clone());
+        } else {
+            self.decider = Decider::new(settings.decider.clone());
+        }
+        self.settings = settings;
+        if !is_same_road {
+            self.take_route();
+        }
+    }
+
     /// Takes a message of Autoware. It counts from the next cycle on.
     pub fn handle_input(&mut self, input: PlannerInput, now: Now) {
         if let PlannerInput::Route(route) = &input {
-            self.take_route(route);
+            self.sent_route = Some(Arc::clone(route));
+            self.take_route();
         }
         self.latest.update(input, now.mono);
     }
@@ -160,9 +179,11 @@ impl TurnSignalFlow {
     }
 
     /// A route that cannot be used ends the one before: the vehicle is not on that any more.
-    fn take_route(&mut self, sent: &PlannerRoute) {
-        let route = Route::new(sent.id, sent.start, sent.segments.clone());
-        self.route = Some(route.and_then(|route| route.checked(&self.settings.road)));
+    fn take_route(&mut self) {
+        self.route = self.sent_route.as_ref().map(|sent| {
+            let route = Route::new(sent.id, sent.start, sent.segments.clone());
+            route.and_then(|route| route.checked(&self.settings.road))
+        });
     }
 
     fn decide(&mut self, now: MonoTime) -> Decision {

@@ -155,7 +155,7 @@ impl ManoeuvreMemory {
         shift: &Shift<'_>,
         kind: ManoeuvreKind,
     ) -> ShiftOutcome {
-        let identity = ManoeuvreIdentity { kind, side: shift.side(), end: shift.line.end };
+        let identity = ManoeuvreIdentity::new(&context.path_frame, kind, shift.side(), shift.line.end);
         let is_announced = self.announced.from(identity).is_some();
         let outcome = judge(context, &Shift { is_announced, ..*shift });
         if outcome.verdict == ShiftVerdict::Signalled && !is_announced {

@@ -62,16 +62,16 @@ impl MinDurations {
 }
 
 impl MinDurationFilter {
-    /// The command to show for a request. In a required section, `is_required`, a side is not shown late for the sake
-    /// of a minimum duration.
+    /// The command to show for a request. `required` are the sides of the required sections that the vehicle is in: for the
+    /// sake of a minimum duration none of them is shown late, and nothing dark while there is one.
     pub fn show(
         &mut self,
         requested: TurnCommand,
-        is_required: bool,
+        required: &[Side],
         min_durations: MinDurations,
         now: MonoTime,
     ) -> Shown {
-        let is_urgent = is_required && requested.side().is_some();
+        let is_urgent = requested.side().is_some_and(|side| required.contains(&side));
         if let Some((side, since)) = self.on {
             if requested.side() == Some(side) {
                 return Shown { signal: requested, held: None, deadline: None };
@@ -86,7 +86,7 @@ impl MinDurationFilter {
             return Shown { signal: requested, held: None, deadline: None };
         };
         let ended = self.off_since.filter(|since| now.since(*since) < min_durations.minimum_gap);
-        if let Some(since) = ended.filter(|_| !is_urgent) {
+        if let Some(since) = ended.filter(|_| required.is_empty()) {
             let deadline = Some(since.after(min_durations.minimum_gap));
             return Shown { signal: TurnCommand::Disable, held: Some(Held::Off), deadline };
         }

@@ -183,7 +183,11 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rule
     let (mut winner, mut last_case) = (None, None);
     for next in contenders {
         let Some(holder) = winner.replace(next) else { continue };
-        let won_before = rules.won_before == Some(holder.source);
+        let won_before = match rules.won_before {
+            Some(source) if source == holder.source => Some(Winner::P),
+            Some(source) if source == next.source => Some(Winner::Q),
+            Some(_) | None => None,
+        };
         let (prior, case) = prior(&holder.distances, &next.distances, rules, won_before);
         last_case = Some(case);
         let (kept, lost) = match prior {
@@ -214,7 +218,9 @@ pub fn foremost(
     let mut contenders: Vec<(Distances, Section)> = evaluated.flatten().collect();
     contenders.sort_by(|(one, _), (other, _)| one.desired_start_m.total_cmp(&other.desired_start_m));
     let winner = contenders.into_iter().reduce(|holder, next| {
-        match prior(&holder.0, &next.0, rules, won_before(&holder.1)).0 {
+        let before =
+            if won_before(&holder.1) { Some(Winner::P) } else { won_before(&next.1).then_some(Winner::Q) };
+        match prior(&holder.0, &next.0, rules, before).0 {
             Winner::P => holder,
             Winner::Q => next,
         }
@@ -224,17 +230,22 @@ pub fn foremost(
 
 /// Required sections that start within this distance start together, metres: none is signalled for an instant only.
 const SAME_START_M: f64 = 3.0;
-/// Starts that were together stay so while they are at most this much farther apart, metres: measured from cycle to cycle
-/// they move a little, and the signal would go off and on.
+/// Starts that were together stay so while they are at most this much farther apart, and those that were not while they are
+/// at most this much nearer, metres: measured from cycle to cycle they move a little, and the signal would go off and on.
 const STILL_SAME_START_M: f64 = 1.0;
 
-/// The pairwise rule: `p` has the earlier desired start. `p_won_before` = it won in the cycle before.
-pub fn prior(p: &Distances, q: &Distances, rules: &Rules, p_won_before: bool) -> (Winner, Case) {
+/// The pairwise rule: `p` has the earlier desired start. `won_before` is the one that won in the cycle before.
+pub fn prior(p: &Distances, q: &Distances, rules: &Rules, won_before: Option<Winner>) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
     let inside_p = ps < 0.0 && pe >= 0.0;
-    let together_m = SAME_START_M + if p_won_before { STILL_SAME_START_M } else { 0.0 };
-    let waits = rules.nested_waits && ps > 0.0 && ps - qs > together_m;
+    let together_m = match won_before {
+        Some(Winner::P) => SAME_START_M + STILL_SAME_START_M,
+        Some(Winner::Q) => SAME_START_M - STILL_SAME_START_M,
+        None => SAME_START_M,
+    };
+    let start_together = rules.nested_waits && ps - qs <= together_m;
+    let waits = rules.nested_waits && ps > 0.0 && !start_together;
     let unless_over = if (before_p || inside_p) && !waits { Winner::P } else { Winner::Q };
     if ps < qs {
         if qe < pe {
@@ -249,7 +260,7 @@ pub fn prior(p: &Distances, q: &Distances, rules: &Rules, p_won_before: bool) ->
     } else if pe < qe {
         (unless_over, Case::B1)
     } else {
-        (if ps > 0.0 { Winner::Q } else { Winner::P }, Case::B2)
+        (if ps > 0.0 && !start_together { Winner::Q } else { Winner::P }, Case::B2)
     }
 }
 

@@ -74,13 +74,22 @@ impl Section {
             .all(|pose| pose.is_finite())
     }
 
-    /// Measures its four distances from the vehicle.
+    /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired section is the
+    /// one that holds the required one: on a ring its far end may come by a second time, nearer to the vehicle.
     pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
-        Distances {
+        let distances = Distances {
             desired_start_m: path_frame.from_front_m(self.desired_start),
             desired_end_m: path_frame.from_base_m(self.desired_end),
             required_start_m: path_frame.from_front_m(self.required_start),
             required_end_m: path_frame.from_base_m(self.required_end),
+        };
+        if !path_frame.looks_at_every_visit() {
+            return distances;
+        }
+        Distances {
+            desired_start_m: distances.desired_start_m.min(distances.required_start_m),
+            desired_end_m: distances.desired_end_m.max(distances.required_end_m),
+            ..distances
         }
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::integrity::window::E2eState;
 use super::integrity::{IntegrityChecker, IntegrityCounts, IntegrityVerdict, Reject};
 use super::meaning::Meaning;
-use super::table::{BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
+use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
 use crate::core::can::bus::{Bus, Received};
 use crate::core::can::error_frame::ControllerState;
 use crate::core::can::frame::Frame;
@@ -167,6 +167,37 @@ impl Observations {
             latest: None,
         });
         Self { last: vec![None; table.signals.len()], messages: messages.collect() }
+    }
+
+    /// Observations for another table, with what `self` knows of the messages and signals of `before` that both have.
+    ///
+    /// A message is the same with its bus, identifier and format; a signal with its message, name and codec. Values of a
+    /// message whose integrity rules are others begin anew, since no frame was checked by these.
+    #[must_use]
+    pub fn carried_over(&self, before: &SignalTable, table: &SignalTable) -> Self {
+        let mut carried = Self::new(table);
+        let identity = |message: &BoundMessage| (message.bus, message.id, message.format);
+        for (state, message) in carried.messages.iter_mut().zip(&table.messages) {
+            let known = before.messages.iter().position(|known| identity(known) == identity(message));
+            let Some(known) = known else { continue };
+            let was = &self.messages[known];
+            state.counts = was.counts;
+            if before.messages[known].integrity != message.integrity {
+                continue;
+            }
+            state.checker.clone_from(&was.checker);
+            (state.last_reject, state.trusted_since, state.latest) =
+                (was.last_reject, was.trusted_since, was.latest);
+            for signal in &state.signals {
+                let bound = &table.signals[signal.0];
+                let is_same = |other: &BoundSignal| {
+                    other.message.0 == known && other.name == bound.name && other.codec == bound.codec
+                };
+                carried.last[signal.0] =
+                    before.signals.iter().position(is_same).and_then(|other| self.last[other]);
+            }
+        }
+        carried
     }
 
     /// Takes a frame of `message`: all signals it carries, or none when it is of another format, too short for

@@ -20,7 +20,7 @@ pub struct MessageIndex(pub usize);
 pub struct SignalIndex(pub usize);
 
 /// The messages and signals a flow receives.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SignalTable {
     /// The messages that are needed, each once.
     pub messages: Vec<BoundMessage>,
@@ -81,7 +81,7 @@ impl Timing {
 }
 
 /// One signal of a bound message.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BoundSignal {
     /// Name for texts, `MESSAGE.SIGNAL`.
     pub name: String,
@@ -92,7 +92,7 @@ pub struct BoundSignal {
 }
 
 /// A signal with the meanings of its raw values.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Role<T> {
     /// The signal that is read.
     pub signal: SignalIndex,
@@ -101,7 +101,7 @@ pub struct Role<T> {
 }
 
 /// One signal that reports a fault.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FaultSignal {
     /// The signal, where `true` = defective.
     pub role: Role<bool>,

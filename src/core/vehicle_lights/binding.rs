@@ -14,7 +14,7 @@ use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable};
 
 /// Binding of turn indicators and hazard lights.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LightsBinding {
     /// Messages and signals of the lights.
     pub table: SignalTable,
@@ -31,7 +31,7 @@ pub struct LightsBinding {
 }
 
 /// Binding of one state.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum StateBinding<S> {
     /// The profile does not mention the lights, so that there are neither reports nor diagnostics.
     #[default]
@@ -61,7 +61,7 @@ impl<S> StateBinding<S> {
 }
 
 /// Sources of one state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sources<S> {
     /// At least one source, most trusted first.
     pub list: Vec<NamedSource<S>>,
@@ -70,7 +70,7 @@ pub struct Sources<S> {
 }
 
 /// One of several sources of a state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct NamedSource<S> {
     /// Name in diagnostics; empty for the only source.
     pub name: String,
@@ -102,7 +102,7 @@ impl<S> Sources<S> {
 }
 
 /// A source of the turn state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum TurnSource {
     /// One enumerated signal for both sides.
     Enumerated {
@@ -160,7 +160,7 @@ impl TurnSource {
 }
 
 /// One signal for each side, `true` = on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SidePair {
     /// Signal of the left side.
     pub left: Role<bool>,
@@ -180,7 +180,7 @@ pub enum BothOn {
 }
 
 /// A source of the hazard state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum HazardSource {
     /// Both turn sides on at once, from the turn sources that can report it.
     BothSides,
@@ -202,8 +202,19 @@ pub enum HazardSource {
     },
 }
 
+impl HazardSource {
+    /// Signal of the source; `None` for one that follows the turn sources.
+    pub fn signal(&self) -> Option<SignalIndex> {
+        match self {
+            Self::BothSides => None,
+            Self::Signal { role, .. } => Some(role.signal),
+            Self::Button { role, .. } => Some(role.signal),
+        }
+    }
+}
+
 /// Signals that report a defective sensor or lamp, and their effect on the report.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct FaultBinding {
     /// Fault signals, each with a text for diagnostics.
     pub signals: Vec<FaultSignal>,

@@ -83,6 +83,28 @@ impl VehicleLights {
         }
     }
 
+    /// Goes on with another binding and publication scheme. What was received, published and found stays as far as both
+    /// bindings have it; a source that is another begins anew. Call [`Self::settle`] afterwards.
+    pub fn reconfigure(&mut self, binding: LightsBinding, publish: Publish, now: MonoTime) {
+        let (before, table) = (&self.binding, &binding.table);
+        let is_same_signal = |signal: SignalIndex| {
+            let [old, new] = [&before.table, table].map(|table| {
+                let bound = table.signals.get(signal.0)?;
+                let message = &table.messages[bound.message.0];
+                Some((&bound.name, &bound.codec, message.bus, message.id, message.format, &message.integrity))
+            });
+            old.is_some() && old == new
+        };
+        self.memory = self.memory.carried_over(before, &binding, is_same_signal);
+        self.observations = self.observations.carried_over(&before.table, table);
+        for task in [&mut self.turn_task, &mut self.hazard_task] {
+            task.reconfigure(signals_of(&binding, task.task()));
+        }
+        self.turn.reconfigure(publish, now);
+        self.hazard.reconfigure(publish, now);
+        self.binding = binding;
+    }
+
     /// Binding of the lights.
     pub fn binding(&self) -> &LightsBinding {
         &self.binding
@@ -162,8 +184,9 @@ fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
                 let sides = turn.clone().filter(|named| named.source.shows_both());
                 signals.extend(sides.flat_map(turn_source_signals));
             }
-            HazardSource::Signal { role, .. } => signals.push(role.signal),
-            HazardSource::Button { role, .. } => signals.push(role.signal),
+            HazardSource::Signal { .. } | HazardSource::Button { .. } => {
+                signals.extend(named.source.signal());
+            }
         }
         signals.extend(named.condition_signal());
     }

@@ -46,6 +46,22 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         Self { publish, current: None, due: None }
     }
 
+    /// Changes the publication scheme. What is published stays; a periodic report is due a new period from now at the
+    /// latest.
+    pub fn reconfigure(&mut self, publish: Publish, now: MonoTime) {
+        if self.publish == publish {
+            return;
+        }
+        self.publish = publish;
+        self.due = match publish {
+            Publish::OnChange => None,
+            Publish::Periodic(period) => self.current.map(|_| {
+                let latest = now.after(period);
+                self.due.map_or(latest, |due| due.min(latest))
+            }),
+        };
+    }
+
     /// Takes the current value and stamp (`None` = withheld) and returns the action; `None` = nothing.
     pub fn update(&mut self, state: Option<(T, WallStamp)>, now: MonoTime) -> Option<Step<T>> {
         let before = std::mem::replace(&mut self.current, state);
@@ -112,6 +128,25 @@ mod tests {
             assert_eq!(flow.next_deadline(), None);
             assert_eq!(flow.update(Some(('L', stamp(4))), at(4)), Some(Step::Publish('L', stamp(4))));
         }
+    }
+
+    #[test]
+    fn another_scheme_keeps_what_is_published_and_takes_up_its_period() {
+        let [fast, slow] = [100, 500].map(|millis| Publish::Periodic(Duration::from_millis(millis)));
+        let mut flow = ReportFlow::new(slow);
+        flow.update(Some(('L', stamp(0))), at(0));
+        flow.reconfigure(slow, at(10));
+        assert_eq!(flow.next_deadline(), Some(at(500)), "the same");
+        flow.reconfigure(fast, at(20));
+        assert_eq!((flow.current(), flow.next_deadline()), (Some(('L', stamp(0))), Some(at(120))));
+        assert_eq!(flow.update(Some(('L', stamp(0))), at(120)), Some(Step::Publish('L', stamp(0))));
+        flow.reconfigure(Publish::OnChange, at(130));
+        assert_eq!(flow.next_deadline(), None);
+        flow.reconfigure(slow, at(140));
+        assert_eq!(flow.next_deadline(), Some(at(640)));
+        flow.update(None, at(150));
+        flow.reconfigure(fast, at(160));
+        assert_eq!(flow.next_deadline(), None, "nothing is published");
     }
 
     #[test]

@@ -164,6 +164,27 @@ impl SourceMemory {
         }
     }
 
+    /// The sources of another binding, with the memory of those that both have. A source is the same at the same
+    /// position, with the same settings and signals, as far as `is_same_signal` says so of its signals.
+    #[must_use]
+    pub fn carried_over(
+        &self,
+        before: &LightsBinding,
+        binding: &LightsBinding,
+        is_same_signal: impl Fn(SignalIndex) -> bool,
+    ) -> Self {
+        let mut carried = Self::new(binding);
+        let is_same_turn = |source: &TurnSource| source.signals().all(&is_same_signal);
+        let is_same_hazard = |source: &HazardSource| source.signal().is_none_or(&is_same_signal);
+        if let (Some(group), Some(was)) = (&mut carried.turn, &self.turn) {
+            group.carry_over(was, &before.turn, &binding.turn, is_same_turn);
+        }
+        if let (Some(group), Some(was)) = (&mut carried.hazard, &self.hazard) {
+            group.carry_over(was, &before.hazard, &binding.hazard, is_same_hazard);
+        }
+        carried
+    }
+
     /// Evaluates every source and fuses the states of each report.
     pub fn evaluate(&mut self, context: LightsContext<'_>) -> SourceStates {
         let (turn, sides) = match &mut self.turn {
@@ -223,6 +244,28 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
             fusion: Fusion::new(settings, sources.disagreement, agree),
             states: vec![Err(UnavailableReason::Unbound); sources.list.len()],
         })
+    }
+
+    /// Takes over the memory of the sources that two bindings have alike, and that of the fusion when all of them are.
+    fn carry_over<S: PartialEq>(
+        &mut self,
+        was: &Self,
+        before: &StateBinding<S>,
+        binding: &StateBinding<S>,
+        has_same_signals: impl Fn(&S) -> bool,
+    ) where
+        R: Clone,
+    {
+        let pairs = before.sources().iter().zip(binding.sources());
+        let alike: Vec<_> = pairs.map(|(old, new)| old == new && has_same_signals(&new.source)).collect();
+        for ((own, reader), alike) in self.readers.iter_mut().zip(&was.readers).zip(&alike) {
+            if *alike {
+                own.clone_from(reader);
+            }
+        }
+        if before == binding && alike.iter().all(|alike| *alike) {
+            self.fusion.clone_from(&was.fusion);
+        }
     }
 
     /// Evaluates every source and fuses the states. `read` gets the reason for which a source must not be

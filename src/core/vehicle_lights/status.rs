@@ -105,6 +105,15 @@ impl LightsTask {
         }
     }
 
+    pub(super) fn task(&self) -> Task {
+        self.task
+    }
+
+    /// Replaces the signals on which the state depends; the history stays.
+    pub(super) fn reconfigure(&mut self, signals: Vec<SignalIndex>) {
+        self.signals = signals;
+    }
+
     /// Takes the current verdict and returns whether its finding has changed.
     pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
         let finding = LightsFinding::of(verdict).after(self.finding.unwrap_or_default());

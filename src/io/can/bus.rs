@@ -9,12 +9,12 @@ use tokio::sync::mpsc::Sender;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::controller::{self, ControllerWatch};
+use super::id_filter::IdFilter;
 use super::link::{Link, LinkWatch, is_can};
 use super::socket::{BATCH, CanSocket};
 use super::transmit::Transmitter;
 use crate::core::can::bus_status::link_text;
 use crate::core::can::controller::ControllerReport;
-use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 
@@ -31,8 +31,8 @@ pub struct BusSocketSettings {
     pub bus: BusIndex,
     /// Name of the SocketCAN interface. It need not exist yet.
     pub interface: String,
-    /// Data frames to receive, at most 512 ids, the kernel drops all others; `None` = all. Error frames always come.
-    pub ids: Option<Vec<CanId>>,
+    /// Data frames to receive, the kernel drops all others. Error frames always come.
+    pub ids: IdFilter,
     /// Bytes of receive buffer to ask for. The system may grant less, which is logged.
     pub receive_buffer_bytes: usize,
     /// Transmitter that is open while the interface is.
@@ -119,6 +119,8 @@ impl Reception {
         let mut socket = opened.map_err(|error| watch.look().err().unwrap_or(failed(&error)))?;
         let transmitter = self.settings.transmitter.clone();
         let _open_until_lost = transmitter.open(&socket).map_err(|error| failed(&error))?;
+        let ids = self.settings.ids.clone();
+        let _filtered_until_lost = ids.attach(&socket).map_err(|error| failed(&error))?;
         self.report(LinkState::Up).await?;
         let controller = ControllerWatch::new(&self.settings.interface);
         let mut monitor = LinkMonitor { index, link: watch, controller, transmitter: &transmitter };
@@ -129,7 +131,8 @@ impl Reception {
     }
 
     fn open(&self, index: c_int) -> io::Result<CanSocket> {
-        let BusSocketSettings { interface, ids, receive_buffer_bytes: requested, .. } = &self.settings;
+        let BusSocketSettings { interface, receive_buffer_bytes: requested, .. } = &self.settings;
+        let ids = self.settings.ids.ids();
         let socket = CanSocket::open(index, ids.as_deref(), *requested)?;
         let granted = socket.receive_buffer / 2;
         if granted < *requested {
@@ -286,7 +289,13 @@ mod tests {
     fn settings(interface: &str) -> BusSocketSettings {
         let bus = BusIndex(2);
         let (interface, transmitter) = (interface.into(), Transmitter::default());
-        BusSocketSettings { bus, interface, ids: Some(vec![]), receive_buffer_bytes: 4096, transmitter }
+        BusSocketSettings {
+            bus,
+            interface,
+            ids: IdFilter::new(Some(vec![])),
+            receive_buffer_bytes: 4096,
+            transmitter,
+        }
     }
 
     #[tokio::test(start_paused = true)]

@@ -3,6 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | [`bus`] | the task that turns one interface into inputs |
+//! | [`id_filter`] | the identifiers an interface is received for, changed while it is |
 //! | [`interfaces`] | the CAN interfaces of the machine |
 //! | `link` | the kernel's view of an interface, and its announcements of changes |
 //! | [`controller`] | the kernel's view of the controller below an interface |
@@ -19,6 +20,7 @@ pub mod bus;
 mod compression;
 pub mod controller;
 pub mod formats;
+pub mod id_filter;
 pub mod interfaces;
 mod link;
 pub mod log;

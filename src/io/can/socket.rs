@@ -46,9 +46,7 @@ impl CanSocket {
     pub(super) fn open(interface: c_int, ids: Option<&[CanId]>, receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
         // Before bind: frames that arrive in between would be queued unfiltered.
-        let filters =
-            ids.map_or(vec![wire::EVERY_DATA_FRAME], |ids| ids.iter().copied().map(wire::filter).collect());
-        set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, &filters)?;
+        filter_frames(&fd, ids)?;
         set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[libc::CAN_ERR_MASK])?;
         // A kernel without CAN FD has no FD frames to miss.
         let _no_fd = set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, &[1]);
@@ -96,6 +94,13 @@ impl CanSocket {
         }
         Ok(lengths.iter().flatten().count())
     }
+}
+
+/// Lets data frames of `ids` through, nothing else when the list is empty, every data frame with `None`.
+pub(super) fn filter_frames(fd: &OwnedFd, ids: Option<&[CanId]>) -> io::Result<()> {
+    let filters =
+        ids.map_or(vec![wire::EVERY_DATA_FRAME], |ids| ids.iter().copied().map(wire::filter).collect());
+    set_option(fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, &filters)
 }
 
 impl AsFd for CanSocket {

@@ -135,6 +135,14 @@ impl McapFile {
         Ok(())
     }
 
+    /// Waits until the disk has all that was written.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub fn sync(&self) -> io::Result<()> {
+        self.disk.file.sync_all()
+    }
+
     /// Number of bytes that wait for the disk, without the open chunk.
     pub fn pending_bytes(&self) -> usize {
         self.pending.lock().len()

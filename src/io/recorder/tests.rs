@@ -6,13 +6,15 @@ use std::time::Instant;
 use super::*;
 use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
 use crate::core::time::{Now, WallStamp};
+use crate::io::mcap::encoder::RecordedBus;
+use crate::io::ros::topics::{Durability, Topics};
 
 /// Far more than a write needs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A recording of a fault at `seconds` since 1970.
 fn recording(seconds: i64) -> Recording {
-    let limits = BlackBoxSettings { before: RETRY, after: RETRY, most_inputs: 10 };
+    let limits = BlackBoxSettings { before: RETRY, after: RETRY, most_inputs: 10, most_outputs: 10 };
     let mut black_box = BlackBox::new(limits, vec!["can0".to_owned()], Vec::new());
     let wall = WallStamp::from_nanos(seconds * 1_000_000_000);
     black_box.decided("ERROR".to_owned(), true, Now { mono: MonoTime::ZERO, wall });
@@ -20,7 +22,9 @@ fn recording(seconds: i64) -> Recording {
 }
 
 fn start(folder: &Path, keep: usize) -> Recorder {
-    Recorder::start(folder, keep, |_, text| text.to_owned()).unwrap()
+    let bus = RecordedBus { name: "body".to_owned(), interface: "can0".to_owned() };
+    let encoder = Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus]);
+    Recorder::start(folder, keep, |_, text| text.to_owned(), encoder).unwrap()
 }
 
 /// Writes the recordings one after the other, and waits for the last.
@@ -63,8 +67,8 @@ fn newest_recordings_are_kept_and_other_files_left_alone() {
     let state = save(&recorder, [1, 2, 3].map(recording));
     let name = |counter: u32| format!("fault-{counter:06}-{}-19700101T00000{counter}Z", boot());
     let [second, third] = [2, 3].map(name);
-    let files = [("decisions", &second), ("log", &second), ("decisions", &third), ("log", &third)];
-    let mut expected: Vec<_> = files.iter().map(|(extension, stem)| format!("{stem}.{extension}")).collect();
+    let files_of = |stem| ["decisions", "log", "mcap"].map(|extension| format!("{stem}.{extension}"));
+    let mut expected: Vec<_> = [&second, &third].into_iter().flat_map(files_of).collect();
     expected.push("notes.log".to_owned());
     assert_eq!(names(folder.path()), expected);
     assert_eq!((state.newest, state.recordings), (Some(format!("{third}.log")), 2));
@@ -87,12 +91,14 @@ fn clock_behind_does_not_make_the_newest_recording_the_oldest() {
 fn what_an_interrupted_write_left_is_removed_at_start() {
     let folder = tempfile::tempdir().unwrap();
     save(&start(folder.path(), 5), [recording(1)]);
-    for left in ["fault-000002-x.draft", "fault-000002-x.decisions", "fault-test.draft"] {
+    for left in
+        ["fault-000002-x.draft", "fault-000002-x.decisions", "fault-000003-x.mcap", "fault-test.draft"]
+    {
         fs::write(folder.path().join(left), "").unwrap();
     }
     let recorder = start(folder.path(), 5);
     wait_for(&recorder, |state| state.newest.is_some());
-    assert_eq!(names(folder.path()).len(), 2, "{:?}", names(folder.path()));
+    assert_eq!(names(folder.path()).len(), 3, "{:?}", names(folder.path()));
     assert_eq!(recorder.state().recordings, 1);
 }
 

@@ -7,6 +7,7 @@ pub mod messages;
 #[cfg(feature = "ros")]
 pub mod network;
 pub(in crate::io) mod outgoing;
+pub mod parameters;
 pub mod reading;
 pub mod reception;
 #[cfg(feature = "ros")]

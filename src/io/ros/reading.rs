@@ -40,6 +40,14 @@ pub enum Unreadable {
         /// Bytes of the sample.
         length: usize,
     },
+    /// There is more of something than is read.
+    #[error("{length} bytes or elements, at most {limit}")]
+    TooMuch {
+        /// How much there is.
+        length: usize,
+        /// The most.
+        limit: usize,
+    },
     /// The hazard command has an undefined value.
     #[error("{0} is not a hazard command")]
     Hazard(u8),
@@ -102,6 +110,11 @@ pub fn read(
             CommandInput::ControlMode { sample, mode, stamp }.into()
         }
     })
+}
+
+/// Decodes a message from its bytes, without their encapsulation header.
+pub(super) fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result<M, Unreadable> {
+    Bytes { bytes, endian }.whole()
 }
 
 #[derive(Clone, Copy)]

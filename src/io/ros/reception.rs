@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::duplicate_filter::DuplicateFilter;
 use super::inbox::Inbox;
-use super::link::{FromNetwork, NetworkStatus, Sample, SampleEncoding, Violation};
-use super::reading::{Endian, read};
+use super::link::{FromNetwork, NetworkStatus, Sample, Violation};
+use super::reading::read;
 use super::topics::{Subscription, SubscriptionKind};
 use crate::core::command::origin::{SampleId, WriterId};
 use crate::core::gateway::event::Input;
@@ -122,10 +122,7 @@ impl Reception {
 
     fn take_sample(&mut self, sample: &Sample<'_>) -> Result<(), Violation> {
         let Received { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
-        let endian = match sample.encoding {
-            SampleEncoding::Big => Endian::Big,
-            SampleEncoding::Little => Endian::Little,
-        };
+        let endian = sample.encoding.into();
         let id = SampleId { writer: WriterId(sample.writer), sequence: sample.number };
         match read(*kind, id, sample.bytes, endian) {
             Ok(input) if duplicate_filter.is_first(sample.writer, sample.number) => {
@@ -165,6 +162,7 @@ fn rejected(input: &Input) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::ros::link::SampleEncoding;
 
     fn frame(message: &FromNetwork<'_>) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::parameters::Parameters;
 use super::topics::{Durability, Subscription, Topics};
 
 /// The node's name in the graph, its network, and the topics it writes and reads.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RosSettings {
     /// Node name: letters, digits and `_`, not starting with a digit.
     pub node: String,
@@ -25,6 +26,10 @@ pub struct RosSettings {
     pub durability: Durability,
     /// The topics that are written.
     pub topics: Topics,
+    /// Absolute name of the topic of warnings and errors, `/rosout`; `None` without it.
+    pub rosout: Option<String>,
+    /// The parameters of the node; `None` without services for them.
+    pub parameters: Option<Parameters>,
     /// The topics that are read.
     pub subscriptions: Vec<Subscription>,
     /// `hardware_id` of every diagnostic status; `none` without a vehicle.
@@ -76,6 +81,8 @@ impl Default for RosSettings {
             only_networks: Vec::new(),
             durability: Durability::default(),
             topics: Topics::default(),
+            rosout: None,
+            parameters: None,
             subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),
             recovery: Recovery::default(),

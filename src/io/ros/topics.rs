@@ -3,7 +3,10 @@
 //! Reports are reliable with depth 1, diagnostics reliable, volatile, with depth 10
 //! (docs/spec/vehicle-interface.md, "Topics and quality of service"); traffic lights reliable,
 //! transient local, with depth 10, markers and clock with depth 1
-//! (docs/spec/traffic-lights.md, "Messages and topics"); commands reliable, volatile, with depth 1.
+//! (docs/spec/traffic-lights.md, "Messages and topics"); commands reliable, volatile, with depth 1; the log
+//! as `rcl_qos_profile_rosout_default` of `rcl` has it.
+
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -220,6 +223,8 @@ pub const TURN_INDICATORS_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndica
 pub const HAZARD_LIGHTS_TYPE: TypeName = ("autoware_vehicle_msgs", "HazardLightsReport");
 /// Type of the diagnostics topic.
 pub const DIAGNOSTICS_TYPE: TypeName = ("diagnostic_msgs", "DiagnosticArray");
+/// Type of the log.
+pub const LOG_TYPE: TypeName = ("rcl_interfaces", "Log");
 /// Type of turn commands.
 pub const TURN_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndicatorsCommand");
 /// Type of planning factors.
@@ -256,3 +261,7 @@ pub const REPORT_DEPTH: i32 = 1;
 pub const COMMAND_DEPTH: i32 = 1;
 /// Samples that the writer of diagnostics keeps.
 pub const DIAGNOSTICS_DEPTH: i32 = 10;
+/// Samples that the writer of the log keeps. `rclcpp` keeps a thousand, of all levels.
+pub const LOG_DEPTH: i32 = 100;
+/// Age at which a line of the log is not handed to a late reader any more, as `rclcpp` has it.
+pub const LOG_LIFESPAN: Duration = Duration::from_secs(10);

@@ -119,12 +119,14 @@ impl<'a> Marks<'a> {
 
     /// The list below the lanes, in as many columns as there is room for, with its height.
     pub(super) fn draw_list(&self, axis: &Axis, (left, right): (f64, f64), top: f64) -> (Vec<Element>, f64) {
-        let lines = self.list(axis);
-        let width = |part: fn(&Listed) -> &str| {
+        let width = |lines: &[Listed], part: fn(&Listed) -> &str| {
             lines.iter().map(|line| text::width(part(line), SIZE_PX)).fold(0.0, f64::max)
         };
-        let (numbers_px, times_px) = (width(|line| &line.number), width(|line| &line.time));
-        let texts_px = width(|line| &line.text).min(right - left);
+        let listed = self.list(axis);
+        let (numbers_px, times_px) = (width(&listed, |line| &line.number), width(&listed, |line| &line.time));
+        let room_px = right - left - numbers_px - times_px - 20.0;
+        let lines: Vec<Listed> = listed.into_iter().flat_map(|line| line.wrapped(room_px)).collect();
+        let texts_px = width(&lines, |line| &line.text).min(room_px);
         let column_px = numbers_px + 10.0 + times_px + 10.0 + texts_px + COLUMN_GAP_PX;
         let mut rows = lines.len();
         while rows > 8 && column_px * pixels(lines.len().div_ceil(rows - 1)) <= right - left {
@@ -162,6 +164,16 @@ impl<'a> Marks<'a> {
             lines.push(Listed { number: String::new(), time: String::new(), text });
         }
         lines
+    }
+}
+
+impl Listed {
+    /// The line, and what does not fit on it below it.
+    fn wrapped(self, room_px: f64) -> impl Iterator<Item = Self> {
+        let Self { mut number, mut time, text } = self;
+        let below =
+            move |text| Self { number: std::mem::take(&mut number), time: std::mem::take(&mut time), text };
+        text::wrapped(&text, SIZE_PX, room_px).into_iter().map(below)
     }
 }
 

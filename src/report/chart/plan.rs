@@ -8,10 +8,11 @@ const HEIGHT_PX: f64 = 260.0;
 const LABEL_PX: f64 = 10.0;
 /// Arrow heads along the way lie at least so far apart.
 const ARROW_GAP_PX: f64 = 70.0;
-/// Around the way that was driven, as a share of its size.
+/// Around the way that was driven, as a share of its size, and at least so many metres: the lanes beside it.
 const AROUND: f64 = 0.08;
-/// Least extent that is shown, metres.
-const MIN_EXTENT_M: f64 = 30.0;
+const MIN_AROUND_M: f64 = 6.0;
+/// Least width that is shown, metres.
+const MIN_WIDTH_M: f64 = 30.0;
 /// Most lanes that have their name.
 const MAX_NAMES: usize = 60;
 
@@ -58,9 +59,9 @@ fn extent<'a>(points: impl Iterator<Item = &'a PlanPoint>) -> Option<(PlanPoint,
 pub(super) fn draw(plan: &Plan, (left_px, right_px): (f64, f64), top_px: f64) -> (Vec<Element>, f64) {
     let driven = plan.driven.iter().flat_map(|(_, points)| points);
     let Some(((left, bottom), (right, top))) = extent(driven) else { return (Vec::new(), 0.0) };
-    let (width_m, height_m) = ((right - left).max(MIN_EXTENT_M), (top - bottom).max(MIN_EXTENT_M));
-    let around_m = AROUND * width_m.max(height_m);
-    let (width_m, height_m) = (width_m + 2.0 * around_m, height_m + 2.0 * around_m);
+    let with_surroundings = |size_m: f64| size_m + 2.0 * (AROUND * size_m).max(MIN_AROUND_M);
+    let (width_m, height_m) =
+        (with_surroundings((right - left).max(MIN_WIDTH_M)), with_surroundings(top - bottom));
     let px_per_m = ((right_px - left_px) / width_m).min(HEIGHT_PX / height_m);
     let (center_x, center_y) = (f64::midpoint(left, right), f64::midpoint(bottom, top));
     let height_px = height_m * px_per_m;

@@ -19,6 +19,21 @@ pub(super) fn fitted(text: &str, size_px: f64, room_px: f64) -> String {
     if beginning.chars().nth(1).is_none() { String::new() } else { beginning + "…" }
 }
 
+/// The text on as many lines as it needs, broken between words.
+pub(super) fn wrapped(text: &str, size_px: f64, room_px: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if width(line, size_px) + width(word, size_px) + width(" ", size_px) <= room_px => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 fn width_em(char: char) -> f64 {
     match char {
         'i' | 'j' | 'l' | '|' | '!' | '.' | ',' | ':' | ';' | '\'' | ' ' => 0.35,
@@ -43,5 +58,15 @@ mod tests {
         assert!(width(&cut, 10.0) <= 80.0);
         assert_eq!(fitted("green", 10.0, 12.0), "");
         assert!(width("信号", 10.0) > 20.0);
+    }
+
+    #[test]
+    fn what_does_not_fit_on_a_line_goes_on_below() {
+        let text = "the pull-out is no longer signalled (near the bound of the lane)";
+        assert_eq!(wrapped(text, 10.0, 1000.0), [text]);
+        let lines = wrapped(text, 10.0, 150.0);
+        assert_eq!(lines.join(" "), text);
+        assert!(lines.len() > 2 && lines.iter().all(|line| width(line, 10.0) <= 150.0), "{lines:?}");
+        assert_eq!(wrapped("unbreakable", 10.0, 5.0), ["unbreakable"]);
     }
 }

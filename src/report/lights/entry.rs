@@ -22,19 +22,19 @@ pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
             let (controller, phase) =
                 (controller.map_or("", |controller| &controller.name), phase.map_or("", |phase| &phase.name));
             let fields = json!({ "what": "phase", "controller": controller, "phase": phase });
-            Entry::new("phase", format!("{controller}: {phase}"), fields)
+            Entry::new("phase", format!("{}: {}", named(controller), named(phase)), fields)
         }
         ScenarioEvent::ActStarted { act } => {
             let act = act_name(*act);
-            Entry::new("act", format!("{act} begins"), json!({ "what": "act_begins", "act": act }))
+            Entry::new("act", format!("{} begins", named(act)), json!({ "what": "act_begins", "act": act }))
         }
         ScenarioEvent::ActEnded { act } => {
             let act = act_name(*act);
-            Entry::new("act", format!("{act} ends"), json!({ "what": "act_ends", "act": act }))
+            Entry::new("act", format!("{} ends", named(act)), json!({ "what": "act_ends", "act": act }))
         }
         ScenarioEvent::EventStarted { act, event } => {
             let (act, event) = (act_name(*act), event_name(*act, *event));
-            Entry::new("event", event, json!({ "what": "event", "act": act, "event": event }))
+            Entry::new("event", named(event), json!({ "what": "event", "act": act, "event": event }))
         }
         ScenarioEvent::ActionDone(source) => {
             let event = match source {
@@ -57,6 +57,11 @@ pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
             Entry::new("end", text, json!({ "what": "end", "verdict": name, "reason": reason }))
         }
     }
+}
+
+/// A name of the scenario, which may be empty.
+fn named(name: &str) -> &str {
+    if name.is_empty() { "(unnamed)" } else { name }
 }
 
 /// The action of a source; `None` for one from outside.

@@ -10,6 +10,7 @@ let lastClock = null; // its time of day
 let offset = null; // least difference between our clock and the process's
 let pid = null;
 let isPaused = false;
+let pausedText = "";
 let isOld = false;
 
 let shown = null;
@@ -69,7 +70,7 @@ const take = (event) => {
     show(snapshot);
     drawTimeline(at);
   }
-  setText(by("connection"), isPaused ? "paused" : "live");
+  setText(by("connection"), isPaused ? pausedText : "live");
 };
 
 const connect = () => {
@@ -96,7 +97,8 @@ const pause = () => {
   isPaused = !isPaused;
   by("pause").setAttribute("aria-pressed", String(isPaused));
   document.body.classList.toggle("paused", isPaused);
-  setText(by("connection"), isPaused ? `paused at ${clock(new Date())}` : "live");
+  pausedText = `paused at ${clock(new Date())}: only this picture stands still`;
+  setText(by("connection"), isPaused ? pausedText : "live");
 };
 by("pause").addEventListener("click", pause);
 document.addEventListener("keydown", (event) => {

@@ -7,8 +7,10 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::car;
+use super::draw_messages::draw_messages;
 use super::ink::{DIM, Ink};
-use super::picture::{BusLine, Function, Mark, STAGES, Stage};
+use super::parts::{bus_line, cut, draw_log, footer, header, lines_of};
+use super::picture::{Function, Mark, STAGES, Stage};
 use super::view_model::{Keys, Model, STRIP_MS};
 use crate::core::diagnostics::Level;
 use crate::report::text::wrapped;
@@ -19,6 +21,8 @@ const MIN_SIZE: (u16, u16) = (40, 12);
 const WIDE: (u16, u16) = (70, 22);
 /// Fewest lines of the log with its heading.
 const MIN_LOG: u16 = 3;
+/// Width of `right (command)`, the longest value that stands in the middle, and a space.
+const MAX_REPORTED: usize = 16;
 /// Width of the names of functions.
 const NAME: usize = 8;
 
@@ -28,6 +32,13 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     if (area.width, area.height) < MIN_SIZE || area.height < MIN_SIZE.1 {
         let text = format!("at least {} × {}, please", MIN_SIZE.0, MIN_SIZE.1);
         frame.render_widget(Paragraph::new(text), area);
+        return;
+    }
+    if let Some(table) = &model.messages {
+        draw_messages(frame, model, table, area);
+        if model.has_help {
+            draw_help(frame, model, area);
+        }
         return;
     }
     let ink = Ink(model.has_color);
@@ -46,9 +57,9 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         (car, values) if is_wide => [car.max(values), 0],
         (car, values) => [car + values, car],
     };
-    let caption = (!model.caption.is_empty()).then(|| caption(model, ink, width));
+    let caption = caption(model, ink, width);
     // What there is no room for is left out: buses last, since they may be the cause.
-    let taken = 2 + main_height + u16::from(caption.is_some()) + MIN_LOG;
+    let taken = 2 + main_height + lines_of(&caption) + MIN_LOG;
     let mut room = usize::from(area.height.saturating_sub(taken));
     let mut fit = |mut lines: Vec<Line<'static>>| {
         lines.truncate(room);
@@ -67,7 +78,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     };
     let strip = [vec![Line::default(); before], strip, vec![Line::default(); after]].concat();
     let parts = [strip, buses, more];
-    let heights = [1, u16::from(caption.is_some()), main_height]
+    let heights = [1, lines_of(&caption), main_height]
         .into_iter()
         .chain(parts.iter().map(|part| lines_of(part)))
         .map(Constraint::Length)
@@ -75,9 +86,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let areas = Layout::vertical(heights).split(area);
     let area_of = |index: usize| areas.get(index).copied().unwrap_or_default();
     frame.render_widget(header(model, ink, width), area_of(0));
-    if let Some(caption) = caption {
-        frame.render_widget(caption, area_of(1));
-    }
+    frame.render_widget(Paragraph::new(caption), area_of(1));
     let main = area_of(2);
     let (car_area, values_area) = if is_wide {
         let [car, values] =
@@ -100,47 +109,21 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     }
 }
 
-/// Number of lines, which are few.
-fn lines_of(lines: &[Line<'_>]) -> u16 {
-    u16::try_from(lines.len()).unwrap_or(u16::MAX)
-}
-
-/// A text with an ellipsis where it is cut.
-pub(super) fn cut(text: &str, width: usize) -> String {
-    if text.chars().count() <= width {
-        return text.to_owned();
-    }
-    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
-}
-
-/// Title on the left, time and level on the right.
-fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
-    let picture = &model.picture;
-    let level = picture.level.map_or_else(String::new, |level| format!(" {level} "));
-    let seconds = model.elapsed.as_secs();
-    let time = format!(" {}:{:02} ", seconds / 60, seconds % 60);
-    let room = width.saturating_sub(level.chars().count() + time.chars().count());
-    let title = format!("{:<room$}", cut(&format!(" {}", model.title), room));
-    let bar = Style::new().add_modifier(Modifier::REVERSED);
-    let level_style = picture.level.map_or(bar, |level| ink.level(level).add_modifier(Modifier::REVERSED));
-    Line::from(vec![
-        Span::styled(title, bar.add_modifier(Modifier::BOLD)),
-        Span::styled(time, bar),
-        Span::styled(level, level_style),
-    ])
-}
-
-fn caption(model: &Model, ink: Ink, width: usize) -> Line<'static> {
-    Line::styled(
-        cut(&format!(" ▸ {}", model.caption), width),
-        ink.color(Color::Cyan).add_modifier(Modifier::BOLD),
-    )
+/// The caption, in two lines where one is too short; none without a caption.
+fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let style = ink.color(Color::Cyan).add_modifier(Modifier::BOLD);
+    let lines = wrapped(&model.caption, Some(width.saturating_sub(3)), 0).into_iter().take(2);
+    let marks = [" ▸ ", "   "].into_iter();
+    let lines = marks.zip(lines).filter(|(_, line)| !line.is_empty());
+    lines.map(|(mark, line)| Line::styled(cut(&format!("{mark}{line}"), width), style)).collect()
 }
 
 /// The values of each function side by side, and below them how far they are trusted.
 fn values(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     let picture = &model.picture;
-    let columns = if width < 60 { [10, 13] } else { [12, 15] };
+    let reported = picture.functions.iter().filter_map(|function| function.values[1].as_ref());
+    let needed = reported.map(|text| text.chars().count() + 1).max().unwrap_or(0).min(MAX_REPORTED);
+    let columns = if width < 60 { [10, needed.max(13)] } else { [12, needed.max(15)] };
     let last = width.saturating_sub(NAME + columns[0] + columns[1]);
     let row = |name: &str, values: [(String, Style); 3]| {
         let [first, second, third] = values;
@@ -252,91 +235,58 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// Cells of the bar of a load.
-const BAR: u8 = 10;
-
-fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
-    let is_narrow = width < WIDE.0.into();
-    let level = if bus.is_sound { Level::Ok } else { Level::Error };
-    let name = if is_narrow { 14 } else { 22 };
-    let mut spans = vec![
-        Span::styled("● ", ink.level(level)),
-        Span::raw(format!("{:<name$}", cut(&bus.name, name - 1))),
-        Span::raw(format!("{:>6.0}/s ", bus.rate_hz)),
-    ];
-    if let Some(load) = bus.load_percent {
-        let filled = (1..=BAR).filter(|cell| load >= 10.0 * f64::from(*cell) - 5.0).count();
-        let (full, empty) = ("█".repeat(filled), "░".repeat(usize::from(BAR) - filled));
-        let style = if load < 60.0 {
-            Level::Ok
-        } else if load < 85.0 {
-            Level::Warn
-        } else {
-            Level::Error
-        };
-        spans.push(Span::styled(full, ink.level(style)));
-        spans.push(Span::styled(empty, DIM));
-        spans.push(Span::raw(format!(" {load:>3.0} %  ")));
-    } else if !is_narrow {
-        spans.push(Span::styled(" load unknown  ", DIM));
-    }
-    if bus.drops > 0 {
-        spans.push(Span::styled(format!("{} dropped  ", bus.drops), ink.level(Level::Error)));
-    }
-    let used: usize = spans.iter().map(Span::width).sum();
-    let style = if bus.is_sound { Style::new() } else { ink.level(Level::Error) };
-    spans.push(Span::styled(cut(&bus.state, width.saturating_sub(used)), style));
-    Line::from(spans)
-}
-
 /// Width of the names of further parts.
 const MORE_NAME: usize = 28;
 
 fn more_line(name: &str, text: &str, ink: Ink, width: usize) -> Line<'static> {
     let name_width = if width < WIDE.0.into() { MORE_NAME - 8 } else { MORE_NAME };
-    // The state of a traffic light begins with its colour.
-    let style = match text.split([' ', ',']).next() {
-        Some("green") => ink.color(Color::Green),
-        Some("red") => ink.color(Color::Red),
-        Some("yellow" | "amber") => ink.amber(),
-        _ => Style::new(),
+    let room = width.saturating_sub(name_width + 2);
+    let mut spans = vec![Span::styled(format!("  {:<name_width$}", cut(name, name_width - 1)), DIM)];
+    let lamps: Option<Vec<_>> = text.split(", ").map(|lamp| lamp_text(lamp, ink)).collect();
+    let Some(lamps) = lamps else {
+        spans.push(Span::raw(cut(text, room)));
+        return Line::from(spans);
     };
-    Line::from(vec![
-        Span::styled(format!("  {:<name_width$}", cut(name, name_width - 1)), DIM),
-        Span::styled(cut(text, width.saturating_sub(name_width + 2)), style),
-    ])
-}
-
-fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect) {
-    let heading =
-        if model.scroll > 0 { format!(" log, {} lines further ", model.scroll) } else { " log ".to_owned() };
-    let block = Block::new().borders(ratatui::widgets::Borders::TOP).border_style(DIM).title(heading);
-    let inner = block.inner(area);
-    let end = model.log.len() - model.scroll.min(model.log.len());
-    let start = end.saturating_sub(inner.height.into());
-    let lines = model.log.iter().skip(start).take(end - start).map(|line| {
-        let style = match line.level {
-            None | Some(Level::Ok) => Style::new(),
-            Some(level) => ink.level(level).remove_modifier(Modifier::BOLD),
-        };
-        Line::styled(cut(&line.text, inner.width.into()), style)
-    });
-    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), area);
-}
-
-fn footer(model: &Model) -> Line<'static> {
-    if model.is_paused {
-        let style = Style::new().add_modifier(Modifier::REVERSED | Modifier::BOLD);
-        let text = " PAUSED: the picture stands still, all else goes on ";
-        return Line::from(vec![Span::styled(text, style), Span::raw(" space")]);
+    let mut used = 0;
+    for (text, style) in lamps {
+        let text = cut(&text, room.saturating_sub(used));
+        used += text.chars().count();
+        spans.push(Span::styled(text, style));
     }
-    let keys = if model.keys == Keys::Driver {
-        " q quit  ← → stalk  o off  h hazard  ? help"
-    } else {
-        " q quit  space pause  ↑↓ log  ? help"
-    };
-    Line::styled(keys, DIM)
+    Line::from(spans)
 }
+
+/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style; `None` for another text. What most lamps
+/// are, a circle and steadily on, is left out.
+fn lamp_text(lamp: &str, ink: Ink) -> Option<(String, Style)> {
+    let (color, rest) = lamp.split_once(' ')?;
+    let (mark, style) = match color {
+        "green" => ("●", ink.color(Color::Green)),
+        "red" => ("●", ink.color(Color::Red)),
+        "yellow" | "amber" => ("●", ink.amber()),
+        "white" => ("●", Style::new()),
+        "unknown" => return Some(("? unknown  ".to_owned(), ink.level(Level::Warn))),
+        _ => return None,
+    };
+    let rest = rest.split(' ').filter(|word| !["solidOn", "circle"].contains(word));
+    let text: String = [mark, color].into_iter().chain(rest).flat_map(|word| [word, " "]).collect();
+    Some((text + " ", style))
+}
+
+const TABLE_HELP: [&str; 12] = [
+    "q, Ctrl-C     end",
+    "s             sort by id, rate or last change",
+    "/             filter by id, name or signal",
+    "d             all signals of the DBC, or the bound",
+    "space         let the picture stand still",
+    "↑ ↓ PgUp PgDn scroll; Home, End",
+    "?             this help",
+    "",
+    "lit bytes     changed within the last 3 s",
+    "rejected      the gateway does not use the frame:",
+    "              checksum, counter or length",
+    "dim           no signal is bound, or silent",
+];
 
 const HELP: [&str; 14] = [
     "q, Ctrl-C     end",
@@ -366,7 +316,8 @@ const DRIVER_HELP: [&str; 6] = [
 
 fn draw_help(frame: &mut Frame<'_>, model: &Model, area: Rect) {
     let driver = DRIVER_HELP.iter().filter(|_| model.keys == Keys::Driver);
-    let lines: Vec<_> = driver.chain(&HELP).map(|line| Line::raw(format!(" {line}"))).collect();
+    let help: &[&str] = if model.messages.is_some() { &TABLE_HELP } else { &HELP };
+    let lines: Vec<_> = driver.chain(help).map(|line| Line::raw(format!(" {line}"))).collect();
     let height = (lines_of(&lines) + 2).min(area.height);
     let width = 52.min(area.width);
     let help = Rect::new((area.width - width) / 2, (area.height - height) / 2, width, height);

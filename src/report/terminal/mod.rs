@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`picture`] | the state of a gateway, as it is shown |
 //! | [`vehicle`] | that of a simulated vehicle |
+//! | [`message_table`] | the messages on the buses, in its place |
 //! | [`view_model`] | all that the view shows, and what its keys do |
 //! | [`mod@draw`] | the layout and its parts |
 //!
@@ -12,7 +13,10 @@
 
 mod car;
 pub mod draw;
+mod draw_messages;
 mod ink;
+pub mod message_table;
+mod parts;
 pub mod picture;
 pub mod vehicle;
 pub mod view_model;
@@ -27,6 +31,7 @@ use std::time::{Duration, Instant};
 use anstream::adapter::strip_str;
 
 use self::draw::draw;
+use self::message_table::MessageRow;
 use self::picture::Picture;
 use self::view_model::{KeyRequest, Keys, Model};
 use super::text::escaped;
@@ -56,6 +61,7 @@ enum Message {
     Line(Option<Level>, String),
     Snapshot(Box<Snapshot>),
     Picture(Box<Picture>),
+    Messages(Vec<MessageRow>),
     Caption(String),
 }
 
@@ -102,6 +108,11 @@ impl TerminalView {
     pub fn picture(&mut self, picture: Picture) {
         self.next_picture = Instant::now() + FRAME_TIME;
         self.send(Message::Picture(Box::new(picture)));
+    }
+
+    /// Shows the messages on the buses.
+    pub fn messages(&mut self, rows: Vec<MessageRow>) {
+        self.send(Message::Messages(rows));
     }
 
     /// What a thread that is behind does not take is lost: the next picture has all of it but the lines.
@@ -153,6 +164,7 @@ fn take(model: &mut Model, message: Message) {
         }
         Message::Snapshot(snapshot) => model.show(Picture::of(&snapshot)),
         Message::Picture(picture) => model.show(*picture),
+        Message::Messages(rows) => model.show_messages(rows),
         Message::Caption(text) => model.caption = text,
     }
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::message_table::{MessageRow, MessageTable};
 use super::picture::{Mark, Picture};
 use crate::core::diagnostics::Level;
 
@@ -32,6 +33,8 @@ pub struct Model {
     pub caption: String,
     /// The present state, or that of the moment at which it was paused.
     pub picture: Picture,
+    /// Messages on the buses, which are shown in place of the vehicle; `None` where they are not.
+    pub messages: Option<MessageTable>,
     /// Past states within [`STRIP_MS`], oldest first: a stamp in ms, and the mark of each function.
     pub history: VecDeque<(i64, Vec<Mark>)>,
     /// Log, oldest line first.
@@ -90,6 +93,13 @@ impl Model {
         self.picture = picture;
     }
 
+    /// Takes new rows of the table, unless the picture stands still.
+    pub fn show_messages(&mut self, rows: Vec<MessageRow>) {
+        if let Some(table) = self.messages.as_mut().filter(|_| !self.is_paused) {
+            table.rows = rows;
+        }
+    }
+
     /// Adds a line to the log.
     pub fn add_line(&mut self, level: Option<Level>, text: String) {
         if self.log.len() == MAX_LINES {
@@ -111,6 +121,9 @@ impl Model {
     #[allow(clippy::wildcard_enum_match_arm)] // all other keys have no meaning
     pub fn press(&mut self, key: KeyEvent) -> Option<KeyRequest> {
         let is_control = key.modifiers.contains(KeyModifiers::CONTROL);
+        if self.messages.as_mut().is_some_and(|table| !self.has_help && table.press(key)) {
+            return None;
+        }
         let last = self.log.len().saturating_sub(1);
         match key.code {
             KeyCode::Char('c') if is_control => return Some(KeyRequest::Quit),

@@ -15,6 +15,7 @@ mod mcap;
 mod notes;
 mod peer;
 mod recording;
+mod rosout;
 mod scenario;
 mod stale;
 

@@ -21,6 +21,7 @@ pub(crate) const CLOCK: TopicToRead<'_> = ("clock", "clock", "clock");
 pub(crate) const DIAGNOSTICS: TopicToRead<'_> = ("diagnostics", "diagnostics", "diagnostics");
 pub(crate) const SECTIONS: TopicToRead<'_> = ("sections", "sections", "debug/sections");
 pub(crate) const FACTORS: TopicToRead<'_> = ("factors", "factors", "debug/factors");
+pub(crate) const ROSOUT: TopicToRead<'_> = ("log", "rosout", "rosout");
 /// All writers of the domain.
 pub(crate) const ENDPOINTS: TopicToRead<'_> = ("endpoints", "endpoints", "");
 

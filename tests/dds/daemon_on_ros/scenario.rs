@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::dds::daemon_on_ros::Bench;
 use crate::dds::daemon_on_ros::light_text::{self, nanos};
 use crate::dds::daemon_on_ros::peer::{
-    CAMERA, DIAGNOSTICS, ENDPOINTS, GROUND_TRUTH, LEGACY, MARKERS, Reader, V2I,
+    CAMERA, DIAGNOSTICS, ENDPOINTS, GROUND_TRUTH, LEGACY, MARKERS, ROSOUT, Reader, V2I,
 };
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
@@ -31,9 +31,10 @@ fn types(reader: &Reader) -> BTreeMap<String, String> {
 
 fn expected_types(lights: &[(&str, &str)]) -> BTreeMap<String, String> {
     let diagnostics = (DIAGNOSTICS.2, "diagnostic_msgs::msg::dds_::DiagnosticArray_");
+    let log = (ROSOUT.2, "rcl_interfaces::msg::dds_::Log_");
     lights
         .iter()
-        .chain([&diagnostics])
+        .chain([&diagnostics, &log])
         .map(|(topic, kind)| ((*topic).to_owned(), (*kind).to_owned()))
         .collect()
 }

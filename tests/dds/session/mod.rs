@@ -54,6 +54,16 @@ impl Role {
         self.with("topics", json!("autoware"))
     }
 
+    /// With warnings on `/rosout`.
+    pub(crate) fn with_rosout(self) -> Self {
+        self.with("rosout", json!(true))
+    }
+
+    /// With some parameters and the services for them.
+    pub(crate) fn with_parameters(self) -> Self {
+        self.with("parameters", json!(true))
+    }
+
     /// The network of this address and no other.
     pub(crate) fn only_on(self, address: &str) -> Self {
         self.with("networks", json!([address]))

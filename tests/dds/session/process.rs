@@ -13,6 +13,8 @@ use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::io::process_log;
+use signal_gateway::io::ros::parameters::Parameters;
 use signal_gateway::io::ros::session::{
     Durability, Isolation, OutgoingStatus, Recovery, RosSession, RosSettings, Topics,
 };
@@ -22,7 +24,7 @@ use super::{ROLE, autoware_topics, lights};
 /// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
 /// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
 /// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `value TEXT` (diagnostics
-/// that end with this text), `status`, `stop`; and those of [`lights::send`].
+/// that end with this text), `warn TEXT` (for `/rosout`), `parameters` (others than before), `status`, `stop`; and those of [`lights::send`].
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };
@@ -48,6 +50,8 @@ fn session_process() {
         only_networks: networks.map(|address| address.as_str().unwrap().parse().unwrap()).collect(),
         hardware_id: "bench".to_owned(),
         topics,
+        rosout: (role["rosout"] == true).then(|| "/rosout".to_owned()),
+        parameters: (role["parameters"] == true).then(|| parameters(&role)),
         subscriptions,
         recovery: if role["alert"] == true { alert } else { Recovery::default() },
         isolation: if role["isolated"] == true {
@@ -75,6 +79,7 @@ fn session_process() {
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
                         "missing": status.missing_peers, "probe": status.has_probe,
                         "write_errors": status.write_errors,
+                        "unanswered": status.unanswered_requests,
                         "overtaken": status.overtaken_lights,
                         "up": status.network.is_up, "restarts": status.network.restarts,
                         "echo": status.network.has_echo,
@@ -87,14 +92,30 @@ fn session_process() {
                 println!("{}", json!({"event": "stopped", "millis": requested_at.elapsed().as_millis()}));
                 return;
             }
+            "parameters" => {
+                let mut parameters = Parameters::default();
+                parameters.set("reports.rate_hz", 20);
+                session.set_parameters(parameters);
+            }
+            command if command.starts_with("warn ") => {
+                process_log::warn_others(tracing::Level::WARN, command.trim_start_matches("warn "));
+            }
             command if command.starts_with("lights") => lights::send(&session, command),
             command => session.send(&output(command)),
         }
     }
 }
 
+fn parameters(role: &Value) -> Parameters {
+    let mut parameters = Parameters::default();
+    parameters.set("use_sim_time", true);
+    parameters.set("ros.domain_id", role["domain"].as_i64().unwrap());
+    parameters.set("ros.only_networks", vec!["127.0.0.1".to_owned()]);
+    parameters
+}
+
 /// Labels of what is always written.
-const REPORTS: [&str; 3] = ["turn", "hazard", "diagnostics"];
+const REPORTS: [&str; 4] = ["turn", "hazard", "diagnostics", "log"];
 
 fn readers(topics: &[OutgoingStatus], is_requested: impl Fn(&str) -> bool) -> Vec<usize> {
     topics.iter().filter(|topic| is_requested(topic.label)).map(|topic| topic.readers).collect()

@@ -86,6 +86,7 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "pull_over.toml",
             "pull_over_pre_signal.toml",
             "pull_over_decided_early.toml",
+            "gap_gives_way_to_another.toml",
         ],
     ),
     (
@@ -96,8 +97,26 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "lane_change_then_back.toml",
         ],
     ),
-    ("W20", &["helix.toml", "helix_lane_changes.toml", "pull_out_beside_oncoming.toml"]),
-    ("W21", &["conflict_05_enclosing.toml", "front_on_required_start.toml"]),
+    (
+        "W20",
+        &[
+            "helix.toml",
+            "helix_lane_changes.toml",
+            "pull_out_beside_oncoming.toml",
+            "lane_change_past_own_entry.toml",
+            "avoidances_around_a_ring.toml",
+        ],
+    ),
+    (
+        "W21",
+        &[
+            "conflict_05_enclosing.toml",
+            "conflict_09_same_interval.toml",
+            "exit_three_metres_apart.toml",
+            "front_on_required_start.toml",
+            "lane_change_beside_an_exit.toml",
+        ],
+    ),
 ];
 
 /// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two signals (W2)
@@ -109,7 +128,6 @@ pub(crate) const ONLY_A_GAP: &[&str] = &[
     "conflict_01_partial.toml",
     "conflict_04_later_first.toml",
     "conflict_07_gap_later_first.toml",
-    "conflict_09_same_interval.toml",
     "gap_before_required_avoidance.toml",
     "left_then_right.toml",
     "roundabout_once_around.toml",

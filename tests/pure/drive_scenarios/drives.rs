@@ -31,7 +31,7 @@ struct Shown {
     has_candidates: bool,
     /// Candidates that are valid, whether they win or not.
     contenders: usize,
-    /// The winner is in its required section, which comes before minimum durations.
+    /// A required section has begun, which comes before minimum durations.
     is_required: bool,
 }
 
@@ -96,7 +96,7 @@ fn scenario(name: &str) -> Scenario {
                 has_candidates: matches!(decision.basis, Basis::Candidates(_)),
                 contenders: decision.evaluated().iter().filter(|candidate| contends(candidate)).count(),
                 is_required: decision.evaluated().iter().any(|candidate| {
-                    candidate.turn == decision.turn
+                    candidate.turn.side().is_some()
                         && candidate.distances.is_some_and(|distances| distances.are_required())
                 }),
             });

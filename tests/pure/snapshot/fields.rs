@@ -8,8 +8,9 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use signal_gateway::core::traffic_light::snapshot::MAX_LISTED_LIGHTS;
 
 /// Files with the types of the snapshot.
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "src/core/gateway/snapshot.rs",
+    "src/core/gateway/configuration.rs",
     "src/core/gateway/process_status.rs",
     "src/core/can/snapshot.rs",
     "src/core/validation/snapshot.rs",
@@ -97,6 +98,7 @@ fn rows(path: &str, kind: &str, all: &BTreeMap<String, Vec<Field>>, table: &mut 
             "f64" => "number",
             "[f64 ; 4]" => "4 numbers",
             "Level" => "`OK`, `WARN`, `ERROR`",
+            "BTreeMap<String , String>" | "BTreeMap<String,String>" => "object of texts",
             "T" => "`DISABLE`, `ENABLE_LEFT`, `ENABLE_RIGHT`; hazard lights: `DISABLE`, `ENABLE`",
             "FaultKind" => "`unknown`, `invalid`, `hardware_fault`",
             "Compliance" => {

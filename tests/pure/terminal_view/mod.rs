@@ -1,6 +1,7 @@
 //! The live view in each state and width, as text: `tests/pure/terminal_view/*.txt` are what the terminal shows.
 //! `UPDATE_DOCS=1 cargo test --test pure terminal_view` writes them anew: look at what has changed.
 
+mod messages;
 mod svg;
 
 use std::path::Path;
@@ -19,7 +20,7 @@ use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
 use signal_gateway::report::terminal::draw::draw;
-use signal_gateway::report::terminal::picture::{Lamp, Picture};
+use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, Picture};
 use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
 
 use crate::support::virtual_gateway::VirtualGateway;
@@ -104,8 +105,12 @@ fn text(model: &Model, (width, height): (u16, u16)) -> String {
 
 /// Compares the view with the file of that name.
 fn check(name: &str, drive: &Drive) -> String {
+    check_model(name, &drive.model)
+}
+
+fn check_model(name: &str, model: &Model) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/pure/terminal_view/{name}.txt"));
-    let shown = SIZES.map(|size| text(&drive.model, size)).join("\n");
+    let shown = SIZES.map(|size| text(model, size)).join("\n");
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &shown).unwrap();
     }
@@ -261,6 +266,44 @@ fn log_is_scrolled_by_keys_and_bounded() {
     let drive = drive.press(KeyCode::Home);
     assert!(drive.model.scroll < 500);
     assert!(text(&drive.press(KeyCode::End).model, SIZES[1]).contains("new"));
+}
+
+#[test]
+fn vehicle_says_in_full_who_decides() {
+    let function = Function {
+        name: "turn",
+        values: [None, Some("right (command)".to_owned()), Some("○ ●".to_owned())],
+        mark: Mark::Right,
+        ..Function::default()
+    };
+    let mut model = Model { keys: Keys::Driver, ..Model::default() };
+    let titles = ["commanded", "lights", "lamps"];
+    model.show(Picture { titles, functions: vec![function], ..Picture::default() });
+    for size in SIZES {
+        let shown = text(&model, size);
+        assert!(shown.contains("right (command) ○ ●") && shown.contains("h hazard"), "{shown}");
+    }
+}
+
+#[test]
+fn lamps_of_traffic_lights_have_their_own_colours_and_words() {
+    let state = "green solidOn left, red solidOn circle".to_owned();
+    let mut model = Model { has_color: true, ..Model::default() };
+    let more =
+        vec![("11 conventional".to_owned(), state), ("main road".to_owned(), "stop, then go".to_owned())];
+    model.caption =
+        "the camera loses light 11: what it detects is unknown, what the light shows is not".to_owned();
+    model.show(Picture { more, ..Picture::default() });
+    for (width, height) in SIZES {
+        let shown = text(&model, (width, height));
+        for part in ["● green left  ● red", "stop, then go", "is not"] {
+            assert!(shown.contains(part), "{part}: {shown}");
+        }
+    }
+    let terminal = drawn(&model, SIZES[1]);
+    let cells = terminal.backend().buffer().content.iter();
+    let colors: Vec<_> = cells.filter(|cell| cell.symbol() == "●").map(|cell| cell.fg).collect();
+    assert_eq!(colors, [Color::Green, Color::Red]);
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn c2_and_c5_end_off_by_default() {
         ("C6", vec![(Left, -2.0, 37.75), (Right, 38.0, 60.0)]),
         ("C7", vec![(Left, -2.0, 7.75), (Right, 8.0, 41.75), (Left, 42.0, 80.0)]),
         ("C8", vec![(Left, -2.0, 40.0), (Right, 40.25, 60.0)]),
-        ("C9", vec![(Left, -2.0, 7.75), (Right, 8.0, 27.75), (Left, 28.0, 80.0)]),
+        ("C9", vec![(Left, -2.0, 80.0)]),
         ("C10", vec![(Left, -2.0, 40.0), (Right, 40.25, 60.0)]),
         ("C11", vec![(Right, -2.0, 27.75), (Left, 28.0, 80.0)]),
         ("T1", vec![(Left, -2.0, 37.75), (Right, 38.0, 57.75), (Left, 58.0, 80.0)]),
@@ -128,13 +128,13 @@ fn a_signal_lasts_and_leaves_a_gap() {
         (9600, Right, Right, None, None),
         (11_100, NoCommand, NoCommand, None, None),
     ] {
-        let shown = min_duration.show(requested, false, MinDurations::READABLE, time(ms));
+        let shown = min_duration.show(requested, &[], MinDurations::READABLE, time(ms));
         assert_eq!((shown.signal, shown.held, shown.deadline), (signal, held, deadline.map(time)), "{ms} ms");
     }
-    min_duration.show(Left, false, MinDurations::READABLE, time(12_000));
+    min_duration.show(Left, &[], MinDurations::READABLE, time(12_000));
     min_duration.force_off(time(12_100));
     assert_eq!(
-        min_duration.show(Left, false, MinDurations::READABLE, time(12_200)).held,
+        min_duration.show(Left, &[], MinDurations::READABLE, time(12_200)).held,
         off,
         "switched off early, and the gap is kept"
     );
@@ -145,17 +145,21 @@ fn a_required_section_is_signalled_at_once() {
     use TurnCommand::{Disable, Left, Right};
     let mut min_duration = MinDurationFilter::default();
     let left = Some(Held::On(Side::Left));
-    for (ms, requested, is_required, signal, held) in [
-        (0, Left, false, Left, None),
-        (100, Right, false, Left, left),
-        (200, Right, true, Right, None),
-        (300, Disable, true, Right, Some(Held::On(Side::Right))),
-        (1700, Disable, false, Disable, None),
-        (1800, Left, false, Disable, Some(Held::Off)),
-        (1900, Left, true, Left, None),
+    let (on_the_left, on_the_right): (&[Side], &[Side]) = (&[Side::Left], &[Side::Right]);
+    for (ms, requested, required, signal, held) in [
+        (0, Left, &[][..], Left, None),
+        (100, Right, &[], Left, left),
+        (150, Right, on_the_left, Left, left),
+        (200, Right, on_the_right, Right, None),
+        (300, Disable, on_the_right, Right, Some(Held::On(Side::Right))),
+        (1700, Disable, &[], Disable, None),
+        (1800, Left, &[], Disable, Some(Held::Off)),
+        (1900, Left, on_the_left, Left, None),
+        // Never dark while anything is required.
+        (3500, Right, &[], Disable, Some(Held::Off)),
+        (3600, Right, on_the_left, Right, None),
     ] {
-        let shown =
-            min_duration.show(requested, is_required, MinDurations::READABLE, MonoTime::from_millis(ms));
+        let shown = min_duration.show(requested, required, MinDurations::READABLE, MonoTime::from_millis(ms));
         assert_eq!((shown.signal, shown.held), (signal, held), "{ms} ms");
     }
 }
@@ -185,7 +189,7 @@ proptest! {
         let (mut min_duration, mut now, mut shown) = (MinDurationFilter::default(), 0, Vec::new());
         for (pause, request) in requests {
             now += pause;
-            shown.push((now, min_duration.show(request, false, MinDurations::READABLE, MonoTime::from_millis(now)).signal));
+            shown.push((now, min_duration.show(request, &[], MinDurations::READABLE, MonoTime::from_millis(now)).signal));
         }
         let runs = runs(&shown);
         for pair in runs.windows(2) {
@@ -201,10 +205,10 @@ proptest! {
     #[test]
     fn a_request_that_lasts_is_shown(request in any_request(), before in any_request()) {
         let mut min_duration = MinDurationFilter::default();
-        min_duration.show(before, false, MinDurations::READABLE, MonoTime::from_millis(10));
+        min_duration.show(before, &[], MinDurations::READABLE, MonoTime::from_millis(10));
         // A side that must stay, the gap after it, and then the request.
-        min_duration.show(request, false, MinDurations::READABLE, MonoTime::from_millis(1510));
-        let shown = min_duration.show(request, false, MinDurations::READABLE, MonoTime::from_millis(2010));
+        min_duration.show(request, &[], MinDurations::READABLE, MonoTime::from_millis(1510));
+        let shown = min_duration.show(request, &[], MinDurations::READABLE, MonoTime::from_millis(2010));
         prop_assert_eq!((shown.signal, shown.held), (request, None));
     }
 }

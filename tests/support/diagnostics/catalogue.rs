@@ -76,6 +76,7 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::channel(),
         planning::scenario(),
         planning::v2i_reception(),
+        process::configuration(),
         process::black_box(),
         process::mcap(),
         process::log(),
@@ -118,7 +119,7 @@ fn lights_messages() -> Vec<Message> {
         message(
             Error,
             "unknown: the vehicle profile binds no signal for it",
-            "Bind a signal in the profile, or say `not_fitted`.",
+            "Bind a signal in the profile; `not_fitted` is for a vehicle without these lights.",
         ),
         message(
             Error,

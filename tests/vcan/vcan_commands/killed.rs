@@ -133,7 +133,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
 fn pause_of_the_service() -> Duration {
     let unit = include_str!("../../../systemd/signal-gateway.service");
     let value = |key: &str| unit.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).unwrap();
-    assert_eq!(value("Restart"), "on-failure");
+    assert_eq!(value("Restart"), "always");
     let pause_s = value("RestartSec").strip_suffix('s').unwrap();
     Duration::from_secs(pause_s.parse().unwrap())
 }

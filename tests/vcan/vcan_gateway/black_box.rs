@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::{Folder, HAZARD, HAZARD_OFF, LEFT, OFF, PATIENT, Process, RIGHT, Sender, TURN, UNDEFINED, Vcan};
+use crate::support::mcap::McapReaders;
 use crate::support::prerequisite::{Missing, require};
 use crate::support::tmpfs::Tmpfs;
 
@@ -93,9 +94,45 @@ fn stop_within_the_window_writes_what_there_is() {
     drive.fault(1);
     drive.gateway.stop("TERM");
     let files = drive.files();
-    assert!(files.len() == 2 && files[0].ends_with(".decisions"), "{files:?}");
+    let extensions: Vec<_> = files.iter().map(|name| name.rsplit_once('.').unwrap().1).collect();
+    assert_eq!(extensions, ["decisions", "log", "mcap"], "{files:?}");
     let decisions = std::fs::read_to_string(drive.folder.path().join("box").join(&files[0])).unwrap();
     assert!(decisions.contains("invalid"), "{decisions}");
+}
+
+#[test]
+fn mcap_of_a_fault_has_the_frames_of_its_log_and_what_was_published() {
+    let readers = require!(McapReaders::find());
+    let mut drive = require!(Drive::start("vcan20", 300, |_| ()));
+    drive.sender.set(TURN, LEFT);
+    drive.gateway.wait_for_log("ENABLE_LEFT");
+    drive.fault(1);
+    drive.gateway.stop("TERM");
+    let folder = drive.folder.path().join("box");
+    let [log] = &paths(&folder, "log")[..] else { panic!("{:?}", drive.files()) };
+    let messages = readers.messages(&log.with_extension("mcap"));
+    let of = |topic: &str| messages.iter().filter(|message| message["topic"] == topic).collect::<Vec<_>>();
+    let frames: Vec<_> = of("/body/from_can_bus")
+        .into_iter()
+        .map(|message| {
+            let micros = message["log_time"].as_u64().unwrap() / 1_000;
+            let fields = &message["fields"];
+            let data = fields["data"].as_array().unwrap().iter();
+            let data: String = data.map(|byte| format!("{:02X}", byte.as_u64().unwrap())).collect();
+            let (id, interface) =
+                (fields["id"].as_u64().unwrap(), fields["header"]["frame_id"].as_str().unwrap());
+            format!("({}.{:06}) {interface} {id:03X}#{data}", micros / 1_000_000, micros % 1_000_000)
+        })
+        .collect();
+    let log = std::fs::read_to_string(log).unwrap();
+    let logged: Vec<_> = log.lines().filter(|line| !line.starts_with('#')).collect();
+    assert!(logged.len() > 4, "{log}");
+    assert_eq!(frames, logged);
+    let reports = of("/vehicle/status/turn_indicators_status");
+    let values: Vec<_> =
+        reports.iter().map(|message| message["fields"]["report"].as_u64().unwrap()).collect();
+    assert!(values.contains(&2), "ENABLE_LEFT was published: {values:?}");
+    assert!(!of("/diagnostics").is_empty());
 }
 
 #[test]
@@ -128,12 +165,11 @@ fn read_only_folder_is_reported_and_used_once_it_can_be_written() {
 #[test]
 fn full_disk_costs_the_recording_and_nothing_else() {
     let mut tmpfs = None;
-    let mut drive =
-        require!(Drive::start("vcan19", 1, |folder| tmpfs = Some(Tmpfs::new(folder, "size=64k"))));
+    let mut drive = require!(Drive::start("vcan19", 1, |folder| tmpfs = Some(Tmpfs::new(folder, "size=1m"))));
     let _tmpfs = require!(tmpfs.unwrap());
     let filler = drive.folder.path().join("box/filler");
     // It is full before the last byte.
-    assert!(std::fs::write(&filler, vec![0; 128 * 1024]).is_err());
+    assert!(std::fs::write(&filler, vec![0; 2 * 1024 * 1024]).is_err());
     drive.fault(1);
     drive.gateway.wait_for_log("black_box: recordings cannot be written: No space left on device");
     assert_eq!(drive.files(), [""; 0], "nothing is left of it");
@@ -141,7 +177,7 @@ fn full_disk_costs_the_recording_and_nothing_else() {
     drive.fault(2);
     drive.gateway.wait_for_log("black box written");
     drive.gateway.stop("TERM");
-    assert_eq!(drive.files().len(), 2, "{:?}", drive.files());
+    assert_eq!(drive.files().len(), 3, "{:?}", drive.files());
 }
 
 fn paths(folder: &Path, extension: &str) -> Vec<std::path::PathBuf> {

@@ -8,6 +8,7 @@ mod black_box;
 mod joining;
 mod links;
 pub(crate) mod reader;
+mod reload;
 mod values;
 mod watchers;
 

@@ -67,6 +67,12 @@ impl Reader {
         lines.filter(|line| is_sample(line, kind)).collect()
     }
 
+    /// Number of writers of a kind that have gone since `mark`.
+    pub(crate) fn unmatched(&self, mark: Mark, kind: &str) -> usize {
+        let lines = self.0.lines(mark).into_iter();
+        lines.filter(|(_, line)| line["event"] == "unmatched" && line["kind"] == kind).count()
+    }
+
     /// Waits for so many samples after `mark`, and gives them.
     pub(crate) fn next(&self, mark: Mark, kind: &str, count: usize) -> Vec<Value> {
         let mut samples = Vec::new();

@@ -47,11 +47,6 @@ impl Point {
         (self.z_m - other.z_m).abs() <= SAME_LEVEL_M
     }
 
-    /// Returns whether both heights are known and those of two roads on top of each other.
-    pub fn is_on_other_level(self, other: Self) -> bool {
-        (self.z_m - other.z_m).abs() > SAME_LEVEL_M
-    }
-
     /// Straight distance, metres.
     pub fn distance_m(self, other: Self) -> f64 {
         self.squared_distance(other).sqrt()

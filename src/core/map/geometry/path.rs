@@ -231,6 +231,11 @@ impl<'a> PathFrame<'a> {
         Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: true }
     }
 
+    /// It was made by [`Self::of_every_visit`].
+    pub fn looks_at_every_visit(&self) -> bool {
+        self.looks_at_every_visit
+    }
+
     /// The vehicle's rear axle.
     pub fn ego(&self) -> Pose {
         self.ego

@@ -9,7 +9,7 @@ use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 
 /// The signals that the profile binds for the v2i channel; none by default.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct V2iBinding {
     /// The bound messages and signals.
     pub table: SignalTable,
@@ -30,7 +30,7 @@ impl V2iBinding {
 }
 
 /// The binding of one `[[v2i]]` section.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct V2iSource {
     /// The signals of the states.
     pub states: V2iStates,
@@ -41,7 +41,7 @@ pub struct V2iSource {
 }
 
 /// The form in which states are sent.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum V2iStates {
     /// A signal of its own for one group or head.
     Single(Group),
@@ -50,7 +50,7 @@ pub enum V2iStates {
 }
 
 /// A group or head with a received state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
@@ -61,7 +61,7 @@ pub struct Group {
 }
 
 /// The confidence of a unit: raw value / `full`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Confidence {
     /// The signal, with 0 to `full` defined; "not available" counts as 1.
     pub role: Role<()>,
@@ -81,7 +81,7 @@ impl Confidence {
 }
 
 /// A message that carries one group after another. Its signals are in each of its frames.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
     /// The signal with the number of the intersection.
     pub intersection: SignalIndex,

@@ -3,11 +3,22 @@
 
 use super::ManoeuvreKind;
 use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathFrame;
 use crate::core::turn_signal::side::Side;
 
 /// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change that waits
 /// moves with the vehicle, by less than this in a cycle.
 pub const SAME_END_M: f64 = 5.0;
+/// Ends that are nearer to each other are nevertheless those of two manoeuvres when their distances from the vehicle along
+/// the path differ by more than this, metres: the path comes by twice, as on a ring or a helix. Within a cycle the vehicle
+/// itself passes less.
+const SAME_VISIT_M: f64 = 25.0;
+
+/// Returns whether an end that is `before_m` ahead of the vehicle in one cycle and `now_m` in the next lies on one visit of
+/// the path, metres.
+pub fn is_same_visit(before_m: f64, now_m: f64) -> bool {
+    (before_m - now_m).abs() <= SAME_VISIT_M
+}
 
 /// What makes a manoeuvre of the planner the same in the next cycle: planning factors have no ids.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +29,8 @@ pub struct ManoeuvreIdentity {
     pub side: Side,
     /// Pose at which it ends.
     pub end: Pose,
+    /// Distance from the rear axle to its end along the path, metres.
+    pub ahead_m: f64,
 }
 
 /// The manoeuvres that are announced. One that does not come again in a cycle is forgotten at its end.
@@ -35,12 +48,17 @@ struct Announced {
 }
 
 impl ManoeuvreIdentity {
+    /// A manoeuvre that ends at a pose, seen from the vehicle.
+    pub fn new(path_frame: &PathFrame<'_>, kind: ManoeuvreKind, side: Side, end: Pose) -> Self {
+        Self { kind, side, end, ahead_m: path_frame.from_base_m(end) }
+    }
+
     /// Distance between the ends, metres, of what may be one manoeuvre in two cycles.
     fn moved_m(&self, next: &Self) -> Option<f64> {
         let moved_m = self.end.position.distance_m(next.end.position);
         // The planner pulls out and over once; deciding where to moves the end by any distance.
         let is_only_one = matches!(self.kind, ManoeuvreKind::PullOut | ManoeuvreKind::PullOver);
-        let is_near = moved_m <= SAME_END_M && !self.end.position.is_on_other_level(next.end.position);
+        let is_near = moved_m <= SAME_END_M && is_same_visit(self.ahead_m, next.ahead_m);
         let is_same = self.kind == next.kind && self.side == next.side && (is_only_one || is_near);
         is_same.then_some(moved_m)
     }

@@ -59,7 +59,8 @@ impl ManoeuvreMemory {
         let waits = change.phase == LaneChangePhase::Waiting;
         let (start, required_end) = match (context.quirks.lane_changes_have_begun, change.start) {
             (false, Some(start)) => {
-                let identity = ManoeuvreIdentity { kind: ManoeuvreKind::LaneChange, side: change.side, end };
+                let kind = ManoeuvreKind::LaneChange;
+                let identity = ManoeuvreIdentity::new(&context.path_frame, kind, change.side, end);
                 let Some(from) = self.announced_from(context, identity, start) else {
                     return SignalReason::TooEarly;
                 };

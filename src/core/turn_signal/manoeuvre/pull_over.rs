@@ -113,7 +113,7 @@ impl ManoeuvreMemory {
         let index = |pose: Pose| path.index_of(context, pose);
         let Some(end) = path.poses().last().copied() else { return SignalReason::Idle };
         let side = context.parameters.parking_side;
-        let identity = ManoeuvreIdentity { kind: ManoeuvreKind::PullOver, side, end };
+        let identity = ManoeuvreIdentity::new(&context.path_frame, ManoeuvreKind::PullOver, side, end);
         let is_announced = self.announced.from(identity).is_some();
         let is_before = index(context.ego()) < index(deceleration);
         if is_before && (context.quirks.ends_shifts_early || !is_announced) {

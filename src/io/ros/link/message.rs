@@ -5,6 +5,8 @@ use super::settings::NetworkSettings;
 use super::violation::Violation;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::parameters::Parameters;
+use crate::io::ros::reading::Endian;
 
 /// The longest text, bytes.
 const MAX_TEXT: usize = 1024;
@@ -21,12 +23,14 @@ pub enum Order {
 }
 
 /// A message of the gateway to its network side.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ToNetwork {
     /// Join the network; the first message, and no other.
     Start(Box<NetworkSettings>),
     /// Do this on the topic at this position of the settings.
     Order(u16, Order),
+    /// These are the parameters of the node from now on.
+    Parameters(Box<Parameters>),
     /// Answer with the same number once a sample has gone out and come back.
     Ping(u64),
     /// Leave the network.
@@ -79,6 +83,15 @@ pub enum SampleEncoding {
     Little,
 }
 
+impl From<SampleEncoding> for Endian {
+    fn from(encoding: SampleEncoding) -> Self {
+        match encoding {
+            SampleEncoding::Big => Self::Big,
+            SampleEncoding::Little => Self::Little,
+        }
+    }
+}
+
 /// State and counts of the network side.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct NetworkStatus {
@@ -94,6 +107,8 @@ pub struct NetworkStatus {
     pub rebuilds: u32,
     /// Samples that RustDDS did not take.
     pub write_errors: u64,
+    /// Requests for parameters that were not answered.
+    pub unanswered_requests: u64,
     /// Log lines that the network side did not write.
     pub lost_lines: LostLines,
 }
@@ -103,6 +118,7 @@ const PUBLISH: u8 = 2;
 const WITHDRAW: u8 = 3;
 const PING: u8 = 4;
 const STOP: u8 = 5;
+const PARAMETERS: u8 = 6;
 
 impl ToNetwork {
     /// Appends the message's bytes.
@@ -127,6 +143,10 @@ impl ToNetwork {
                 bytes.push(WITHDRAW);
                 bytes.extend(topic.to_le_bytes());
             }
+            Self::Parameters(parameters) => {
+                bytes.push(PARAMETERS);
+                bytes.extend(serde_json::to_vec(parameters).unwrap_or_default());
+            }
             Self::Ping(number) => {
                 bytes.push(PING);
                 bytes.extend(number.to_le_bytes());
@@ -142,6 +162,10 @@ impl ToNetwork {
             START => {
                 let settings = serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?;
                 Self::Start(Box::new(settings))
+            }
+            PARAMETERS => {
+                let parameters = serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?;
+                Self::Parameters(Box::new(parameters))
             }
             PUBLISH => {
                 let (topic, mut samples) = (bytes.u16()?, Vec::new());
@@ -199,6 +223,7 @@ impl<'a> FromNetwork<'a> {
                 bytes.push(status.has_probe.into());
                 bytes.extend(status.rebuilds.to_le_bytes());
                 bytes.extend(status.write_errors.to_le_bytes());
+                bytes.extend(status.unanswered_requests.to_le_bytes());
                 bytes.extend(status.lost_lines.suppressed.to_le_bytes());
                 bytes.extend(status.lost_lines.dropped.to_le_bytes());
             }
@@ -234,6 +259,7 @@ impl<'a> FromNetwork<'a> {
                 has_probe: bytes.flag()?,
                 rebuilds: bytes.u32()?,
                 write_errors: bytes.u64()?,
+                unanswered_requests: bytes.u64()?,
                 lost_lines: LostLines { suppressed: bytes.u64()?, dropped: bytes.u64()? },
             }),
             PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()? },
@@ -263,6 +289,7 @@ mod tests {
 
     use super::super::settings::{Delivery, ReadTopic, WrittenTopic};
     use super::*;
+    use crate::io::ros::parameters::ParameterValue;
     use crate::io::ros::settings::Recovery;
     use crate::io::ros::topics::{Durability, Reliability};
 
@@ -277,6 +304,9 @@ mod tests {
 
     #[test]
     fn what_the_gateway_sends_arrives() {
+        let mut parameters = Parameters::default();
+        parameters.set("a", ParameterValue::Double(0.1));
+        parameters.set("b", ParameterValue::Double(f64::NAN));
         let settings = NetworkSettings {
             node: "gw".to_owned(),
             namespace: "/".to_owned(),
@@ -300,11 +330,13 @@ mod tests {
             recovery: Recovery { check_interval: Duration::from_millis(1500), ..Recovery::default() },
             echo_is_proven: true,
             history_bytes: 1 << 20,
+            parameters: Some(parameters.clone()),
         };
         there_and_back(&ToNetwork::Start(Box::new(settings)));
         let samples = [vec![1, 2, 3], vec![], vec![4]].map(CdrBytes::from).to_vec();
         there_and_back(&ToNetwork::Order(3, Order::Publish(samples)));
         there_and_back(&ToNetwork::Order(u16::MAX, Order::Withdraw));
+        there_and_back(&ToNetwork::Parameters(Box::new(parameters)));
         there_and_back(&ToNetwork::Ping(u64::MAX));
         there_and_back(&ToNetwork::Stop);
     }
@@ -312,9 +344,11 @@ mod tests {
     fn status() -> impl Strategy<Value = NetworkStatus> {
         let counts = || prop::collection::vec(any::<u32>(), 0..9);
         let lines = any::<(u64, u64)>();
-        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), any::<u64>(), lines);
+        let errors = any::<(u64, u64)>();
+        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), errors, lines);
         status.prop_map(
-            |(readers, writers, missing_peers, has_probe, rebuilds, write_errors, (suppressed, dropped))| {
+            |(readers, writers, missing_peers, has_probe, rebuilds, errors, (suppressed, dropped))| {
+                let (write_errors, unanswered_requests) = errors;
                 let lost_lines = LostLines { suppressed, dropped };
                 NetworkStatus {
                     readers,
@@ -323,6 +357,7 @@ mod tests {
                     has_probe,
                     rebuilds,
                     write_errors,
+                    unanswered_requests,
                     lost_lines,
                 }
             },

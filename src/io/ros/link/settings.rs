@@ -4,11 +4,12 @@ use std::net::IpAddr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::io::ros::parameters::Parameters;
 use crate::io::ros::settings::Recovery;
 use crate::io::ros::topics::{Durability, Reliability};
 
 /// The node's name in the graph, its network, and the topics it writes and reads.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NetworkSettings {
     /// Node name.
     pub node: String,
@@ -30,6 +31,8 @@ pub struct NetworkSettings {
     pub echo_is_proven: bool,
     /// The most bytes of samples that may be kept until their readers have acknowledged them.
     pub history_bytes: usize,
+    /// The parameters of the node; `None` without services for them.
+    pub parameters: Option<Parameters>,
 }
 
 /// A topic that is written.
@@ -62,6 +65,13 @@ pub struct ReadTopic {
     pub depth: i32,
 }
 
+impl Delivery {
+    /// True if each message counts, and not only the newest of its topic.
+    pub fn counts_each(self) -> bool {
+        matches!(self, Self::Once | Self::Log)
+    }
+}
+
 /// The delivery of a topic's messages to readers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Delivery {
@@ -71,4 +81,6 @@ pub enum Delivery {
     Stream,
     /// Sent to the readers of that moment, and not again.
     Once,
+    /// Each counts, also for readers that come within [`LOG_LIFESPAN`](crate::io::ros::topics::LOG_LIFESPAN).
+    Log,
 }

@@ -3,7 +3,7 @@
 //!
 //! One `Serialize` serves two readers: CDR on the wire (fields in order) and JSON for people and
 //! scripts (fields by name; `level` is a number). Conversions from the core's types go one way.
-//! Sources: `builtin_interfaces`, `rosgraph_msgs`, `std_msgs`, `geometry_msgs`, `nav_msgs`, `sensor_msgs`,
+//! Sources: `builtin_interfaces`, `rcl_interfaces`, `rosgraph_msgs`, `std_msgs`, `geometry_msgs`, `nav_msgs`, `sensor_msgs`,
 //! `visualization_msgs` and `diagnostic_msgs` of `common_interfaces`, `unique_identifier_msgs` (Humble and
 //! Jazzy lay them out alike); `autoware_vehicle_msgs`, `autoware_perception_msgs` and
 //! `autoware_planning_msgs` 1.12, `autoware_internal_planning_msgs` 1.12, `autoware_adapi_v1_msgs`,
@@ -19,10 +19,12 @@ mod geometry;
 mod lanelet_route;
 mod lights;
 mod lights_encoder;
+mod log;
 mod marker;
 mod marker_array;
 mod odometry;
 mod operation_mode_state;
+mod parameters;
 mod path_with_lane_id;
 mod planning_factor_array;
 mod pose_with_uuid_stamped;
@@ -43,10 +45,15 @@ pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWith
 pub use lanelet_route::{LaneletPrimitive, LaneletRoute, LaneletSegment, Uuid};
 pub use lights::{LightsMessage, LightsType};
 pub use lights_encoder::LightsEncoder;
+pub use log::Log;
 pub use marker::{ColorRgba, CompressedImage, Marker, MeshFile, UvCoordinate};
 pub use marker_array::MarkerArray;
 pub use odometry::Odometry;
 pub use operation_mode_state::OperationModeState;
+pub use parameters::{
+    FloatingPointRange, IntegerRange, ListParametersRequest, ListParametersResponse, NamedParameterValue,
+    ParameterDescriptor, ParameterNames, ParameterValue, SetParametersRequest, SetParametersResult,
+};
 pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
 pub use planning_factor_array::{
     ControlPoint, PlanningFactor, PlanningFactorArray, PredictedPath, SafetyFactor, SafetyFactorArray,

@@ -49,9 +49,11 @@ mod echo;
 mod graph;
 mod history;
 mod interfaces;
+mod parameter_server;
 mod participant;
 mod pings;
 pub mod process;
+mod recent_samples;
 mod sample;
 mod topic_reader;
 mod topic_writer;
@@ -82,7 +84,7 @@ pub fn serve(socket: UnixStream) -> io::Result<()> {
             match worker::next_message(&mut link)? {
                 Some(ToNetwork::Start(settings)) => break *settings,
                 Some(ToNetwork::Stop) => return Ok(()),
-                Some(ToNetwork::Order(..) | ToNetwork::Ping(_)) => {
+                Some(ToNetwork::Order(..) | ToNetwork::Parameters(_) | ToNetwork::Ping(_)) => {
                     return Err(io::ErrorKind::InvalidData.into());
                 }
                 None => link.ready().await?,

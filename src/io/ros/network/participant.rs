@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::task::Waker;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ros2_client::names::{MessageTypeName, Name, NodeName};
 use rustdds::dds::result::{CreateError, CreateResult};
@@ -16,11 +16,13 @@ use rustdds::{
 use super::discovery_probe::{Missing, Prefix, prefix};
 use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
+use super::parameter_server::ParameterServer;
 use super::topic_reader::{Taken, TopicReader};
 use super::topic_writer::TopicWriter;
 use super::type_check::TypeCheck;
-use crate::io::ros::link::{NetworkSettings, Order};
-use crate::io::ros::topics::{Durability, Reliability};
+use crate::io::ros::link::{Delivery, NetworkSettings, Order};
+use crate::io::ros::parameters::Parameters;
+use crate::io::ros::topics::{Durability, LOG_LIFESPAN, Reliability};
 
 /// Makes a participant; it announces itself at once.
 pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
@@ -38,6 +40,8 @@ pub(super) struct Participant {
     topic_writers: Vec<TopicWriter>,
     /// Readers, in the order of the settings.
     topic_readers: Vec<TopicReader>,
+    /// `None` when the node has no services.
+    parameter_server: Option<ParameterServer>,
     /// `None` when the node is left out of the graph.
     graph: Option<GraphEntry>,
     echo: Echo,
@@ -66,7 +70,8 @@ impl Participant {
             .written
             .iter()
             .map(|written| {
-                let qos = qos(Reliability::Reliable, written.durability, written.depth);
+                let lifespan = (written.delivery == Delivery::Log).then_some(LOG_LIFESPAN);
+                let qos = qos(Reliability::Reliable, written.durability, written.depth, lifespan);
                 let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
                 TopicWriter::new(&publisher, topic, written.durability, written.delivery).map_err(dds)
             })
@@ -75,11 +80,13 @@ impl Participant {
             .read
             .iter()
             .map(|read| {
-                let qos = qos(read.reliability, read.durability, read.depth);
+                let qos = qos(read.reliability, read.durability, read.depth, None);
                 let topic = topic(&domain, &node, &read.name, &read.type_name, &qos)?;
                 TopicReader::new(&subscriber, &topic).map_err(dds)
             })
             .collect::<Result<Vec<_>, String>>()?;
+        let serve = |parameters| ParameterServer::new((&domain, &publisher, &subscriber), &node, parameters);
+        let parameter_server = settings.parameters.clone().map(serve).transpose()?;
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
         let graph = settings.graph.then(|| GraphEntry::new(&domain, &publisher, node)).transpose();
@@ -88,6 +95,7 @@ impl Participant {
         let participant = Self {
             topic_writers,
             topic_readers,
+            parameter_server,
             graph: graph.map_err(dds)?,
             echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
             matched: BTreeMap::new(),
@@ -146,6 +154,20 @@ impl Participant {
             is_more |= topic_reader.take(waker, |taken| hand_over(subscription, taken));
         }
         is_more
+    }
+
+    /// Replaces the parameters, where there are services for them.
+    pub(super) fn set_parameters(&mut self, parameters: &Parameters) {
+        if let Some(server) = &mut self.parameter_server {
+            server.set_parameters(parameters.clone());
+        }
+    }
+
+    /// Answers requests for parameters, and has `waker` called when more arrive. Gives the number of those that were not
+    /// answered.
+    pub(super) fn serve(&mut self, waker: &Waker) -> u64 {
+        let matched = &self.matched;
+        self.parameter_server.as_mut().map_or(0, |server| server.serve(waker, matched, Instant::now()))
     }
 
     /// Publishes what is current to new readers, and forgets its history when none is left.
@@ -274,10 +296,10 @@ impl Participant {
     }
 
     fn endpoints(&self) -> impl Iterator<Item = GUID> {
-        self.topic_writers
-            .iter()
-            .map(TopicWriter::guid)
-            .chain(self.topic_readers.iter().map(TopicReader::guid))
+        let writers = self.topic_writers.iter().map(TopicWriter::guid);
+        let readers = self.topic_readers.iter().map(TopicReader::guid);
+        let services = self.parameter_server.iter();
+        writers.chain(readers).chain(services.flat_map(|server| server.writers().chain(server.readers())))
     }
 
     fn topic_of(&self, local: GUID) -> &str {
@@ -287,9 +309,12 @@ impl Participant {
 
     fn announce(&self) {
         if let Some(graph) = &self.graph {
+            let services = || self.parameter_server.iter();
+            let writers = self.topic_writers.iter().map(TopicWriter::guid);
+            let readers = self.topic_readers.iter().map(TopicReader::guid);
             graph.announce(
-                self.topic_writers.iter().map(TopicWriter::guid),
-                self.topic_readers.iter().map(TopicReader::guid),
+                writers.chain(services().flat_map(ParameterServer::writers)),
+                readers.chain(services().flat_map(ParameterServer::readers)),
             );
         }
     }
@@ -318,7 +343,12 @@ fn topic(
         .map_err(dds)
 }
 
-fn qos(reliability: Reliability, durability: Durability, depth: i32) -> QosPolicies {
+fn qos(
+    reliability: Reliability,
+    durability: Durability,
+    depth: i32,
+    lifespan: Option<Duration>,
+) -> QosPolicies {
     let durability = match durability {
         Durability::TransientLocal => policy::Durability::TransientLocal,
         Durability::Volatile => policy::Durability::Volatile,
@@ -329,9 +359,12 @@ fn qos(reliability: Reliability, durability: Durability, depth: i32) -> QosPolic
         }
         Reliability::BestEffort => policy::Reliability::BestEffort,
     };
-    QosPolicyBuilder::new()
+    let mut qos = QosPolicyBuilder::new()
         .reliability(reliability)
         .durability(durability)
-        .history(History::KeepLast { depth })
-        .build()
+        .history(History::KeepLast { depth });
+    if let Some(lifespan) = lifespan {
+        qos = qos.lifespan(policy::Lifespan { duration: lifespan.into() });
+    }
+    qos.build()
 }

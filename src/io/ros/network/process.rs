@@ -9,6 +9,7 @@ use std::{panic, process, thread};
 use rustix::event::{PollFd, PollFlags, poll};
 
 use super::{confinement, serve};
+use crate::io::hangup::ignore_hangup;
 
 /// Exit code of a process that had a panic in one of its threads.
 pub const PANICKED: i32 = 101;
@@ -20,6 +21,8 @@ const TIME_TO_LEAVE: Duration = Duration::from_secs(1);
 /// `confinement` says, to this much private writable memory in MB.
 pub fn run(memory_mb: u32) -> io::Result<()> {
     end_with_any_panic();
+    // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
+    ignore_hangup();
     let socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     // Another standard input, such as a terminal, is nobody to serve.
     socket.peer_addr()?;

@@ -24,7 +24,7 @@ pub(super) enum Taken {
 pub(super) struct Encoded {
     /// Its byte order.
     pub(super) encoding: SampleEncoding,
-    /// Its bytes, at most [`MAX_SAMPLE`].
+    /// Its bytes, up to a limit.
     pub(super) bytes: Vec<u8>,
 }
 
@@ -51,7 +51,7 @@ impl TopicReader {
         self.reader.set_waker(Some(waker.clone()));
         self.reader.drain_read_notifications();
         for _ in 0..MAX_AT_ONCE {
-            let wants_more = match self.reader.try_take_one_with(Copied) {
+            let wants_more = match self.reader.try_take_one_with(Copied { limit: MAX_SAMPLE }) {
                 Ok(Some(sample)) => {
                     let number = sample.sequence_number.into();
                     hand_over(Taken::Sample(sample.writer_guid(), number, sample.into_value()))
@@ -68,7 +68,7 @@ impl TopicReader {
 }
 
 /// Tells RustDDS that [`Copied`] makes what is read.
-struct AsBytes;
+pub(super) struct AsBytes;
 
 impl DeserializerAdapter<Encoded> for AsBytes {
     type Error = Error;
@@ -85,7 +85,10 @@ impl DeserializerAdapter<Encoded> for AsBytes {
 
 /// Copies a sample's bytes; the gateway decodes them.
 #[derive(Clone)]
-struct Copied;
+pub(super) struct Copied {
+    /// The most bytes of a sample.
+    pub(super) limit: usize,
+}
 
 impl<'de> Decode<'de, Encoded> for Copied {
     type Error = Error;
@@ -96,8 +99,9 @@ impl<'de> Decode<'de, Encoded> for Copied {
             RepresentationIdentifier::CDR_BE => SampleEncoding::Big,
             other => return Err(Error::Message(format!("encoded as {other:?}"))),
         };
-        if bytes.len() > MAX_SAMPLE {
-            return Err(Error::Message(format!("{} bytes, at most {MAX_SAMPLE}", bytes.len())));
+        let limit = self.limit;
+        if bytes.len() > limit {
+            return Err(Error::Message(format!("{} bytes, at most {limit}", bytes.len())));
         }
         Ok(Encoded { encoding, bytes: bytes.to_vec() })
     }

@@ -18,6 +18,7 @@ use rustdds::dds::result::CreateResult;
 use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 
 use super::history::History;
+use super::recent_samples::RecentSamples;
 use super::sample::{Padded, SampleWriter};
 use crate::io::ros::link::Delivery;
 use crate::io::ros::messages::CdrBytes;
@@ -45,6 +46,8 @@ pub(super) struct TopicWriter {
     repeats: usize,
     /// Samples for a late joiner; empty when withdrawn.
     current: Vec<CdrBytes>,
+    /// Of a log: the samples for those that come later.
+    recent: RecentSamples,
     /// The writer has written a sample.
     used: bool,
     history: History,
@@ -72,6 +75,7 @@ impl TopicWriter {
             first_write: Instant::now(),
             repeats: 0,
             current: Vec::new(),
+            recent: RecentSamples::default(),
             used: false,
             history: History::default(),
             readers: 0,
@@ -89,6 +93,11 @@ impl TopicWriter {
     pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
         if self.delivery == Delivery::Once {
             return self.write(samples);
+        }
+        if self.delivery == Delivery::Log {
+            self.recent.add(Instant::now(), samples);
+            // An unused writer writes them with those before, once it has a reader.
+            return if self.used { self.write(samples) } else { Ok(()) };
         }
         self.current = samples.to_vec();
         if readers > 0 || self.durability == Durability::Volatile { self.write(samples) } else { Ok(()) }
@@ -152,10 +161,19 @@ impl TopicWriter {
         if self.delivery == Delivery::Stream && is_settled {
             return if is_long { self.begin_anew() } else { Ok(false) };
         }
+        if self.delivery == Delivery::Log {
+            let recent = self.recent.now(Instant::now());
+            return match (self.used, recent.is_empty()) {
+                (false, _) => self.write(&recent).map(|()| false),
+                // What RustDDS still holds is too old for who joins.
+                (true, true) if joined => self.begin_anew(),
+                (true, _) => Ok(false),
+            };
+        }
         let age = self.first_write.elapsed();
         let due = match self.delivery {
             Delivery::Report => REPEATS.iter().filter(|repeat| **repeat <= age).count(),
-            Delivery::Stream | Delivery::Once => self.repeats,
+            Delivery::Stream | Delivery::Once | Delivery::Log => self.repeats,
         };
         if due > self.repeats || !self.used {
             self.repeats = due;
@@ -171,7 +189,7 @@ impl TopicWriter {
                 self.first_write = Instant::now();
                 self.repeats = 0;
             }
-            if self.delivery == Delivery::Stream {
+            if matches!(self.delivery, Delivery::Stream | Delivery::Log) {
                 self.history.add(Instant::now(), sample.as_ref().len());
             }
             let written = self.writer.write(sample.clone(), Some(Timestamp::now()));

@@ -19,9 +19,8 @@ use super::topic_reader::Taken;
 use super::wakeup::Wakeup;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
-use crate::io::ros::link::{
-    Delivery, FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork,
-};
+use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork};
+use crate::io::ros::parameters::Parameters;
 
 /// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
@@ -69,6 +68,7 @@ pub(super) struct Worker {
     pings: Pings,
     rebuilds: u32,
     write_errors: u64,
+    unanswered_requests: u64,
     lost_lines: LostLines,
     /// The status that was sent last.
     status: NetworkStatus,
@@ -113,6 +113,7 @@ impl Worker {
             pings: Pings::new(settings.echo_is_proven),
             rebuilds: 0,
             write_errors: 0,
+            unanswered_requests: 0,
             lost_lines: LostLines::default(),
             status: NetworkStatus::default(),
             settings,
@@ -138,6 +139,7 @@ impl Worker {
                 return Ok(());
             }
             self.receive();
+            self.serve();
             self.answer_ping();
             self.link.flush()?;
             let settled = self.participant.settle();
@@ -163,7 +165,8 @@ impl Worker {
         let (mut orders, mut stop) = (BTreeMap::new(), false);
         while let Some(message) = next_message(&mut self.link)? {
             match message {
-                ToNetwork::Order(topic, order) => add(&mut orders, topic, order, self.is_once(topic)),
+                ToNetwork::Order(topic, order) => add(&mut orders, topic, order, self.counts_each(topic)),
+                ToNetwork::Parameters(parameters) => self.set_parameters(*parameters),
                 ToNetwork::Ping(number) => {
                     self.pings.asked(number, self.last_round);
                     let sent = self.participant.send_echo(number);
@@ -176,17 +179,17 @@ impl Worker {
         for (topic, order) in orders {
             let position = usize::from(topic);
             self.each(|participant| participant.carry_out(position, &order));
-            let is_once = self.is_once(topic);
-            if let Some(current) = self.current.get_mut(position).filter(|_| !is_once) {
+            let counts_each = self.counts_each(topic);
+            if let Some(current) = self.current.get_mut(position).filter(|_| !counts_each) {
                 *current = order;
             }
         }
         Ok(stop)
     }
 
-    fn is_once(&self, topic: u16) -> bool {
+    fn counts_each(&self, topic: u16) -> bool {
         let written = self.settings.written.get(usize::from(topic));
-        written.is_some_and(|written| written.delivery == Delivery::Once)
+        written.is_some_and(|written| written.delivery.counts_each())
     }
 
     /// Drops the predecessor once all its readers read the successor too.
@@ -225,6 +228,22 @@ impl Worker {
         // A link that is full wakes when it is not any more.
         if is_more && self.link.waiting() < MAX_WAITING {
             self.waker.wake_by_ref();
+        }
+    }
+
+    fn set_parameters(&mut self, parameters: Parameters) {
+        let participants = self.predecessor.iter_mut().map(|(predecessor, _)| predecessor);
+        for participant in participants.chain([&mut self.participant]) {
+            participant.set_parameters(&parameters);
+        }
+        self.settings.parameters = self.settings.parameters.take().map(|_| parameters);
+    }
+
+    /// Answers requests for parameters.
+    fn serve(&mut self) {
+        let participants = self.predecessor.iter_mut().map(|(predecessor, _)| predecessor);
+        for participant in participants.chain([&mut self.participant]) {
+            self.unanswered_requests += participant.serve(&self.waker);
         }
     }
 
@@ -358,6 +377,7 @@ impl Worker {
             has_probe: self.probe.is_some(),
             rebuilds: self.rebuilds,
             write_errors: self.write_errors,
+            unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,
         };
         if status != self.status {
@@ -376,9 +396,9 @@ pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
 
 /// Adds an order to those that are to be carried out: behind the samples of the last one where each counts, else in its
 /// place.
-fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, is_once: bool) {
+fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
     match (orders.get_mut(&topic), order) {
-        (Some(Order::Publish(samples)), Order::Publish(more)) if is_once => samples.extend(more),
+        (Some(Order::Publish(samples)), Order::Publish(more)) if counts_each => samples.extend(more),
         (_, order) => {
             orders.insert(topic, order);
         }

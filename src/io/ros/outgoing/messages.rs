@@ -15,8 +15,11 @@ use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::report::Step;
 use crate::io::ros::messages::{
-    DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, Log, TurnIndicatorsCommand,
+    TurnIndicatorsReport,
 };
+#[cfg(feature = "ros")]
+use crate::io::ros::parameters::Parameters;
 
 /// Diagnostics that may wait.
 pub(in crate::io) const MAX_DIAGNOSTICS: usize = 64;
@@ -57,6 +60,9 @@ pub(in crate::io) enum OutgoingMessage {
     HazardCommand(HazardLightsCommand),
     /// For the topics of the decider's sections; the thread makes the messages.
     Sections(Arc<Decision>, WallStamp),
+    /// The parameters of the node from now on.
+    #[cfg(feature = "ros")]
+    Parameters(Box<Parameters>),
     /// Leave the graph.
     #[cfg(feature = "ros")]
     Stop,
@@ -103,6 +109,8 @@ pub(in crate::io) struct OutgoingMessages {
     pub(in crate::io) hazard: Option<Publication<HazardLightsReport>>,
     /// Diagnostics, oldest first.
     pub(in crate::io) diagnostics: VecDeque<DiagnosticArray>,
+    /// Warnings and errors, oldest first.
+    pub(in crate::io) log: VecDeque<Log>,
     /// The newest emission of each topic.
     pub(in crate::io) lights: BTreeMap<LightsTopic, Emission>,
     /// The newest turn command.
@@ -111,6 +119,9 @@ pub(in crate::io) struct OutgoingMessages {
     pub(in crate::io) hazard_command: Option<HazardLightsCommand>,
     /// The newest decision with its sections, and its time.
     pub(in crate::io) sections: Option<(Arc<Decision>, WallStamp)>,
+    /// The newest parameters of the node.
+    #[cfg(feature = "ros")]
+    pub(in crate::io) parameters: Option<Box<Parameters>>,
     /// Leave the graph after sending the rest.
     pub(in crate::io) stop: bool,
 }
@@ -133,6 +144,8 @@ impl OutgoingMessages {
             OutgoingMessage::TurnCommand(command) => self.turn_command = Some(command),
             OutgoingMessage::HazardCommand(command) => self.hazard_command = Some(command),
             OutgoingMessage::Sections(decision, stamp) => self.sections = Some((decision, stamp)),
+            #[cfg(feature = "ros")]
+            OutgoingMessage::Parameters(parameters) => self.parameters = Some(parameters),
             #[cfg(feature = "ros")]
             OutgoingMessage::Stop => self.stop = true,
         }

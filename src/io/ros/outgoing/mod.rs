@@ -2,7 +2,7 @@
 
 pub(in crate::io) mod messages;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
 use serde::Serialize;
 
@@ -15,7 +15,8 @@ use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, MarkerArray,
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
     COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, Durability, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
-    PLANNING_FACTORS_TYPE, REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, Topics, TypeName,
+    LOG_DEPTH, LOG_TYPE, PLANNING_FACTORS_TYPE, REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE,
+    Topics, TypeName,
 };
 
 /// The source of a topic's messages.
@@ -29,6 +30,7 @@ pub(in crate::io) enum Source {
     HazardCommand,
     SectionMarkers,
     PlanningFactors,
+    Log,
 }
 
 /// A topic we write.
@@ -79,6 +81,7 @@ impl Outgoing {
             Source::HazardCommand => "hazard command",
             Source::SectionMarkers => "section markers",
             Source::PlanningFactors => "planning factors",
+            Source::Log => "log",
         }
     }
 }
@@ -137,6 +140,19 @@ pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgo
     table
 }
 
+/// The topic of warnings and errors, which follows those of the table.
+#[cfg_attr(not(feature = "ros"), allow(dead_code))]
+pub(in crate::io) fn log(name: &str) -> Outgoing {
+    Outgoing {
+        name: name.to_owned(),
+        type_name: LOG_TYPE,
+        durability: Durability::TransientLocal,
+        depth: LOG_DEPTH,
+        delivery: Delivery::Log,
+        source: Source::Log,
+    }
+}
+
 /// The encoders of traffic lights. Topics with the same source share one.
 pub(in crate::io) type LightsEncoders = HashMap<Source, LightsEncoder>;
 
@@ -157,11 +173,8 @@ pub(in crate::io) fn orders(
             Source::Hazard => {
                 orders.extend(messages.hazard.as_ref().map(|publication| (position, order(publication))));
             }
-            Source::Diagnostics if messages.diagnostics.is_empty() => {}
-            Source::Diagnostics => {
-                let samples = messages.diagnostics.iter().map(encode).collect::<Result<_, _>>();
-                orders.push((position, samples.map(Order::Publish)));
-            }
+            Source::Diagnostics => orders.extend(each(&messages.diagnostics).map(|order| (position, order))),
+            Source::Log => orders.extend(each(&messages.log).map(|order| (position, order))),
             source @ Source::Lights(topic, lights, compat) => {
                 let Some(emission) = messages.lights.get(&topic) else { continue };
                 let known =
@@ -197,6 +210,12 @@ pub(in crate::io) fn orders(
         }
     }
     orders
+}
+
+/// The order to publish all of these; `None` without any.
+fn each(messages: &VecDeque<impl Serialize>) -> Option<Result<Order, String>> {
+    let samples = messages.iter().map(encode).collect::<Result<_, _>>();
+    (!messages.is_empty()).then(|| samples.map(Order::Publish))
 }
 
 fn once(message: &impl Serialize) -> Result<Order, String> {

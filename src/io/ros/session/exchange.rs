@@ -12,15 +12,17 @@ use super::RosError;
 use super::host::Host;
 use super::liveness::{Liveness, RestartDelay};
 use super::mailbox::Mailbox;
+use super::network_settings::network_settings;
+use super::rosout::Rosout;
 use super::status::OutgoingStatus;
 use crate::core::gateway::network::{NetworkFailure, NetworkState};
 use crate::core::gateway::process_status::LostLines;
+use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
-use crate::io::ros::link::{
-    Delivery, Link, NetworkSettings, NetworkStatus, Order, ReadTopic, ToNetwork, Violation,
-};
+use crate::io::ros::link::{Link, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation};
 use crate::io::ros::outgoing::messages::OutgoingMessages;
-use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
+use crate::io::ros::outgoing::{LightsEncoders, Outgoing, log, orders, table};
+use crate::io::ros::parameters::Parameters;
 use crate::io::ros::reception::{Reception, Signal};
 use crate::io::ros::settings::{Isolation, RosSettings};
 
@@ -36,8 +38,6 @@ const GOODBYE: Duration = Duration::from_millis(400);
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
 /// Network sides killed in a row without any echo, after which an echo is no sign of life any more.
 const MAX_SILENT: u32 = 5;
-/// What writers may keep where no process has a limit of its own, bytes.
-const THREAD_HISTORY: u64 = 256 << 20;
 
 /// The thread's state.
 pub(super) struct Exchange {
@@ -48,6 +48,8 @@ pub(super) struct Exchange {
     /// The current order of each topic of the table, but for those delivered once.
     current: Vec<Order>,
     mailbox: Arc<Mailbox>,
+    /// `None` if nothing goes to `/rosout`.
+    rosout: Option<Rosout>,
     reception: Reception,
     phase: Phase,
     /// Killed, but not seen to end.
@@ -112,7 +114,8 @@ impl Exchange {
         inbox: Arc<Inbox>,
         starter: Sender<Result<(), RosError>>,
     ) -> Self {
-        let table = table(&settings.topics, settings.durability);
+        let mut table = table(&settings.topics, settings.durability);
+        table.extend(settings.rosout.as_deref().map(log));
         let reception = Reception::new(&settings.subscriptions, table.len(), inbox);
         mailbox.update_status(|status| {
             status.running = true;
@@ -121,6 +124,7 @@ impl Exchange {
         });
         Self {
             settings: network_settings(&settings, &table),
+            rosout: settings.rosout.as_ref().map(|_| Rosout::new(&settings.namespace, &settings.node)),
             isolation: settings.isolation,
             current: table.iter().map(|_| Order::Withdraw).collect(),
             table,
@@ -278,7 +282,7 @@ impl Exchange {
             return Err(Over::Failed(NetworkFailure::NoAnswer));
         }
         if active.link.waiting() == 0 {
-            self.deliver(&self.mailbox.take());
+            self.deliver(&self.take_messages());
         }
         let Phase::Active(active) = &mut self.phase else { return Ok(()) };
         if let Some(number) = active.joined.and_then(|_| active.liveness.next_ping(now)) {
@@ -287,8 +291,24 @@ impl Exchange {
         active.link.flush().map_err(|_| Over::Closed)
     }
 
+    /// Takes what waits. Warnings wait on until the network was joined.
+    fn take_messages(&self) -> OutgoingMessages {
+        let mut messages = self.mailbox.take();
+        let has_joined = matches!(&self.phase, Phase::Active(active) if active.joined.is_some());
+        if let Some(rosout) = self.rosout.as_ref().filter(|_| has_joined) {
+            messages.log = rosout.messages(take_warnings());
+        }
+        messages
+    }
+
     /// Queues what the messages order, if the network was joined, and notes what is current.
     fn deliver(&mut self, messages: &OutgoingMessages) {
+        if let Some(parameters) = &messages.parameters {
+            self.settings.parameters = self.settings.parameters.take().map(|_| Parameters::clone(parameters));
+            if let Phase::Active(active) = &mut self.phase {
+                active.link.queue(&ToNetwork::Parameters(parameters.clone()));
+            }
+        }
         for (position, order) in orders(&self.table, &mut self.encoders, messages) {
             match order {
                 Ok(order) => self.send(position, order),
@@ -298,7 +318,7 @@ impl Exchange {
     }
 
     fn send(&mut self, position: usize, order: Order) {
-        let is_once = self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Once);
+        let counts_each = self.table.get(position).is_some_and(|outgoing| outgoing.delivery.counts_each());
         let message = ToNetwork::Order(u16::try_from(position).unwrap_or(u16::MAX), order);
         let is_sent = match &mut self.phase {
             Phase::Active(active) if active.joined.is_some() => active.link.queue(&message),
@@ -308,7 +328,7 @@ impl Exchange {
             self.count_send_error("it is too large");
         }
         if let (ToNetwork::Order(_, order), Some(current)) = (message, self.current.get_mut(position))
-            && !is_once
+            && !counts_each
         {
             *current = order;
         }
@@ -390,6 +410,7 @@ impl Exchange {
             status.missing_peers = count(seen.missing_peers);
             status.has_probe = seen.has_probe;
             status.rebuilds = seen.rebuilds;
+            status.unanswered_requests = seen.unanswered_requests;
             status.write_errors = seen.write_errors.saturating_add(self.send_errors);
             if is_due {
                 status.network.clone_from(&self.state);
@@ -399,7 +420,7 @@ impl Exchange {
 
     /// Sends what is left, and waits for the network side to say goodbye.
     async fn leave(&mut self) {
-        self.deliver(&self.mailbox.take());
+        self.deliver(&self.take_messages());
         if let Phase::Active(active) = &mut self.phase {
             active.link.queue(&ToNetwork::Stop);
             // Over either way: it has ended, or the time is up.
@@ -446,39 +467,4 @@ impl Drop for Exchange {
         self.mailbox.update_status(|status| status.running = false);
         self.reception.inbox().close();
     }
-}
-
-/// The settings of the network side among those of a session.
-fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettings {
-    let read = settings.subscriptions.iter().map(|subscription| {
-        let (package, message) = subscription.kind.type_name();
-        ReadTopic {
-            name: subscription.name.clone(),
-            type_name: (package.to_owned(), message.to_owned()),
-            reliability: subscription.reliability,
-            durability: subscription.durability,
-            depth: subscription.depth,
-        }
-    });
-    NetworkSettings {
-        node: settings.node.clone(),
-        namespace: settings.namespace.clone(),
-        graph: settings.graph,
-        domain_id: settings.domain_id,
-        only_networks: settings.only_networks.clone(),
-        written: table.iter().map(Outgoing::written).collect(),
-        read: read.collect(),
-        recovery: settings.recovery,
-        echo_is_proven: false,
-        history_bytes: history_bytes(&settings.isolation),
-    }
-}
-
-/// Two thirds of the memory that there is.
-fn history_bytes(isolation: &Isolation) -> usize {
-    let bytes = match isolation {
-        Isolation::Process { memory_limit_mb, .. } => (u64::from(*memory_limit_mb) << 20) * 2 / 3,
-        Isolation::Thread => THREAD_HISTORY,
-    };
-    usize::try_from(bytes).unwrap_or(usize::MAX)
 }

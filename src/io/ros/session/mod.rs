@@ -12,6 +12,8 @@ mod exchange;
 mod host;
 mod liveness;
 mod mailbox;
+mod network_settings;
+mod rosout;
 mod status;
 mod threads;
 
@@ -27,6 +29,7 @@ use super::inbox::Inbox;
 pub use super::network::DISTRO;
 use super::outgoing;
 use super::outgoing::messages::OutgoingMessage;
+use super::parameters::Parameters;
 pub use super::reception::IncomingStatus;
 pub use super::settings::{Isolation, Recovery, RosSettings};
 pub use super::topics::{
@@ -129,6 +132,11 @@ impl RosSession {
         }
     }
 
+    /// Replaces the parameters of the node, where it has services for them.
+    pub fn set_parameters(&self, parameters: Parameters) {
+        self.mailbox.put(OutgoingMessage::Parameters(Box::new(parameters)));
+    }
+
     /// The inbox in which received messages wait.
     pub fn inbox(&self) -> Arc<Inbox> {
         Arc::clone(&self.inbox)
@@ -163,7 +171,7 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     let written =
         outgoing::table(&settings.topics, settings.durability).into_iter().map(|outgoing| outgoing.name);
     let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
-    for topic in written.chain(read) {
+    for topic in written.chain(settings.rosout.clone()).chain(read) {
         let refused = |why: String| RosError::Topic { topic: topic.clone(), why };
         let name = Name::parse(&topic).map_err(|why| refused(why.to_string()))?;
         if !name.is_absolute() {

@@ -12,7 +12,7 @@ pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
     /// The topics that are written: turn indicators and hazard lights if they have a name, diagnostics, traffic
-    /// lights in the order of the settings, then the turn and the hazard command if they are configured.
+    /// lights in the order of the settings, then those of the decider if they are configured, and the log.
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics that are read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
@@ -26,6 +26,8 @@ pub struct RosStatus {
     pub overtaken_lights: u64,
     /// Samples that RustDDS did not take, or that could not be sent to it.
     pub write_errors: u64,
+    /// Requests for parameters that the present network side did not answer.
+    pub unanswered_requests: u64,
     /// State of the network side.
     pub network: NetworkState,
 }

@@ -2,8 +2,10 @@
 
 use std::time::Duration;
 
+use signal_gateway::core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
 use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState};
 use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
+use signal_gateway::core::time::WallStamp;
 
 use super::Reported;
 
@@ -18,7 +20,23 @@ pub(super) fn drive(reported: &mut Reported) {
         let log = LogState { is_failing, ..log.clone() };
         reported.take(vec![recorder.status("gateway"), mcap.status("gateway"), log.status("gateway")]);
     }
+    configuration(reported);
     network(reported);
+}
+
+/// A configuration is reloaded, and the next one refused.
+fn configuration(reported: &mut Reported) {
+    let mut state = ConfigurationState::default();
+    let mut statuses = vec![state.status("gateway")];
+    state.applied(EffectiveConfiguration::default(), Vec::new(), WallStamp::from_nanos(1));
+    statuses.push(state.status("gateway"));
+    state.refused(
+        "restart needed for [ros] domain_id: 0 → 1".to_owned(),
+        Vec::new(),
+        WallStamp::from_nanos(2),
+    );
+    statuses.push(state.status("gateway"));
+    reported.take(statuses);
 }
 
 /// The network side joins, hangs, is replaced, and is well again.

@@ -4,6 +4,30 @@ use signal_gateway::core::diagnostics::Level::{Ok, Warn};
 
 use super::{NOTHING, Task, key, message};
 
+pub(super) fn configuration() -> Task {
+    Task {
+        names: &["configuration"],
+        about: "The configuration in effect, and what became of the last reload (SIGHUP, `systemctl reload`). With `run` on \
+                SocketCAN.",
+        messages: vec![
+            message(Ok, "as at the start", NOTHING),
+            message(Ok, "reloaded", NOTHING),
+            message(
+                Warn,
+                "reload refused, the one before goes on: {reason}",
+                "Correct the file at the place that is named and reload again; restart where a restart is needed. \
+                 `check --against-running` says which before.",
+            ),
+        ],
+        keys: vec![
+            key("reloads", "-", "Configurations that were reloaded since start."),
+            key("refused_reloads", "-", "Configurations that were refused since start."),
+            key("last_changes", "-", "What the last reload changed, or would have; or `none`."),
+            key("last_error", "-", "Why the last reload was refused, or `none`."),
+        ],
+    }
+}
+
 pub(super) fn black_box() -> Task {
     Task {
         names: &["black_box"],

@@ -1,0 +1,103 @@
+//! The keys of a configuration as parameters of the node: those that the file has, by their names with a dot for each level.
+
+use std::str::FromStr;
+
+use crate::config::reading::value::{Kind, Value};
+use crate::io::ros::parameters::{ParameterValue, Parameters};
+
+/// The parameters for the keys of a table.
+pub(super) fn parameters(root: &Value) -> Parameters {
+    let mut parameters = Parameters::default();
+    add(&mut parameters, "", root);
+    parameters
+}
+
+fn add(parameters: &mut Parameters, name: &str, value: &Value) {
+    let below = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
+    match &value.kind {
+        Kind::Null => {}
+        Kind::Scalar { text, is_quoted } => parameters.set(name, scalar(text, *is_quoted)),
+        Kind::Map(entries) => {
+            for entry in entries {
+                add(parameters, &below(&entry.key), &entry.value);
+            }
+        }
+        Kind::List(items) => match items.iter().map(text_of).collect::<Option<Vec<_>>>() {
+            Some(scalars) => parameters.set(name, list(&scalars)),
+            None => {
+                for (number, item) in items.iter().enumerate() {
+                    add(parameters, &below(&number.to_string()), item);
+                }
+            }
+        },
+    }
+}
+
+/// A truth value or a number, if that is what is written, else a text.
+fn scalar(text: &str, is_quoted: bool) -> ParameterValue {
+    let as_text = || ParameterValue::Text(text.to_owned());
+    let (truth, whole, number) = (parsed(text), parsed(text), parsed(text));
+    let value = truth.map(ParameterValue::Bool).or(whole.map(ParameterValue::Integer));
+    value.or(number.map(ParameterValue::Double)).filter(|_| !is_quoted).unwrap_or_else(as_text)
+}
+
+/// A list of the type that all of them have, else of texts.
+fn list(scalars: &[(&str, bool)]) -> ParameterValue {
+    fn all<T: FromStr>(scalars: &[(&str, bool)]) -> Option<Vec<T>> {
+        let is_quoted = scalars.is_empty() || scalars.iter().any(|(_, is_quoted)| *is_quoted);
+        let values = (!is_quoted).then(|| scalars.iter().map(|(text, _)| parsed(text)))?;
+        values.collect()
+    }
+    let texts = || ParameterValue::Texts(scalars.iter().map(|(text, _)| (*text).to_owned()).collect());
+    let (truths, wholes, numbers) = (all(scalars), all(scalars), all(scalars));
+    let list = truths.map(ParameterValue::Bools).or(wholes.map(ParameterValue::Integers));
+    list.or(numbers.map(ParameterValue::Doubles)).unwrap_or_else(texts)
+}
+
+fn parsed<T: FromStr>(text: &str) -> Option<T> {
+    text.replace('_', "").parse().ok()
+}
+
+fn text_of(value: &Value) -> Option<(&str, bool)> {
+    match &value.kind {
+        Kind::Scalar { text, is_quoted } => Some((text, *is_quoted)),
+        Kind::Null | Kind::List(_) | Kind::Map(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::reading::location::Text;
+    use crate::config::reading::toml_text::from_toml;
+
+    fn of(toml: &str) -> Parameters {
+        let text = Text::new(Path::new("gateway.toml"), toml.as_bytes().to_vec()).unwrap();
+        parameters(&from_toml(&text, "").unwrap())
+    }
+
+    #[test]
+    fn each_key_has_its_type() {
+        use ParameterValue::{Bool, Bools, Double, Doubles, Integer, Integers, Text, Texts};
+        let texts = |texts: &[&str]| Texts(texts.iter().map(|text| (*text).to_owned()).collect());
+        for (toml, name, expected) in [
+            ("a = true", "a", Bool(true)),
+            ("a = \"true\"", "a", Text("true".to_owned())),
+            ("[a]\nb.c = 1_000", "a.b.c", Integer(1000)),
+            ("a = -2.5", "a", Double(-2.5)),
+            ("a = inf", "a", Text("inf".to_owned())),
+            ("a = []", "a", texts(&[])),
+            ("a = [true, false]", "a", Bools(vec![true, false])),
+            ("a = [1, 2]", "a", Integers(vec![1, 2])),
+            ("a = [1, 2.5]", "a", Doubles(vec![1.0, 2.5])),
+            ("a = [\"1\", \"b\"]", "a", texts(&["1", "b"])),
+            ("a = [1, \"b\"]", "a", texts(&["1", "b"])),
+            ("a = [1.0, nan]", "a", texts(&["1", "NaN"])),
+            ("[[a]]\nb = 1\n[[a]]\nb = 2", "a.1.b", Integer(2)),
+        ] {
+            assert_eq!(of(toml).get(name), Some(&expected), "{toml}");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Signals: requests to stop, requests to reload the configuration, and those that are ignored.
+
+use std::future::{pending, poll_fn};
+use std::io::{self, IsTerminal as _};
+use std::task::Poll;
+
+use tokio::signal::unix::{Signal, SignalKind, signal};
+
+/// The signals that request an orderly stop, and those that would end the process at once if they were not ignored.
+///
+/// SIGHUP requests a stop when a terminal is among the standard streams, since it says that the terminal was closed. A
+/// service has none: it takes it as [`ReloadSignal`], and a command ignores it.
+pub(super) struct StopSignals {
+    stop: Vec<Signal>,
+    ignored: Vec<(&'static str, Signal)>,
+}
+
+/// Signals that nobody has a reason to send, and whose default action ends a process.
+const IGNORED: [(&str, i32); 9] = [
+    ("SIGUSR1", libc::SIGUSR1),
+    ("SIGUSR2", libc::SIGUSR2),
+    ("SIGALRM", libc::SIGALRM),
+    ("SIGVTALRM", libc::SIGVTALRM),
+    ("SIGPROF", libc::SIGPROF),
+    ("SIGIO", libc::SIGIO),
+    ("SIGPWR", libc::SIGPWR),
+    ("SIGXCPU", libc::SIGXCPU),
+    ("SIGXFSZ", libc::SIGXFSZ),
+];
+
+impl StopSignals {
+    /// Those of a command.
+    pub(super) fn listen() -> io::Result<Self> {
+        let mut signals = Self::of_service()?;
+        if !has_terminal() {
+            signals.ignored.push(("SIGHUP", signal(SignalKind::hangup())?));
+        }
+        Ok(signals)
+    }
+
+    /// Those of a process that takes SIGHUP otherwise where it has no terminal.
+    pub(super) fn of_service() -> io::Result<Self> {
+        let mut stop = vec![SignalKind::terminate(), SignalKind::interrupt(), SignalKind::quit()];
+        let ignored = IGNORED.map(|(name, number)| (name, SignalKind::from_raw(number)));
+        if has_terminal() {
+            stop.push(SignalKind::hangup());
+        }
+        let ignored = ignored.into_iter().map(|(name, kind)| Ok((name, signal(kind)?)));
+        Ok(Self {
+            stop: stop.into_iter().map(signal).collect::<io::Result<_>>()?,
+            ignored: ignored.collect::<io::Result<_>>()?,
+        })
+    }
+
+    /// Waits for a stop; loses nothing when it is given up.
+    pub(super) async fn requested(&mut self) {
+        poll_fn(|context| {
+            for (name, signal) in &mut self.ignored {
+                while let Poll::Ready(Some(())) = signal.poll_recv(context) {
+                    tracing::info!("{name} is ignored");
+                }
+            }
+            let mut stops = self.stop.iter_mut().map(|signal| signal.poll_recv(context));
+            if stops.any(|polled| polled.is_ready()) { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
+}
+
+/// SIGHUP of a process without a terminal: the request to reload the configuration. None with a terminal.
+pub(super) struct ReloadSignal(Option<Signal>);
+
+impl ReloadSignal {
+    pub(super) fn listen() -> io::Result<Self> {
+        let hangup = (!has_terminal()).then(|| signal(SignalKind::hangup()));
+        Ok(Self(hangup.transpose()?))
+    }
+
+    /// True if the process takes such requests.
+    pub(super) fn is_taken(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Waits for a request; several that come at once are one. Loses nothing when it is given up.
+    pub(super) async fn requested(&mut self) {
+        let received = match &mut self.0 {
+            Some(signal) => signal.recv().await,
+            None => None,
+        };
+        if received.is_none() {
+            pending::<()>().await;
+        }
+    }
+}
+
+/// True if one of the standard streams is a terminal.
+fn has_terminal() -> bool {
+    io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal()
+}

@@ -1,0 +1,206 @@
+//! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
+//!
+//! A response waits until a reader of the client's participant is matched, since nobody else would get it.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::task::Waker;
+use std::time::{Duration, Instant};
+
+use ros2_client::names::NodeName;
+use rustdds::no_key::{DeserializedCacheChange, SimpleDataReader};
+use rustdds::policy::{Durability, History, Reliability};
+use rustdds::{
+    DomainParticipant, GUID, Publisher, QosPolicyBuilder, RTPSEntity, SampleIdentity, SequenceNumber,
+    Subscriber, TopicKind, WriteOptionsBuilder,
+};
+
+use super::sample::SampleWriter;
+use super::topic_reader::{AsBytes, Copied, Encoded};
+use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::parameters::{MAX_REQUEST, Middleware, ParameterService, Parameters};
+
+/// Requests of one service that are taken before others have their turn.
+const MAX_AT_ONCE: usize = 16;
+/// Responses that may wait for their client.
+const MAX_WAITING: usize = 64;
+/// Longest wait for the client's reader.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Samples that a reader and a writer keep.
+const DEPTH: i32 = 16;
+/// Numbers of client and request before it, bytes.
+const MAX_SAMPLE: usize = MAX_REQUEST + 16;
+
+/// The services of one participant.
+pub(super) struct ParameterServer {
+    parameters: Parameters,
+    endpoints: Vec<Endpoint>,
+    waiting: VecDeque<Response>,
+}
+
+/// Reader and writer of one service.
+struct Endpoint {
+    service: ParameterService,
+    reader: SimpleDataReader<Encoded, AsBytes>,
+    writer: SampleWriter,
+}
+
+/// A response, and to whom.
+struct Response {
+    /// The position of its service among the endpoints.
+    endpoint: usize,
+    client: GUID,
+    request: SampleIdentity,
+    reply: CdrBytes,
+    since: Instant,
+}
+
+impl ParameterServer {
+    /// The services of this node. The error is a text for people.
+    pub(super) fn new(
+        (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
+        node: &NodeName,
+        parameters: Parameters,
+    ) -> Result<Self, String> {
+        let qos = QosPolicyBuilder::new()
+            .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) })
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth: DEPTH })
+            .build();
+        let node = format!("{}/{}", node.namespace().trim_end_matches('/'), node.base_name());
+        let topic = |service: ParameterService, kind: &str, suffix: &str, ending: &str| {
+            let name = format!("{kind}{node}/{}{suffix}", service.name());
+            let type_name = format!("rcl_interfaces::srv::dds_::{}_{ending}_", service.type_name());
+            domain.create_topic(name, type_name, &qos, TopicKind::NoKey)
+        };
+        let endpoint = |service| {
+            let request = topic(service, "rq", "Request", "Request")?;
+            let reply = topic(service, "rr", "Reply", "Response")?;
+            Ok(Endpoint {
+                service,
+                reader: subscriber.create_simple_datareader_no_key(&request, None)?,
+                writer: publisher.create_datawriter_no_key(&reply, None)?,
+            })
+        };
+        let endpoints: rustdds::dds::result::CreateResult<_> =
+            ParameterService::ALL.into_iter().map(endpoint).collect();
+        let endpoints = endpoints.map_err(|error| error.to_string())?;
+        Ok(Self { parameters, endpoints, waiting: VecDeque::new() })
+    }
+
+    /// Replaces the parameters.
+    pub(super) fn set_parameters(&mut self, parameters: Parameters) {
+        self.parameters = parameters;
+    }
+
+    /// Identities of its writers.
+    pub(super) fn writers(&self) -> impl Iterator<Item = GUID> {
+        self.endpoints.iter().map(|endpoint| endpoint.writer.guid())
+    }
+
+    /// Identities of its readers.
+    pub(super) fn readers(&self) -> impl Iterator<Item = GUID> {
+        self.endpoints.iter().map(|endpoint| endpoint.reader.guid())
+    }
+
+    /// Answers the requests that have arrived, and has `waker` called when more do. Gives the number of those that were
+    /// not answered.
+    pub(super) fn serve(
+        &mut self,
+        waker: &Waker,
+        matched: &BTreeMap<GUID, BTreeSet<GUID>>,
+        now: Instant,
+    ) -> u64 {
+        let mut unanswered = 0;
+        for position in 0..self.endpoints.len() {
+            unanswered += self.take(position, waker, now);
+        }
+        let mut later = VecDeque::new();
+        for response in self.waiting.drain(..) {
+            let Some(Endpoint { writer, .. }) = self.endpoints.get(response.endpoint) else { continue };
+            let readers = matched.get(&writer.guid());
+            if readers
+                .is_some_and(|readers| readers.iter().any(|reader| reader.prefix == response.client.prefix))
+            {
+                let options = WriteOptionsBuilder::new().related_sample_identity(response.request).build();
+                if let Err(error) = writer.write_with_options(response.reply, options) {
+                    unanswered += refuse(&error.to_string());
+                }
+            } else if now.saturating_duration_since(response.since) < PATIENCE {
+                later.push_back(response);
+            } else {
+                unanswered += refuse("its client does not read the response");
+            }
+        }
+        self.waiting = later;
+        unanswered
+    }
+
+    /// Takes the requests of one service.
+    fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
+        let Self { parameters, endpoints, waiting } = self;
+        let Some(Endpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
+        // First, so that whatever arrives from here on wakes.
+        reader.set_waker(Some(waker.clone()));
+        reader.drain_read_notifications();
+        let mut unanswered = 0;
+        for _ in 0..MAX_AT_ONCE {
+            let sample = match reader.try_take_one_with(Copied { limit: MAX_SAMPLE }) {
+                Ok(Some(sample)) => sample,
+                Ok(None) => return unanswered,
+                Err(error) => {
+                    unanswered += refuse(&error.to_string());
+                    continue;
+                }
+            };
+            match answer(*service, parameters, &sample) {
+                Ok(reply) if waiting.len() < MAX_WAITING => waiting.push_back(Response {
+                    endpoint: position,
+                    client: sample.writer_guid(),
+                    request: identity(&sample),
+                    reply,
+                    since: now,
+                }),
+                Ok(_) => unanswered += refuse("too many wait"),
+                Err(reason) => unanswered += refuse(&reason),
+            }
+        }
+        // There may be more.
+        waker.wake_by_ref();
+        unanswered
+    }
+}
+
+fn answer(
+    service: ParameterService,
+    parameters: &Parameters,
+    sample: &DeserializedCacheChange<Encoded>,
+) -> Result<CdrBytes, String> {
+    let Encoded { encoding, bytes } = &sample.sample;
+    let endian = (*encoding).into();
+    let middleware = Middleware::of(sample.writer_guid().to_bytes());
+    let call = middleware.call(bytes, endian).ok_or("it is cut off")?;
+    let response = service.answer(parameters, call.request, endian).map_err(|error| error.to_string())?;
+    Ok(call.reply(response))
+}
+
+/// The identity by which the client knows its request. Fast DDS has it answered to its reader, and leaves the number to
+/// the sample.
+fn identity(sample: &DeserializedCacheChange<Encoded>) -> SampleIdentity {
+    let own = SampleIdentity { writer_guid: sample.writer_guid(), sequence_number: sample.sequence_number };
+    let Some(given) =
+        sample.related_sample_identity().filter(|given| given.writer_guid != GUID::GUID_UNKNOWN)
+    else {
+        return own;
+    };
+    let is_numbered = given.sequence_number > SequenceNumber::zero();
+    SampleIdentity {
+        sequence_number: if is_numbered { given.sequence_number } else { own.sequence_number },
+        ..given
+    }
+}
+
+/// Logs that a request was not answered, and counts it.
+fn refuse(reason: &str) -> u64 {
+    tracing::warn!("a request for parameters was not answered: {reason}");
+    1
+}

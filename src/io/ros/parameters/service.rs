@@ -1,0 +1,292 @@
+//! The six services for parameters, and their answers.
+
+use serde::Serialize;
+
+use super::{ParameterValue, Parameters};
+use crate::io::ros::messages::{
+    CdrBytes, ListParametersRequest, ListParametersResponse, NamedParameterValue, ParameterDescriptor,
+    ParameterNames, ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
+};
+use crate::io::ros::reading::{Endian, Unreadable, read_message};
+
+/// The longest request, bytes.
+pub const MAX_REQUEST: usize = 64 * 1024;
+/// The longest response, bytes. A request may name a parameter many times.
+pub const MAX_RESPONSE: usize = 1024 * 1024;
+/// The most names or parameters of a request.
+const MAX_NAMES: usize = 1000;
+/// The reason why a parameter is not set.
+const READ_ONLY: &str = "read-only: change the configuration file and reload";
+
+/// A service of a node for its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterService {
+    /// `describe_parameters`
+    Describe,
+    /// `get_parameter_types`
+    GetTypes,
+    /// `get_parameters`
+    Get,
+    /// `list_parameters`
+    List,
+    /// `set_parameters`
+    Set,
+    /// `set_parameters_atomically`
+    SetAtomically,
+}
+
+/// A message of one field.
+#[derive(Serialize)]
+struct Response<T> {
+    field: T,
+}
+
+impl ParameterService {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Describe, Self::GetTypes, Self::Get, Self::List, Self::Set, Self::SetAtomically];
+
+    /// Its name below the node.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Describe => "describe_parameters",
+            Self::GetTypes => "get_parameter_types",
+            Self::Get => "get_parameters",
+            Self::List => "list_parameters",
+            Self::Set => "set_parameters",
+            Self::SetAtomically => "set_parameters_atomically",
+        }
+    }
+
+    /// Its type in the package `rcl_interfaces`.
+    pub const fn type_name(self) -> &'static str {
+        match self {
+            Self::Describe => "DescribeParameters",
+            Self::GetTypes => "GetParameterTypes",
+            Self::Get => "GetParameters",
+            Self::List => "ListParameters",
+            Self::Set => "SetParameters",
+            Self::SetAtomically => "SetParametersAtomically",
+        }
+    }
+
+    /// The response to a request. Any bytes are safe to read.
+    ///
+    /// # Errors
+    /// A request of another layout, or one that is too long, or whose response would be.
+    pub fn answer(
+        self,
+        parameters: &Parameters,
+        request: &[u8],
+        endian: Endian,
+    ) -> Result<CdrBytes, Unreadable> {
+        within(request.len(), MAX_REQUEST)?;
+        match self {
+            Self::Describe => {
+                let names = names(request, endian)?;
+                encode(names.iter().map(|name| description(name, parameters.get(name))))
+            }
+            Self::GetTypes => {
+                let names = names(request, endian)?;
+                encode(names.iter().map(|name| parameters.get(name).map_or(0, ParameterValue::type_number)))
+            }
+            Self::Get => {
+                let names = names(request, endian)?;
+                let value = |name: &String| parameters.get(name).map(ParameterValue::message);
+                encode(names.iter().map(|name| value(name).unwrap_or_else(ValueMessage::default)))
+            }
+            Self::List => {
+                let ListParametersRequest { prefixes, depth } = read_message(request, endian)?;
+                within(prefixes.len(), MAX_NAMES)?;
+                finish(&list(parameters, &prefixes, depth))
+            }
+            Self::Set => {
+                let SetParametersRequest { parameters } = read_message(request, endian)?;
+                within(parameters.len(), MAX_NAMES)?;
+                encode(parameters.iter().map(|_: &NamedParameterValue| refusal()))
+            }
+            Self::SetAtomically => {
+                let SetParametersRequest { parameters } = read_message(request, endian)?;
+                within(parameters.len(), MAX_NAMES)?;
+                finish(&refusal())
+            }
+        }
+    }
+}
+
+fn names(request: &[u8], endian: Endian) -> Result<Vec<String>, Unreadable> {
+    let ParameterNames { names } = read_message(request, endian)?;
+    within(names.len(), MAX_NAMES)?;
+    Ok(names)
+}
+
+fn within(length: usize, limit: usize) -> Result<(), Unreadable> {
+    if length <= limit { Ok(()) } else { Err(Unreadable::TooMuch { length, limit }) }
+}
+
+/// A response whose only field is a list; nothing of it is made beyond the limit.
+fn encode<T: Serialize>(elements: impl Iterator<Item = T>) -> Result<CdrBytes, Unreadable> {
+    let (mut list, mut length) = (Vec::new(), 0);
+    for element in elements {
+        length += finish(&element)?.as_ref().len();
+        within(length, MAX_RESPONSE)?;
+        list.push(element);
+    }
+    finish(&Response { field: list })
+}
+
+fn finish(response: &impl Serialize) -> Result<CdrBytes, Unreadable> {
+    CdrBytes::encode(response).map_err(|error| Unreadable::Layout(error.to_string()))
+}
+
+fn refusal() -> SetParametersResult {
+    SetParametersResult { successful: false, reason: READ_ONLY.to_owned() }
+}
+
+fn description(name: &str, value: Option<&ParameterValue>) -> ParameterDescriptor {
+    ParameterDescriptor {
+        name: name.to_owned(),
+        r#type: value.map_or(0, ParameterValue::type_number),
+        additional_constraints: if value.is_some() { READ_ONLY.to_owned() } else { String::new() },
+        read_only: true,
+        ..ParameterDescriptor::default()
+    }
+}
+
+/// The parameters below the prefixes, no more than `depth` levels below, and the levels that they stand below.
+fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParametersResponse {
+    let is_within = |rest: &str| depth == 0 || rest.split('.').count() as u64 <= depth;
+    let is_listed = |name: &str| {
+        let below = |prefix: &String| match name.strip_prefix(prefix.as_str()) {
+            Some("") => true,
+            Some(rest) => rest.strip_prefix('.').is_some_and(is_within),
+            None => false,
+        };
+        if prefixes.is_empty() { is_within(name) } else { prefixes.iter().any(below) }
+    };
+    let names: Vec<_> = parameters.names().filter(|name| is_listed(name)).map(str::to_owned).collect();
+    let mut levels: Vec<_> =
+        names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0.to_owned())).collect();
+    levels.dedup();
+    ListParametersResponse { names, prefixes: levels }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn parameters() -> Parameters {
+        let mut parameters = Parameters::default();
+        parameters.set("use_sim_time", false);
+        parameters.set("ros.domain_id", 7);
+        parameters.set("ros.topics.diagnostics", "/diagnostics");
+        parameters.set("ros.only_networks", vec!["127.0.0.1".to_owned()]);
+        parameters.set("reports.rate_hz", ParameterValue::Double(12.5));
+        parameters
+    }
+
+    fn request(message: &impl Serialize) -> CdrBytes {
+        CdrBytes::encode(message).unwrap()
+    }
+
+    fn answer<T: serde::de::DeserializeOwned>(service: ParameterService, request: &CdrBytes) -> T {
+        let answer = service.answer(&parameters(), request.as_ref(), Endian::Little).unwrap();
+        read_message(answer.as_ref(), Endian::Little).unwrap()
+    }
+
+    fn named(names: &[&str]) -> CdrBytes {
+        request(&ParameterNames { names: names.iter().map(|name| (*name).to_owned()).collect() })
+    }
+
+    #[test]
+    fn values_types_and_descriptions_are_those_of_the_names_and_what_is_not_there_is_not_set() {
+        let names =
+            named(&["use_sim_time", "ros.domain_id", "reports.rate_hz", "nothing", "ros.only_networks"]);
+        let values: Vec<ValueMessage> = answer(ParameterService::Get, &names);
+        let types: Vec<u8> = answer(ParameterService::GetTypes, &names);
+        let described: Vec<ParameterDescriptor> = answer(ParameterService::Describe, &names);
+        assert_eq!(types, [1, 2, 3, 0, 9]);
+        assert_eq!(values.iter().map(|value| value.r#type).collect::<Vec<_>>(), types);
+        assert_eq!(described.iter().map(|one| one.r#type).collect::<Vec<_>>(), types);
+        assert_eq!((values[0].bool_value, values[1].integer_value), (false, 7));
+        assert!((values[2].double_value - 12.5).abs() < f64::EPSILON);
+        assert_eq!(
+            (&values[3], &values[4].string_array_value[..]),
+            (&ValueMessage::default(), &["127.0.0.1".to_owned()][..])
+        );
+        assert!(described.iter().all(|one| one.read_only && !one.dynamic_typing));
+    }
+
+    #[test]
+    fn parameters_are_listed_by_prefix_and_depth() {
+        let list = |prefixes: &[&str], depth| {
+            let prefixes = prefixes.iter().map(|prefix| (*prefix).to_owned()).collect();
+            let list: ListParametersResponse =
+                answer(ParameterService::List, &request(&ListParametersRequest { prefixes, depth }));
+            (list.names.join(" "), list.prefixes.join(" "))
+        };
+        let all = "reports.rate_hz ros.domain_id ros.only_networks ros.topics.diagnostics use_sim_time";
+        let expect = |names: &str, levels: &str| (names.to_owned(), levels.to_owned());
+        assert_eq!(list(&[], 0), expect(all, "reports ros ros.topics"));
+        assert_eq!(list(&[], 1), expect("use_sim_time", ""));
+        assert_eq!(list(&["ros"], 1), expect("ros.domain_id ros.only_networks", "ros"));
+        assert_eq!(
+            list(&["ros.topics", "use_sim_time"], 0),
+            expect("ros.topics.diagnostics use_sim_time", "ros.topics")
+        );
+        assert_eq!(list(&["r", "ros.domain", ""], 0), expect("", ""));
+    }
+
+    #[test]
+    fn nothing_is_set_and_the_reason_says_what_to_do() {
+        let value = NamedParameterValue { name: "use_sim_time".to_owned(), value: ValueMessage::default() };
+        let two = request(&SetParametersRequest { parameters: vec![value.clone(), value] });
+        let each: Vec<SetParametersResult> = answer(ParameterService::Set, &two);
+        assert_eq!(each, [refusal(), refusal()]);
+        assert!(!each[0].successful && each[0].reason.contains("configuration file"));
+        let together: SetParametersResult = answer(ParameterService::SetAtomically, &two);
+        assert_eq!(together, refusal());
+    }
+
+    #[test]
+    fn what_is_too_long_or_makes_too_much_is_refused() {
+        let many = |count| {
+            ParameterService::Get.answer(
+                &parameters(),
+                named(&vec!["use_sim_time"; count]).as_ref(),
+                Endian::Little,
+            )
+        };
+        assert!(many(MAX_NAMES).is_ok());
+        assert_eq!(many(MAX_NAMES + 1), Err(Unreadable::TooMuch { length: 1001, limit: MAX_NAMES }));
+        let bytes = vec![0; MAX_REQUEST + 4];
+        for service in ParameterService::ALL {
+            let refused = service.answer(&parameters(), &bytes, Endian::Little);
+            assert_eq!(refused, Err(Unreadable::TooMuch { length: MAX_REQUEST + 4, limit: MAX_REQUEST }));
+        }
+        let mut large = Parameters::default();
+        large.set("a", "x".repeat(4096).as_str());
+        let refused = ParameterService::Get.answer(&large, named(&["a"; 300]).as_ref(), Endian::Little);
+        assert!(matches!(refused, Err(Unreadable::TooMuch { limit: MAX_RESPONSE, .. })), "{refused:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_request_is_answered_within_bounds_or_refused(
+            bytes in prop::collection::vec(any::<u8>(), 0..200),
+            small in prop::collection::vec(0..4_u8, 0..200),
+            is_little in any::<bool>(),
+        ) {
+            let endian = if is_little { Endian::Little } else { Endian::Big };
+            for request in [&bytes, &small] {
+                for service in ParameterService::ALL {
+                    if let Ok(answer) = service.answer(&parameters(), request, endian) {
+                        prop_assert!(answer.as_ref().len() <= MAX_RESPONSE + 8);
+                    }
+                }
+            }
+        }
+    }
+}

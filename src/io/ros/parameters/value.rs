@@ -1,0 +1,82 @@
+//! The value of a parameter.
+
+use serde::{Deserialize, Serialize};
+
+use crate::io::ros::messages::ParameterValue as Message;
+
+/// A value of one of the types that parameters have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum ParameterValue {
+    /// A truth value.
+    Bool(bool),
+    /// A whole number.
+    Integer(i64),
+    /// A number.
+    Double(f64),
+    /// A text.
+    Text(String),
+    /// Truth values.
+    Bools(Vec<bool>),
+    /// Whole numbers.
+    Integers(Vec<i64>),
+    /// Numbers.
+    Doubles(Vec<f64>),
+    /// Texts.
+    Texts(Vec<String>),
+}
+
+impl ParameterValue {
+    /// The number of its type in messages.
+    pub fn type_number(&self) -> u8 {
+        match self {
+            Self::Bool(_) => 1,
+            Self::Integer(_) => 2,
+            Self::Double(_) => 3,
+            Self::Text(_) => 4,
+            Self::Bools(_) => 6,
+            Self::Integers(_) => 7,
+            Self::Doubles(_) => 8,
+            Self::Texts(_) => 9,
+        }
+    }
+
+    /// The message with this value.
+    pub fn message(&self) -> Message {
+        let mut message = Message { r#type: self.type_number(), ..Message::default() };
+        match self.clone() {
+            Self::Bool(value) => message.bool_value = value,
+            Self::Integer(value) => message.integer_value = value,
+            Self::Double(value) => message.double_value = value,
+            Self::Text(value) => message.string_value = value,
+            Self::Bools(values) => message.bool_array_value = values,
+            Self::Integers(values) => message.integer_array_value = values,
+            Self::Doubles(values) => message.double_array_value = values,
+            Self::Texts(values) => message.string_array_value = values,
+        }
+        message
+    }
+}
+
+impl From<bool> for ParameterValue {
+    fn from(value: bool) -> Self {
+        Self::Bool(value)
+    }
+}
+
+impl From<i64> for ParameterValue {
+    fn from(value: i64) -> Self {
+        Self::Integer(value)
+    }
+}
+
+impl From<&str> for ParameterValue {
+    fn from(value: &str) -> Self {
+        Self::Text(value.to_owned())
+    }
+}
+
+impl From<Vec<String>> for ParameterValue {
+    fn from(values: Vec<String>) -> Self {
+        Self::Texts(values)
+    }
+}

@@ -1,0 +1,44 @@
+//! What the network side has to know of a session's settings.
+
+use crate::io::ros::link::{NetworkSettings, ReadTopic};
+use crate::io::ros::outgoing::Outgoing;
+use crate::io::ros::settings::{Isolation, RosSettings};
+
+/// What writers may keep where no process has a limit of its own, bytes.
+const THREAD_HISTORY: u64 = 256 << 20;
+
+/// The settings of the network side among those of a session.
+pub(super) fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettings {
+    let read = settings.subscriptions.iter().map(|subscription| {
+        let (package, message) = subscription.kind.type_name();
+        ReadTopic {
+            name: subscription.name.clone(),
+            type_name: (package.to_owned(), message.to_owned()),
+            reliability: subscription.reliability,
+            durability: subscription.durability,
+            depth: subscription.depth,
+        }
+    });
+    NetworkSettings {
+        node: settings.node.clone(),
+        namespace: settings.namespace.clone(),
+        graph: settings.graph,
+        domain_id: settings.domain_id,
+        only_networks: settings.only_networks.clone(),
+        written: table.iter().map(Outgoing::written).collect(),
+        read: read.collect(),
+        recovery: settings.recovery,
+        echo_is_proven: false,
+        history_bytes: history_bytes(&settings.isolation),
+        parameters: settings.parameters.clone(),
+    }
+}
+
+/// Two thirds of the memory that there is.
+fn history_bytes(isolation: &Isolation) -> usize {
+    let bytes = match isolation {
+        Isolation::Process { memory_limit_mb, .. } => (u64::from(*memory_limit_mb) << 20) * 2 / 3,
+        Isolation::Thread => THREAD_HISTORY,
+    };
+    usize::try_from(bytes).unwrap_or(usize::MAX)
+}

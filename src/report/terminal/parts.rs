@@ -1,0 +1,112 @@
+//! Parts of every view: heading, buses, log and footer.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Paragraph};
+
+use super::ink::{DIM, Ink};
+use super::picture::BusLine;
+use super::view_model::{Keys, Model};
+use crate::core::diagnostics::Level;
+
+/// From this width on a bus has a longer name, and says that its load is not known.
+const WIDE: usize = 70;
+/// Cells of the bar of a load.
+const BAR: u8 = 10;
+
+/// Number of lines, which are few.
+pub(super) fn lines_of(lines: &[Line<'_>]) -> u16 {
+    u16::try_from(lines.len()).unwrap_or(u16::MAX)
+}
+
+/// A text with an ellipsis where it is cut.
+pub(super) fn cut(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
+}
+
+/// Title on the left, time and level on the right.
+pub(super) fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
+    let picture = &model.picture;
+    let level = picture.level.map_or_else(String::new, |level| format!(" {level} "));
+    let seconds = model.elapsed.as_secs();
+    let time = format!(" {}:{:02} ", seconds / 60, seconds % 60);
+    let room = width.saturating_sub(level.chars().count() + time.chars().count());
+    let title = format!("{:<room$}", cut(&format!(" {}", model.title), room));
+    let bar = Style::new().add_modifier(Modifier::REVERSED);
+    let level_style = picture.level.map_or(bar, |level| ink.level(level).add_modifier(Modifier::REVERSED));
+    Line::from(vec![
+        Span::styled(title, bar.add_modifier(Modifier::BOLD)),
+        Span::styled(time, bar),
+        Span::styled(level, level_style),
+    ])
+}
+
+pub(super) fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
+    let is_narrow = width < WIDE;
+    let level = if bus.is_sound { Level::Ok } else { Level::Error };
+    let name = if is_narrow { 14 } else { 22 };
+    let mut spans = vec![
+        Span::styled("● ", ink.level(level)),
+        Span::raw(format!("{:<name$}", cut(&bus.name, name - 1))),
+        Span::raw(format!("{:>6.0}/s ", bus.rate_hz)),
+    ];
+    if let Some(load) = bus.load_percent {
+        let filled = (1..=BAR).filter(|cell| load >= 10.0 * f64::from(*cell) - 5.0).count();
+        let (full, empty) = ("█".repeat(filled), "░".repeat(usize::from(BAR) - filled));
+        let style = if load < 60.0 {
+            Level::Ok
+        } else if load < 85.0 {
+            Level::Warn
+        } else {
+            Level::Error
+        };
+        spans.push(Span::styled(full, ink.level(style)));
+        spans.push(Span::styled(empty, DIM));
+        spans.push(Span::raw(format!(" {load:>3.0} %  ")));
+    } else if !is_narrow {
+        spans.push(Span::styled(" load unknown  ", DIM));
+    }
+    if bus.drops > 0 {
+        spans.push(Span::styled(format!("{} dropped  ", bus.drops), ink.level(Level::Error)));
+    }
+    let used: usize = spans.iter().map(Span::width).sum();
+    let style = if bus.is_sound { Style::new() } else { ink.level(Level::Error) };
+    spans.push(Span::styled(cut(&bus.state, width.saturating_sub(used)), style));
+    Line::from(spans)
+}
+
+pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect) {
+    let heading =
+        if model.scroll > 0 { format!(" log, {} lines further ", model.scroll) } else { " log ".to_owned() };
+    let block = Block::new().borders(ratatui::widgets::Borders::TOP).border_style(DIM).title(heading);
+    let inner = block.inner(area);
+    let end = model.log.len() - model.scroll.min(model.log.len());
+    let start = end.saturating_sub(inner.height.into());
+    let lines = model.log.iter().skip(start).take(end - start).map(|line| {
+        let style = match line.level {
+            None | Some(Level::Ok) => Style::new(),
+            Some(level) => ink.level(level).remove_modifier(Modifier::BOLD),
+        };
+        Line::styled(cut(&line.text, inner.width.into()), style)
+    });
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), area);
+}
+
+pub(super) fn footer(model: &Model) -> Line<'static> {
+    if model.is_paused {
+        let style = Style::new().add_modifier(Modifier::REVERSED | Modifier::BOLD);
+        let text = " PAUSED: the picture stands still, all else goes on ";
+        return Line::from(vec![Span::styled(text, style), Span::raw(" space")]);
+    }
+    let keys = if model.keys == Keys::Driver {
+        " q quit  ← → stalk  o off  h hazard  ? help"
+    } else {
+        " q quit  space pause  ↑↓ log  ? help"
+    };
+    Line::styled(keys, DIM)
+}

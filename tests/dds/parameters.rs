@@ -1,0 +1,90 @@
+//! The services for parameters, as clients of both middlewares of ROS 2 use them.
+
+use serde_json::{Value, json};
+
+use super::fast_dds::client;
+use super::session::Role;
+use crate::support::json_process::JsonProcess;
+use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::prerequisite::require;
+
+const NODE: &str = "vehicle/gateway_under_test";
+const NAMES: [&str; 3] = ["ros.domain_id", "ros.only_networks", "use_sim_time"];
+
+/// Sends a request as the `number`th line; gives the answer to it.
+fn answer(client: &JsonProcess, number: u64, request: &str) -> Value {
+    client.send(request);
+    let is_it = |line: &Value| line["event"] == "answer" && line["number"] == number;
+    let answer = client.next(&format!("the answer to {request}"), is_it);
+    assert!(request.starts_with(answer["service"].as_str().unwrap()), "{answer}");
+    answer["data"].clone()
+}
+
+#[test]
+fn parameters_are_listed_read_described_and_not_set() {
+    let cyclone = require!(Cyclone::on_loopback());
+    let domain = domain();
+    let gateway = Role::new(domain).only_on("127.0.0.1").with_parameters().start();
+    let client = cyclone.start("parameter_client.py", domain, &[NODE]);
+    assert_eq!(answer(&client, 1, "list_parameters 0"), json!({"names": NAMES, "prefixes": ["ros"]}));
+    let values =
+        answer(&client, 2, "get_parameters ros.domain_id nothing ros.only_networks")["values"].clone();
+    assert_eq!((&values[0]["type"], &values[0]["integer_value"]), (&json!(2), &json!(domain)));
+    assert_eq!(values[1]["type"], 0, "not set");
+    assert_eq!(values[2]["string_array_value"], json!(["127.0.0.1"]));
+    let types = answer(&client, 3, "get_parameter_types use_sim_time ros.only_networks");
+    assert_eq!(types, json!({"types": [1, 9]}));
+    let described = answer(&client, 4, "describe_parameters use_sim_time")["descriptors"].clone();
+    assert_eq!((&described[0]["name"], &described[0]["read_only"]), (&json!("use_sim_time"), &json!(true)));
+    let set = answer(&client, 5, "set_parameters use_sim_time x")["results"].clone();
+    let atomically = answer(&client, 6, "set_parameters_atomically use_sim_time");
+    for result in [&set[0], &set[1], &atomically] {
+        assert_eq!(result["successful"], false);
+        assert!(result["reason"].as_str().unwrap().contains("read-only"), "{result}");
+    }
+
+    // What is no request is counted, and the next one is answered.
+    for length in [5, 9, 70_000] {
+        client.send(&format!("nonsense {length}"));
+    }
+    gateway.wait_until("three refusals", |status| status["unanswered"] == 3);
+    let again = answer(&client, 10, "get_parameters use_sim_time");
+    assert_eq!(again["values"][0]["bool_value"], true);
+
+    // Another configuration shows in the answers; nobody knows which of them is the first.
+    gateway.send("parameters");
+    let others = json!({"names": ["reports.rate_hz"], "prefixes": ["reports"]});
+    let shows = (11..1000).any(|number| answer(&client, number, "list_parameters 0") == others);
+    assert!(shows, "the parameters of before");
+}
+
+#[test]
+fn a_client_of_fast_dds_knows_the_answer_to_its_request() {
+    let program = require!(client());
+    let domain = domain();
+    let _gateway = Role::new(domain).only_on("127.0.0.1").with_parameters().start();
+    let mut command = std::process::Command::new(program);
+    let client = JsonProcess::start("fastdds_client", command.arg(domain.to_string()).arg(NODE));
+    let answer = client.next("an answer", |line| line["event"] == "answer");
+    assert_eq!((&answer["is_ours"], &answer["names"]), (&json!(true), &json!(NAMES)));
+}
+
+#[test]
+fn the_graph_lists_the_services_with_the_node() {
+    let cyclone = require!(Cyclone::on_loopback());
+    let domain = domain();
+    let kind = if cfg!(feature = "humble") { "gid24" } else { "gid16" };
+    let graph = Reading { kind, topic: "ros_discovery_info", durability: "transient_local" };
+    let reader = cyclone.reader(domain, &[graph]);
+    let count = |gateway: Role| {
+        let _gateway = gateway.only_on("127.0.0.1").start();
+        let line = reader.next("the node", |line| {
+            line["event"] == "sample"
+                && line["data"]["node_entities_info_seq"][0]["node_name"] == "gateway_under_test"
+        });
+        let node = &line["data"]["node_entities_info_seq"][0];
+        [&node["reader_gid_seq"], &node["writer_gid_seq"]].map(|gids| gids.as_array().unwrap().len())
+    };
+    let [readers, writers] = count(Role::new(domain));
+    assert_eq!(count(Role::new(domain).with_parameters()), [readers + 6, writers + 6]);
+}

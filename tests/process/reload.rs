@@ -1,0 +1,164 @@
+//! SIGHUP: a changed configuration is put into effect, a bad one refused, and both can be seen.
+
+use std::os::unix::net::UnixDatagram;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::support::process::{DEADLINE, Folder, Process};
+
+/// A gateway on an interface that does not exist, without ROS.
+struct Gateway {
+    process: Process,
+    folder: Folder,
+    /// The service manager's end of its notifications.
+    manager: UnixDatagram,
+}
+
+const KEYS: &str = "[status]\nsocket = \"status.sock\"\n[ros]\nenabled = false\n";
+
+impl Gateway {
+    fn run() -> Self {
+        let folder = Folder::with_demo_vehicle("no-such-can", KEYS);
+        let path = folder.path().join("notify");
+        let manager = UnixDatagram::bind(&path).unwrap();
+        manager.set_read_timeout(Some(DEADLINE)).unwrap();
+        let process = Process::run_with(&folder, |command| {
+            command.env("NOTIFY_SOCKET", &path);
+        });
+        let gateway = Self { process, folder, manager };
+        gateway.wait_for_notification("READY=1");
+        gateway
+    }
+
+    /// Waits for a notification that begins so.
+    fn wait_for_notification(&self, beginning: &str) -> String {
+        let mut buffer = [0; 4096];
+        let end = Instant::now() + DEADLINE;
+        while Instant::now() < end {
+            let length = self.manager.recv(&mut buffer).unwrap();
+            let text = String::from_utf8_lossy(&buffer[..length]).into_owned();
+            if text.starts_with(beginning) {
+                return text;
+            }
+        }
+        panic!("no {beginning}: {:?}", self.process.log());
+    }
+
+    /// Reloads, and waits until the service manager is told that it is done; gives the state then.
+    fn reload(&self) -> Value {
+        self.process.signal("HUP");
+        self.wait_for_notification("RELOADING=1\nMONOTONIC_USEC=");
+        self.wait_for_notification("READY=1");
+        self.status()["process"]["configuration"].take()
+    }
+
+    fn command(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.current_dir(self.folder.path()).args(arguments).output().unwrap()
+    }
+
+    fn status(&self) -> Value {
+        let output = self.command(&["status", "--json", "--socket", "status.sock"]);
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    /// The exit code and the text of a comparison with the configuration in the folder.
+    fn compare(&self, arguments: &[&str]) -> (Option<i32>, String) {
+        let comparison = ["check", "--config", "gateway.toml", "--against-running=status.sock"];
+        let output = self.command(&[&comparison, arguments].concat());
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    }
+
+    fn edit(&self, from: &str, to: &str) {
+        let path: PathBuf = self.folder.path().join("gateway.toml");
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.contains(from), "{text}");
+        self.folder.write("gateway.toml", &text.replace(from, to));
+    }
+}
+
+#[test]
+fn changed_configuration_is_in_effect_and_a_bad_one_is_refused() {
+    let mut gateway = Gateway::run();
+    let before = gateway.status()["process"]["configuration"].take();
+    assert_eq!((&before["reloads"], &before["last_reload"]), (&0.into(), &Value::Null));
+    assert_eq!(before["in_effect"]["fixed"]["[can.body] interface"], "no-such-can");
+    assert_eq!(gateway.compare(&[]).0, Some(0), "nothing is different");
+
+    gateway.folder.append("gateway.toml", "[reports]\nrate_hz = 50.0\n");
+    let (code, text) = gateway.compare(&[]);
+    assert_eq!(code, Some(0));
+    assert_eq!(text, "a reload changes:\n  [reports] publish: Periodic(100ms) → Periodic(20ms)\n");
+    let after = gateway.reload();
+    assert_eq!((&after["reloads"], &after["refused"]), (&1.into(), &0.into()));
+    assert_eq!(after["last_reload"]["is_applied"], true);
+    assert_eq!(after["last_reload"]["changes"][0]["part"], "[reports] publish");
+    gateway
+        .process
+        .wait_for_log("configuration reloaded: [reports] publish: Periodic(100ms) → Periodic(20ms)");
+    assert_eq!(gateway.compare(&[]).1, "nothing is different: this configuration is in effect\n");
+
+    gateway.folder.append("gateway.toml", "rate_hz = 3\n");
+    let refused = gateway.reload();
+    assert_eq!((&refused["reloads"], &refused["refused"]), (&1.into(), &1.into()));
+    assert!(refused["last_reload"]["reason"].as_str().unwrap().contains("gateway.toml:"), "{refused}");
+    assert_eq!(refused["in_effect"], after["in_effect"], "the one before goes on");
+    gateway.process.wait_for_log("configuration not reloaded, the one before goes on: ");
+    gateway.process.wait_for_log("configuration: reload refused, the one before goes on: ");
+    assert_eq!(gateway.compare(&[]).0, Some(3), "a bad file is refused here, too");
+
+    gateway.edit("rate_hz = 3\n", "");
+    gateway.edit("no-such-can", "no-such-can7");
+    let (code, text) = gateway.compare(&["--json"]);
+    assert_eq!(code, Some(9));
+    let plan: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(plan["restart"][0]["part"], "[can.body] interface");
+    assert_eq!(plan["restart"][0]["after"], "no-such-can7");
+    let refused = gateway.reload();
+    let reason = refused["last_reload"]["reason"].as_str().unwrap();
+    assert_eq!(reason, "restart needed for [can.body] interface: no-such-can → no-such-can7");
+    let text = String::from_utf8(gateway.command(&["status", "--socket", "status.sock"]).stdout).unwrap();
+    assert!(text.contains("configuration (1 reload, 2 refused)"), "{text}");
+    gateway.edit("no-such-can7", "no-such-can");
+    let after = gateway.reload();
+    assert_eq!((&after["reloads"], &after["refused"]), (&2.into(), &2.into()));
+    gateway.process.stop("TERM");
+}
+
+#[test]
+fn many_requests_at_once_leave_the_last_file_in_effect() {
+    let mut gateway = Gateway::run();
+    gateway.folder.append("gateway.toml", "[diagnostics]\nperiod_ms = 250\n");
+    for period in [100, 200, 300, 400, 499] {
+        let path = gateway.folder.path().join("gateway.toml");
+        let text = std::fs::read_to_string(path).unwrap();
+        let (before, _) = text.split_once("period_ms").unwrap();
+        gateway.folder.write("gateway.toml", &format!("{before}period_ms = {period}\n"));
+        gateway.process.signal("HUP");
+    }
+    let end = Instant::now() + DEADLINE;
+    let value = || {
+        gateway.status()["process"]["configuration"]["in_effect"]["reloadable"]["[diagnostics] period_ms"]
+            .take()
+    };
+    while value() != "499ms" {
+        assert!(Instant::now() < end, "{:?}", gateway.process.log());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    gateway.process.stop("TERM");
+}
+
+#[test]
+fn without_a_gateway_a_comparison_says_so() {
+    let folder = Folder::with_demo_vehicle("no-such-can", KEYS);
+    let output = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
+        .current_dir(folder.path())
+        .args(["check", "--config", "gateway.toml", "--against-running=status.sock"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(8));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("start the service"));
+}
