@@ -29,6 +29,7 @@ mod pure {
     mod terminal_view;
     mod traffic_light_cases;
     mod turn_signal_cases;
+    mod type_hashes;
     mod validation_model;
     mod vehicles;
 }

@@ -357,6 +357,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),
+        transport: settings.ros.transport.clone(),
         isolation: if settings.ros.isolated {
             Isolation::Process {
                 program: "/proc/self/exe".into(),

@@ -7,6 +7,7 @@ use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot};
 use crate::core::diagnostics::Level;
 use crate::core::gateway::configuration::ConfigurationState;
+use crate::core::gateway::network::ZenohLinks;
 use crate::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, Snapshot};
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
@@ -322,9 +323,12 @@ fn bus_text(bus: &BusSnapshot) -> String {
 }
 
 fn ros_text(ros: &RosSnapshot) -> String {
+    let zenoh = ros.links.map_or_else(String::new, |ZenohLinks { routers, peers, lost }| {
+        format!(", Zenoh: routers {routers}, peers {peers}, connections lost {lost}")
+    });
     match (ros.is_up, &ros.last_failure) {
-        (true, _) if ros.restarts > 0 => format!("up, replaced {} times", ros.restarts),
-        (true, _) => "up".to_owned(),
+        (true, _) if ros.restarts > 0 => format!("up, replaced {} times{zenoh}", ros.restarts),
+        (true, _) => format!("up{zenoh}"),
         (false, Some(failure)) => format!("down: {failure}"),
         (false, None) => "joining".to_owned(),
     }

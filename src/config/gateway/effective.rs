@@ -108,6 +108,7 @@ impl Parts {
             domain_id,
             graph,
             only_networks,
+            transport,
             durability,
             turn_indicators_status,
             hazard_lights_status,
@@ -122,6 +123,7 @@ impl Parts {
         self.fix("[ros] domain_id", domain_id);
         self.fix("[ros] graph", graph);
         self.fix("[ros] only_networks", only_networks);
+        self.fix("[ros] transport and [ros.zenoh]", transport);
         self.fix("[reports] durability", durability);
         self.fix("[ros.topics] turn_indicators_status", turn_indicators_status);
         self.fix("[ros.topics] hazard_lights_status", hazard_lights_status);

@@ -273,7 +273,7 @@ fn settings(
     let source = top.keyword("source", SOURCES).unwrap_or_default();
     let (publish, durability) = reports::reports(top.section("reports"));
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
-    let (node, ros) = ros::ros(top.section("ros"), durability, overrides);
+    let (node, ros) = ros::ros(files, top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
     let status = status::status(top.section("status"));
     let http = http::http(top.section("http"));

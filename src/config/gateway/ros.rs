@@ -2,11 +2,17 @@
 
 use std::net::IpAddr;
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 use super::reports::Durability;
+use crate::config::files::Files;
+use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::problem::cannot_read;
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{Remapping, is_namespace};
+use crate::io::ros::settings::{Transport, TypeHashes, ZenohSettings};
+use crate::io::ros::zenoh_config;
 
 /// Name of the node unless it is configured.
 pub const DEFAULT_NODE: &str = "signal_gateway";
@@ -38,6 +44,8 @@ pub struct RosConfig {
     pub rosout: Option<String>,
     /// Own addresses to use; all when empty.
     pub only_networks: Vec<IpAddr>,
+    /// What carries the messages.
+    pub transport: Transport,
     /// Durability of the two reports.
     pub durability: Durability,
     /// Topic of `TurnIndicatorsReport`.
@@ -48,8 +56,59 @@ pub struct RosConfig {
     pub diagnostics: String,
 }
 
+/// True for Zenoh.
+const TRANSPORTS: Keywords<bool> = &[("dds", false), ("zenoh", true)];
+const TYPE_HASHES: Keywords<TypeHashes> =
+    &[("rihs01", TypeHashes::Rihs01), ("not_supported", TypeHashes::NotSupported)];
+
+/// Reads what carries the messages. Without Zenoh its section is looked at, but its file is not.
+fn transport(files: &dyn Files, fields: &Fields<'_>) -> Transport {
+    let is_zenoh = fields.keyword("transport", TRANSPORTS) == Some(true);
+    let section = fields.section("zenoh");
+    let path = section.path("config");
+    let type_hashes = section.keyword("type_hashes", TYPE_HASHES).unwrap_or_default();
+    let transport = if is_zenoh {
+        if fields.has("only_networks") {
+            let reason = "Zenoh has no own addresses to choose from";
+            fields.refuse(
+                "only_networks",
+                reason,
+                "remove it; `listen` and `connect` in the file of [ros.zenoh] config choose",
+            );
+        }
+        let config = path.and_then(|path| zenoh_config(files, &section, &path));
+        if let Err(error) = zenoh_config::check(config.as_deref()) {
+            let key = if config.is_some() { "zenoh" } else { "transport" };
+            fields.refuse(key, error.to_string(), error.remedy());
+        }
+        Transport::Zenoh(ZenohSettings { config, type_hashes })
+    } else {
+        Transport::Dds
+    };
+    section.done();
+    transport
+}
+
+/// Reads Zenoh's own configuration.
+fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<String> {
+    let text = files.read(path).map_err(|error| cannot_read(&error));
+    let text = text.and_then(|bytes| {
+        String::from_utf8(bytes).map_err(|error| format!("not UTF-8: {}", error.utf8_error()))
+    });
+    text.inspect_err(|reason| {
+        let reason = format!("{}: {reason}", path.display());
+        section.refuse(
+            "config",
+            reason,
+            "give the path of a Zenoh configuration in JSON5, relative to this file",
+        );
+    })
+    .ok()
+}
+
 /// Reads the section: the name of the node, and the rest; `durability` is that of the two reports.
 pub(super) fn ros(
+    files: &dyn Files,
     fields: Fields<'_>,
     durability: Durability,
     overrides: &RosOverrides,
@@ -79,6 +138,7 @@ pub(super) fn ros(
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),
         only_networks: only_networks.filter_map(address).collect(),
+        transport: transport(files, &fields),
         durability,
         turn_indicators_status: topics
             .topic("turn_indicators_status", "/vehicle/status/turn_indicators_status"),

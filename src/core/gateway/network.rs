@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use super::process_status::LostLines;
 use crate::core::diagnostics::{Level, Status};
 
@@ -28,6 +30,19 @@ pub struct NetworkState {
     pub memory_bytes: Option<u64>,
     /// Log lines that its processes did not write since the session's start.
     pub lost_lines: LostLines,
+    /// Its connections; `None` with DDS, which has none.
+    pub links: Option<ZenohLinks>,
+}
+
+/// The connections of a network side that speaks Zenoh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ZenohLinks {
+    /// Routers that it is connected with.
+    pub routers: u32,
+    /// Other sessions that it is connected with.
+    pub peers: u32,
+    /// Connections lost since it joined the network.
+    pub lost: u64,
 }
 
 /// Why a network side ended.
@@ -64,6 +79,11 @@ impl fmt::Display for NetworkFailure {
 }
 
 impl NetworkState {
+    /// What carries the messages.
+    pub fn transport(&self) -> &'static str {
+        if self.links.is_some() { "zenoh" } else { "dds" }
+    }
+
     /// The status of a node's network side.
     pub fn status(&self, node: &str) -> Status {
         let (level, message) = level_and_message(self);
@@ -74,6 +94,12 @@ impl NetworkState {
         let own_samples = if self.has_echo { "come back" } else { "do not come back" };
         values.extend(self.age.map(|_| ("own_samples", own_samples.to_owned())));
         values.extend(self.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
+        values.push(("transport", self.transport().to_owned()));
+        if let Some(ZenohLinks { routers, peers, lost }) = self.links {
+            values.push(("zenoh_routers", routers.to_string()));
+            values.push(("zenoh_peers", peers.to_string()));
+            values.push(("zenoh_connections_lost", lost.to_string()));
+        }
         Status { name: format!("{node}: ros"), level, message, values }
     }
 }
@@ -85,6 +111,9 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
         (None, Some(failure)) => (Level::Warn, format!("the network side is down: {failure}")),
         (Some(age), Some(failure)) if age < RECENT => {
             (Level::Warn, format!("the network side was replaced: {failure}"))
+        }
+        (Some(_), _) if state.links.is_some_and(|links| links.routers == 0 && links.peers == 0) => {
+            (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned())
         }
         (Some(_), _) => (Level::Ok, "joined".to_owned()),
     }
@@ -120,5 +149,31 @@ mod tests {
             state.age = Some(RECENT);
         });
         assert_eq!(later, (Level::Ok, "joined".to_owned()));
+    }
+
+    #[test]
+    fn zenoh_wants_a_connection_with_anybody() {
+        let links = |routers, peers| ZenohLinks { routers, peers, lost: 3 };
+        let level = |links| headline(|state| state.links = Some(links)).0;
+        let alone = (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned());
+        assert_eq!(headline(|state| state.links = Some(links(0, 0))), alone);
+        assert_eq!([level(links(1, 0)), level(links(0, 1))], [Level::Ok; 2]);
+        let state = NetworkState { links: Some(links(1, 2)), ..NetworkState::default() };
+        let values = state.status("gw").values;
+        let expected = [
+            ("transport", "zenoh"),
+            ("zenoh_routers", "1"),
+            ("zenoh_peers", "2"),
+            ("zenoh_connections_lost", "3"),
+        ];
+        assert!(
+            expected.iter().all(|(key, value)| values.contains(&(*key, (*value).to_owned()))),
+            "{values:?}"
+        );
+        let values = NetworkState::default().status("gw").values;
+        assert!(
+            values.contains(&("transport", "dds".to_owned()))
+                && !values.iter().any(|(key, _)| key.starts_with("zenoh"))
+        );
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Gateway;
 use super::configuration::ConfigurationState;
-use super::network::NetworkState;
+use super::network::{NetworkState, ZenohLinks};
 use super::process_status::{LogState, RecorderState};
 use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::CommandSnapshot;
@@ -91,7 +91,7 @@ pub struct Build {
 /// The connection to ROS 2.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct RosSnapshot {
-    /// DDS domain.
+    /// Domain, `ROS_DOMAIN_ID`.
     pub domain_id: u16,
     /// True while the network side has joined the network and answers.
     pub is_up: bool,
@@ -107,6 +107,8 @@ pub struct RosSnapshot {
     pub written: Vec<TopicSnapshot>,
     /// Topics that are read.
     pub read: Vec<TopicSnapshot>,
+    /// Connections of Zenoh; `None` with DDS, which has none.
+    pub links: Option<ZenohLinks>,
     /// Participants whose lease ran out and that were not found again yet.
     pub missing_peers: u64,
     /// Samples since start that could not be written.
@@ -208,6 +210,7 @@ impl RosSnapshot {
             last_failure: network.last_failure.as_ref().map(ToString::to_string),
             joined_ms: network.age.map(millis),
             memory_bytes: network.memory_bytes,
+            links: network.links,
             ..Self::default()
         }
     }

@@ -14,3 +14,5 @@ pub mod reception;
 pub mod session;
 pub mod settings;
 pub mod topics;
+pub mod type_hashes;
+pub mod zenoh_config;

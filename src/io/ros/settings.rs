@@ -36,8 +36,39 @@ pub struct RosSettings {
     pub hardware_id: String,
     /// Intervals at which lost peers and new addresses are acted on.
     pub recovery: Recovery,
-    /// Where DDS runs.
+    /// What carries the messages.
+    pub transport: Transport,
+    /// Where DDS or Zenoh runs.
     pub isolation: Isolation,
+}
+
+/// What carries the messages.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Transport {
+    /// DDS.
+    #[default]
+    Dds,
+    /// Zenoh, in the conventions of `rmw_zenoh`.
+    Zenoh(ZenohSettings),
+}
+
+/// Settings of Zenoh.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ZenohSettings {
+    /// The configuration of Zenoh in JSON5; `None` for that of a computer with a router on it.
+    pub config: Option<String>,
+    /// What stands for the hash of a type in keys.
+    pub type_hashes: TypeHashes,
+}
+
+/// What stands for the hash of a type in the keys of `rmw_zenoh`. Nodes of which it differs do not hear each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum TypeHashes {
+    /// The hash itself, `RIHS01_…`: Jazzy and later.
+    #[default]
+    Rihs01,
+    /// The word `TypeHashNotSupported`: Humble.
+    NotSupported,
 }
 
 /// Where the network side of a session runs.
@@ -86,6 +117,7 @@ impl Default for RosSettings {
             subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),
             recovery: Recovery::default(),
+            transport: Transport::default(),
             isolation: Isolation::default(),
         }
     }

@@ -64,6 +64,18 @@ impl Role {
         self.with("parameters", json!(true))
     }
 
+    /// Over Zenoh with this configuration.
+    #[allow(dead_code)] // the tests of DDS do not use it
+    pub(crate) fn over_zenoh(self, config: &str) -> Self {
+        self.with("zenoh", json!(config))
+    }
+
+    /// With keys as in Humble.
+    #[allow(dead_code)] // the tests of DDS do not use it
+    pub(crate) fn with_keys_of_humble(self) -> Self {
+        self.with("humble", json!(true))
+    }
+
     /// The network of this address and no other.
     pub(crate) fn only_on(self, address: &str) -> Self {
         self.with("networks", json!([address]))
@@ -93,8 +105,9 @@ impl Role {
     /// Starts the session and waits until it is there.
     pub(crate) fn start(&self) -> Gateway {
         let mut command = inside(self.namespace.as_deref(), &std::env::current_exe().unwrap());
-        let test = "dds::session::process::session_process";
-        command.args(["--exact", test, "--nocapture", "--test-threads=1"]);
+        let (_, module) = module_path!().split_once("::").unwrap();
+        let test = format!("{module}::process::session_process");
+        command.args(["--exact", &test, "--nocapture", "--test-threads=1"]);
         command.env(ROLE, self.settings.to_string());
         let process = JsonProcess::start("the gateway", &mut command);
         // What arrives before that is not passed over.

@@ -16,7 +16,8 @@ use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators
 use signal_gateway::io::process_log;
 use signal_gateway::io::ros::parameters::Parameters;
 use signal_gateway::io::ros::session::{
-    Durability, Isolation, OutgoingStatus, Recovery, RosSession, RosSettings, Topics,
+    Durability, Isolation, OutgoingStatus, Recovery, RosSession, RosSettings, Topics, Transport, TypeHashes,
+    ZenohSettings,
 };
 
 use super::{ROLE, autoware_topics, lights};
@@ -54,6 +55,7 @@ fn session_process() {
         parameters: (role["parameters"] == true).then(|| parameters(&role)),
         subscriptions,
         recovery: if role["alert"] == true { alert } else { Recovery::default() },
+        transport: transport(&role),
         isolation: if role["isolated"] == true {
             Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into(), memory_limit_mb: 384 }
         } else {
@@ -82,7 +84,7 @@ fn session_process() {
                         "unanswered": status.unanswered_requests,
                         "overtaken": status.overtaken_lights,
                         "up": status.network.is_up, "restarts": status.network.restarts,
-                        "echo": status.network.has_echo,
+                        "echo": status.network.has_echo, "links": status.network.links,
                         "failure": status.network.last_failure.map(|failure| failure.to_string())})
                 );
             }
@@ -104,6 +106,12 @@ fn session_process() {
             command => session.send(&output(command)),
         }
     }
+}
+
+fn transport(role: &Value) -> Transport {
+    let Some(config) = role["zenoh"].as_str() else { return Transport::Dds };
+    let type_hashes = if role["humble"] == true { TypeHashes::NotSupported } else { TypeHashes::Rihs01 };
+    Transport::Zenoh(ZenohSettings { config: Some(config.to_owned()), type_hashes })
 }
 
 fn parameters(role: &Value) -> Parameters {

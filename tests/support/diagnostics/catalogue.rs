@@ -342,7 +342,7 @@ fn wall_clock() -> Task {
 fn ros() -> Task {
     Task {
         names: &["ros"],
-        about: "The network side of ROS 2, which alone speaks DDS: a process of its own, replaced when it ends, hangs or \
+        about: "The network side of ROS 2, which alone speaks DDS or Zenoh: a process of its own, replaced when it ends, hangs or \
                 breaks the rules; see [reliability](reliability.md). Not in a replay.",
         messages: vec![
             message(Ok, "joined", NOTHING),
@@ -356,6 +356,12 @@ fn ros() -> Task {
                 Warn,
                 "the network side was replaced: {failure}",
                 "Nothing; it is shown for a minute. If it comes again, look for who sends what DDS cannot bear.",
+            ),
+            message(
+                Warn,
+                "joined, but connected with no Zenoh router and no peer",
+                "Start the router, or look at `connect` and `listen` in the file of `[ros.zenoh] config`; certificates \
+                 and their dates, where it has any.",
             ),
         ],
         keys: vec![
@@ -377,6 +383,10 @@ fn ros() -> Task {
             )
             .when("while it is joined"),
             key("memory_kb", "kB", "Memory its process has in use.").when("while it is a process"),
+            key("transport", "-", "`dds` or `zenoh`."),
+            key("zenoh_routers", "-", "Routers that it is connected with.").when("with Zenoh"),
+            key("zenoh_peers", "-", "Other sessions of Zenoh that it is connected with.").when("with Zenoh"),
+            key("zenoh_connections_lost", "-", "Connections lost since it joined the network.").when("with Zenoh"),
         ],
     }
 }

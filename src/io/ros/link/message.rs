@@ -3,6 +3,7 @@
 use super::bytes::Bytes;
 use super::settings::NetworkSettings;
 use super::violation::Violation;
+use crate::core::gateway::network::ZenohLinks;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::parameters::Parameters;
@@ -111,6 +112,8 @@ pub struct NetworkStatus {
     pub unanswered_requests: u64,
     /// Log lines that the network side did not write.
     pub lost_lines: LostLines,
+    /// Its connections; `None` with DDS, which has none.
+    pub links: Option<ZenohLinks>,
 }
 
 const START: u8 = 1;
@@ -226,6 +229,11 @@ impl<'a> FromNetwork<'a> {
                 bytes.extend(status.unanswered_requests.to_le_bytes());
                 bytes.extend(status.lost_lines.suppressed.to_le_bytes());
                 bytes.extend(status.lost_lines.dropped.to_le_bytes());
+                bytes.push(status.links.is_some().into());
+                if let Some(ZenohLinks { routers, peers, lost }) = status.links {
+                    bytes.extend([routers, peers].iter().flat_map(|count| count.to_le_bytes()));
+                    bytes.extend(lost.to_le_bytes());
+                }
             }
             Self::Pong { number, has_echo } => {
                 bytes.push(PONG);
@@ -261,6 +269,7 @@ impl<'a> FromNetwork<'a> {
                 write_errors: bytes.u64()?,
                 unanswered_requests: bytes.u64()?,
                 lost_lines: LostLines { suppressed: bytes.u64()?, dropped: bytes.u64()? },
+                links: if bytes.flag()? { Some(links(&mut bytes)?) } else { None },
             }),
             PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()? },
             other => return Err(Violation::Kind(other)),
@@ -274,6 +283,10 @@ fn counts(bytes: &mut Bytes<'_>) -> Result<Vec<u32>, Violation> {
     let count = bytes.u16()?;
     // Each takes four bytes of a frame that is here already.
     (0..count).map(|_| bytes.u32()).collect()
+}
+
+fn links(bytes: &mut Bytes<'_>) -> Result<ZenohLinks, Violation> {
+    Ok(ZenohLinks { routers: bytes.u32()?, peers: bytes.u32()?, lost: bytes.u64()? })
 }
 
 fn shortened(text: &str) -> &str {
@@ -290,7 +303,7 @@ mod tests {
     use super::super::settings::{Delivery, ReadTopic, WrittenTopic};
     use super::*;
     use crate::io::ros::parameters::ParameterValue;
-    use crate::io::ros::settings::Recovery;
+    use crate::io::ros::settings::{Recovery, Transport, TypeHashes, ZenohSettings};
     use crate::io::ros::topics::{Durability, Reliability};
 
     fn there_and_back(message: &ToNetwork) {
@@ -331,6 +344,10 @@ mod tests {
             echo_is_proven: true,
             history_bytes: 1 << 20,
             parameters: Some(parameters.clone()),
+            transport: Transport::Zenoh(ZenohSettings {
+                config: Some("{ mode: 'peer' }".to_owned()),
+                type_hashes: TypeHashes::NotSupported,
+            }),
         };
         there_and_back(&ToNetwork::Start(Box::new(settings)));
         let samples = [vec![1, 2, 3], vec![], vec![4]].map(CdrBytes::from).to_vec();
@@ -345,10 +362,12 @@ mod tests {
         let counts = || prop::collection::vec(any::<u32>(), 0..9);
         let lines = any::<(u64, u64)>();
         let errors = any::<(u64, u64)>();
-        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), errors, lines);
+        let links = prop::option::of(any::<(u32, u32, u64)>());
+        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), errors, lines, links);
         status.prop_map(
-            |(readers, writers, missing_peers, has_probe, rebuilds, errors, (suppressed, dropped))| {
+            |(readers, writers, missing_peers, has_probe, rebuilds, errors, (suppressed, dropped), links)| {
                 let (write_errors, unanswered_requests) = errors;
+                let links = links.map(|(routers, peers, lost)| ZenohLinks { routers, peers, lost });
                 let lost_lines = LostLines { suppressed, dropped };
                 NetworkStatus {
                     readers,
@@ -359,6 +378,7 @@ mod tests {
                     write_errors,
                     unanswered_requests,
                     lost_lines,
+                    links,
                 }
             },
         )

@@ -5,7 +5,7 @@ use std::net::IpAddr;
 use serde::{Deserialize, Serialize};
 
 use crate::io::ros::parameters::Parameters;
-use crate::io::ros::settings::Recovery;
+use crate::io::ros::settings::{Recovery, Transport};
 use crate::io::ros::topics::{Durability, Reliability};
 
 /// The node's name in the graph, its network, and the topics it writes and reads.
@@ -33,6 +33,8 @@ pub struct NetworkSettings {
     pub history_bytes: usize,
     /// The parameters of the node; `None` without services for them.
     pub parameters: Option<Parameters>,
+    /// What carries the messages.
+    pub transport: Transport,
 }
 
 /// A topic that is written.

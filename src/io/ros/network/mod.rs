@@ -1,101 +1,54 @@
-//! The network side: the DDS participant, its writers and readers, behind a link.
+//! The network side: what joins DDS, or Zenoh, behind a link.
 //!
 //! It believes what the network tells it, since RustDDS does: a single packet can make it allocate without bound, or
 //! hang. So it runs in a process of its own ([`process`]), which knows nothing of CAN and may die at any time; the
 //! gateway replaces it. It may also run in a thread of the gateway, for debuggers and tests.
-//!
-//! DDS is RustDDS itself. Of `ros2-client` only the names of the ROS graph and `ros_discovery_info` in the layout of the
-//! distribution are used, because its node brings endpoints that nobody needs here, and cannot take a publisher back.
-//!
-//! # Withdrawn reports
-//!
-//! A transient-local writer hands its last sample to whoever comes later. When a report is
-//! withdrawn, the writer is therefore replaced by a new, empty one, after its readers have
-//! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
-//! `topic_writer.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
-//!
-//! Fast DDS 2.9 ignores RustDDS's dispose messages, which lack the key hash that it needs: it keeps
-//! each replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
-//!
-//! # Outages
-//!
-//! RustDDS 0.15 discards repeated participant announcements by their sequence number, so a peer
-//! that was silent for longer than its lease is never found again by the same participant, and
-//! nothing in RustDDS's interface makes it forget. A new participant finds the peer at once. But
-//! the other peers would lose us for a moment if ours were simply rebuilt on suspicion, and a
-//! peer that was killed looks the same as one behind a broken link. So:
-//!
-//! * A peer that leaves orderly, or that we never met, needs nothing.
-//! * While a peer is missing (its lease ran out), a second, bare participant listens as a
-//!   `DiscoveryProbe`. The peer is new to it, so it can find it.
-//! * When it does, and only then, the probe becomes our participant: it gets writers with what is
-//!   current on them, and readers, and the old participant leaves when all its peers have found the
-//!   new one. Nobody else misses a sample; some get one twice. What we receive twice is recognised by its
-//!   number (`reception.rs`).
-//! * A peer that was killed costs the probe's two idle threads until it is given up after a day.
-//! * An interface or address that was not there when the participant was made replaces the
-//!   participant in the same way: sockets join multicast groups, and addresses are announced, only
-//!   at the start. A link that comes up while somebody is missing renews the probe, which then
-//!   announces itself at once instead of within 10 s.
-//! * Where hosts have no multicast between them, Cyclone must know our address (`Peers`) and not
-//!   forget it (`PruneDelay="inf"`): RustDDS cannot be given addresses, and a new participant has a
-//!   new port. Cyclone asks such ports every 30 s. Within one host this is not needed.
-//! * A peer that forgot us while we still know it stops acknowledging; see `ack_timeout.rs`.
 
-mod ack_timeout;
 mod confinement;
-mod discovery_probe;
-mod echo;
-mod graph;
-mod history;
-mod interfaces;
-mod parameter_server;
-mod participant;
-mod pings;
+mod dds;
+mod orders;
 pub mod process;
-mod recent_samples;
-mod sample;
-mod topic_reader;
-mod topic_writer;
-mod type_check;
 mod wakeup;
-mod worker;
+#[cfg(feature = "zenoh")]
+mod zenoh;
 
 use std::io;
 use std::os::unix::net::UnixStream;
 
-use super::link::{FromNetwork, Link, ToNetwork};
-use worker::Worker;
+use tokio::runtime::Builder;
 
-#[cfg(all(feature = "humble", feature = "jazzy"))]
-compile_error!("choose one ROS 2 distribution: `humble` needs --no-default-features");
-#[cfg(not(any(feature = "humble", feature = "jazzy")))]
-compile_error!("`ros` is internal: choose the feature `humble` or `jazzy`");
-
-/// The distribution whose graph this build joins.
-pub const DISTRO: &str = if cfg!(feature = "humble") { "humble" } else { "jazzy" };
+use super::link::{FromNetwork, Link, NetworkSettings, ToNetwork};
+use super::settings::Transport;
+pub use dds::DISTRO;
 
 /// Serves the gateway at the other end of the socket until it says stop. An error is that of the link, most often that
 /// the gateway is gone.
 pub fn serve(socket: UnixStream) -> io::Result<()> {
-    tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(async {
-        let mut link = Link::new(socket)?;
-        let settings = loop {
-            match worker::next_message(&mut link)? {
-                Some(ToNetwork::Start(settings)) => break *settings,
-                Some(ToNetwork::Stop) => return Ok(()),
-                Some(ToNetwork::Order(..) | ToNetwork::Parameters(_) | ToNetwork::Ping(_)) => {
-                    return Err(io::ErrorKind::InvalidData.into());
-                }
-                None => link.ready().await?,
+    let runtime = Builder::new_current_thread().enable_all().build()?;
+    let Some((settings, link)) = runtime.block_on(start(socket))? else { return Ok(()) };
+    match &settings.transport {
+        Transport::Dds => runtime.block_on(dds::serve(settings, link)),
+        #[cfg(feature = "zenoh")]
+        Transport::Zenoh(_) => zenoh::serve(&runtime, settings, link),
+        #[cfg(not(feature = "zenoh"))]
+        Transport::Zenoh(_) => runtime.block_on(refuse("this build has no Zenoh", link)),
+    }
+}
+
+/// Waits for the settings; `None` if the gateway says stop instead.
+async fn start(socket: UnixStream) -> io::Result<Option<(NetworkSettings, Link)>> {
+    let mut link = Link::new(socket)?;
+    loop {
+        match orders::next_message(&mut link)? {
+            Some(ToNetwork::Start(settings)) => return Ok(Some((*settings, link))),
+            Some(ToNetwork::Stop) => return Ok(None),
+            Some(ToNetwork::Order(..) | ToNetwork::Parameters(_) | ToNetwork::Ping(_)) => {
+                return Err(io::ErrorKind::InvalidData.into());
             }
-            link.read()?;
-        };
-        match worker::join(&settings) {
-            Ok(joined) => Worker::new(settings, joined, link).run().await,
-            Err(reason) => refuse(&reason, link).await,
+            None => link.ready().await?,
         }
-    })
+        link.read()?;
+    }
 }
 
 /// Says why the network cannot be joined.

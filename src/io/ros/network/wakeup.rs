@@ -10,6 +10,12 @@ use tokio::sync::Notify;
 pub(super) struct Wakeup(Notify);
 
 impl Wakeup {
+    /// Ends the wait.
+    #[cfg(feature = "zenoh")]
+    pub(super) fn notify(&self) {
+        self.0.notify_one();
+    }
+
     /// Waits for a wake-up since the last wait. Cancellation loses nothing.
     pub(super) async fn arrived(&self) {
         self.0.notified().await;

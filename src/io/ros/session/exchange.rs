@@ -15,7 +15,7 @@ use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
 use super::rosout::Rosout;
 use super::status::OutgoingStatus;
-use crate::core::gateway::network::{NetworkFailure, NetworkState};
+use crate::core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
@@ -24,7 +24,7 @@ use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, log, orders, table};
 use crate::io::ros::parameters::Parameters;
 use crate::io::ros::reception::{Reception, Signal};
-use crate::io::ros::settings::{Isolation, RosSettings};
+use crate::io::ros::settings::{Isolation, RosSettings, Transport};
 
 /// Longest sleep between two looks at the network side.
 const TICK: Duration = Duration::from_millis(100);
@@ -135,7 +135,10 @@ impl Exchange {
             unended: Vec::new(),
             restart_delay: RestartDelay::default(),
             silent: 0,
-            state: NetworkState::default(),
+            state: NetworkState {
+                links: matches!(settings.transport, Transport::Zenoh(_)).then(ZenohLinks::default),
+                ..NetworkState::default()
+            },
             lost_lines: LostLines::default(),
             noted: None,
             send_errors: 0,
@@ -226,7 +229,11 @@ impl Exchange {
             Over::Failed(failure) => Some(failure),
         };
         if let (Some(NetworkFailure::NotStarted(reason)), Some(starter)) = (&failure, self.starter.take()) {
-            let _ = starter.send(Err(RosError::Dds(reason.clone())));
+            let refused = match self.settings.transport {
+                Transport::Dds => RosError::Dds(reason.clone()),
+                Transport::Zenoh(_) => RosError::Zenoh(reason.clone()),
+            };
+            let _ = starter.send(Err(refused));
             self.phase = Phase::Refused;
             return;
         }
@@ -396,6 +403,7 @@ impl Exchange {
                 Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (None, LostLines::default()),
             };
             self.state.memory_bytes = memory_bytes;
+            self.state.links = self.state.links.map(|_| seen.links.unwrap_or_default());
             self.state.lost_lines = self.lost_lines.plus(lost_lines);
             self.noted = Some((self.state.clone(), now));
         }

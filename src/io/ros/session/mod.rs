@@ -17,6 +17,7 @@ mod rosout;
 mod status;
 mod threads;
 
+use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
@@ -31,7 +32,7 @@ use super::outgoing;
 use super::outgoing::messages::OutgoingMessage;
 use super::parameters::Parameters;
 pub use super::reception::IncomingStatus;
-pub use super::settings::{Isolation, Recovery, RosSettings};
+pub use super::settings::{Isolation, Recovery, RosSettings, Transport, TypeHashes, ZenohSettings};
 pub use super::topics::{
     Durability, LightsTopicSettings, Reliability, Subscription, SubscriptionKind, Topics,
 };
@@ -84,9 +85,12 @@ pub enum RosError {
     /// DDS could not be set up.
     #[error("DDS could not be set up: {0}; are the UDP ports of the domain free?")]
     Dds(String),
+    /// Zenoh could not be set up.
+    #[error("Zenoh could not be set up: {0}; see the file of [ros.zenoh] config")]
+    Zenoh(String),
     /// The thread or the process could not be started.
     #[error("no thread or process for ROS 2: {0}")]
-    Start(#[from] std::io::Error),
+    Start(#[from] io::Error),
 }
 
 /// A running session.
@@ -119,7 +123,7 @@ impl RosSession {
             Ok(Err(error)) => Err(error),
             Ok(Ok(())) | Err(RecvTimeoutError::Timeout) => Ok(Self { mailbox, inbox, hardware_id, ended }),
             Err(RecvTimeoutError::Disconnected) => {
-                Err(RosError::Dds("the thread ended while starting".to_owned()))
+                Err(RosError::Start(io::Error::other("it ended while starting")))
             }
         }
     }

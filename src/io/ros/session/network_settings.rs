@@ -31,6 +31,7 @@ pub(super) fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> Ne
         echo_is_proven: false,
         history_bytes: history_bytes(&settings.isolation),
         parameters: settings.parameters.clone(),
+        transport: settings.transport.clone(),
     }
 }
 

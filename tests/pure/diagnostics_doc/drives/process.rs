@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use signal_gateway::core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
-use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState};
+use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
 use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
 use signal_gateway::core::time::WallStamp;
 
@@ -49,6 +49,7 @@ fn network(reported: &mut Reported) {
         memory_bytes: Some(30_000_000),
         ..failed.clone()
     };
-    reported
-        .take([joining, failed.clone(), joined(1), joined(60)].map(|state| state.status("gateway")).to_vec());
+    let alone = NetworkState { links: Some(ZenohLinks::default()), ..joined(60) };
+    let states = [joining, failed.clone(), joined(1), joined(60), alone];
+    reported.take(states.map(|state| state.status("gateway")).to_vec());
 }

@@ -16,10 +16,11 @@ use super::interfaces::Interfaces;
 use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
 use super::topic_reader::Taken;
-use super::wakeup::Wakeup;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
 use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork};
+use crate::io::ros::network::orders::{add, next_message};
+use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::Parameters;
 
 /// Longest sleep between two polls of the events of DDS.
@@ -379,28 +380,11 @@ impl Worker {
             write_errors: self.write_errors,
             unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,
+            links: None,
         };
         if status != self.status {
             self.link.answer(&FromNetwork::Status(status.clone()));
             self.status = status;
-        }
-    }
-}
-
-/// The next message that was read; what cannot be read is an error.
-pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
-    let invalid = |violation| io::Error::new(io::ErrorKind::InvalidData, violation);
-    let frame = link.next_frame().map_err(invalid)?;
-    frame.map(ToNetwork::decode).transpose().map_err(invalid)
-}
-
-/// Adds an order to those that are to be carried out: behind the samples of the last one where each counts, else in its
-/// place.
-fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
-    match (orders.get_mut(&topic), order) {
-        (Some(Order::Publish(samples)), Order::Publish(more)) if counts_each => samples.extend(more),
-        (_, order) => {
-            orders.insert(topic, order);
         }
     }
 }

@@ -1,0 +1,66 @@
+//! What is attached to each sample: its number, the time it was sent, and the identity of its publisher.
+
+/// Bytes of a publisher's identity.
+const GID_LENGTH: u8 = 16;
+/// Bytes of an attachment.
+pub(super) const LENGTH: usize = 8 + 8 + 1 + GID_LENGTH as usize;
+
+/// Identity of a publisher.
+pub(super) type Gid = [u8; GID_LENGTH as usize];
+
+/// What is attached to a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Attachment {
+    /// Number of the sample among those of its publisher, from 1.
+    pub(super) number: i64,
+    /// Time of sending, ns since 1970.
+    pub(super) sent_ns: i64,
+    /// Its publisher.
+    pub(super) gid: Gid,
+}
+
+impl Attachment {
+    /// Its bytes, little-endian.
+    pub(super) fn to_bytes(self) -> [u8; LENGTH] {
+        let mut bytes = [0; LENGTH];
+        let fields = [&self.number.to_le_bytes()[..], &self.sent_ns.to_le_bytes(), &[GID_LENGTH], &self.gid];
+        for (byte, field) in bytes.iter_mut().zip(fields.concat()) {
+            *byte = field;
+        }
+        bytes
+    }
+
+    /// Reads the bytes of an attachment; what follows is of versions to come.
+    pub(super) fn read(bytes: &[u8]) -> Option<Self> {
+        let (number, rest) = bytes.split_first_chunk()?;
+        let (sent, rest) = rest.split_first_chunk()?;
+        let (length, rest) = rest.split_first()?;
+        let (gid, _) = rest.split_first_chunk()?;
+        (*length == GID_LENGTH).then_some(Self {
+            number: i64::from_le_bytes(*number),
+            sent_ns: i64::from_le_bytes(*sent),
+            gid: *gid,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_attachment_has_its_bytes_and_nothing_else_is_one() {
+        let attachment = Attachment { number: 3, sent_ns: -2, gid: [7; 16] };
+        let bytes = attachment.to_bytes();
+        let expected = [&[3, 0, 0, 0, 0, 0, 0, 0][..], &[0xFE], &[0xFF; 7], &[16], &[7; 16]].concat();
+        assert_eq!(bytes[..], expected);
+        assert_eq!(Attachment::read(&bytes), Some(attachment));
+        assert_eq!(Attachment::read(&[&bytes[..], &[1]].concat()), Some(attachment), "a longer one");
+        for end in 0..LENGTH {
+            assert_eq!(Attachment::read(&bytes[..end]), None);
+        }
+        let mut other = bytes;
+        other[16] = 15;
+        assert_eq!(Attachment::read(&other), None, "another length of the identity");
+    }
+}

@@ -1,0 +1,164 @@
+//! Who else is there: endpoints on our topics by their tokens, and connections.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use zenoh::config::WhatAmI;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use super::keys::{Endpoint, EndpointKind, NodeKey, TopicKey, all_tokens, read_token};
+use crate::core::gateway::network::ZenohLinks;
+
+/// Tokens on our topics that are remembered; those of a large fleet, and a bound for whoever declares them for fun.
+const MAX_TOKENS: usize = 20_000;
+/// Nodes with another hash that are named in the log.
+const MAX_NAMED: usize = 100;
+
+/// Shared with the threads of Zenoh, which call back.
+#[derive(Default)]
+struct Seen {
+    /// Endpoints of others on our topics, by their tokens.
+    endpoints: BTreeMap<String, Endpoint>,
+    /// Connections, and whether the other end is a router.
+    links: BTreeMap<String, bool>,
+    lost: u64,
+    /// Endpoints whose hash is another one than ours, and which were named in the log.
+    named: BTreeSet<String>,
+}
+
+/// The graph as far as it concerns our topics.
+pub(super) struct Graph {
+    seen: Arc<Mutex<Seen>>,
+    /// The token of our node.
+    _token: Option<LivelinessToken>,
+}
+
+impl Graph {
+    /// Declares our node, unless it is to be left out, and watches what others declare on these topics.
+    pub(super) fn new(
+        session: &Session,
+        node: &NodeKey,
+        shows_node: bool,
+        written: &[TopicKey],
+        read: &[TopicKey],
+    ) -> zenoh::Result<Self> {
+        let seen = Arc::new(Mutex::new(Seen::default()));
+        let links = Arc::clone(&seen);
+        session
+            .info()
+            .transport_events_listener()
+            .history(true)
+            .callback(move |event| {
+                let is_router = event.transport().whatami() == WhatAmI::Router;
+                lock(&links).note_link(&event.transport().zid().to_string(), is_router, event.kind());
+            })
+            .background()
+            .wait()?;
+        let (tokens, own) = (Arc::clone(&seen), node.session.clone());
+        // Readers are of interest on what we write, and writers on what we read.
+        let topics =
+            [(EndpointKind::Subscription, written.to_vec()), (EndpointKind::Publisher, read.to_vec())];
+        session
+            .liveliness()
+            .declare_subscriber(all_tokens(node.domain))
+            .history(true)
+            .callback(move |sample| {
+                let token = sample.key_expr().as_str();
+                let Some(endpoint) = read_token(token).filter(|endpoint| endpoint.session != own) else {
+                    return;
+                };
+                let is_on = |(kind, topics): &(EndpointKind, Vec<TopicKey>)| {
+                    *kind == endpoint.kind && topics.iter().any(|topic| topic.name == endpoint.topic.name)
+                };
+                if topics.iter().any(is_on) {
+                    let topics = topics.iter().flat_map(|(_, topics)| topics);
+                    lock(&tokens).note_token(token, endpoint, sample.kind(), topics);
+                }
+            })
+            .background()
+            .wait()?;
+        let token =
+            shows_node.then(|| session.liveliness().declare_token(node.token()).wait()).transpose()?;
+        Ok(Self { seen, _token: token })
+    }
+
+    /// Endpoints of others that hear this topic, or that it hears.
+    pub(super) fn count(&self, kind: EndpointKind, topic: &TopicKey) -> u32 {
+        let seen = lock(&self.seen);
+        let heard =
+            seen.endpoints.values().filter(|endpoint| endpoint.kind == kind && endpoint.topic == *topic);
+        u32::try_from(heard.count()).unwrap_or(u32::MAX)
+    }
+
+    /// The connections.
+    pub(super) fn links(&self) -> ZenohLinks {
+        let seen = lock(&self.seen);
+        let count = |wanted| {
+            let links = seen.links.values().filter(|is_router| **is_router == wanted);
+            u32::try_from(links.count()).unwrap_or(u32::MAX)
+        };
+        ZenohLinks { routers: count(true), peers: count(false), lost: seen.lost }
+    }
+}
+
+impl Seen {
+    fn note_link(&mut self, session: &str, is_router: bool, kind: SampleKind) {
+        let what = if is_router { "router" } else { "peer" };
+        match kind {
+            SampleKind::Put => {
+                self.links.insert(session.to_owned(), is_router);
+                tracing::info!("connected with Zenoh {what} {session}");
+            }
+            SampleKind::Delete => {
+                self.links.remove(session);
+                self.lost += 1;
+                if is_router {
+                    tracing::warn!("the connection with Zenoh {what} {session} is lost");
+                } else {
+                    tracing::info!("the connection with Zenoh {what} {session} has ended");
+                }
+            }
+        }
+    }
+
+    fn note_token<'a>(
+        &mut self,
+        token: &str,
+        endpoint: Endpoint,
+        kind: SampleKind,
+        ours: impl Iterator<Item = &'a TopicKey>,
+    ) {
+        if kind == SampleKind::Delete {
+            self.endpoints.remove(token);
+            return;
+        }
+        if self.endpoints.len() >= MAX_TOKENS {
+            return;
+        }
+        let mut same_name = ours.filter(|topic| topic.name == endpoint.topic.name);
+        if let Some(ours) = same_name.next().filter(|ours| **ours != endpoint.topic) {
+            self.warn(&endpoint, ours);
+        }
+        self.endpoints.insert(token.to_owned(), endpoint);
+    }
+
+    /// Names an endpoint that will not hear us, or that we will not hear, once.
+    fn warn(&mut self, endpoint: &Endpoint, ours: &TopicKey) {
+        let Endpoint { node, topic: TopicKey { name, type_name, hash }, .. } = endpoint;
+        if self.named.len() >= MAX_NAMED || !self.named.insert(format!("{node} {name} {type_name} {hash}")) {
+            return;
+        }
+        let (theirs, own) =
+            if *type_name == ours.type_name { (hash, &ours.hash) } else { (type_name, &ours.type_name) };
+        tracing::warn!(
+            "{name}: node {node} has another definition of the message and no sample passes between us: its type is {theirs}, ours {own}"
+        );
+    }
+}
+
+/// Nothing behind this lock can be left half done by a panic.
+fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}

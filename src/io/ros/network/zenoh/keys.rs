@@ -1,0 +1,231 @@
+//! Names in Zenoh: the keys of topics, and the tokens by which the graph is known.
+
+use xxhash_rust::xxh3::xxh3_128;
+
+use super::attachment::Gid;
+use crate::io::ros::settings::TypeHashes;
+use crate::io::ros::topics::{Durability, Reliability};
+use crate::io::ros::type_hashes::type_hash;
+
+/// First part of all tokens, which `**` does not match.
+const GRAPH: &str = "@ros2_lv";
+/// Stands for a name that is empty.
+const EMPTY: &str = "%";
+/// Stands for the hash of a type in Humble.
+const NOT_SUPPORTED: &str = "TypeHashNotSupported";
+
+/// A topic with its type, as far as it is in keys and tokens.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct TopicKey {
+    /// Absolute name of the topic.
+    pub(super) name: String,
+    /// Its type, `package::msg::dds_::Name_`.
+    pub(super) type_name: String,
+    /// Hash of the type.
+    pub(super) hash: String,
+}
+
+impl TopicKey {
+    /// The topic of this name and type; `None` for a type without a known hash.
+    pub(super) fn new(name: &str, (package, message): (&str, &str), hashes: TypeHashes) -> Option<Self> {
+        let hash = match hashes {
+            TypeHashes::Rihs01 => type_hash(package, message)?,
+            TypeHashes::NotSupported => NOT_SUPPORTED,
+        };
+        let type_name = format!("{package}::msg::dds_::{message}_");
+        Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
+    }
+
+    /// The key of the topic's samples.
+    pub(super) fn data(&self, domain: u16) -> String {
+        format!("{domain}/{}/{}/{}", self.name.trim_start_matches('/'), self.type_name, self.hash)
+    }
+}
+
+/// A node of a session.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct NodeKey {
+    /// Domain.
+    pub(super) domain: u16,
+    /// Id of the session.
+    pub(super) session: String,
+    /// Absolute namespace.
+    pub(super) namespace: String,
+    /// Name.
+    pub(super) node: String,
+}
+
+/// Ids of endpoints, each given once.
+#[derive(Debug, Default)]
+pub(super) struct NextId(u32);
+
+impl NextId {
+    /// The next one.
+    pub(super) fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_add(1);
+        self.0
+    }
+}
+
+/// What a token stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum EndpointKind {
+    /// A publisher.
+    Publisher,
+    /// A subscription.
+    Subscription,
+}
+
+impl EndpointKind {
+    const fn letters(self) -> &'static str {
+        match self {
+            Self::Publisher => "MP",
+            Self::Subscription => "MS",
+        }
+    }
+}
+
+impl NodeKey {
+    /// The token of the node.
+    pub(super) fn token(&self) -> String {
+        self.part(0, "NN")
+    }
+
+    /// The token of an endpoint.
+    pub(super) fn endpoint_token(&self, id: u32, kind: EndpointKind, topic: &TopicKey, qos: &str) -> String {
+        let TopicKey { name, type_name, hash } = topic;
+        format!("{}/{}/{type_name}/{hash}/{qos}", self.part(id, kind.letters()), escaped(name))
+    }
+
+    fn part(&self, id: u32, kind: &str) -> String {
+        let Self { domain, session, namespace, node } = self;
+        format!("{GRAPH}/{domain}/{session}/0/{id}/{kind}/{EMPTY}/{}/{node}", escaped(namespace))
+    }
+}
+
+/// The identity of an endpoint, by its token.
+pub(super) fn gid(token: &str) -> Gid {
+    xxh3_128(token.as_bytes()).to_le_bytes()
+}
+
+/// Quality of service in a token; what is left out is as `rmw_zenoh` has it by default.
+pub(super) fn qos(reliability: Reliability, durability: Durability, depth: i32) -> String {
+    let reliability = match reliability {
+        Reliability::Reliable => "",
+        Reliability::BestEffort => "2",
+    };
+    let durability = match durability {
+        Durability::TransientLocal => "1",
+        Durability::Volatile => "",
+    };
+    format!("{reliability}:{durability}:,{depth}:,:,:,,")
+}
+
+/// The keys of all tokens of a domain.
+pub(super) fn all_tokens(domain: u16) -> String {
+    format!("{GRAPH}/{domain}/**")
+}
+
+/// An endpoint as its token tells of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Endpoint {
+    /// Id of its session.
+    pub(super) session: String,
+    /// A publisher or a subscription.
+    pub(super) kind: EndpointKind,
+    /// Its node, with namespace.
+    pub(super) node: String,
+    /// Its topic.
+    pub(super) topic: TopicKey,
+}
+
+/// Reads a token; `None` for those of nodes and services, and for what is none. What follows is of versions to come.
+pub(super) fn read_token(token: &str) -> Option<Endpoint> {
+    let mut parts = token.split('/');
+    let mut next = || parts.next();
+    let (GRAPH, _domain) = (next()?, next()?) else { return None };
+    let session = next()?.to_owned();
+    let (_node_id, _id, kind, _enclave) = (next()?, next()?, next()?, next()?);
+    let kind = match kind {
+        "MP" => EndpointKind::Publisher,
+        "MS" => EndpointKind::Subscription,
+        _ => return None,
+    };
+    let (namespace, node) = (next()?, next()?);
+    let namespace = if namespace == EMPTY { String::new() } else { namespace.replace('%', "/") };
+    let node = format!("{namespace}/{node}");
+    let (name, type_name, hash) = (next()?.replace('%', "/"), next()?.to_owned(), next()?.to_owned());
+    Some(Endpoint { session, kind, node, topic: TopicKey { name, type_name, hash } })
+}
+
+/// A name as one part of a key.
+fn escaped(name: &str) -> String {
+    if name.is_empty() { EMPTY.to_owned() } else { name.replace('/', "%") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node(namespace: &str) -> NodeKey {
+        let (session, node) = ("8b20917502ee955ac4476e0266340d5c".to_owned(), "talker".to_owned());
+        NodeKey { domain: 2, session, namespace: namespace.to_owned(), node }
+    }
+
+    /// The examples of `rmw_zenoh`'s design document.
+    #[test]
+    fn keys_and_tokens_are_those_of_rmw_zenoh() {
+        let chatter = TopicKey::new("/chatter", ("std_msgs", "String"), TypeHashes::Rihs01).unwrap();
+        let hash = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
+        assert_eq!(chatter.data(2), format!("2/chatter/std_msgs::msg::dds_::String_/{hash}"));
+        assert_eq!(node("/").token(), "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/0/NN/%/%/talker");
+        let qos = qos(Reliability::Reliable, Durability::Volatile, 7);
+        let token = node("/").endpoint_token(10, EndpointKind::Publisher, &chatter, &qos);
+        let expected = format!(
+            "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/{hash}/::,7:,:,:,,"
+        );
+        assert_eq!(token, expected);
+    }
+
+    #[test]
+    fn namespaces_depths_and_humble_show_in_them() {
+        let topic =
+            TopicKey::new("/car/vehicle/status", ("std_msgs", "String"), TypeHashes::NotSupported).unwrap();
+        assert_eq!(topic.data(0), "0/car/vehicle/status/std_msgs::msg::dds_::String_/TypeHashNotSupported");
+        let qos = qos(Reliability::BestEffort, Durability::TransientLocal, 1);
+        let token = node("/car/a").endpoint_token(1, EndpointKind::Subscription, &topic, &qos);
+        assert!(token.contains("/0/1/MS/%/%car%a/talker/%car%vehicle%status/"), "{token}");
+        assert!(token.ends_with("/TypeHashNotSupported/2:1:,1:,:,:,,"), "{token}");
+        assert_eq!(TopicKey::new("/a", ("std_msgs", "Nothing"), TypeHashes::Rihs01), None);
+    }
+
+    #[test]
+    fn tokens_are_read_with_what_versions_to_come_add_and_nothing_else_is() {
+        let topic = TopicKey::new("/a/b", ("std_msgs", "String"), TypeHashes::Rihs01).unwrap();
+        for (namespace, full) in [("/", "/talker"), ("/car/a", "/car/a/talker")] {
+            let token = node(namespace).endpoint_token(10, EndpointKind::Subscription, &topic, "::,7:,:,:,,");
+            let read = read_token(&token).unwrap();
+            assert_eq!((read.kind, read.node.as_str()), (EndpointKind::Subscription, full));
+            assert_eq!((read.session.as_str(), &read.topic), ("8b20917502ee955ac4476e0266340d5c", &topic));
+            assert_eq!(read_token(&format!("{token}/more/%")), Some(read));
+        }
+        for other in [
+            "",
+            "a",
+            "@ros2_lv",
+            "@ros2_lv/2/8b/0/10/MP/%/%/talker/%a/type",
+            "@ros2_lv/2/8b/0/10/XX/%/%/t/%a/b/c/d",
+        ] {
+            assert_eq!(read_token(other), None, "{other}");
+        }
+        assert_eq!(read_token(&node("/").token()), None);
+        assert_eq!(gid("").len(), 16);
+    }
+
+    #[test]
+    fn an_identity_is_the_hash_of_the_token() {
+        // XXH3-128 of nothing, as its authors give it: 99aa06d3014798d86001c324468d497f.
+        let expected = 0x99aa_06d3_0147_98d8_6001_c324_468d_497f_u128;
+        assert_eq!(gid(""), expected.to_le_bytes());
+    }
+}

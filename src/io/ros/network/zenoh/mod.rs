@@ -1,0 +1,35 @@
+//! The network side that speaks Zenoh, in the conventions of `rmw_zenoh` (its design document, "Mapping of ROS 2 to
+//! Zenoh"): keys, tokens of the graph, and what is attached to each sample.
+//!
+//! Zenoh has threads of its own; what they receive waits in bounded queues for this one. It is only called from outside of
+//! the runtime, because its calls wait for each other, which a runtime of one thread forbids. It finds peers and routers
+//! again by itself, so that there is no probe, and no successor of a session.
+//!
+//! A report that is withdrawn takes its publisher along: the cache for late readers belongs to it. The token of the graph
+//! goes with it, and a new publisher is declared at once.
+//!
+//! Where a link is congested, Zenoh drops samples of topics that keep their last one, reliable or not. So a report is
+//! repeated each second, with its stamp, and one that is lost is not missing for longer.
+
+mod attachment;
+mod graph;
+mod keys;
+mod topic_reader;
+mod topic_writer;
+mod worker;
+
+use std::io;
+
+use tokio::runtime::Runtime;
+
+use super::refuse;
+use crate::io::ros::link::{Link, NetworkSettings};
+use worker::Worker;
+
+/// Serves the gateway with a session of Zenoh until it says stop.
+pub(super) fn serve(runtime: &Runtime, settings: NetworkSettings, link: Link) -> io::Result<()> {
+    match worker::join(&settings) {
+        Ok(joined) => Worker::new(settings, joined, link).run(runtime),
+        Err(reason) => runtime.block_on(refuse(&reason, link)),
+    }
+}

@@ -1,0 +1,17 @@
+//! The gateway on ROS 2 over Zenoh, against the Python binding of Zenoh.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of tests fail like tests
+
+mod support;
+
+#[allow(dead_code)] // the tests of DDS use more of it
+#[path = "dds/session/mod.rs"]
+mod session;
+
+mod zenoh {
+    mod daemon;
+    mod delivery;
+    mod outage;
+    mod peer;
+    mod topics;
+}

@@ -1,0 +1,75 @@
+//! The daemon with `transport = "zenoh"`: what it logs, and what its status tells.
+
+use std::process::Command;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use signal_gateway::io::ros::type_hashes::type_hash;
+
+use super::peer::{Peer, free_port, router, session};
+use crate::support::peer::domain;
+use crate::support::prerequisite::require;
+use crate::support::process::{Folder, Process};
+
+const CONFIGURATION: &str = "\
+[ros]
+transport = \"zenoh\"
+domain_id = DOMAIN
+[ros.zenoh]
+config = \"zenoh.json5\"
+[status]
+socket = \"status.sock\"
+[turn_signal]
+enabled = true
+map = \"crossroads.osm\"
+";
+
+/// The daemon's connections, once its status has them as required.
+fn links(folder: &Folder, is_it: impl Fn(&Value) -> bool) -> Value {
+    for _ in 0..600 {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.current_dir(folder.path()).args(["status", "--json", "--socket", "status.sock"]);
+        let output = command.output().unwrap();
+        let status = serde_json::from_slice::<Value>(&output.stdout).unwrap_or_default();
+        let links = &status["process"]["ros"]["links"];
+        if is_it(links) {
+            return links.clone();
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    panic!("its connections are not as required");
+}
+
+#[test]
+fn connections_show_in_the_status_and_another_definition_is_named_once() {
+    let (domain, port) = (domain(), free_port());
+    let folder = Folder::with_configuration(&CONFIGURATION.replace("DOMAIN", &domain.to_string()));
+    folder.write("crossroads.osm", include_str!("../maps/crossroads.osm"));
+    folder.write("zenoh.json5", &session(port));
+    let peer = require!(Peer::start(domain, &session(port)));
+    let mut gateway = Process::run(&folder);
+    assert_eq!(links(&folder, |links| links["routers"] == 0)["lost"], 0);
+    let started = require!(Peer::start(domain, &router(port)));
+    gateway.wait_for_log("connected with Zenoh router");
+    assert_eq!(links(&folder, |links| links["routers"] == 1 && links["peers"] == 1)["lost"], 0);
+    let topic = "%localization%kinematic_state";
+    let other = |hash: &str, id: u32| {
+        json!({"token": format!(
+            "@ros2_lv/{domain}/1/0/{id}/MP/%/%/stranger/{topic}/nav_msgs::msg::dds_::Odometry_/{hash}/::,1:,:,:,,"
+        )})
+    };
+    for (hash, id) in [("RIHS01_00", 1), ("RIHS01_00", 2), ("RIHS01_01", 3)] {
+        peer.order(&other(hash, id));
+    }
+    gateway.wait_for_log("its type is RIHS01_01, ours");
+    let ours = type_hash("nav_msgs", "Odometry").unwrap();
+    let named =
+        gateway.log().into_iter().filter(|line| line.contains("node /stranger has another definition"));
+    let named: Vec<_> = named.collect();
+    assert_eq!(named.len(), 2, "each hash once: {named:?}");
+    assert!(named[0].contains("/localization/kinematic_state: node /stranger") && named[0].contains(ours));
+    started.kill();
+    gateway.wait_for_log("the connection with Zenoh router");
+    assert_eq!(links(&folder, |links| links["routers"] == 0)["lost"], 1);
+    gateway.stop("TERM");
+}
