@@ -62,6 +62,11 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let taken = 2 + main_height + lines_of(&caption) + MIN_LOG;
     let mut room = usize::from(area.height.saturating_sub(taken));
     let mut fit = |mut lines: Vec<Line<'static>>| {
+        if lines.len() > room && room > 1 {
+            let left_out = lines.len() - room + 1;
+            lines.truncate(room - 1);
+            lines.push(Line::styled(format!("  … {left_out} more"), DIM));
+        }
         lines.truncate(room);
         room -= lines.len();
         lines
@@ -103,7 +108,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         frame.render_widget(Paragraph::new(part), area_of(index));
     }
     draw_log(frame, model, ink, area_of(6));
-    frame.render_widget(footer(model), area_of(7));
+    frame.render_widget(footer(model, width), area_of(7));
     if model.has_help {
         draw_help(frame, model, area);
     }
