@@ -185,6 +185,7 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
                 let name =
                     settings.gateway.buses.get(usize::from(bus.0)).map_or("?", |bus| bus.interface.as_str());
                 view.line(Level::Error, format!("nothing can be sent on {name}: {}", reason(why)));
+                state.cannot_send(bus);
             }
             RunEvent::InvalidRequest(error) => view.line(Level::Warn, format!("request: {error}")),
         }
