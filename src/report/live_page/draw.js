@@ -90,14 +90,14 @@ const drawCar = (snapshot) => {
   const [left, right] = sidesOf(snapshot.turn_indicators, snapshot.hazard_lights);
   setClass(by("car-left"), `side ${left}`);
   setClass(by("car-right"), `side ${right}`);
-  // Lamps that are on flash together, whenever each began.
-  for (const animation of document.getAnimations()) {
-    if (animation.animationName === "blink" && animation.startTime !== 0) animation.startTime = 0;
-  }
   document.querySelectorAll(".lamp").forEach((lamp) => {
     const name = lamp.classList.contains("left") ? "left" : "right";
     setClass(lamp, `lamp ${name} ${name === "left" ? left : right}`);
   });
+  // Lamps that are on flash together, whenever each began.
+  for (const animation of document.getAnimations()) {
+    if (animation.animationName === "blink" && animation.startTime !== 0) animation.startTime = 0;
+  }
   setText(by("car-text"), CAPTIONS[stateOf(snapshot)]);
 };
 
