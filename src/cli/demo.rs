@@ -10,6 +10,7 @@ use clap::{Args, ValueEnum};
 use super::Failure;
 use super::arguments::speed;
 use super::live::{IsolationArgs, node_arguments};
+use super::messages;
 use super::ros_arguments::RosArgs;
 use super::view::ViewArgs;
 use super::web::WebArgs;
@@ -41,15 +42,14 @@ Examples:
 commands and lights reach neither a bus nor ROS 2. On a terminal a live view shows the state, and ? its keys; elsewhere,
 and with --plain, each change is a line.";
 
-/// Behind the summary.
-const TRY_NEXT: &str = "
-Try next
-  signal-gateway demo commands            a drive, its commands, and a vehicle that obeys or not
-  signal-gateway demo lights              the traffic lights of a scenario
-  signal-gateway demo --repeat --open     in a browser, and with ROS 2: ros2 topic echo /diagnostics
-  signal-gateway identify LOG             the built-in profiles that fit a recording of your car
-  signal-gateway init                     write a configuration for it
-";
+/// Behind the summary: commands, and what they do.
+const TRY_NEXT: &[(&str, &str)] = &[
+    ("signal-gateway demo commands", "a drive, and a vehicle that obeys or not"),
+    ("signal-gateway demo lights", "the traffic lights of a scenario"),
+    ("signal-gateway demo --repeat --open", "in a browser, and published on ROS 2"),
+    ("signal-gateway identify LOG", "the built-in profiles that fit your log"),
+    ("signal-gateway init", "a configuration for your car"),
+];
 
 #[derive(Debug, Args)]
 pub(super) struct DemoArgs {
@@ -115,7 +115,8 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
         None => return Err(DaemonError::NoRecording.into()),
     };
     let title = format!("demo · {}, built-in recording", settings.vehicle);
-    let view = args.view.open(title, View::lines)?.with_story(story::DEMO, TRY_NEXT);
+    let view = args.view.open(title, settings.http.url(), View::lines)?;
+    let view = view.with_story(story::DEMO, TRY_NEXT, messages::layout(&io::stdout()).width);
     let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
     let routes = Routes::by_interface(&settings.gateway);
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
@@ -148,6 +149,7 @@ fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(),
         None => None,
     };
     let rehearsal = Rehearsal::new(settings.gateway.clone(), surroundings, start, length);
-    let view = args.view.open(title, View::lines)?.with_story(story, TRY_NEXT);
+    let view = args.view.open(title, settings.http.url(), View::lines)?;
+    let view = view.with_story(story, TRY_NEXT, messages::layout(&io::stdout()).width);
     Ok(rehearse(settings, view, rehearsal, args.speed)?)
 }

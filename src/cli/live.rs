@@ -77,7 +77,8 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
         Ok::<_, Failure>(settings)
     };
     let settings = read()?;
-    let view = args.view.open(format!("run · {}", settings.vehicle), || Ok(View::journal()))?;
+    let view =
+        args.view.open(format!("run · {}", settings.vehicle), settings.http.url(), || Ok(View::journal()))?;
     daemon::run(settings, view, Arc::new(move || read().map_err(|failure| failure.to_string())))?;
     Ok(ExitCode::SUCCESS)
 }

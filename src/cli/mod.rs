@@ -146,7 +146,7 @@ const LAST_LINES: Duration = Duration::from_millis(300);
 /// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
     messages::choose_colors(std::env::args_os().skip(1));
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(web::with_joined_address(std::env::args_os()));
     messages::set_options(cli.messages);
     let outcome = match cli.command {
         Command::Run(args) => live::run(args),

@@ -186,7 +186,8 @@ fn replay_in_time(
     let stamps = if args.ros { configured.unwrap_or_default() } else { Stamps::Recorded };
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
     let title = format!("replay · {}, {}", settings.vehicle, file_name(path));
-    let view = if json.is_some() { View::lines()? } else { args.view.open(title, View::lines)? };
+    let url = settings.http.url();
+    let view = if json.is_some() { View::lines()? } else { args.view.open(title, url, View::lines)? };
     let reopen = || Log::open(path);
     daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)

@@ -24,6 +24,7 @@ use crate::io::can::controller::has_controller;
 use crate::io::process_log::LogForm;
 use crate::report::Form;
 use crate::report::terminal::vehicle::VehicleState;
+use crate::report::terminal::view_model::Model;
 use crate::report::vehicle::{CandumpLog, line};
 
 pub(super) const HELP: &str = "\
@@ -168,7 +169,8 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
     let buses = settings.gateway.buses.iter().map(|bus| format!("{} ({})", bus.name, bus.interface));
     let mut state = VehicleState::new(buses);
     let driver = move |line: &str| drop(sender.send(line.to_owned()));
-    let mut view = view::start(format!("vehicle · {}, simulated", settings.vehicle), Some(Box::new(driver)))?;
+    let title = format!("vehicle · {}, simulated", settings.vehicle);
+    let mut view = view::start(Model { title, ..Model::default() }, Some(Box::new(driver)))?;
     run_vehicle(settings, run, |event, now| {
         match event {
             RunEvent::Output(output) => {
@@ -183,6 +185,7 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
                 let name =
                     settings.gateway.buses.get(usize::from(bus.0)).map_or("?", |bus| bus.interface.as_str());
                 view.line(Level::Error, format!("nothing can be sent on {name}: {}", reason(why)));
+                state.cannot_send(bus);
             }
             RunEvent::InvalidRequest(error) => view.line(Level::Warn, format!("request: {error}")),
         }

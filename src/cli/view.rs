@@ -20,16 +20,17 @@ pub(super) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// The live view if there is a terminal for it, else `otherwise`.
+    /// The live view if there is a terminal for it, else `otherwise`; `url` is where the live page is.
     pub(super) fn open(
         &self,
         title: String,
+        url: Option<String>,
         otherwise: impl FnOnce() -> io::Result<View>,
     ) -> io::Result<View> {
         if !self.is_live() {
             return otherwise();
         }
-        Ok(View::terminal(start(title, None)?))
+        Ok(View::terminal(start(Model { title, url, ..Model::default() }, None)?))
     }
 
     /// True if there is a terminal for the live view, and it is wanted.
@@ -45,7 +46,7 @@ pub(super) fn start_messages(title: String) -> io::Result<TerminalView> {
 }
 
 /// Takes the terminal for the live view; `driver` gets what the driver's keys request.
-pub(super) fn start(title: String, driver: Option<DriverLine>) -> io::Result<TerminalView> {
+pub(super) fn start(model: Model, driver: Option<DriverLine>) -> io::Result<TerminalView> {
     let has_color = messages::layout(&io::stdout()).has_color;
-    TerminalView::start(Model { title, has_color, ..Model::default() }, driver)
+    TerminalView::start(Model { has_color, ..model }, driver)
 }

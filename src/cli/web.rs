@@ -1,5 +1,6 @@
 //! Arguments of the commands that can serve the live page.
 
+use std::ffi::OsString;
 use std::net::SocketAddr;
 
 use clap::Args;
@@ -36,6 +37,43 @@ impl WebArgs {
         (http.page, http.opens_browser) = (true, self.open);
         if let Some(url) = http.url() {
             messages::note(&format!("live page: {url}"));
+        }
+    }
+}
+
+/// The arguments with `--web ADDRESS:PORT` as `--web=ADDRESS:PORT`: `--web` alone is a flag, before a file for instance, and
+/// nothing but its value looks like an address.
+pub(super) fn with_joined_address(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    for argument in arguments {
+        let is_address = argument.to_str().is_some_and(|text| text.parse::<SocketAddr>().is_ok());
+        match joined.last_mut() {
+            Some(last) if is_address && last == "--web" => {
+                last.push("=");
+                last.push(argument);
+            }
+            _ => joined.push(argument),
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsStr;
+
+    use super::*;
+
+    #[test]
+    fn address_of_the_page_may_follow_a_space_and_nothing_else_is_taken_for_one() {
+        let joined = |text: &str| {
+            let words = with_joined_address(text.split(' ').map(OsString::from));
+            words.join(OsStr::new(" ")).into_string().unwrap()
+        };
+        assert_eq!(joined("x demo --web 127.0.0.1:8000 --repeat"), "x demo --web=127.0.0.1:8000 --repeat");
+        assert_eq!(joined("x demo --web [::1]:80"), "x demo --web=[::1]:80");
+        for same in ["x demo --web commands", "x replay --web drive.log", "x replay 127.0.0.1:80 --web"] {
+            assert_eq!(joined(same), same);
         }
     }
 }

@@ -37,7 +37,7 @@ pub struct VehicleRun {
 /// An event of a run.
 #[derive(Debug)]
 pub enum RunEvent<'a> {
-    /// An output of the vehicle.
+    /// An output of the vehicle; a frame once it was sent.
     Output(&'a Output),
     /// A frame that could not be sent; only the first of a row.
     SendFailed(BusIndex, SendFailure),
@@ -71,10 +71,11 @@ pub fn run_vehicle(
             let now = clock.now().mono;
             vehicle.settle(now);
             while let Some(output) = vehicle.poll_output() {
-                if let Some((bus, failure)) = send(&mut transmitters, &output) {
-                    take(RunEvent::SendFailed(bus, failure), now)?;
+                match send(&mut transmitters, &output) {
+                    Ok(()) => take(RunEvent::Output(&output), now)?,
+                    Err(Some((bus, failure))) => take(RunEvent::SendFailed(bus, failure), now)?,
+                    Err(None) => {}
                 }
-                take(RunEvent::Output(&output), now)?;
             }
             if end.is_some_and(|end| now >= end) {
                 return Ok(());
@@ -110,13 +111,13 @@ struct Channel {
     is_refusing: bool,
 }
 
-/// Sends a frame; a failure is given back only when it is the first of a row.
-fn send(transmitters: &mut [Channel], output: &Output) -> Option<(BusIndex, SendFailure)> {
+/// Sends a frame; a failure says why only when it is the first of a row.
+fn send(transmitters: &mut [Channel], output: &Output) -> Result<(), Option<(BusIndex, SendFailure)>> {
     let (bus, channel) = match output {
         Output::Frame { bus, .. } | Output::Error { bus, .. } => {
-            (*bus, transmitters.get_mut(usize::from(bus.0))?)
+            (*bus, transmitters.get_mut(usize::from(bus.0)).ok_or(None)?)
         }
-        Output::Happened(_) => return None,
+        Output::Happened(_) => return Ok(()),
     };
     let sent = match output {
         Output::Frame { frame, .. } => channel.transmitter.send(frame),
@@ -124,7 +125,7 @@ fn send(transmitters: &mut [Channel], output: &Output) -> Option<(BusIndex, Send
         Output::Happened(_) => Ok(()),
     };
     let was_refusing = std::mem::replace(&mut channel.is_refusing, sent.is_err());
-    sent.err().filter(|_| !was_refusing).map(|why| (bus, why))
+    sent.map_err(|why| (!was_refusing).then_some((bus, why)))
 }
 
 /// The next line; `None` after the last one. Waits for ever when there is nobody to write any.

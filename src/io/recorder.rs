@@ -141,13 +141,18 @@ impl Writer {
         let decisions = recording.decisions(self.line);
         let mcap = |path: &Path| write_mcap(path, recording, &mut self.encoder);
         let saved = self.folder.save(&time, &recording.log(), &decisions, mcap);
-        let pruned = saved.and_then(|path| Ok((path, self.folder.prune()?)));
+        let pruned = saved.and_then(|saved| Ok((saved, self.folder.prune()?)));
         match pruned {
-            Ok((path, kept)) => {
+            Ok((Saved { path, mcap }, kept)) => {
                 tracing::info!("black box written: {}", path.display());
                 let mut state = lock(&self.state);
                 state.written += 1;
-                (state.newest, state.recordings, state.is_failing) = (kept.newest, kept.recordings, false);
+                (state.newest, state.recordings) = (kept.newest, kept.recordings);
+                state.is_failing &= mcap.is_err();
+                drop(state);
+                if let Err(error) = mcap {
+                    self.note_failure(&error);
+                }
             }
             Err(error) => self.note_failure(&error),
         }
@@ -206,6 +211,15 @@ struct Kept {
     recordings: usize,
 }
 
+/// A recording that was written.
+#[derive(Debug)]
+struct Saved {
+    /// Its log.
+    path: PathBuf,
+    /// The outcome of the MCAP file beside it.
+    mcap: io::Result<()>,
+}
+
 /// The files of one recording.
 #[derive(Debug, Default)]
 struct Files {
@@ -224,15 +238,15 @@ impl Folder {
         written.and(removed)
     }
 
-    /// Writes a recording as the newest of the folder, which is made if it is missing; gives the path of its log. On
-    /// an error nothing of it is left.
+    /// Writes a recording as the newest of the folder, which is made if it is missing. On an error nothing of it is left; but
+    /// a disk that has room for all but the MCAP file, which is by far the largest, keeps the others, which replay alone.
     fn save(
         &mut self,
         time: &str,
         log: &str,
         decisions: &str,
         write_mcap: impl FnOnce(&Path) -> io::Result<()>,
-    ) -> io::Result<PathBuf> {
+    ) -> io::Result<Saved> {
         fs::create_dir_all(&self.path)?;
         let counters = self.recordings()?.into_keys().filter_map(|(counter, _)| counter);
         let counter = counters.chain([self.last_counter]).max().unwrap_or(0).saturating_add(1);
@@ -240,17 +254,21 @@ impl Folder {
         let path = self.path.join(format!("{PREFIX}{counter:06}-{}-{time}.log", self.boot));
         let [draft, beside, mcap] = ["draft", "decisions", "mcap"].map(|end| path.with_extension(end));
         // The log last: where it exists, the others exist.
-        let written = write_mcap(&draft)
-            .and_then(|()| fs::rename(&draft, &mcap))
-            .and_then(|()| write_whole(&draft, &beside, decisions))
-            .and_then(|()| write_whole(&draft, &path, log));
+        let mcap_written = write_mcap(&draft).and_then(|()| fs::rename(&draft, &mcap));
+        if mcap_written.is_err() {
+            // Its part of the disk is for the others.
+            let _ = fs::remove_file(&draft);
+        }
+        let written = write_whole(&draft, &beside, decisions).and_then(|()| write_whole(&draft, &path, log));
         if written.is_err() {
             // What cannot be removed either is removed before the next recording is written.
             for left in [&draft, &mcap, &beside, &path] {
                 let _ = fs::remove_file(left);
             }
         }
-        written.map(|()| path)
+        let mcap = mcap_written
+            .map_err(|error| io::Error::new(error.kind(), format!("without its MCAP file: {error}")));
+        written.map(|()| Saved { path, mcap })
     }
 
     /// Removes the recordings beyond those to keep, the oldest first, and files without their log.

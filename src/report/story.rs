@@ -3,12 +3,15 @@
 use std::collections::BTreeMap;
 
 use super::gateway::{Event, EventKind};
-use super::text::{escaped, times};
+use super::text::{escaped, times, wrapped};
 use crate::core::diagnostics::Level;
 use crate::core::time::MonoTime;
 
 /// Captions, each from its time on.
 pub type Story = &'static [(MonoTime, &'static str)];
+
+/// Commands that come next, each with what it does.
+pub type TryNext = &'static [(&'static str, &'static str)];
 
 /// The moments of `config/demo.log.gz`.
 pub const DEMO: Story = &[
@@ -93,8 +96,8 @@ impl Summary {
         }
     }
 
-    /// The summary in lines.
-    pub fn text(&self, until: MonoTime) -> String {
+    /// The summary in lines, wrapped at `width`.
+    pub fn text(&self, until: MonoTime, width: Option<usize>) -> String {
         let seconds = until.as_nanos() / 1_000_000_000;
         if self.values.is_empty() {
             return String::new();
@@ -105,14 +108,38 @@ impl Summary {
                 Some(value) => format!("{value} {}", times(*count)),
                 None => format!("withheld {}", times(*count)),
             });
-            text += &format!("  {task:<16} {}\n", values.collect::<Vec<_>>().join(", "));
+            text += &indented(&format!("{task:<16} {}", values.collect::<Vec<_>>().join(", ")), width);
         }
         if !self.reasons.is_empty() {
             text += "and why it warned\n";
-            text.extend(self.reasons.iter().map(|reason| format!("  {}\n", escaped(reason))));
+            text.extend(self.reasons.iter().map(|reason| indented(&escaped(reason), width)));
         }
         text
     }
+}
+
+/// A text two columns in, and wrapped four.
+fn indented(text: &str, width: Option<usize>) -> String {
+    let lines = wrapped(text, width.map(|width| width.saturating_sub(4)), 0);
+    format!("  {}\n", lines.join("\n    "))
+}
+
+/// What comes next, in two columns, or each below its command where the width is not enough.
+pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
+    let longest = |text: fn(&(&'static str, &'static str)) -> &'static str| {
+        commands.iter().map(|row| text(row).chars().count()).max().unwrap_or(0)
+    };
+    let column = longest(|row| row.0) + 2;
+    let is_wide = width.is_none_or(|width| 2 + column + longest(|row| row.1) <= width);
+    let mut text = "\nTry next\n".to_owned();
+    for (command, purpose) in commands {
+        text += &if is_wide {
+            format!("  {command:<column$}{purpose}\n")
+        } else {
+            format!("  {command}\n      {purpose}\n")
+        };
+    }
+    text
 }
 
 #[cfg(test)]
@@ -138,6 +165,22 @@ mod tests {
         }
         let expected = "\nWhat the gateway did in 45 s\n  turn             ENABLE_LEFT 2 times, withheld once\n\
                         and why it warned\n  turn: stale\n";
-        assert_eq!(summary.text(MonoTime::from_millis(45_100)), expected);
+        assert_eq!(summary.text(MonoTime::from_millis(45_100), None), expected);
+    }
+
+    #[test]
+    fn summary_and_what_comes_next_are_wrapped_between_words() {
+        const NEXT: TryNext = &[("signal-gateway demo lights", "the traffic lights of a scenario")];
+        let mut summary = Summary::default();
+        summary.count(&event("turn", "ENABLE_LEFT", EventKind::ReportPublished));
+        summary.count(&event(
+            "turn",
+            "a reason that is longer than a narrow line",
+            EventKind::Status(Level::Warn),
+        ));
+        let text = summary.text(MonoTime::from_millis(45_100), Some(40)) + &try_next_text(NEXT, Some(40));
+        assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");
+        assert!(text.contains("\n  turn: a reason that is longer than a\n    narrow line\n"), "{text}");
+        assert!(try_next_text(NEXT, Some(80)).contains("lights  the traffic"));
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::time::Duration;
 
-use super::story::{Story, Summary};
+use super::story::{Story, Summary, TryNext, try_next_text};
 use super::terminal::TerminalView;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::event::Output;
@@ -24,8 +24,14 @@ pub struct View {
     /// Captions that are still to come.
     story: Story,
     /// What was seen, and the text behind it at the end; `None` without a story.
-    summary: Option<(Summary, &'static str)>,
+    summary: Option<(Summary, Ending)>,
     last_at: MonoTime,
+}
+
+/// What follows the summary, and the width of both.
+struct Ending {
+    try_next: TryNext,
+    width: Option<usize>,
 }
 
 enum Destination {
@@ -70,10 +76,10 @@ impl View {
         }
     }
 
-    /// The view with captions, and at the end a summary with `ending` behind it.
+    /// The view with captions, and at the end a summary with `try_next` behind it, both wrapped at `width`.
     #[must_use]
-    pub fn with_story(mut self, story: Story, ending: &'static str) -> Self {
-        (self.story, self.summary) = (story, Some((Summary::default(), ending)));
+    pub fn with_story(mut self, story: Story, try_next: TryNext, width: Option<usize>) -> Self {
+        (self.story, self.summary) = (story, Some((Summary::default(), Ending { try_next, width })));
         self
     }
 
@@ -194,7 +200,9 @@ impl Drop for View {
         };
         let Some(out) = out else { return };
         if let Some((summary, ending)) = &self.summary {
-            out.push(format!("{}{ending}", summary.text(self.last_at)).as_bytes());
+            let Ending { try_next, width } = *ending;
+            let text = summary.text(self.last_at, width) + &try_next_text(try_next, width);
+            out.push(text.as_bytes());
         }
         out.flush(LAST_TEXT);
     }

@@ -113,6 +113,9 @@ def states_are_seen(page):
             arrow = page.locator(f"#car-{side}.{state} .arrow")
             expect(arrow).to_have_count(1)
             expect(arrow).to_have_css("animation-name", "blink" if state == "on" else "none")
+        if name == "hazard":
+            phases = "new Set(document.getAnimations().filter(a => a.animationName === 'blink').map(a => a.startTime)).size"
+            page.wait_for_function(f"{phases} === 1")  # else the lamps do not flash together
         if name == "invalid":
             expect(page.locator("#chains")).to_contain_text("turn UNDEFINED")
             expect(page.locator("#reports")).to_contain_text("= 3 is not a defined value")

@@ -33,7 +33,7 @@ fn table_of_messages_follows_the_bus_and_finds_one_by_its_name() {
 
 #[test]
 fn keys_move_the_stalk_and_the_button_of_a_simulated_vehicle() {
-    let _vcan = require!(Vcan::new("vcan41"));
+    let vcan = require!(Vcan::new("vcan41"));
     let vehicle = format!("{GATEWAY} vehicle --profile demo_vehicle --interface vcan41");
     let tmux = require!(Tmux::run(&vehicle));
     tmux.wait_for(|screen| screen.contains("simulated") && screen.contains("← → stalk"));
@@ -51,6 +51,9 @@ fn keys_move_the_stalk_and_the_button_of_a_simulated_vehicle() {
     }
     tmux.press("?");
     tmux.wait_for(|screen| screen.contains("left bulb broken"));
+    tmux.press("?");
+    vcan.bring_down();
+    tmux.wait_for(|screen| screen.contains("0/s") && screen.contains("cannot send"));
     tmux.press("q");
     assert!(tmux.wait_for_end().contains("code 0"));
 }

@@ -84,6 +84,7 @@ impl McapRecorder {
             limits,
             encoder,
             bag: None,
+            cause: None,
             older: Vec::new(),
             next_try: Instant::now(),
             next_flush: Instant::now(),
@@ -142,6 +143,8 @@ struct Writer {
     encoder: Encoder,
     /// `None` while the folder cannot be written.
     bag: Option<Bag>,
+    /// Why the last bag could not begin, which holds until it is tried again.
+    cause: Option<(io::ErrorKind, String)>,
     /// Earlier bags with their sizes, oldest first.
     older: Vec<(PathBuf, u64)>,
     /// When a folder that cannot be written is tried again.
@@ -210,10 +213,14 @@ impl Writer {
     fn add(&mut self, message: &RecordedMessage) -> io::Result<()> {
         if self.bag.is_none() {
             if Instant::now() < self.next_try {
-                return Err(io::ErrorKind::NotFound.into());
+                let not_found = (io::ErrorKind::NotFound, "the folder was removed".to_owned());
+                let (kind, text) = self.cause.clone().unwrap_or(not_found);
+                return Err(io::Error::new(kind, text));
             }
             self.next_try = Instant::now() + RETRY;
-            self.begin(message.log_time)?;
+            let begun = self.begin(message.log_time);
+            self.cause = begun.as_ref().err().map(|error| (error.kind(), error.to_string()));
+            begun?;
         }
         let Some(bag) = &mut self.bag else { return Ok(()) };
         if bag.pending_bytes() > MAX_PENDING_BYTES {

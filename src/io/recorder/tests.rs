@@ -160,3 +160,21 @@ fn stop_waits_for_what_was_handed_over() {
     recorder.stop(PATIENCE);
     assert_eq!(counters(folder.path()), ["000001"]);
 }
+
+#[test]
+fn disk_without_room_for_the_mcap_file_keeps_the_log_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    let mut black_box = Folder { path: path.clone(), keep: 9, boot: "0".repeat(8), last_counter: 0 };
+    let saved = black_box
+        .save("20260101T000000Z", "log", "decisions", |draft| {
+            fs::write(draft, "a part of it")?;
+            Err(io::ErrorKind::StorageFull.into())
+        })
+        .unwrap();
+    assert_eq!(fs::read_to_string(&saved.path).unwrap(), "log");
+    assert!(saved.mcap.unwrap_err().to_string().starts_with("without its MCAP file"), "the cause is lost");
+    let stem = "fault-000001-00000000-20260101T000000Z";
+    assert_eq!(names(&path), [format!("{stem}.decisions"), format!("{stem}.log")]);
+    assert_eq!(black_box.prune().unwrap(), Kept { newest: Some(format!("{stem}.log")), recordings: 1 });
+}

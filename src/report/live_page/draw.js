@@ -94,6 +94,10 @@ const drawCar = (snapshot) => {
     const name = lamp.classList.contains("left") ? "left" : "right";
     setClass(lamp, `lamp ${name} ${name === "left" ? left : right}`);
   });
+  // Lamps that are on flash together, whenever each began.
+  for (const animation of document.getAnimations()) {
+    if (animation.animationName === "blink" && animation.startTime !== 0) animation.startTime = 0;
+  }
   setText(by("car-text"), CAPTIONS[stateOf(snapshot)]);
 };
 

@@ -36,7 +36,7 @@ const rawCell = (snapshot, report) => {
     const raw = signal.raw === null ? "no value" : String(signal.raw);
     const meaning = signal.raw === null ? "" : signal.meanings.join(", ");
     const value = element("p", "value", raw, " ", element("span", "meaning", meaning));
-    const age = signal.age_ms === null ? "" : `${ageText(signal.age_ms)} old`;
+    const age = signal.age_ms === null ? "" : `${ageText(signal.age_ms)} old`.replaceAll(" ", "\u00a0");
     made.append(value, element("p", "more", element("code", "", signal.name), age && ` · ${age}`));
     if (signal.missing) made.append(element("p", "more", signal.missing));
   }

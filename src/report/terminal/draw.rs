@@ -62,6 +62,11 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let taken = 2 + main_height + lines_of(&caption) + MIN_LOG;
     let mut room = usize::from(area.height.saturating_sub(taken));
     let mut fit = |mut lines: Vec<Line<'static>>| {
+        if lines.len() > room && room > 1 {
+            let left_out = lines.len() - room + 1;
+            lines.truncate(room - 1);
+            lines.push(Line::styled(format!("  … {left_out} more"), DIM));
+        }
         lines.truncate(room);
         room -= lines.len();
         lines
@@ -103,7 +108,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         frame.render_widget(Paragraph::new(part), area_of(index));
     }
     draw_log(frame, model, ink, area_of(6));
-    frame.render_widget(footer(model), area_of(7));
+    frame.render_widget(footer(model, width), area_of(7));
     if model.has_help {
         draw_help(frame, model, area);
     }
@@ -277,13 +282,13 @@ const TABLE_HELP: [&str; 12] = [
     "q, Ctrl-C     end",
     "s             sort by id, rate or last change",
     "/             filter by id, name or signal",
-    "d             all signals of the DBC, or the bound",
+    "d             all signals, or only the bound",
     "space         let the picture stand still",
     "↑ ↓ PgUp PgDn scroll; Home, End",
     "?             this help",
     "",
     "lit bytes     changed within the last 3 s",
-    "rejected      the gateway does not use the frame:",
+    "rejected      the gateway does not use it:",
     "              checksum, counter or length",
     "dim           no signal is bound, or silent",
 ];
@@ -305,6 +310,9 @@ const HELP: [&str; 14] = [
     "published     it goes to ROS 2",
 ];
 
+/// Rows of [`HELP`] that concern a simulated vehicle as well.
+const DRIVER_ROWS: usize = 6;
+
 const DRIVER_HELP: [&str; 6] = [
     "← →           stalk left, right",
     "o             stalk off",
@@ -316,7 +324,9 @@ const DRIVER_HELP: [&str; 6] = [
 
 fn draw_help(frame: &mut Frame<'_>, model: &Model, area: Rect) {
     let driver = DRIVER_HELP.iter().filter(|_| model.keys == Keys::Driver);
-    let help: &[&str] = if model.messages.is_some() { &TABLE_HELP } else { &HELP };
+    // A simulated vehicle is not judged.
+    let rows = if model.keys == Keys::Driver { DRIVER_ROWS } else { HELP.len() };
+    let help = if model.messages.is_some() { TABLE_HELP.iter() } else { HELP[..rows].iter() };
     let lines: Vec<_> = driver.chain(help).map(|line| Line::raw(format!(" {line}"))).collect();
     let height = (lines_of(&lines) + 2).min(area.height);
     let width = 52.min(area.width);

@@ -70,7 +70,7 @@ pub(super) fn draw_messages(frame: &mut Frame<'_>, model: &Model, table: &Messag
     if log > 0 {
         draw_log(frame, model, ink, areas[4]);
     }
-    frame.render_widget(table_footer(model, table), areas[5]);
+    frame.render_widget(table_footer(model, table, width), areas[5]);
 }
 
 /// The columns that a width has room for.
@@ -227,14 +227,14 @@ fn change_style(since: Option<Duration>, ink: Ink) -> Style {
     }
 }
 
-fn table_footer(model: &Model, table: &MessageTable) -> Line<'static> {
+fn table_footer(model: &Model, table: &MessageTable, width: usize) -> Line<'static> {
     if table.is_typing {
         let style = Style::new().add_modifier(Modifier::REVERSED);
         let filter = Span::styled(format!(" /{}▏", table.filter), style);
         return Line::from(vec![filter, Span::styled(" Enter keeps, Esc clears", DIM)]);
     }
     if model.is_paused {
-        return footer(model);
+        return footer(model, width);
     }
     let filter = if table.filter.is_empty() { "filter".to_owned() } else { table.filter.clone() };
     Line::styled(format!(" q quit  s by {}  / {filter}  d all  ? help", table.order.name()), DIM)

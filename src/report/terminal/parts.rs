@@ -10,6 +10,7 @@ use super::ink::{DIM, Ink};
 use super::picture::BusLine;
 use super::view_model::{Keys, Model};
 use crate::core::diagnostics::Level;
+use crate::report::text::counted;
 
 /// From this width on a bus has a longer name, and says that its load is not known.
 const WIDE: usize = 70;
@@ -81,12 +82,17 @@ pub(super) fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
 }
 
 pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect) {
-    let heading =
-        if model.scroll > 0 { format!(" log, {} lines further ", model.scroll) } else { " log ".to_owned() };
-    let block = Block::new().borders(ratatui::widgets::Borders::TOP).border_style(DIM).title(heading);
+    let block = Block::new().borders(ratatui::widgets::Borders::TOP).border_style(DIM);
     let inner = block.inner(area);
-    let end = model.log.len() - model.scroll.min(model.log.len());
+    // Scrolled to the first line, the pane is full all the same.
+    let first_page = usize::from(inner.height).min(model.log.len());
+    let end = model.log.len().saturating_sub(model.scroll).max(first_page);
     let start = end.saturating_sub(inner.height.into());
+    let heading = match model.log.len() - end {
+        0 => " log ".to_owned(),
+        newer => format!(" log, {} below ", counted(newer as u64, "newer line")),
+    };
+    let block = block.title(heading);
     let lines = model.log.iter().skip(start).take(end - start).map(|line| {
         let style = match line.level {
             None | Some(Level::Ok) => Style::new(),
@@ -97,10 +103,11 @@ pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rec
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), area);
 }
 
-pub(super) fn footer(model: &Model) -> Line<'static> {
+/// Keys on the left, and on the right where a browser finds the same.
+pub(super) fn footer(model: &Model, width: usize) -> Line<'static> {
     if model.is_paused {
         let style = Style::new().add_modifier(Modifier::REVERSED | Modifier::BOLD);
-        let text = " PAUSED: the picture stands still, all else goes on ";
+        let text = " PAUSED: only the picture stands still ";
         return Line::from(vec![Span::styled(text, style), Span::raw(" space")]);
     }
     let keys = if model.keys == Keys::Driver {
@@ -108,5 +115,8 @@ pub(super) fn footer(model: &Model) -> Line<'static> {
     } else {
         " q quit  space pause  ↑↓ log  ? help"
     };
-    Line::styled(keys, DIM)
+    let Some(url) = &model.url else { return Line::styled(keys, DIM) };
+    let room = width.saturating_sub(url.chars().count() + 1);
+    let keys = if keys.chars().count() < room { keys } else { " q quit  ? help" };
+    Line::from(vec![Span::styled(format!("{keys:<room$}"), DIM), Span::raw(format!("{url} "))])
 }

@@ -208,10 +208,20 @@ fn function<T>(
     }
 }
 
+/// `12 ms`; from a second on `1.2 s`.
+#[allow(clippy::cast_precision_loss)] // far from the limits
+fn age_text(ms: u64) -> String {
+    match ms {
+        0..1_000 => format!("{ms} ms"),
+        1_000..10_000 => format!("{:.1} s", ms as f64 / 1_000.0),
+        _ => format!("{} s", ms / 1_000),
+    }
+}
+
 /// `1 turn left, 12 ms`, with a question mark for a value that means nothing.
 fn raw_text(signal: &SignalSnapshot) -> String {
     let Some(raw) = signal.raw else { return "none".to_owned() };
-    let age = signal.age_ms.map_or_else(String::new, |age| format!(", {age} ms"));
+    let age = signal.age_ms.map_or_else(String::new, |age| format!(", {}", age_text(age)));
     match signal.meanings.as_slice() {
         [] => format!("{raw}{age}"),
         meanings => format!("{raw} {}{age}", meanings.join("/")),

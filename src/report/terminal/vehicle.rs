@@ -29,12 +29,14 @@ struct SentFrames {
     counted: u32,
     since: MonoTime,
     rate_hz: f64,
+    /// False from a failure to the next frame that is sent.
+    can_send: bool,
 }
 
 impl VehicleState {
     /// A vehicle that does nothing yet, on buses with these names.
     pub fn new(buses: impl IntoIterator<Item = String>) -> Self {
-        let bus = |name| SentFrames { name, counted: 0, since: MonoTime::ZERO, rate_hz: 0.0 };
+        let bus = |name| SentFrames { name, counted: 0, since: MonoTime::ZERO, rate_hz: 0.0, can_send: true };
         Self {
             turn: None,
             hazard: None,
@@ -62,9 +64,17 @@ impl VehicleState {
         }
     }
 
+    /// Nothing can be sent on a bus, until a frame is.
+    pub fn cannot_send(&mut self, bus: BusIndex) {
+        if let Some(bus) = self.buses.get_mut(usize::from(bus.0)) {
+            (bus.can_send, bus.counted, bus.rate_hz) = (false, 0, 0.0);
+        }
+    }
+
     fn count(&mut self, bus: BusIndex, now: MonoTime) {
         let Some(bus) = self.buses.get_mut(usize::from(bus.0)) else { return };
         bus.counted += 1;
+        bus.can_send = true;
         let time = now.since(bus.since);
         if time >= RATE_TIME {
             bus.rate_hz = f64::from(std::mem::take(&mut bus.counted)) / time.as_secs_f64();
@@ -116,13 +126,38 @@ impl VehicleState {
     }
 
     fn bus(&self, bus: &SentFrames) -> BusLine {
+        let state = match (self.is_bus_off, bus.can_send) {
+            (true, _) => "bus-off",
+            (false, true) => "sends",
+            (false, false) => "cannot send",
+        };
         BusLine {
             name: bus.name.clone(),
-            state: if self.is_bus_off { "bus-off" } else { "sends" }.to_owned(),
-            is_sound: !self.is_bus_off,
+            state: state.to_owned(),
+            is_sound: !self.is_bus_off && bus.can_send,
             rate_hz: bus.rate_hz,
             load_percent: None,
             drops: 0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::can::frame::{CanId, Frame};
+
+    #[test]
+    fn bus_on_which_nothing_can_be_sent_is_not_shown_as_sound_until_a_frame_is_sent() {
+        let mut state = VehicleState::new(["body (can0)".to_owned()]);
+        let shown = |state: &VehicleState| {
+            let bus = state.picture(MonoTime::ZERO).buses.remove(0);
+            (bus.state, bus.is_sound)
+        };
+        state.cannot_send(BusIndex(0));
+        assert_eq!(shown(&state), ("cannot send".to_owned(), false));
+        let frame = Frame::classic(CanId::Standard(1), &[0]).unwrap();
+        state.update(&Output::Frame { bus: BusIndex(0), frame }, MonoTime::ZERO);
+        assert_eq!(shown(&state), ("sends".to_owned(), true));
     }
 }

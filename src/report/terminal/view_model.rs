@@ -23,6 +23,8 @@ const HALF_BLINK: Duration = Duration::from_millis(333);
 pub struct Model {
     /// Heading: what is running.
     pub title: String,
+    /// Address of the live page for a browser; `None` while it is off.
+    pub url: Option<String>,
     /// True to draw in colour.
     pub has_color: bool,
     /// What the keys move.

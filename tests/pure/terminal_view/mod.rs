@@ -264,8 +264,36 @@ fn log_is_scrolled_by_keys_and_bounded() {
     drive.model.add_line(None, "new".to_owned());
     assert!(text(&drive.model, SIZES[1]).contains("line 588 ends"));
     let drive = drive.press(KeyCode::Home);
-    assert!(drive.model.scroll < 500);
+    // The pane is full at the first line too.
+    let first = text(&drive.model, SIZES[1]);
+    let lines: Vec<_> = first.lines().skip_while(|line| !line.contains(" below ")).skip(1).collect();
+    assert!(
+        lines.len() > 2 && lines[0].contains("line 101 ends") && lines[1].contains("line 102 ends"),
+        "{first}"
+    );
     assert!(text(&drive.press(KeyCode::End).model, SIZES[1]).contains("new"));
+}
+
+#[test]
+fn address_of_the_page_is_in_the_footer() {
+    let mut drive = Drive::left();
+    drive.model.url = Some("http://127.0.0.1:8000/".to_owned());
+    for size in SIZES {
+        let shown = text(&drive.model, size);
+        let footer = shown.lines().last().unwrap_or_default().to_owned();
+        assert!(footer.contains("q quit") && footer.contains("? help"), "{footer}");
+        assert!(footer.ends_with("  http://127.0.0.1:8000/"), "{footer}");
+    }
+}
+
+#[test]
+fn what_there_is_no_room_for_is_counted() {
+    let mut model = Model::default();
+    let light = |id: usize| (format!("light {id}"), "red".to_owned());
+    model.show(Picture { more: (0..40).map(light).collect(), ..Picture::default() });
+    let shown = text(&model, SIZES[1]);
+    let visible = (0..40).filter(|id| shown.contains(&format!("light {id} "))).count();
+    assert!(shown.contains(&format!("… {} more", 40 - visible)), "{shown}");
 }
 
 #[test]
