@@ -13,5 +13,6 @@ mod zenoh {
     mod delivery;
     mod outage;
     mod peer;
+    mod security;
     mod topics;
 }

@@ -80,7 +80,9 @@ def obey(session, command, held, numbers):
         numbers[key] = numbers.get(key, 0) + 1
         number, now = numbers[key].to_bytes(8, "little"), time.time_ns().to_bytes(8, "little")
         attached = number + now + bytes([len(GID)]) + GID if command.get("attach", True) else None
-        session.put(key, payload(command), attachment=attached)
+        # What it reads itself is of others.
+        remote = zenoh.Locality.REMOTE
+        session.put(key, payload(command), attachment=attached, allowed_destination=remote)
     emit("done")
 
 

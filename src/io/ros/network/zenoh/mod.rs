@@ -28,8 +28,8 @@ use worker::Worker;
 
 /// Serves the gateway with a session of Zenoh until it says stop.
 pub(super) fn serve(runtime: &Runtime, settings: NetworkSettings, link: Link) -> io::Result<()> {
-    match worker::join(&settings) {
-        Ok(joined) => Worker::new(settings, joined, link).run(runtime),
-        Err(reason) => runtime.block_on(refuse(&reason, link)),
+    match Worker::new(settings, link) {
+        Ok(worker) => worker.run(runtime),
+        Err((reason, link)) => runtime.block_on(refuse(&reason, link)),
     }
 }
