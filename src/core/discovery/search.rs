@@ -105,11 +105,8 @@ impl<'a> Responding<'a> {
     /// What speaks against a signal because of its place.
     fn drawbacks(&self, bits: &[u16], rest: u64, shape: Shape) -> Vec<Drawback> {
         let responds = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
-        // Within a byte, or where Motorola or Intel continue in the next one.
-        let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
         let is_next = |bit: &u16, other: &u16| {
-            (follows(*bit, *other) || follows(*other, *bit))
-                && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
+            is_beside(*bit, *other) && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
         };
         let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
         let is_same = |responses: &Responses| responses.has_shape(self.quiet.timeline, &Action::ALL, shape);
@@ -132,14 +129,40 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
-    /// For each request the time of the response, and by how much it may be late.
-    fn times(&self, responses: &Responses) -> Vec<Option<ResponseTime>> {
-        responses.begins().into_iter().map(|at| Some(ResponseTime { at: at?, late: self.period })).collect()
+    /// For each request the times of the response and of its end, and by how much they may be late.
+    fn times(&self, responses: &Responses) -> Vec<[Option<ResponseTime>; 2]> {
+        let late = self.period;
+        responses.times().map(|times| times.map(|at| Some(ResponseTime { at: at?, late }))).collect()
+    }
+
+    /// Another bit of the message that always changed together with one of a signal: a part of a checksum or the lowest bit
+    /// of a counter may do so, and nothing tells which of the two is the signal.
+    fn twin(&self, bits: &[u16]) -> Option<u16> {
+        let is_apart = |other: u16| !bits.iter().any(|bit| is_beside(*bit, other));
+        let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
+        let mut others = others.filter(|bit| !bits.contains(bit) && !self.like_checksum.contains(&(bit / 8)));
+        others.find(|other| bits.iter().any(|bit| self.quiet.change_together(*bit, *other)))
     }
 
     fn signal(&self, layout: Layout) -> FoundSignal {
         FoundSignal { message: self.key, layout }
     }
+}
+
+/// True for bits of which one follows the other, within a byte or where Motorola or Intel continue in the next one.
+fn is_beside(bit: u16, other: u16) -> bool {
+    let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
+    follows(bit, other) || follows(other, bit)
+}
+
+/// A bit that always changed together with one of these, elsewhere in its message.
+pub(super) fn twin(messages: &[Responding<'_>], bits: &[(MessageKey, Vec<u16>)]) -> Option<FoundSignal> {
+    messages.iter().find_map(|message| {
+        let own = bits.iter().filter(|(key, _)| *key == message.key);
+        let bits: Vec<_> = own.flat_map(|(_, bits)| bits).copied().collect();
+        let start = message.twin(&bits)?;
+        Some(message.signal(Layout { start, length: 1, order: ByteOrder::Intel, signed: false }))
+    })
 }
 
 /// True if a bit followed some requests of an action, and too few to know whether it belongs to it.
@@ -397,7 +420,7 @@ struct Side<'a> {
     /// True if it is on during the hazard lights as well.
     with_hazard: bool,
     typical: [Typical; 3],
-    times: Vec<Option<ResponseTime>>,
+    times: Vec<[Option<ResponseTime>; 2]>,
 }
 
 /// The bits that are on for one side and keep their value.
@@ -448,7 +471,12 @@ fn apart(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
     drawbacks.extend(missed(&followed));
     let shows_hazard = left.with_hazard;
     let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps: false, shows_hazard };
-    let times = left.times.iter().zip(&right.times).map(|(left, right)| left.or(*right)).collect();
+    let times = left
+        .times
+        .iter()
+        .zip(&right.times)
+        .map(|(left, right)| if left[0].is_some() { *left } else { *right });
+    let times = times.collect();
     Some(Candidate { form, shape: Shape::Steady, followed, drawbacks, times })
 }
 
