@@ -10,7 +10,7 @@ use super::capture::{Capture, MessageKey, Track};
 use super::pages::is_on_a_page;
 use super::protection::Protection;
 use super::response::{Response, Responses, Shape, Typical};
-use super::suspects::{like_checksum, restless};
+use super::suspects::{MIN_CHECKSUM_BITS, like_checksum, restless};
 use super::timeline::{Action, EARLY, Timeline};
 use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use crate::core::time::MonoTime;
@@ -138,7 +138,17 @@ impl<'a> Responding<'a> {
         let is_apart = |other: u16| !bits.iter().any(|bit| is_beside(*bit, other));
         let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
         let mut others = others.filter(|bit| !bits.contains(bit) && !self.like_checksum.contains(&(bit / 8)));
-        others.find(|other| bits.iter().any(|bit| self.quiet.change_together(*bit, *other)))
+        let in_byte = |byte: u16| self.bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
+        // Sums keep the place in a byte or nibble, others change many bits, and counters run with frames that are rare. What
+        // is neither shows the same a second time.
+        let may_be_derived = |bit: u16, other: u16| {
+            bit % 4 == other % 4 || in_byte(other / 8) >= MIN_CHECKSUM_BITS || !self.is_regular
+        };
+        others.find(|other| {
+            let is_twin =
+                |bit: &u16| may_be_derived(*bit, *other) && self.quiet.change_together(*bit, *other);
+            bits.iter().any(is_twin)
+        })
     }
 
     fn signal(&self, layout: Layout) -> FoundSignal {

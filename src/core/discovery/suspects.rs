@@ -5,7 +5,7 @@ use super::response::Responses;
 use super::timeline::{Action, EARLY};
 
 /// From so many responding bits on, a byte may be a checksum.
-const MIN_CHECKSUM_BITS: usize = 3;
+pub(super) const MIN_CHECKSUM_BITS: usize = 3;
 /// So many responding bits of a byte are rarely those of signals.
 const MANY_BITS: usize = 5;
 
