@@ -1,12 +1,13 @@
 //! Command lines that people type and that mean something else: a tip beside what the parser says.
 
 use std::ffi::OsString;
+use std::path::Path;
 
+use clap::Parser as _;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::Cli;
 use crate::config::built_in::BuiltIn;
-use clap::Parser as _;
 
 /// The arguments of the process; with wrong ones it ends.
 pub(super) fn parse() -> Cli {
@@ -29,7 +30,8 @@ fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
     let command = words.iter().position(|word| !word.starts_with('-'))?;
     let rest = &words[command + 1..];
     let is_recording_command = matches!(words[command], "check" | "decode" | "replay" | "identify");
-    let config = rest.iter().find(|word| word.ends_with(".toml"));
+    let config =
+        rest.iter().find(|word| Path::new(word).extension().is_some_and(|extension| extension == "toml"));
     match (words[command], kind) {
         ("identify", ErrorKind::MissingRequiredArgument) if rest.is_empty() => {
             Some("give a recording, or listen to a bus: identify --live can0".to_owned())

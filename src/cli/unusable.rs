@@ -19,9 +19,7 @@ fn remedy(interface: &str, state: LinkState) -> String {
             let names = can_interfaces();
             match (nearest(interface, names.iter().map(String::as_str)), names.as_slice()) {
                 (Some(near), _) => format!("did you mean {near}?"),
-                (None, []) => format!(
-                    "there is no CAN interface at all: plug in the adapter, or make a virtual one: ip link add dev vcan0 type vcan"
-                ),
+                (None, []) => "there is no CAN interface at all: plug in the adapter, or make a virtual one: ip link add dev vcan0 type vcan".to_owned(),
                 (None, names) => format!("of CAN there is {}", names.join(", ")),
             }
         }
