@@ -142,7 +142,9 @@ impl<'a> Responding<'a> {
         // Sums keep the place in a byte or nibble, others change many bits, and counters run with frames that are rare. What
         // is neither shows the same a second time.
         let may_be_derived = |bit: u16, other: u16| {
-            bit % 4 == other % 4 || in_byte(other / 8) >= MIN_CHECKSUM_BITS || !self.is_regular
+            bit % 4 == other % 4
+                || (bit / 8 != other / 8 && in_byte(other / 8) >= MIN_CHECKSUM_BITS)
+                || !self.is_regular
         };
         others.find(|other| {
             let is_twin =
