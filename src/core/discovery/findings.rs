@@ -169,12 +169,13 @@ fn turn_certainty(turn: &Candidate<TurnForm>, side: Action, is_disputed: bool) -
 }
 
 fn turn_doubt(messages: &[Responding<'_>], turn: &[Candidate<TurnForm>]) -> Option<Doubt> {
-    doubt(messages, turn, &turn.first()?.form.telling_bits())
+    let form = &turn.first()?.form;
+    doubt(messages, turn, &form.telling_bits(), form.shows_hazard())
 }
 
 fn hazard_doubt(messages: &[Responding<'_>], hazard: &[Candidate<HazardForm>]) -> Option<Doubt> {
     let bits = |signal: FoundSignal| (signal.message, signal.bits());
-    doubt(messages, hazard, hazard.first()?.form.signal().map(bits).as_slice())
+    doubt(messages, hazard, hazard.first()?.form.signal().map(bits).as_slice(), false)
 }
 
 /// What may be taken for the first candidate, which is told by these bits.
@@ -182,11 +183,12 @@ fn doubt<F>(
     messages: &[Responding<'_>],
     candidates: &[Candidate<F>],
     bits: &[(MessageKey, Vec<u16>)],
+    shows_all: bool,
 ) -> Option<Doubt> {
     let (first, others) = candidates.split_first()?;
     let is_better =
         |other: &Candidate<F>| !other.is_like_checksum() && other.missed_sides() <= first.missed_sides();
-    if let Some(twin) = search::twin(messages, bits) {
+    if let Some(twin) = search::twin(messages, bits, shows_all) {
         Some(Doubt::Twin(twin))
     } else if first.is_like_checksum() && others.iter().any(is_better) {
         Some(Doubt::Checksum)

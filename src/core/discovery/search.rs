@@ -134,7 +134,7 @@ impl<'a> Responding<'a> {
 
     /// Another bit of the message that always changed together with one of a signal: a part of a checksum or the lowest bit
     /// of a counter may do so, and nothing tells which of the two is the signal.
-    fn twin(&self, bits: &[u16]) -> Option<u16> {
+    fn twin(&self, bits: &[u16], shows_all: bool) -> Option<u16> {
         let is_apart = |other: u16| !bits.iter().any(|bit| is_beside(*bit, other));
         let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
         let mut others = others.filter(|bit| !bits.contains(bit) && !self.like_checksum.contains(&(bit / 8)));
@@ -143,7 +143,7 @@ impl<'a> Responding<'a> {
         // is neither shows the same a second time.
         let may_be_derived = |bit: u16, other: u16| {
             bit % 4 == other % 4
-                || (bit / 8 != other / 8 && in_byte(other / 8) >= MIN_CHECKSUM_BITS)
+                || ((!shows_all || bit / 8 != other / 8) && in_byte(other / 8) >= MIN_CHECKSUM_BITS)
                 || !self.is_regular
         };
         others.find(|other| {
@@ -164,12 +164,17 @@ fn is_beside(bit: u16, other: u16) -> bool {
     follows(bit, other) || follows(other, bit)
 }
 
-/// A bit that always changed together with one of these, elsewhere in its message.
-pub(super) fn twin(messages: &[Responding<'_>], bits: &[(MessageKey, Vec<u16>)]) -> Option<FoundSignal> {
+/// A bit that always changed together with one of these, elsewhere in its message. Of a signal that shows all states, the
+/// codes may fill a byte.
+pub(super) fn twin(
+    messages: &[Responding<'_>],
+    bits: &[(MessageKey, Vec<u16>)],
+    shows_all: bool,
+) -> Option<FoundSignal> {
     messages.iter().find_map(|message| {
         let own = bits.iter().filter(|(key, _)| *key == message.key);
         let bits: Vec<_> = own.flat_map(|(_, bits)| bits).copied().collect();
-        let start = message.twin(&bits)?;
+        let start = message.twin(&bits, shows_all)?;
         Some(message.signal(Layout { start, length: 1, order: ByteOrder::Intel, signed: false }))
     })
 }
