@@ -17,6 +17,7 @@ mod process {
     mod mcap;
     mod metrics_endpoint;
     mod mistakes;
+    mod misuse;
     mod on_terminal;
     mod pictures;
     mod refusals;

@@ -15,10 +15,8 @@ use crate::check::identify::Identifier;
 use crate::check::identify_text;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
-use crate::core::near_miss::nearest;
-use crate::daemon;
+use crate::daemon::{self, DaemonError};
 use crate::io::can::formats::Content;
-use crate::io::can::interfaces::can_interfaces;
 use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
 
@@ -112,7 +110,7 @@ pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Fa
     })?;
     drop(progress);
     if let Some(state) = unusable.filter(|_| identifier.frames() == 0) {
-        return Err(Failure::Usage(unusable_text(interface, state)));
+        return Err(DaemonError::NoLink { interface: interface.to_owned(), state }.into());
     }
     if identifier.frames() == 0 {
         let seconds = start.elapsed().as_secs_f64();
@@ -121,33 +119,4 @@ pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Fa
         )));
     }
     Ok(identifier)
-}
-
-/// The reason for which nothing can be received, with what to type next.
-fn unusable_text(interface: &str, state: LinkState) -> String {
-    match state {
-        LinkState::Missing => {
-            let names = can_interfaces();
-            let near = nearest(interface, names.iter().map(String::as_str));
-            let advice = match (near, names.as_slice()) {
-                (Some(near), _) => format!("did you mean {near}?"),
-                (None, []) => {
-                    "there is no CAN interface at all: plug in the adapter, or make a virtual one".to_owned()
-                }
-                (None, names) => format!("of CAN there is {}", names.join(", ")),
-            };
-            format!("{interface}: there is no such interface; {advice}")
-        }
-        LinkState::NotCan => {
-            format!("{interface} is not a CAN interface; `ip -details link` shows which one is")
-        }
-        LinkState::Failed(errno) => {
-            format!("{interface} cannot be opened: {}", io::Error::from_raw_os_error(errno))
-        }
-        LinkState::Up | LinkState::Down | LinkState::Ended => {
-            format!(
-                "{interface} is down; bring it up first: ip link set {interface} up type can bitrate 500000"
-            )
-        }
-    }
 }

@@ -77,6 +77,8 @@ enum Vehicle {
 
 pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
+    // A name that is wrong is said before anything is asked.
+    args.profile.as_deref().map_or(Ok(()), |given| vehicle(given, &[]).map(drop))?;
     let overwrite = args.force || args.output.exists() && is_overwriting_allowed(&args.output)?;
     let interfaces = if args.interface.is_empty() {
         vec![ask_interface("CAN interface", None)?]

@@ -116,9 +116,10 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         settings => settings?,
     };
     let mut report = check::binding(&settings);
-    let mut outcome = Ok(());
+    let (mut outcome, mut judged) = (Ok(()), None);
     if recorded.log.is_some() || settings.recording.is_some() {
         let (path, routes) = recording(recorded, &settings)?;
+        judged = Some(path.clone());
         let unreadable = Failure::file(&path);
         let replay = Replay::surveying(settings.gateway.clone(), open(&path, Shown::Always)?, routes)
             .map_err(&unreadable)?;
@@ -127,6 +128,10 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         outcome = read.map_err(unreadable);
     }
     let code = print(args, &report, settings.profile.as_ref())?;
+    if let Some(path) = judged.filter(|_| report.count(Severity::Error) > 0) {
+        let path = path.display();
+        messages::note(&format!("the profiles that fit this recording: signal-gateway identify {path}"));
+    }
     outcome.map(|()| code)
 }
 
@@ -158,7 +163,17 @@ fn is_map(path: &Path) -> bool {
 fn print(args: &CheckArgs, report: &Report, profile: Option<&SourceLocation>) -> Result<ExitCode, Failure> {
     let report = if messages::options().quiet { &report.without_facts() } else { report };
     if let Some(profile) = profile.filter(|_| args.fix) {
-        print_patch(&profile.file, &profile.key, &report.fixes())?;
+        let fixes = report.fixes();
+        print_patch(&profile.file, &profile.key, &fixes)?;
+        if fixes.is_empty() {
+            let recorded = args.recording.log.is_some();
+            let why = if recorded {
+                "the recording shows no line that it lacks"
+            } else {
+                "give a recording of the vehicle"
+            };
+            messages::note(&format!("nothing to add to the profile: {why}"));
+        }
     } else if !args.fix {
         let text = if args.json { report.json() } else { report.text(messages::layout(&io::stdout())) };
         io::stdout().lock().write_all(text.as_bytes())?;

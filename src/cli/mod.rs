@@ -13,6 +13,7 @@ mod live;
 mod manual;
 mod mcap_export;
 mod messages;
+mod misuse;
 mod profiles;
 mod progress;
 mod questions;
@@ -21,6 +22,7 @@ mod replay;
 mod ros_arguments;
 mod status;
 mod unreadable;
+mod unusable;
 mod vehicle;
 mod view;
 mod web;
@@ -146,7 +148,7 @@ const LAST_LINES: Duration = Duration::from_millis(300);
 /// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
     messages::choose_colors(std::env::args_os().skip(1));
-    let cli = Cli::parse_from(web::with_joined_address(std::env::args_os()));
+    let cli = misuse::parse();
     messages::set_options(cli.messages);
     let outcome = match cli.command {
         Command::Run(args) => live::run(args),
@@ -232,6 +234,7 @@ impl Failure {
             Self::Refused(refused) => messages::refused(refused),
             Self::File(path, error) => unreadable::show(path, error),
             Self::Written(path, error) => unreadable::show_unwritable(path, error),
+            Self::Daemon(DaemonError::NoLink { interface, state }) => unusable::show(interface, *state),
             Self::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
             Self::Usage(_) | Self::Environment(_) | Self::Daemon(_) | Self::System(_) => {
                 messages::error(&self.to_string(), "");

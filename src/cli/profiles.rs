@@ -1,12 +1,14 @@
 //! `profiles`: the vehicle profiles in the binary.
 
+use std::fs::File;
 use std::io::{self, Write};
+use std::os::fd::AsFd as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
-use super::Failure;
+use super::{Failure, messages};
 use crate::config::built_in::BuiltIn;
 use crate::config::files::{Disk, Files};
 use crate::config::{Settings, load_profile};
@@ -64,6 +66,12 @@ pub(super) fn list(out: &mut impl Write) -> Result<(), Failure> {
 
 fn show(out: &mut impl Write, profile: &str, dbc: bool) -> Result<(), Failure> {
     let path = path(profile)?;
+    if !dbc && goes_into_a_file() {
+        messages::note(&format!(
+            "the DBC of {profile} is built in as well: a copy of the profile needs the file beside it and `dbc` naming it; \
+             print it with signal-gateway profiles show {profile} --dbc"
+        ));
+    }
     let paths = if dbc {
         load_profile(&Disk, &path)?.dbcs.into_iter().map(|dbc| dbc.path).collect()
     } else {
@@ -73,6 +81,12 @@ fn show(out: &mut impl Write, profile: &str, dbc: bool) -> Result<(), Failure> {
         out.write_all(&Disk.read(path)?)?;
     }
     Ok(())
+}
+
+/// True if standard output is redirected into a file.
+fn goes_into_a_file() -> bool {
+    let output = io::stdout().as_fd().try_clone_to_owned().map(File::from);
+    output.and_then(|output| output.metadata()).is_ok_and(|output| output.is_file())
 }
 
 fn path(name: &str) -> Result<PathBuf, Failure> {

@@ -10,6 +10,7 @@ use super::signals::StopSignals;
 use super::{DaemonError, runtime};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
+use crate::core::can::mark::Mark;
 use crate::core::discovery::findings::Findings;
 use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
 use crate::core::discovery::session::SessionSettings;
@@ -30,7 +31,13 @@ pub enum LiveEvent<'a> {
 /// Interval at which a countdown moves.
 const TICK: Duration = Duration::from_millis(100);
 
+/// True for the end of the quiet time.
+fn is_first_action(event: &DiscoveryEvent) -> bool {
+    matches!(event, DiscoveryEvent::Request { mark, .. } if *mark != Mark::Quiet)
+}
+
 /// Discovers on these interfaces, whose positions are their buses. `None` when a signal requested a stop.
+/// Where nothing at all arrives in the quiet time it ends with that.
 ///
 /// # Errors
 /// See [`DaemonError`]; an error of `take` ends the discovery.
@@ -53,6 +60,10 @@ pub fn discover(
         loop {
             let now = clock.now();
             while let Some(event) = discovery.poll_event(now.mono) {
+                if is_first_action(&event) && discovery.capture().frames() == 0 {
+                    // Nothing that the driver does could be seen.
+                    return Ok(Some((discovery, Findings::default())));
+                }
                 take(LiveEvent::Discovery(&event), &discovery, now)?;
                 if let DiscoveryEvent::Finished(findings) = event {
                     return Ok(Some((discovery, *findings)));

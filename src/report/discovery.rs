@@ -78,7 +78,11 @@ pub fn result(findings: &Findings) -> String {
             line("turn", &format!("NOT SURE (left: {left}, right: {right}). The best candidate is"));
             line("", &turn.form.to_string());
             let [left, right] = [Action::Left, Action::Right].map(|side| turn.followed_text(side));
-            line("", &format!("but it followed only {left} requests to the left, {right} to the right"));
+            let only = if findings.turn_doubt.is_some() { "" } else { "but only " };
+            line("", &format!("{only}followed {left} requests to the left, {right} to the right"));
+            if let Some(doubt) = findings.turn_doubt {
+                line("", &format!("but {doubt}"));
+            }
         }
         None => line("turn", "NOT FOUND: no signal on this bus follows both sides"),
     }
@@ -90,6 +94,9 @@ pub fn result(findings: &Findings) -> String {
         Some(hazard) => {
             line("hazard", &format!("NOT SURE: {}", hazard.form));
             line("", &format!("followed {} requests; left unbound", hazard.followed_text(Action::Hazard)));
+            if let Some(doubt) = findings.hazard_doubt {
+                line("", &format!("but {doubt}"));
+            }
         }
         None => {
             let certainty = findings.certainty(Action::Hazard);

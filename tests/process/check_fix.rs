@@ -71,6 +71,8 @@ fn the_lines_of_fix_mend_the_profile_whether_it_is_refused_or_not() {
             let output = check(folder, &["--profile", "car.toml", "--fix"]);
             let patch = String::from_utf8(output.stdout).unwrap();
             codes.push(output.status.code().unwrap());
+            let text = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(text.contains("shows no line that it lacks"), patch.is_empty(), "{text}");
             let before = fs::read_to_string(folder.join("car.toml")).unwrap();
             let after = apply(&patch, &before);
             assert_eq!(after.matches("[message.LIGHTS]").count(), 1, "{after}");

@@ -67,6 +67,24 @@ fn a_marked_recording_becomes_a_configuration_that_check_accepts() {
     assert!(text(&again).contains("nothing is overwritten unasked"), "{}", text(&again));
 }
 
+/// Two messages, of which the one with the indicators pauses for six seconds: it is not taken for one that is sent when
+/// something changes, which needs another message that proves the bus alive.
+#[test]
+fn a_message_that_paused_once_is_still_sent_regularly() {
+    let folder = recorded("mazda_2017");
+    let path = folder.path().join("drive.log");
+    let log = fs::read_to_string(&path).unwrap();
+    let seconds = |line: &str| line[1..].split(')').next().unwrap().parse::<f64>().unwrap();
+    let begin = seconds(log.lines().next().unwrap());
+    let kept = log.lines().filter(|line| !(2.0..8.0).contains(&(seconds(line) - begin)));
+    let kept: Vec<_> = kept.collect();
+    fs::write(&path, kept.join("\n") + "\n").unwrap();
+    let found = gateway(folder.path(), &["discover", "drive.log", "--marks", "marks", "--output", "car"]);
+    assert!(matches!(found.status.code(), Some(0 | 4)), "{}", text(&found));
+    let profile = fs::read_to_string(folder.path().join("car/new_car.toml")).unwrap();
+    assert!(profile.contains("timeout_ms = ") && !profile.contains("timing = \"event\""), "{profile}");
+}
+
 #[test]
 fn the_written_dbc_is_read_by_cantools() {
     let python = require!(peer_python());

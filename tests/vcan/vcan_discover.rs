@@ -109,6 +109,20 @@ fn discover_live(profiles: &[String]) -> Result<(), Missing> {
     Ok(())
 }
 
+/// Nobody is asked for actions that cannot be seen.
+#[test]
+fn a_silent_bus_ends_the_session_before_the_first_request() {
+    let vcan = require!(Vcan::new("vcan-d12"));
+    let folder = tempfile::tempdir().unwrap();
+    let mut discover = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    discover.current_dir(folder.path()).args(["discover", "--live", vcan.name, "--quiet-s", "1"]);
+    let output = discover.stdin(Stdio::null()).output().unwrap();
+    let [out, error] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    assert_eq!(output.status.code(), Some(2), "{out}{error}");
+    assert!(out.contains("HANDS OFF") && !out.contains("indicate LEFT"), "{out}");
+    assert!(error.contains("not one frame was received"), "{error}");
+}
+
 #[test]
 fn simulated_vehicles_are_discovered_live_and_their_actions_are_reported() {
     require!(discover_live(&PROFILES.map(str::to_owned)));

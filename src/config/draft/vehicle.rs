@@ -112,7 +112,7 @@ impl VehicleDraft<'_> {
             let (_, end) = self.capture.span().unwrap_or_default();
             let silence = |track: &Track| track.times().last().map(|last| end.since(*last));
             let regular =
-                of_bus.filter_map(|(key, track)| Some((track.gaps()?.longest.max(silence(track)?), key)));
+                of_bus.filter_map(|(key, track)| Some((track.gaps()?.usual.max(silence(track)?), key)));
             if let Some((_, key)) = regular.min().filter(|(longest, _)| *longest < MAX_CYCLIC) {
                 let name = self.message(messages, key).name.clone();
                 heartbeats.insert(bus, name);
@@ -141,8 +141,8 @@ impl VehicleDraft<'_> {
     pub(super) fn timing(&self, key: MessageKey) -> Timing {
         let gaps = self.capture.track(key).and_then(Track::gaps);
         match gaps {
-            Some(Gaps { median, longest }) if longest < MAX_CYCLIC => {
-                let timeout = (median * 5).max(longest * 5 / 2).max(MIN_TIMEOUT);
+            Some(Gaps { median, usual, .. }) if usual < MAX_CYCLIC => {
+                let timeout = (median * 5).max(usual * 5 / 2).max(MIN_TIMEOUT);
                 let period_ms = u32::try_from((median.as_micros() + 500) / 1000).unwrap_or(u32::MAX).max(1);
                 Timing::Cyclic { period_ms, timeout_ms: timeout.as_millis().div_ceil(50) * 50 }
             }

@@ -37,6 +37,15 @@ impl QuietBits<'_> {
         self.idle[usize::from(bit / 8)] >> (bit % 8) & 1 == 1
     }
 
+    /// True if two bits are at rest at the same times.
+    pub(super) fn change_together(&self, bit: u16, other: u16) -> bool {
+        let is_on = |data: &[u8; MAX_DATA], bit: u16| {
+            let byte = usize::from(bit / 8);
+            (data[byte] ^ self.idle[byte]) >> (bit % 8) & 1 == 1
+        };
+        self.contents.iter().all(|(_, data)| is_on(data, bit) == is_on(data, other))
+    }
+
     /// The bits that changed between two times, as a mask.
     pub(super) fn changed_in(&self, from: MonoTime, until: MonoTime) -> [u8; MAX_DATA] {
         let mut mask = [0; MAX_DATA];

@@ -101,6 +101,24 @@ impl TurnForm {
         }
     }
 
+    /// The bits that tell one side from the other, by message.
+    pub(super) fn telling_bits(&self) -> Vec<(MessageKey, Vec<u16>)> {
+        match self {
+            Self::Enumerated { signal, left, right, .. } | Self::Stalk { signal, left, right, .. } => {
+                let mut bits = signal.bits();
+                if signal.layout.order == ByteOrder::Motorola {
+                    bits.reverse();
+                }
+                let differs = |at: &usize| (left ^ right) >> at & 1 == 1;
+                let telling = (0..bits.len()).filter(differs).map(|at| bits[at]).collect();
+                vec![(signal.message, telling)]
+            }
+            Self::Pair { left, right, .. } => {
+                [left, right].map(|side| (side.signal.message, side.signal.bits())).to_vec()
+            }
+        }
+    }
+
     /// True if it shows the hazard lights as both sides.
     pub fn shows_hazard(&self) -> bool {
         match self {
@@ -202,8 +220,8 @@ pub(super) struct ResponseTime {
 impl ResponseTime {
     /// True if both may be of the same moment.
     fn may_be(self, other: Self) -> bool {
-        let apart = self.at.since(other.at).max(other.at.since(self.at));
-        apart <= SIMULTANEOUS + self.late.max(other.late)
+        let begins = |time: Self| time.at.before(time.late).before(SIMULTANEOUS);
+        begins(self) <= other.at && begins(other) <= self.at
     }
 }
 
@@ -223,8 +241,8 @@ pub struct Candidate<F> {
     pub followed: [(usize, usize); 3],
     /// What speaks against it.
     pub drawbacks: Vec<Drawback>,
-    /// For each request the time of the response, and by how much it may be late.
-    pub(super) times: Vec<Option<ResponseTime>>,
+    /// For each request the times of the response and of its end, and by how much they may be late.
+    pub(super) times: Vec<[Option<ResponseTime>; 2]>,
 }
 
 impl<F> Candidate<F> {
@@ -241,12 +259,38 @@ impl<F> Candidate<F> {
         self.drawbacks.iter().any(is_part)
     }
 
+    /// True if its bits may be those of a checksum.
+    pub(super) fn is_like_checksum(&self) -> bool {
+        self.drawbacks.contains(&Drawback::LikeChecksum)
+    }
+
+    /// Number of requests of either side that it did not follow.
+    pub(super) fn missed_sides(&self) -> usize {
+        self.followed[..2].iter().map(|(count, of)| of - count).sum()
+    }
+
     /// True if the other one follows the requests as well, but at other times: one of the two does so by chance.
     pub(super) fn is_disputed_by(&self, other: &Self) -> bool {
-        let times = self.times.iter().zip(&other.times).filter_map(|(own, other)| own.zip(*other));
-        other.missed() <= self.missed()
-            && other.weight() < self.weight() + MISSED
-            && times.into_iter().any(|(own, other)| !own.may_be(other))
+        let (apart, _) = self.times_apart(other);
+        apart > 0 && self.has_rival(other)
+    }
+
+    /// Likewise at most of the times, so that it is not because of a late frame.
+    pub(super) fn is_mostly_disputed_by(&self, other: &Self) -> bool {
+        let (apart, all) = self.times_apart(other);
+        apart * 2 > all && self.has_rival(other)
+    }
+
+    /// True if the other one followed as many requests, and is not much worse.
+    pub(super) fn has_rival(&self, other: &Self) -> bool {
+        other.missed() <= self.missed() && other.weight() < self.weight() + MISSED
+    }
+
+    /// Number of times at which the other one came or went at another moment, and of all that both have.
+    fn times_apart(&self, other: &Self) -> (usize, usize) {
+        let times = self.times.iter().flatten().zip(other.times.iter().flatten());
+        let both: Vec<_> = times.filter_map(|(own, other)| own.zip(*other)).collect();
+        (both.iter().filter(|(own, other)| !own.may_be(*other)).count(), both.len())
     }
 
     /// Sum of the weights of all drawbacks; the candidate with the lowest one is first.

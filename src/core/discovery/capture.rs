@@ -33,6 +33,8 @@ pub struct Track {
     changes: Vec<(usize, Frame)>,
 }
 
+/// From so many gaps on, a message that paused is told from one that is sent when something changes.
+const MANY_GAPS: usize = 40;
 /// The largest number of frames, half an hour of a busy bus; the rest is counted.
 const MAX_FRAMES: usize = 4_000_000;
 
@@ -129,7 +131,10 @@ impl Track {
         let mut gaps: Vec<_> = self.times.windows(2).map(|pair| pair[1].since(pair[0])).collect();
         gaps.sort_unstable();
         let median = *gaps.get(gaps.len() / 2)?;
-        (gaps.len() >= 2).then_some(Gaps { median, longest: *gaps.last()? })
+        // Of many gaps the two longest may be pauses.
+        let pauses = if gaps.len() >= MANY_GAPS { 2 } else { 0 };
+        let usual = *gaps.get(gaps.len().checked_sub(1 + pauses)?)?;
+        (gaps.len() >= 2).then_some(Gaps { median, usual, longest: *gaps.last()? })
     }
 }
 
@@ -138,6 +143,8 @@ impl Track {
 pub struct Gaps {
     /// The median.
     pub median: Duration,
+    /// The longest one, without at most two pauses.
+    pub usual: Duration,
     /// The longest one.
     pub longest: Duration,
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, Switch, TurnForm};
-use super::findings::Certainty;
+use super::findings::{Certainty, Doubt};
 use super::timeline::Action;
 
 impl fmt::Display for Action {
@@ -108,5 +108,17 @@ impl fmt::Display for Certainty {
             Self::NotFound => "not found",
             Self::NotVisible => "not visible on this bus",
         })
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Twin(twin) => {
+                write!(f, "{twin} always changed together with it: one may be of a checksum or counter")
+            }
+            Self::Checksum => f.write_str("it may be a part of a checksum, which another candidate is not"),
+            Self::Disputed => f.write_str("another signal followed as well, at other moments"),
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::candidate::{Candidate, Drawback, HazardForm, TurnForm};
+use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, TurnForm};
 use super::capture::{Capture, MessageKey};
 use super::protection::Protection;
 use super::response::Shape;
-use super::search;
+use super::search::{self, Responding};
 use super::timeline::{Action, Timeline};
 use super::widening::{widen_hazard, widen_turn};
 
@@ -21,6 +21,21 @@ pub struct Findings {
     pub protection: BTreeMap<MessageKey, Protection>,
     /// The certainty of each of [`Action::ALL`].
     pub certainty: [Certainty; 3],
+    /// What may be taken for the signal of the turn indicators, so that they are not sure however often they followed.
+    pub turn_doubt: Option<Doubt>,
+    /// Likewise for the hazard lights.
+    pub hazard_doubt: Option<Doubt>,
+}
+
+/// A reason for which requests that were followed are not enough.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doubt {
+    /// This bit of the message always changed together with the signal.
+    Twin(FoundSignal),
+    /// It may be a part of a checksum, and another signal, which is not, followed both sides as well.
+    Checksum,
+    /// Another signal followed as well, but at other moments.
+    Disputed,
 }
 
 /// The certainty of a finding.
@@ -52,9 +67,8 @@ impl Findings {
         let signals = turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
         let turn_messages: Vec<_> = signals.iter().map(|signal| signal.message).collect();
         let mut hazard = search::hazard(&messages, &turn_messages, timeline);
-        let is_disputed = is_disputed(&hazard);
-        let is_sure = |hazard| hazard_certainty(hazard, is_disputed) == Certainty::Sure;
-        let is_shown = hazard.first().is_some_and(is_sure);
+        let is_shown =
+            hazard_certainty(&hazard) == Some(Certainty::Sure) && hazard_doubt(&messages, &hazard).is_none();
         if !is_shown && let Some(at) = turn.iter().position(shows_all) {
             // Lamps that show the hazard lights as well are better than a lever that does not, when nothing else does.
             turn[..=at].rotate_right(1);
@@ -70,6 +84,7 @@ impl Findings {
             let is_better = |candidate: &Candidate<HazardForm>| {
                 candidate.weight() <= both_sides.weight()
                     && candidate.shape == Shape::Steady
+                    && !candidate.is_suspect()
                     && !candidate.drawbacks.contains(&Drawback::OtherMessage)
             };
             let at = hazard.iter().take_while(|candidate| is_better(candidate)).count();
@@ -78,8 +93,11 @@ impl Findings {
         let is_open = Action::ALL.map(|action| {
             timeline.count(action) < ENOUGH_WITHOUT || search::is_open(&messages, timeline, action)
         });
+        let turn_doubt = turn_doubt(&messages, &turn);
+        let hazard_doubt = hazard_doubt(&messages, &hazard);
         let protection = messages.into_iter().map(|message| (message.key, message.protection)).collect();
-        let mut findings = Self { turn, hazard, protection, certainty: [Certainty::NotFound; 3] };
+        let certainty = [Certainty::NotFound; 3];
+        let mut findings = Self { turn, hazard, protection, certainty, turn_doubt, hazard_doubt };
         findings.certainty = Action::ALL.map(|action| findings.certainty_of(action, is_open));
         findings
     }
@@ -90,15 +108,21 @@ impl Findings {
         let is_open =
             is_open[action as usize] || (action == Action::Hazard && self.turn.iter().any(may_show));
         let without = if is_open { Certainty::NotFound } else { Certainty::NotVisible };
-        match action {
+        let found = match action {
             Action::Left | Action::Right => {
                 let is_disputed = is_disputed(&self.turn);
                 self.turn.first().map_or(without, |turn| turn_certainty(turn, action, is_disputed))
             }
-            Action::Hazard => {
-                let is_disputed = is_disputed(&self.hazard);
-                self.hazard.first().map_or(without, |hazard| hazard_certainty(hazard, is_disputed))
-            }
+            Action::Hazard => hazard_certainty(&self.hazard).unwrap_or(without),
+        };
+        if self.doubt(action).is_some() { found.max(Certainty::Unsure) } else { found }
+    }
+
+    /// The reason for which an action is not sure however often its requests were followed.
+    pub fn doubt(&self, action: Action) -> Option<Doubt> {
+        match action {
+            Action::Left | Action::Right => self.turn_doubt,
+            Action::Hazard => self.hazard_doubt,
         }
     }
 
@@ -144,19 +168,56 @@ fn turn_certainty(turn: &Candidate<TurnForm>, side: Action, is_disputed: bool) -
     certainty(count, enough(is_weak)).max(of_both)
 }
 
+fn turn_doubt(messages: &[Responding<'_>], turn: &[Candidate<TurnForm>]) -> Option<Doubt> {
+    let form = &turn.first()?.form;
+    doubt(messages, turn, &form.telling_bits(), form.shows_hazard())
+}
+
+fn hazard_doubt(messages: &[Responding<'_>], hazard: &[Candidate<HazardForm>]) -> Option<Doubt> {
+    let bits = |signal: FoundSignal| (signal.message, signal.bits());
+    doubt(messages, hazard, hazard.first()?.form.signal().map(bits).as_slice(), false)
+}
+
+/// What may be taken for the first candidate, which is told by these bits.
+fn doubt<F>(
+    messages: &[Responding<'_>],
+    candidates: &[Candidate<F>],
+    bits: &[(MessageKey, Vec<u16>)],
+    shows_all: bool,
+) -> Option<Doubt> {
+    let (first, others) = candidates.split_first()?;
+    let is_better =
+        |other: &Candidate<F>| !other.is_like_checksum() && other.missed_sides() <= first.missed_sides();
+    if let Some(twin) = search::twin(messages, bits, shows_all) {
+        Some(Doubt::Twin(twin))
+    } else if first.is_like_checksum() && others.iter().any(is_better) {
+        Some(Doubt::Checksum)
+    } else if others.iter().any(|other| first.is_mostly_disputed_by(other)) {
+        Some(Doubt::Disputed)
+    } else {
+        None
+    }
+}
+
 /// True if another candidate is as good as the first, and not the same in other places.
 fn is_disputed<F>(candidates: &[Candidate<F>]) -> bool {
     candidates.split_first().is_some_and(|(first, others)| others.iter().any(|it| first.is_disputed_by(it)))
 }
 
-/// The certainty of the hazard lights. A signal that chance may imitate must not follow other requests either.
-fn hazard_certainty(hazard: &Candidate<HazardForm>, is_disputed: bool) -> Certainty {
-    let is_weak = is_disputed
-        || hazard.shape == Shape::Momentary
-        || hazard.drawbacks.contains(&Drawback::OtherMessage)
-        || hazard.is_suspect();
+/// The certainty of the hazard lights; `None` without a candidate. A signal that chance may imitate must not follow other
+/// requests either, and needs one more of them when another message has such a signal as well.
+fn hazard_certainty(candidates: &[Candidate<HazardForm>]) -> Option<Certainty> {
+    let (hazard, others) = candidates.split_first()?;
+    let is_elsewhere = hazard.drawbacks.contains(&Drawback::OtherMessage);
+    let is_weak =
+        is_disputed(candidates) || hazard.shape == Shape::Momentary || is_elsewhere || hazard.is_suspect();
+    let message = |candidate: &Candidate<HazardForm>| candidate.form.signal().map(|signal| signal.message);
+    let is_rival =
+        |other: &Candidate<HazardForm>| message(other) != message(hazard) && hazard.has_rival(other);
+    let more = usize::from(is_elsewhere && others.iter().any(is_rival));
     let (count, of) = hazard.followed[Action::Hazard as usize];
-    certainty(count, enough(is_weak) + if is_weak { hazard.missed() } else { of - count })
+    let missed = if is_weak { hazard.missed() } else { of - count };
+    Some(certainty(count, enough(is_weak) + more + missed))
 }
 
 /// True if a candidate shows both sides and the hazard lights, all of them surely.

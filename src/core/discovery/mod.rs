@@ -13,6 +13,7 @@
 //! | `bits`, `response` | bits that rest without a request; their responses to each |
 //! | `pages` | bits of multiplexed messages, which are left out |
 //! | `search`, [`candidate`] | signals made of them, ranked |
+//! | `suspects` | bits that may be parts of a checksum or a number |
 //! | `widening` | bits beside a signal that belong to it |
 //! | [`protection`] | counter and checksum of a message |
 //! | [`findings`] | the result, and what is not sure |
@@ -28,6 +29,7 @@ pub mod protection;
 mod response;
 mod search;
 pub mod session;
+mod suspects;
 pub mod timeline;
 mod widening;
 

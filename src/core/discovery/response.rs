@@ -28,13 +28,15 @@ pub(super) struct Response {
 }
 
 /// The responses of a signal to all requests.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Responses {
     pub(super) idle: u64,
     /// For each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in no known manner.
     of: Vec<Result<Option<Response>, Irregular>>,
     /// For each request: the values other than that at rest, with the time of the first one.
     begun: Vec<(Option<MonoTime>, BTreeSet<u64>)>,
+    /// For each request that was followed by a lasting value: the time at which that ended.
+    ended: Vec<Option<MonoTime>>,
     /// Values at the end of an action, with the action that they end.
     pub(super) endings: Vec<(Action, u64)>,
     /// Values that lead to another one, as a detent does.
@@ -116,8 +118,7 @@ impl Responses {
             }
             last = Some(value);
         }
-        let (of, begun) = (Vec::new(), Vec::new());
-        let mut responses = Self { idle, of, begun, endings: Vec::new(), detents: BTreeMap::new() };
+        let mut responses = Self { idle, ..Self::default() };
         for window in &timeline.windows {
             responses.add(window, &runs);
         }
@@ -136,13 +137,17 @@ impl Responses {
         for pair in begun.windows(2).filter(|pair| pair[0].until == pair[1].from) {
             self.detents.insert(pair[0].value, pair[1].value);
         }
-        self.of.push(if rests { response(&begun, window) } else { Err(Irregular) });
+        let response = if rests { response(&begun, window) } else { Err(Irregular) };
+        let is_steady = matches!(response, Ok(Some(Response { shape: Shape::Steady, .. })));
+        self.ended.push(begun.last().filter(|_| is_steady).map(|run| run.until));
+        self.of.push(response);
         self.begun.push((begun.first().map(|run| run.from), begun.iter().map(|run| run.value).collect()));
     }
 
-    /// For each request the time at which the signal left its value at rest.
-    pub(super) fn begins(&self) -> Vec<Option<MonoTime>> {
-        self.begun.iter().map(|(at, _)| *at).collect()
+    /// For each request the time at which the signal left its value at rest, and the one at which it was back from a
+    /// lasting value.
+    pub(super) fn times(&self) -> impl Iterator<Item = [Option<MonoTime>; 2]> {
+        self.begun.iter().zip(&self.ended).map(|((begun, _), ended)| [*begun, *ended])
     }
 
     /// Number of requests of a side at which other values were seen than those of a state.
@@ -270,8 +275,7 @@ mod tests {
             let [from, until] = [pair[0].0, pair[1].0].map(MonoTime::from_millis);
             runs.push(Run { value: pair[0].1, from, until });
         }
-        let (of, begun) = (Vec::new(), Vec::new());
-        let mut responses = Responses { idle: 0, of, begun, endings: Vec::new(), detents: BTreeMap::new() };
+        let mut responses = Responses::default();
         responses.add(&WINDOW, &runs);
         responses
     }

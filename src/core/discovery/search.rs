@@ -10,6 +10,7 @@ use super::capture::{Capture, MessageKey, Track};
 use super::pages::is_on_a_page;
 use super::protection::Protection;
 use super::response::{Response, Responses, Shape, Typical};
+use super::suspects::{MIN_CHECKSUM_BITS, like_checksum, restless};
 use super::timeline::{Action, EARLY, Timeline};
 use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use crate::core::time::MonoTime;
@@ -24,10 +25,6 @@ const REGULAR_S: u64 = 3;
 const MAX_PERIOD: Duration = Duration::from_secs(1);
 /// So many requests that a bit followed may be more than chance.
 const MIN_HINTS: usize = 2;
-/// From so many responding bits on, a byte may be a checksum.
-const MIN_CHECKSUM_BITS: usize = 3;
-/// So many responding bits of a byte are rarely those of signals.
-const MANY_BITS: usize = 5;
 
 /// A message with bits that follow the actions.
 #[derive(Debug)]
@@ -105,11 +102,8 @@ impl<'a> Responding<'a> {
     /// What speaks against a signal because of its place.
     fn drawbacks(&self, bits: &[u16], rest: u64, shape: Shape) -> Vec<Drawback> {
         let responds = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
-        // Within a byte, or where Motorola or Intel continue in the next one.
-        let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
         let is_next = |bit: &u16, other: &u16| {
-            (follows(*bit, *other) || follows(*other, *bit))
-                && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
+            is_beside(*bit, *other) && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
         };
         let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
         let is_same = |responses: &Responses| responses.has_shape(self.quiet.timeline, &Action::ALL, shape);
@@ -132,14 +126,57 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
-    /// For each request the time of the response, and by how much it may be late.
-    fn times(&self, responses: &Responses) -> Vec<Option<ResponseTime>> {
-        responses.begins().into_iter().map(|at| Some(ResponseTime { at: at?, late: self.period })).collect()
+    /// For each request the times of the response and of its end, and by how much they may be late.
+    fn times(&self, responses: &Responses) -> Vec<[Option<ResponseTime>; 2]> {
+        let late = self.period;
+        responses.times().map(|times| times.map(|at| Some(ResponseTime { at: at?, late }))).collect()
+    }
+
+    /// Another bit of the message that always changed together with one of a signal: a part of a checksum or the lowest bit
+    /// of a counter may do so, and nothing tells which of the two is the signal.
+    fn twin(&self, bits: &[u16], shows_all: bool) -> Option<u16> {
+        let is_apart = |other: u16| !bits.iter().any(|bit| is_beside(*bit, other));
+        let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
+        let mut others = others.filter(|bit| !bits.contains(bit) && !self.like_checksum.contains(&(bit / 8)));
+        let in_byte = |byte: u16| self.bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
+        // Sums keep the place in a byte or nibble, others change many bits, and counters run with frames that are rare. What
+        // is neither shows the same a second time.
+        let may_be_derived = |bit: u16, other: u16| {
+            bit % 4 == other % 4
+                || ((!shows_all || bit / 8 != other / 8) && in_byte(other / 8) >= MIN_CHECKSUM_BITS)
+                || !self.is_regular
+        };
+        others.find(|other| {
+            let is_twin =
+                |bit: &u16| may_be_derived(*bit, *other) && self.quiet.change_together(*bit, *other);
+            bits.iter().any(is_twin)
+        })
     }
 
     fn signal(&self, layout: Layout) -> FoundSignal {
         FoundSignal { message: self.key, layout }
     }
+}
+
+/// True for bits of which one follows the other, within a byte or where Motorola or Intel continue in the next one.
+fn is_beside(bit: u16, other: u16) -> bool {
+    let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
+    follows(bit, other) || follows(other, bit)
+}
+
+/// A bit that always changed together with one of these, elsewhere in its message. Of a signal that shows all states, the
+/// codes may fill a byte.
+pub(super) fn twin(
+    messages: &[Responding<'_>],
+    bits: &[(MessageKey, Vec<u16>)],
+    shows_all: bool,
+) -> Option<FoundSignal> {
+    messages.iter().find_map(|message| {
+        let own = bits.iter().filter(|(key, _)| *key == message.key);
+        let bits: Vec<_> = own.flat_map(|(_, bits)| bits).copied().collect();
+        let start = message.twin(&bits, shows_all)?;
+        Some(message.signal(Layout { start, length: 1, order: ByteOrder::Intel, signed: false }))
+    })
 }
 
 /// True if a bit followed some requests of an action, and too few to know whether it belongs to it.
@@ -149,46 +186,6 @@ pub(super) fn is_open(messages: &[Responding<'_>], timeline: &Timeline, action: 
     let bits = messages.iter().flat_map(|message| &message.bits);
     let mut counts = bits.map(|(_, responses)| responses.values(timeline, action).len());
     counts.any(|count| count >= MIN_HINTS && !is_known(count))
-}
-
-/// The bytes that are likely to be a checksum that is not known: they change whenever anything in the message does,
-/// while others do not, or have fewer bits that respond.
-fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
-    let mut bytes: Vec<u16> = bits.iter().map(|(bit, _)| bit / 8).collect();
-    bytes.dedup();
-    let responding = |byte: u16| bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
-    let changes = |byte: u16| {
-        let byte = usize::from(byte);
-        quiet.contents.windows(2).filter(|pair| pair[0].1[byte] != pair[1].1[byte]).count()
-    };
-    let all = quiet.contents.len() - 1;
-    let changes_always = |byte: u16| changes(byte) == all;
-    let is_like = |byte: &u16| {
-        let mut others = bytes.iter().filter(|other| *other != byte).peekable();
-        let is_often = match responding(*byte) {
-            0..MIN_CHECKSUM_BITS => false,
-            MIN_CHECKSUM_BITS..MANY_BITS => changes_always(*byte),
-            // Different contents have the same checksum at times.
-            MANY_BITS.. => changes(*byte) * 2 > all,
-        };
-        is_often
-            && others.peek().is_some()
-            && others.all(|other| !changes_always(*other) || responding(*other) < responding(*byte))
-    };
-    bytes.iter().copied().filter(is_like).collect()
-}
-
-/// The bits that change with most turns of the indicators, but do not respond to them: lower bits of a number, as the
-/// angle of the steering wheel.
-fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
-    let turns = quiet.timeline.windows.iter().filter(|window| window.action != Action::Hazard);
-    let masks: Vec<_> = turns.map(|window| quiet.changed_in(window.on.before(EARLY), window.end)).collect();
-    let changes = |bit: &u16| {
-        let changes = masks.iter().filter(|mask| mask[usize::from(bit / 8)] >> (bit % 8) & 1 == 1);
-        changes.count() * 2 > masks.len()
-    };
-    let responds = |bit: &u16| bits.iter().any(|(known, _)| known == bit);
-    quiet.bits.iter().copied().filter(|bit| changes(bit) && !responds(bit)).collect()
 }
 
 /// The messages that responded to the last request, and the number of bits that did.
@@ -397,7 +394,7 @@ struct Side<'a> {
     /// True if it is on during the hazard lights as well.
     with_hazard: bool,
     typical: [Typical; 3],
-    times: Vec<Option<ResponseTime>>,
+    times: Vec<[Option<ResponseTime>; 2]>,
 }
 
 /// The bits that are on for one side and keep their value.
@@ -448,7 +445,12 @@ fn apart(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
     drawbacks.extend(missed(&followed));
     let shows_hazard = left.with_hazard;
     let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps: false, shows_hazard };
-    let times = left.times.iter().zip(&right.times).map(|(left, right)| left.or(*right)).collect();
+    let times = left
+        .times
+        .iter()
+        .zip(&right.times)
+        .map(|(left, right)| if left[0].is_some() { *left } else { *right });
+    let times = times.collect();
     Some(Candidate { form, shape: Shape::Steady, followed, drawbacks, times })
 }
 

@@ -23,8 +23,16 @@ pub(super) fn widen_turn(messages: &[Responding<'_>], form: &mut TurnForm) {
             widen(messages, signal, &[], values);
         }
         TurnForm::Pair { left, right, .. } => {
-            widen_switch(messages, left, Some(right.signal));
-            widen_switch(messages, right, Some(left.signal));
+            // A bit between both may belong to either: it goes to the one that has no other.
+            let (mut first, mut second) = (*left, *right);
+            widen_switch(messages, &mut first, Some(second.signal));
+            widen_switch(messages, &mut second, Some(first.signal));
+            if second.signal == right.signal {
+                widen_switch(messages, right, Some(left.signal));
+                widen_switch(messages, left, Some(right.signal));
+            } else {
+                (*left, *right) = (first, second);
+            }
         }
     }
 }

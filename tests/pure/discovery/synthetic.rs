@@ -10,7 +10,7 @@ use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::dbc::codec::SignalCodec;
 use signal_gateway::core::discovery::Shape;
 use signal_gateway::core::discovery::candidate::{FoundSignal, HazardForm, Switch, TurnForm};
-use signal_gateway::core::discovery::findings::{Certainty, Findings};
+use signal_gateway::core::discovery::findings::{Certainty, Doubt, Findings};
 use signal_gateway::core::discovery::machine::{Discovery, DiscoveryEvent};
 use signal_gateway::core::discovery::session::SessionSettings;
 use signal_gateway::core::discovery::timeline::Action;
@@ -286,8 +286,34 @@ fn random_cars_are_discovered() {
     assert_eq!((found.right, found.replayed), (3, 1));
 }
 
+/// Cars that were mistaken once: a bit between two sides that belongs to the other one; and a bit of a number.
+#[test]
+fn cars_that_were_mistaken_are_discovered() {
+    for seed in [4629, 20021] {
+        assert_eq!(discover(seed..seed + 1, u64::MAX, Car::new).right, 1, "{seed}");
+    }
+}
+
+/// A bit elsewhere in the message always changes together with the right side.
+#[test]
+fn a_signal_with_a_twin_is_not_sure() {
+    let mut found = drive(Car::new(2681), 2681, false);
+    assert_eq!(outcome(&mut found), Outcome::NotSure);
+    assert!(matches!(found.findings.doubt(Action::Right), Some(Doubt::Twin(_))), "{:?}", found.findings);
+    let text = signal_gateway::report::discovery::result(&found.findings);
+    assert!(text.contains("always changed together with it"), "{text}");
+}
+
 mod slow {
     use super::{Car, discover};
+
+    /// Twins by a checksum, a counter or chance; a steering wheel; hazard lights in another message.
+    #[test]
+    fn cars_that_were_mistaken_are_not_any_more() {
+        for seed in [2681, 2981, 3235, 3323, 3419, 3477, 4629, 4706, 20021, 20109] {
+            discover(seed..seed + 1, u64::MAX, Car::new);
+        }
+    }
 
     /// The goal: right in 95 of 100 cars, and not sure in the others.
     #[test]

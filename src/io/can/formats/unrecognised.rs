@@ -60,8 +60,24 @@ pub(super) fn looks_like(head: &[u8]) -> String {
     }
     let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
     match str::from_utf8(line) {
+        Ok(line) if zeros == 0 && is_without_times(line) => {
+            "the output of candump without times; record it with candump -L".to_owned()
+        }
         Ok(line) if zeros == 0 => quoted(line.trim_end()),
         _ => "binary data".to_owned(),
+    }
+}
+
+/// True for a line of candump that has no time: `can0  123   [8]  01 02`, or `can0 123#0102`.
+fn is_without_times(line: &str) -> bool {
+    let mut words = line.split_ascii_whitespace();
+    let (Some(_), Some(id)) = (words.next(), words.next()) else { return false };
+    let is_hex = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    match id.split_once('#') {
+        Some((id, data)) => is_hex(id) && (data.is_empty() || is_hex(data)) && words.next().is_none(),
+        None => {
+            is_hex(id) && words.next().is_some_and(|length| length.starts_with('[') && length.ends_with(']'))
+        }
     }
 }
 
@@ -100,6 +116,7 @@ mod tests {
             (b"VERSION \"\"\n", "a DBC file, not a recording"),
             (&tar, "a tar archive"),
             (b"\n  speed,\x1B[31mtime  \nmore", "text that begins with \"speed,\\u{1b}[31mtime\""),
+            (b"  can0  123   [2]  01 02\n", "the output of candump without times; record it with candump -L"),
             (b"\x00\x01\xFF\xFE\xFD", "binary data"),
             (b"\xC3\x28", "binary data"),
         ] {

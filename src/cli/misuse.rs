@@ -1,0 +1,73 @@
+//! Command lines that people type and that mean something else: a tip beside what the parser says.
+
+use std::path::Path;
+
+use clap::Parser as _;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use super::Cli;
+use super::web::with_joined_address;
+use crate::config::built_in::BuiltIn;
+
+/// The arguments of the process; with wrong ones it ends.
+pub(super) fn parse() -> Cli {
+    let arguments = with_joined_address(std::env::args_os());
+    Cli::try_parse_from(&arguments).unwrap_or_else(|mut error| {
+        let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();
+        let words: Vec<_> = words.iter().map(AsRef::as_ref).collect();
+        let is_mistyped = error.get(ContextKind::SuggestedArg).is_some();
+        if let Some(tip) = tip(error.kind(), &words).filter(|_| !is_mistyped) {
+            let tip = ContextValue::StyledStrs(vec![tip.into()]);
+            error.insert(ContextKind::Suggested, tip);
+        }
+        error.exit()
+    })
+}
+
+/// What was probably meant; `None` where the parser says it.
+#[allow(clippy::wildcard_enum_match_arm)] // most kinds of errors say enough
+fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
+    let command = words.iter().position(|word| !word.starts_with('-'))?;
+    let rest = &words[command + 1..];
+    let is_recording_command = matches!(words[command], "check" | "decode" | "replay" | "identify");
+    let config =
+        rest.iter().find(|word| Path::new(word).extension().is_some_and(|extension| extension == "toml"));
+    match (words[command], kind) {
+        ("identify", ErrorKind::MissingRequiredArgument) if rest.is_empty() => {
+            Some("give a recording, or listen to a bus: identify --live can0".to_owned())
+        }
+        ("profiles", ErrorKind::InvalidSubcommand) => {
+            let name = rest.iter().find(|word| !word.starts_with('-'))?;
+            let is_known = BuiltIn::Profile.path(name).is_some();
+            Some(if is_known {
+                format!("to print it: profiles show {name}")
+            } else {
+                "profiles list shows the names".to_owned()
+            })
+        }
+        ("run", ErrorKind::UnknownArgument)
+            if rest.iter().any(|word| is_named(word, &["--interface", "-i"])) =>
+        {
+            Some(
+                "the configuration names the interfaces; to write one: init --interface can0 --profile NAME"
+                    .to_owned(),
+            )
+        }
+        (_, ErrorKind::UnknownArgument) if is_recording_command => {
+            if rest.iter().any(|word| is_named(word, &["--log"])) {
+                Some(format!("the recording stands by itself: {} drive.log", words[command]))
+            } else {
+                let config = config?;
+                Some(format!(
+                    "a configuration is given with --config {config}, a profile with --profile {config}"
+                ))
+            }
+        }
+        _ => None,
+    }
+}
+
+/// True for one of these options, with its value behind `=` or not.
+fn is_named(word: &str, names: &[&str]) -> bool {
+    names.contains(&word.split('=').next().unwrap_or(word))
+}

@@ -1,0 +1,52 @@
+//! An interface that cannot be used: the reason and what to type next, in the same words for every command.
+
+use std::path::Path;
+
+use super::messages;
+use crate::core::can::bus_status::link_text;
+use crate::core::can::link::LinkState;
+use crate::core::near_miss::nearest;
+use crate::io::can::interfaces::can_interfaces;
+
+/// Writes the reason for which an interface cannot be used, and the remedy.
+pub(super) fn show(interface: &str, state: LinkState) {
+    messages::error(&link_text(interface, state), &remedy(interface, state));
+}
+
+fn remedy(interface: &str, state: LinkState) -> String {
+    match state {
+        LinkState::Missing => {
+            let names = can_interfaces();
+            match (nearest(interface, names.iter().map(String::as_str)), names.as_slice()) {
+                (Some(near), _) => format!("did you mean {near}?"),
+                (None, []) => "there is no CAN interface at all: plug in the adapter, or make a virtual one: ip link add dev vcan0 type vcan".to_owned(),
+                (None, names) => format!("of CAN there is {}", names.join(", ")),
+            }
+        }
+        LinkState::NotCan => "`ip -details link` shows which one is".to_owned(),
+        LinkState::Down => bring_up(interface, is_virtual(interface)),
+        LinkState::Failed(_) | LinkState::Up | LinkState::Ended => String::new(),
+    }
+}
+
+/// A bit rate is for hardware: a virtual interface refuses it.
+fn bring_up(interface: &str, is_virtual: bool) -> String {
+    let rate = if is_virtual { "" } else { " type can bitrate 500000" };
+    format!("bring it up first: ip link set {interface} up{rate}")
+}
+
+fn is_virtual(interface: &str) -> bool {
+    let device = Path::new("/sys/devices/virtual/net").join(interface);
+    device.exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bit_rate_is_advised_for_hardware_only() {
+        assert_eq!(bring_up("vcan0", true), "bring it up first: ip link set vcan0 up");
+        assert_eq!(bring_up("can0", false), "bring it up first: ip link set can0 up type can bitrate 500000");
+    }
+}
