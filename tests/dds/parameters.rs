@@ -97,5 +97,9 @@ fn the_graph_lists_the_services_with_the_node() {
         [&node["reader_gid_seq"], &node["writer_gid_seq"]].map(|gids| gids.as_array().unwrap().len())
     };
     let [readers, writers] = count(Role::new(domain));
-    assert_eq!(count(Role::new(domain).with_parameters()), [readers + 6, writers + 7], "services, and events");
+    assert_eq!(
+        count(Role::new(domain).with_parameters()),
+        [readers + 6, writers + 7],
+        "services, and events"
+    );
 }

@@ -82,7 +82,9 @@ mod tests {
     fn an_event_has_what_is_new_what_changed_and_what_is_gone() {
         let parameters = |entries: &[(&str, i64)]| {
             let mut parameters = Parameters::default();
-            entries.iter().for_each(|(name, value)| parameters.set(name, *value));
+            for (name, value) in entries {
+                parameters.set(name, *value);
+            }
             parameters
         };
         let before = parameters(&[("changed", 1), ("gone", 2), ("same", 3)]);
