@@ -320,7 +320,7 @@ fn examples_of_the_help_can_be_copied() {
     let codes = out(&["--help"]);
     assert!(
         codes.contains(
-            "5  the scenario of lights ended in failure, or an expectation of a drive was not met\n"
+            "5  the scenario of lights ended in failure, or an expectation of decide was not met\n"
         )
     );
 }
