@@ -14,6 +14,7 @@ mod process {
     mod lights_command;
     mod live_page;
     mod log_output;
+    mod manual;
     mod mcap;
     mod metrics_endpoint;
     mod mistakes;

@@ -10,6 +10,7 @@ mod map;
 mod names;
 pub mod patch;
 mod report;
+mod service;
 mod survey;
 pub mod timeline;
 mod traffic_lights;
@@ -30,6 +31,7 @@ pub use crate::report::text::Layout;
 use crate::report::text::{counted, plain_path};
 pub use map::map;
 pub use report::{Report, ReportedFinding};
+pub use service::service_files;
 pub use survey::{bad_lines_text, recording};
 
 /// Lists the bindings of a configuration, and what was rejected of its DBCs.

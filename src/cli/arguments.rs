@@ -11,7 +11,7 @@ use super::Failure;
 use super::progress::Progress;
 use super::unreadable::with_neighbours;
 use crate::check;
-use crate::config::files::Disk;
+use crate::config::files::{Disk, Files};
 use crate::config::ros_names::RosOverrides;
 use crate::config::{Overrides, Settings, load, load_profile_for_node};
 use crate::core::can::link::BusIndex;
@@ -33,7 +33,8 @@ pub(super) struct ConfigArgs {
     pub(super) profile: Option<PathBuf>,
 }
 
-const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
+/// The configuration of the service.
+pub(super) const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
 
 #[derive(Debug, Args)]
 pub(super) struct RecordingArgs {
@@ -87,14 +88,23 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
     settings_of_node(args, &RosOverrides::default())
 }
 
+/// As [`settings`], from these files.
+pub(super) fn settings_in(files: &dyn Files, args: &ConfigArgs) -> Result<Settings, Failure> {
+    read_settings(files, args, &RosOverrides::default())
+}
+
 /// As [`settings`], with what the arguments of ROS 2 replace.
 pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
+    read_settings(&Disk, args, ros)
+}
+
+fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
     let _progress = Progress::spinner("reading the configuration");
     let settings = match (&args.config, &args.profile) {
-        (None, Some(profile)) => load_profile_for_node(&Disk, profile, ros),
+        (None, Some(profile)) => load_profile_for_node(files, profile, ros),
         (config, profile) => {
             let config = config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
-            load(&Disk, config, &Overrides { profile: profile.clone(), ros: ros.clone() })
+            load(files, config, &Overrides { profile: profile.clone(), ros: ros.clone() })
         }
     };
     let is_given = args.config.is_some() || args.profile.is_some();

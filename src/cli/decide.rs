@@ -28,20 +28,21 @@ Examples:
   signal-gateway decide crossing.toml --picture crossing.svg
   signal-gateway decide crossing.toml --config gateway.toml
 
-For each change of the signal a line gives the command, the position of the rear axle along the route
-(and the time, where the vehicle stands), and the reason.
+For each change of the signal a line gives the command, the position of the rear axle along
+the route (and the time, where the vehicle stands), and the reason.
 
 With --verbose the time, position, speed and basis stand below it, with every reason: the outcome of
-each candidate, with its four distances in metres (ds, de: front to the desired start, rear axle to the
-desired end; rs, re: the same for the required section; negative is behind), then the outcome of each
-manoeuvre and what is wrong with the inputs.
+each candidate, with its four distances in metres (ds, de: front to the desired start, rear axle to
+the desired end; rs, re: the same for the required section; negative is behind), then the outcome
+of each manoeuvre and what is wrong with the inputs.
 
 With --json each line is one object:
   {\"compat\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
-   \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"basis\": \"candidates\", \"winner\": \"intersection\", \"case\": \"A2\",
-   \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"subject\",
-   \"turn\", \"won\", \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
-   \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
+   \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"basis\": \"candidates\", \"winner\": \"intersection\",
+   \"case\": \"A2\", \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\":
+   [{\"source\", \"subject\", \"turn\", \"won\", \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\":
+   {\"desired_start_m\", \"desired_end_m\", \"required_start_m\", \"required_end_m\"}}],
+   \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
 From \"turn\" on it is the form that a replay has; what does not apply is null. With --compat
 path_generator the basis is \"path_generator\", without candidates, and a key more, \"lanelet\": TEXT,
 names the tagged lanelet that decided. The last line of each compat is

@@ -39,8 +39,8 @@ Examples:
   signal-gateway demo commands          a drive, its commands, and a simulated vehicle
   signal-gateway demo lights            the traffic lights of a scenario
 
-commands and lights reach neither a bus nor ROS 2. On a terminal a live view shows the state, and ? its keys; elsewhere,
-and with --plain, each change is a line.";
+commands and lights reach neither a bus nor ROS 2. On a terminal a live view shows the state, and ?
+its keys; elsewhere, and with --plain, each change is a line.";
 
 /// Behind the summary: commands, and what they do.
 const TRY_NEXT: &[(&str, &str)] = &[

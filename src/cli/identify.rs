@@ -26,8 +26,8 @@ Examples:
   signal-gateway identify drive.log --all --json
   signal-gateway identify --live can0 --seconds 60
 
-Listening ends with --seconds, on Ctrl-C with what was received until then, or as soon as one profile alone fits.
-Use the indicators meanwhile: left, right and hazard tell profiles apart.";
+Listening ends with --seconds, on Ctrl-C with what was received until then, or as soon as one
+profile alone fits. Use the indicators meanwhile: left, right and hazard tell profiles apart.";
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyArgs {

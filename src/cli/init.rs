@@ -28,8 +28,8 @@ Examples:
   signal-gateway init -i body=can0 -i chassis=can1 -p my_car.toml -o new.toml
 
 It asks for what is not given; answers can come through a pipe as well. A profile is a name of
-`signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a recording, or
-`discover` for a car that nobody knows.";
+`signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a
+recording, or `discover` for a car that nobody knows.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {

@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::against_running;
-use super::arguments::{ConfigArgs, RecordingArgs, Shown, open, recording, settings};
+use super::arguments::{
+    ConfigArgs, DEFAULT_CONFIG, RecordingArgs, Shown, open, recording, settings, settings_in,
+};
 use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
 use super::status::SOCKET;
@@ -19,12 +21,13 @@ use crate::check::Report;
 use crate::check::decode::Decoder;
 use crate::check::live_messages::LiveMessages;
 use crate::check::patch::{Fix, patch, timeouts};
-use crate::config::files::{Disk, Files as _};
+use crate::config::files::{Disk, Files as _, ListedDisk};
 use crate::config::{MissingTimeout, Refused, Settings, SourceLocation};
 use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
 use crate::io::process_log::LogForm;
+use crate::io::service_user::{SERVICE_USER, unreadable_for_service};
 use crate::replay::Replay;
 
 pub(super) const CHECK_HELP: &str = "\
@@ -37,13 +40,14 @@ Examples:
 Findings are errors (the profile is not that of this vehicle, or cannot work), warnings (to be
 looked at before the drive) and notes. The exit code is 4 from warnings up.
 
-A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that decide about turn
-signals, held against the geometry of their lanelets.
+A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that
+decide about turn signals, held against the geometry of their lanelets.
 
   signal-gateway check --against-running && systemctl reload signal-gateway
 
-With --against-running nothing but the two configurations is compared; the exit code is 9 where a restart is needed, and
-8 where no gateway can be reached. As JSON it is {\"reload\": [{\"part\", \"before\", \"after\"}], \"restart\": [...]}.
+With --against-running nothing but the two configurations is compared; the exit code is 9 where a
+restart is needed, and 8 where no gateway can be reached. As JSON it is
+  {\"reload\": [{\"part\", \"before\", \"after\"}], \"restart\": [...]}
 
 With --json one object is printed:
   {\"errors\": 0, \"warnings\": 1, \"notes\": 0, \"findings\": [{\"severity\": \"warning\", \"text\": TEXT,
@@ -55,9 +59,9 @@ Examples:
   signal-gateway decode --live --config gateway.toml
   signal-gateway decode --live --plain --changes | grep TURN
 
-On a terminal --live shows a table: for each identifier the last frame with what changed in it, its rate and its signals,
-those of frames that the profile does not bind as well. ? shows its keys. Elsewhere, with --plain and with --changes it
-prints a line for each bound signal.";
+On a terminal --live shows a table: for each identifier the last frame with what changed in it, its
+rate and its signals, those of frames that the profile does not bind as well. ? shows its keys.
+Elsewhere, with --plain and with --changes it prints a line for each bound signal.";
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
@@ -111,11 +115,21 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         let report = check::map(&Disk, path).map_err(|problem| Refused::from(problem.or_remedy(remedy)))?;
         return print(args, &report, None);
     }
-    let settings = match settings(&recorded.config) {
+    let files = ListedDisk::default();
+    let settings = match settings_in(&files, &recorded.config) {
         Err(Failure::Refused(refused)) if args.fix => return mend(refused, recorded.log.as_deref()),
         settings => settings?,
     };
     let mut report = check::binding(&settings);
+    let config = recorded.config.config.as_deref();
+    let is_of_service = match config {
+        Some(config) => config == Path::new(DEFAULT_CONFIG),
+        None => recorded.config.profile.is_none(),
+    };
+    let read = files.paths();
+    if let Some(unreadable) = is_of_service.then(|| unreadable_for_service(&read)).flatten() {
+        report.append(check::service_files(&read, SERVICE_USER, &unreadable));
+    }
     let (mut outcome, mut judged) = (Ok(()), None);
     if recorded.log.is_some() || settings.recording.is_some() {
         let (path, routes) = recording(recorded, &settings)?;

@@ -52,8 +52,8 @@ With --json each line is one object with all states at t, in seconds:
    \"internal\": [{\"id\": GROUP, \"elements\": [{\"color\", \"status\", \"shape\", \"confidence\"}]}],
    \"external\": [{\"id\", \"elements\", \"predictions\": [{\"at\", \"elements\", \"reliability\", \"source\"}]}]}
 Other events: act_begins and act_ends with act; event with act, event; action with event, does;
-end with verdict (success, failure, stopped, fault, undecided), reason. internal and external are null until
-the first message; at is on the same time line as t; the state of a dark light is empty.
+end with verdict (success, failure, stopped, fault, undecided), reason. internal and external are
+null until the first message; at is on the same time line as t; the state of a dark light is empty.
 
 Without --until it ends with the scenario, within an hour; a scenario that does not end by itself
 is shown for twice its longest cycle, or until 5 s after the last time a trigger names, else for a

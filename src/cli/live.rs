@@ -27,8 +27,9 @@ Examples:
 Behind --ros-args stands what launch files append: names and topics, the parameters config, profile
 and use_sim_time, files of parameters, and the level of the log. The rest is refused by name.
 
-On a terminal a live view shows the state, and ? its keys; elsewhere, and with --plain, all that happens at one moment
-is one log record. SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in order.";
+On a terminal a live view shows the state, and ? its keys; elsewhere, and with --plain, all that
+happens at one moment is one log record. SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in
+order.";
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {

@@ -4,9 +4,45 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command, CommandFactory};
+use clap_mangen::Man;
+use clap_mangen::roff::{Roff, bold, roman};
 
-use super::{Cli, Failure};
+use super::{Cli, EXIT_CODES, Failure};
+
+/// Variables that the gateway reads, for the pages of those who start it.
+const ENVIRONMENT: [(&str, &str); 6] = [
+    ("ROS_DOMAIN_ID", "the domain, unless [ros] domain_id gives it"),
+    (
+        "ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE",
+        "1 and LOCALHOST: the loopback alone, unless [ros] only_networks names networks; OFF is refused",
+    ),
+    (
+        "RUST_LOG",
+        "level of the log: error, warn, info, debug, trace or off, or MODULE=LEVEL, with commas between them; it \
+         comes before --log-level of --ros-args",
+    ),
+    ("NO_COLOR, CLICOLOR_FORCE", "no colours, and colours without a terminal; --color comes first"),
+    (
+        "STATE_DIRECTORY, RUNTIME_DIRECTORY",
+        "set by systemd: where the black box and the socket for status are, unless the configuration says so",
+    ),
+    ("NOTIFY_SOCKET, WATCHDOG_USEC, JOURNAL_STREAM", "set by systemd: readiness, watchdog, journal"),
+];
+
+/// Files of the service, as the package has them.
+const FILES: [(&str, &str); 7] = [
+    ("/etc/signal-gateway/gateway.toml", "the configuration, where --config names no other"),
+    ("/etc/default/signal-gateway", "variables for the service, such as ROS_DOMAIN_ID=42"),
+    (
+        "/usr/share/signal-gateway/config/gateway.toml",
+        "every key of the configuration, with unit, range and default",
+    ),
+    ("/usr/share/signal-gateway", "vehicle profiles, DBC files, maps, drives and scenarios"),
+    ("/usr/share/doc/signal-gateway", "the documents; docs/troubleshooting.md is by symptom"),
+    ("/run/signal-gateway/status.sock", "the socket for status, reload and check --against-running"),
+    ("/var/lib/signal-gateway/black-box", "recordings around faults"),
+];
 
 #[derive(Debug, Args)]
 pub(super) struct CompletionsArgs {
@@ -31,13 +67,88 @@ pub(super) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
 }
 
 pub(super) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
-    let command = Cli::command();
-    match &args.out {
-        None => clap_mangen::Man::new(command).render(&mut io::stdout())?,
-        Some(folder) => {
-            std::fs::create_dir_all(folder)?;
-            clap_mangen::generate_to(command, folder)?;
-        }
-    }
+    let mut command = Cli::command();
+    command.build();
+    let Some(folder) = &args.out else {
+        io::stdout().write_all(&page(command, EXIT_CODES)?)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    std::fs::create_dir_all(folder)?;
+    let own = |command: &Command| {
+        let name = command.get_display_name().unwrap_or(command.get_name());
+        let exit_codes = exit_codes(command);
+        std::fs::write(folder.join(format!("{name}.1")), page(command.clone(), &exit_codes)?)
+    };
+    command.get_subcommands().filter(|command| !command.is_hide_set()).try_for_each(own)?;
+    std::fs::write(folder.join("signal-gateway.1"), page(command, EXIT_CODES)?)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The page of a command: what clap knows of it, then its help as sections, and what surrounds it.
+fn page(command: Command, exit_codes: &str) -> io::Result<Vec<u8>> {
+    let is_main = command.get_name() == "signal-gateway";
+    let has_surroundings = is_main || command.get_name() == "run";
+    let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+    let version = Cli::command().get_version().unwrap_or_default().to_owned();
+    let mut page = Vec::new();
+    Man::new(command.after_help(None::<&str>))
+        .source(format!("signal-gateway {version}"))
+        .render(&mut page)?;
+    let mut roff = Roff::new();
+    roff.control("SH", ["EXIT STATUS"]);
+    entries(&mut roff, exit_codes.lines().filter_map(|line| line.trim().split_once("  ")));
+    if has_surroundings {
+        roff.control("SH", ["ENVIRONMENT"]);
+        entries(&mut roff, ENVIRONMENT);
+        roff.control("SH", ["FILES"]);
+        entries(&mut roff, FILES);
+    }
+    let notes: Vec<_> = help
+        .split("\n\n")
+        .filter(|block| ["Examples:", "Exit codes:"].iter().all(|heading| !block.starts_with(heading)))
+        .collect();
+    if !notes.is_empty() {
+        roff.control("SH", ["NOTES"]);
+        as_it_is(&mut roff, &notes.join("\n\n"));
+    }
+    if let Some(examples) = help.split("\n\n").find_map(|block| block.strip_prefix("Examples:\n")) {
+        roff.control("SH", ["EXAMPLES"]);
+        as_it_is(&mut roff, examples);
+    }
+    roff.control("SH", ["SEE ALSO"]);
+    let main = if is_main { "" } else { "signal-gateway(1), " };
+    roff.text([roman(format!("{main}candump(1), journalctl(1), systemctl(1), systemd.network(5)"))]);
+    roff.to_writer(&mut page)?;
+    Ok(page)
+}
+
+/// The exit codes of a command: its own list, or what the common one says for all or of this one.
+fn exit_codes(command: &Command) -> String {
+    let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+    if let Some((_, own)) = help.split_once("Exit codes:\n") {
+        let mut codes: Vec<_> = own.lines().chain(["  2  wrong usage"]).collect();
+        codes.sort_unstable();
+        return codes.join("\n");
+    }
+    let is_own = |line: &&str| {
+        let is_common = line.trim().starts_with(['0', '1', '2', '3']);
+        is_common || line.split([' ', ',', ':']).any(|word| word == command.get_name())
+    };
+    EXIT_CODES.lines().filter(is_own).collect::<Vec<_>>().join("\n")
+}
+
+/// Adds a list of terms, each with what it means.
+fn entries<'a>(roff: &mut Roff, entries: impl IntoIterator<Item = (&'a str, &'a str)>) {
+    for (term, text) in entries {
+        roff.control("TP", []).text([bold(term)]).text([roman(text.trim())]);
+    }
+}
+
+/// Adds a text in its lines, which may be a table.
+fn as_it_is(roff: &mut Roff, text: &str) {
+    roff.control("nf", []);
+    for line in text.lines() {
+        roff.text([roman(line)]);
+    }
+    roff.control("fi", []);
 }

@@ -85,37 +85,37 @@ pub(super) fn layout<S: anstream::stream::RawStream>(stream: &S) -> Layout {
 
 /// Writes an error; its remedy may be empty.
 pub(super) fn error(text: &str, remedy: &str) {
-    message(Level::ERROR, text, remedy);
+    message((tracing::Level::ERROR, Level::ERROR), text, remedy);
 }
 
 /// Writes a warning.
 pub(super) fn warn(text: &str) {
     if !options().quiet {
-        message(Level::WARNING, text, "");
+        message((tracing::Level::WARN, Level::WARNING), text, "");
     }
 }
 
 /// Writes a note.
 pub(super) fn note(text: &str) {
     if !options().quiet {
-        message(Level::NOTE, text, "");
+        message((tracing::Level::INFO, Level::NOTE), text, "");
     }
 }
 
-fn message(level: Level<'static>, text: &str, remedy: &str) {
-    process_log::line(&plain(level, text, remedy, layout(&io::stderr())));
+fn message((level, title): (tracing::Level, Level<'static>), text: &str, remedy: &str) {
+    process_log::lines(level, &plain(title, text, remedy, layout(&io::stderr())));
 }
 
 /// Writes the problems of a configuration with their pictures.
 pub(super) fn refused(Refused(problems): &Refused) {
     let most = if options().verbose { usize::MAX } else { MAX_PROBLEMS };
-    process_log::line(&refusals(&Disk, problems, most, layout(&io::stderr())));
+    process_log::lines(tracing::Level::ERROR, &refusals(&Disk, problems, most, layout(&io::stderr())));
 }
 
 /// Writes a text without a severity, in lines.
 pub(super) fn say(text: &str) {
     let lines: Vec<_> = text.split('\n').map(escaped).collect();
-    process_log::line(&lines.join("\n"));
+    process_log::lines(tracing::Level::INFO, &lines.join("\n"));
 }
 
 /// Starts the log of messages from `level` on, or as `RUST_LOG` asks for; `--quiet` and `--verbose` move the level.

@@ -64,7 +64,7 @@ use vehicle::VehicleArgs;
     version = env!("SIGNAL_GATEWAY_VERSION"),
     max_term_width = 100,
     disable_help_subcommand = true,
-    after_help = EXIT_CODES
+    after_help = format!("Exit codes:\n{EXIT_CODES}\n\n{MORE}")
 )]
 pub struct Cli {
     #[command(flatten)]
@@ -73,20 +73,21 @@ pub struct Cli {
     command: Command,
 }
 
-const EXIT_CODES: &str = "\
-Exit codes:
-  0  done
+const EXIT_CODES: &str = "  0  done
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
   4  check or status found warnings, or discover is not sure
-  5  the scenario of lights ended in failure, or an expectation of a drive was not met
+  5  the scenario of lights ended in failure, or an expectation of decide was not met
   6  the verdict of a scenario of lights is not known
   7  status found errors
   8  status, reload or check --against-running reaches no gateway
-  9  check --against-running: the configuration needs a restart
+  9  check --against-running: the configuration needs a restart";
 
-Start with: signal-gateway demo";
+const MORE: &str = "\
+Start with: signal-gateway demo
+Documents: man signal-gateway, and /usr/share/doc/signal-gateway, in the sources README.md and docs.
+Examples of all files: /usr/share/signal-gateway, in the sources config and dbc.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -239,6 +240,23 @@ impl Failure {
             Self::Usage(_) | Self::Environment(_) | Self::Daemon(_) | Self::System(_) => {
                 messages::error(&self.to_string(), "");
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    /// Wider lines are broken once more by clap, which leaves single words behind.
+    #[test]
+    fn no_line_of_help_is_wider_than_the_terminal_that_clap_wraps_for() {
+        for command in Cli::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let wide: Vec<_> = help.lines().filter(|line| line.chars().count() > 100).collect();
+            assert!(wide.is_empty(), "{}: {wide:#?}", command.get_name());
         }
     }
 }

@@ -20,8 +20,8 @@ Examples:
   signal-gateway reload                  what `systemctl reload signal-gateway` runs
   signal-gateway check --against-running
 
-A configuration that is refused, or that needs a restart, leaves the one before in effect; the exit code is 3 then, and 8
-where no gateway can be reached.";
+A configuration that is refused, or that needs a restart, leaves the one before in effect; the exit
+code is 3 then, and 8 where no gateway can be reached.";
 
 /// Longest wait for the new configuration; a large map takes seconds to read.
 const PATIENCE: Duration = Duration::from_secs(60);

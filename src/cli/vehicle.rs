@@ -41,7 +41,7 @@ in seconds since the start, # begins a comment:
   tap left|right             the driver taps it: three flashes
   hazard on|off|press        the driver's hazard button
   mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready
-                             who drives: the mode that the vehicle reports, and the commands it obeys
+                             who drives: the mode that is reported, and the commands it obeys
   fault drop [P] [MESSAGE]   frames are lost, each with probability P (1)
   fault corrupt [P] [MESSAGE]          a random bit is wrong
   fault freeze-counter [MESSAGE]       the counter stops
@@ -55,8 +55,9 @@ in seconds since the start, # begins a comment:
   clear                      all faults end
 Without MESSAGE a fault is of all messages. The end of standard input does not end the vehicle.
 
-A line of text is  seconds  subject  event. With --json each line is one object {\"t\": SECONDS, \"what\": …}:
-  commanded          turn (left, right, off or null: nothing requested), hazard (true, false or null)
+A line of text is  seconds  subject  event. With --json each line is one object
+{\"t\": SECONDS, \"what\": …}:
+  commanded          turn (left, right, off; null: nothing requested), hazard (true, false, null)
   command_timed_out  message
   command_rejected   message, why
   lights             lights (off, left, right, hazard), who (nobody, command, driver)
@@ -64,7 +65,8 @@ A line of text is  seconds  subject  event. With --json each line is one object 
   bus_off            on
   not_possible       why
 
-On a terminal a live view shows the vehicle, and its keys move stalk and button; with --plain the lines do, as elsewhere.
+On a terminal a live view shows the vehicle, and its keys move stalk and button; with --plain the
+lines do, as elsewhere.
 
 The driver comes before the commands, hazard lights before turn indicators. A command ends with
 its frames. An interface with a controller, which may be a real vehicle's, is refused.";

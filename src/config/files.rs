@@ -1,8 +1,10 @@
 //! Sources of configuration files: the disk, or the copies built into the binary.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::built_in;
 use crate::io::standard_input;
@@ -55,6 +57,31 @@ impl Files for Disk {
     }
 }
 
+/// [`Disk`], with a list of the files that were read there.
+#[derive(Debug, Default)]
+pub struct ListedDisk(RefCell<BTreeSet<PathBuf>>);
+
+impl ListedDisk {
+    /// The absolute paths of what was read, without standard input and what is built in.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        self.0.borrow().iter().cloned().collect()
+    }
+}
+
+impl Files for ListedDisk {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let bytes = Disk.read(path)?;
+        if built_in::project_path(path).is_none() && !standard_input::is_named(path) {
+            self.0.borrow_mut().extend(std::path::absolute(path));
+        }
+        Ok(bytes)
+    }
+
+    fn is_folder(&self, path: &Path) -> io::Result<bool> {
+        Disk.is_folder(path)
+    }
+}
+
 fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(most + 1).read_to_end(&mut bytes)?;
@@ -90,6 +117,20 @@ mod tests {
         let read = |bytes: u64| read_at_most(io::repeat(b'x').take(bytes), 100).map(|bytes| bytes.len());
         assert_eq!(read(100).unwrap(), 100);
         assert_eq!(read(u64::MAX).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+    }
+
+    #[test]
+    fn files_on_the_disk_are_listed_and_built_in_ones_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, "a").unwrap();
+        let disk = ListedDisk::default();
+        let built_in = built_in::BuiltIn::Profile.path("demo_vehicle").unwrap();
+        for read in [&path, &path, &built_in] {
+            assert!(disk.read(read).is_ok());
+        }
+        assert!(disk.read(&folder.path().join("missing")).is_err());
+        assert_eq!(disk.paths(), [path]);
     }
 
     #[test]

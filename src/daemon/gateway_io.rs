@@ -81,7 +81,8 @@ impl GatewayIo {
         let supervisor = Supervisor::from_env()?;
         let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
-        tracing::info!("{}: {}", settings.vehicle, publisher.graph());
+        let version = env!("SIGNAL_GATEWAY_VERSION");
+        tracing::info!("{}: {}; signal-gateway {version}", settings.vehicle, publisher.graph());
         Ok(Self {
             publisher,
             view,

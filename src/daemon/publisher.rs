@@ -19,7 +19,7 @@ use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::parameters::Parameters;
 #[cfg(feature = "ros")]
-use crate::io::ros::session::{DISTRO, RosError, RosSession};
+use crate::io::ros::session::{RosError, RosSession};
 use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
 use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
 
@@ -121,11 +121,11 @@ impl Publisher {
         healthy
     }
 
-    /// Distribution and domain as text.
+    /// The domain as text.
     pub fn graph(&self) -> String {
         #[cfg(feature = "ros")]
         if self.session.is_some() {
-            return format!("ROS 2 {DISTRO}, domain {}", self.domain_id);
+            return format!("ROS 2 domain {}", self.domain_id);
         }
         let _ = self.domain_id;
         "ROS 2 off".to_owned()

@@ -39,6 +39,11 @@ fn priority(level: Level) -> &'static str {
     }
 }
 
+/// Lines for standard error that the journal reads: each is a record with the priority before it.
+pub(super) fn with_priority(level: Level, text: &str) -> String {
+    text.lines().map(|line| format!("<{}>{line}\n", priority(level))).collect()
+}
+
 /// A record as a datagram. Fields have names in capitals; an empty one is left out.
 pub(super) fn datagram(level: Level, message: &str, fields: &[(&str, &str)]) -> Vec<u8> {
     let mut datagram = Vec::new();
@@ -75,6 +80,12 @@ mod tests {
             b"TASK\n\x04\0\0\0\0\0\0\0can0\n",
         ];
         assert_eq!(datagram, expected.concat());
+    }
+
+    #[test]
+    fn each_line_has_its_priority() {
+        assert_eq!(with_priority(Level::ERROR, "a\n | b"), "<3>a\n<3> | b\n");
+        assert_eq!(with_priority(Level::WARN, ""), "");
     }
 
     #[test]

@@ -11,6 +11,7 @@ pub mod output_queue;
 pub mod process_log;
 pub mod recorder;
 pub mod ros;
+pub mod service_user;
 pub mod snapshots;
 pub mod standard_input;
 pub mod systemd;

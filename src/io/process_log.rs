@@ -110,12 +110,20 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
     Ok(())
 }
 
-/// Writes a line as it is; directly, and perhaps in vain, where no log was started.
-pub fn line(text: &str) {
+/// Writes lines as they are. Where no log was started, directly and perhaps in vain; for the journal to standard error as
+/// well, since this may be the reason for which the process ends: a record of a process that is gone by the time that
+/// the journal reads it belongs to no unit, and `journalctl -u` does not show it. What comes by standard error does.
+pub fn lines(level: Level, text: &str) {
     match LOG.get() {
-        Some(log) => log.write(Level::INFO, text, &[]),
-        None => drop(io::Write::write_all(&mut io::stderr(), format!("{text}\n").as_bytes())),
+        Some(log) if !log.is_journal => log.write(level, text, &[]),
+        Some(_) => write_directly(&journal::with_priority(level, text)),
+        None => write_directly(&format!("{text}\n")),
     }
+}
+
+fn write_directly(text: &str) {
+    // Where nobody reads standard error, there is nobody to tell.
+    drop(io::Write::write_all(&mut io::stderr(), text.as_bytes()));
 }
 
 /// Logs a message, in the journal with these fields, whose names are in capitals.
@@ -232,7 +240,7 @@ impl<S: Subscriber> Layer<S> for JournalLayer {
         let mut text = EventText::default();
         event.record(&mut text);
         let fields = [("TARGET", event.metadata().target()), ("INTERFACE", text.interface.as_str())];
-        log.write(*event.metadata().level(), &format!("{}{}", text.message, text.more), &fields);
+        log.write(*event.metadata().level(), &text.whole(), &fields);
     }
 }
 
@@ -328,7 +336,23 @@ struct EventText {
     more: String,
 }
 
+impl EventText {
+    /// The interface, the message, and the other fields.
+    fn whole(&self) -> String {
+        let Self { message, interface, more } = self;
+        let subject = if interface.is_empty() { String::new() } else { format!("{interface}: ") };
+        format!("{subject}{message}{more}")
+    }
+}
+
 impl Visit for EventText {
+    fn record_str(&mut self, field: &Field, value: &str) {
+        match field.name() {
+            "interface" => value.clone_into(&mut self.interface),
+            _ => self.record_debug(field, &value),
+        }
+    }
+
     fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
         let text = match field.name() {
             "message" => &mut self.message,

@@ -51,8 +51,19 @@ fn parameters_are_listed_read_described_and_not_set() {
     let again = answer(&client, 10, "get_parameters use_sim_time");
     assert_eq!(again["values"][0]["bool_value"], true);
 
-    // Another configuration shows in the answers; nobody knows which of them is the first.
+    // Another configuration is told, and shows in the answers; nobody knows which of them is the first.
     gateway.send("parameters");
+    let event = client.next("the event", |line| line["event"] == "changed")["data"].clone();
+    let names = |list: &str| {
+        let list = event[list].as_array().unwrap();
+        list.iter().map(|one| one["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(names("new_parameters"), ["reports.rate_hz"]);
+    assert_eq!(names("deleted_parameters"), NAMES);
+    assert_eq!(event["new_parameters"][0]["value"]["integer_value"], 20);
+    assert!(
+        names("changed_parameters").is_empty() && event["stamp"]["sec"].as_i64().unwrap() > 1_700_000_000
+    );
     let others = json!({"names": ["reports.rate_hz"], "prefixes": ["reports"]});
     let shows = (11..1000).any(|number| answer(&client, number, "list_parameters 0") == others);
     assert!(shows, "the parameters of before");
@@ -86,5 +97,9 @@ fn the_graph_lists_the_services_with_the_node() {
         [&node["reader_gid_seq"], &node["writer_gid_seq"]].map(|gids| gids.as_array().unwrap().len())
     };
     let [readers, writers] = count(Role::new(domain));
-    assert_eq!(count(Role::new(domain).with_parameters()), [readers + 6, writers + 6]);
+    assert_eq!(
+        count(Role::new(domain).with_parameters()),
+        [readers + 6, writers + 7],
+        "services, and events"
+    );
 }

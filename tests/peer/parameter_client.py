@@ -2,10 +2,10 @@
 
 Usage: parameter_client.py DOMAIN NODE, with NODE as `vehicle/signal_gateway`. Before each request and response stand the
 number of the client and that of the request. Prints a line of JSON for each event: `ready` once all services are matched,
-`answer` with its service, number and data. Each line of standard input is a request: `SERVICE NAME...` with one of
-list_parameters (prefixes, then the depth), get_parameters, get_parameter_types, describe_parameters,
-set_parameters and set_parameters_atomically (names of parameters that are to become true), or
-`nonsense COUNT`: so many bytes of it to get_parameters. Ends when standard input does.
+`answer` with its service, number and data, `changed` with an event of this node on `/parameter_events` as its data. Each
+line of standard input is a request: `SERVICE NAME...` with one of list_parameters (prefixes, then the depth),
+get_parameters, get_parameter_types, describe_parameters, set_parameters and set_parameters_atomically (names of
+parameters that are to become true), or `nonsense COUNT`: so many bytes of it to get_parameters. Ends when standard input does.
 """
 
 import json
@@ -19,7 +19,7 @@ from types import new_class
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import float64, int64, sequence, uint8, uint64
+from cyclonedds.idl.types import float64, int32, int64, sequence, uint8, uint32, uint64
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -51,6 +51,21 @@ class Value(IdlStruct, typename=f"{MESSAGE}ParameterValue_"):
 class Parameter(IdlStruct, typename=f"{MESSAGE}Parameter_"):
     name: str
     value: Value
+
+
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+class ParameterEvent(IdlStruct, typename=f"{MESSAGE}ParameterEvent_"):
+    stamp: Time
+    node: str
+    new_parameters: sequence[Parameter]
+    changed_parameters: sequence[Parameter]
+    deleted_parameters: sequence[Parameter]
 
 
 @dataclass
@@ -155,13 +170,28 @@ def main():
     nonsense = DataWriter(
         participant, Topic(participant, f"rq/{node}/get_parametersRequest", Nonsense, qos=QOS), qos=QOS
     )
-    while not (all(s.is_matched() for s in services.values()) and nonsense.get_matched_subscriptions()):
+    # As rmw_qos_profile_parameter_events has it.
+    events_qos = Qos(
+        Policy.Reliability.Reliable(duration(milliseconds=100)),
+        Policy.Durability.Volatile,
+        Policy.History.KeepLast(1000),
+    )
+    changes = Topic(participant, "rt/parameter_events", ParameterEvent, qos=events_qos)
+    events = DataReader(participant, changes, qos=events_qos)
+    while not (
+        all(s.is_matched() for s in services.values())
+        and nonsense.get_matched_subscriptions()
+        and events.get_matched_publications()
+    ):
         time.sleep(0.01)
     emit("ready")
     client, ended = int.from_bytes(os.urandom(7), "little"), threading.Event()
 
     def watch():
         while not ended.is_set():
+            for sample in events.take(N=100):
+                if sample.sample_info.valid_data and sample.node == f"/{node}":
+                    emit("changed", data=asdict(sample))
             for service in services.values():
                 for sample in service.reader.take(N=100):
                     if sample.sample_info.valid_data:

@@ -12,8 +12,9 @@ pub struct BusInterface {
 /// A commented configuration for a profile, with the keys that most vehicles need.
 pub fn gateway_toml(profile: &str, buses: &[BusInterface]) -> String {
     let mut text = format!(
-        "# Configuration of signal-gateway. Every key, with its unit, range and default: config/gateway.toml in the\n\
-         # sources. Before a drive: signal-gateway check --config gateway.toml [LOG]\n\
+        "# Configuration of signal-gateway. Every key, with its unit, range and default:\n\
+         # /usr/share/signal-gateway/config/gateway.toml, in the sources config/gateway.toml.\n\
+         # Before a drive: signal-gateway check --config gateway.toml [LOG]\n\
          \n\
          # The vehicle profile: which signals of the DBC mean what. Paths are relative to this file.\n\
          profile = {}\n",

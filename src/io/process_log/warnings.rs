@@ -63,9 +63,7 @@ impl Warning {
 
     /// The warning of an event.
     pub(super) fn of_event(metadata: &Metadata<'_>, event: &EventText) -> Self {
-        let EventText { message, interface, more } = event;
-        let subject = if interface.is_empty() { String::new() } else { format!("{interface}: ") };
-        let warning = Self::new(*metadata.level(), &format!("{subject}{message}{more}"));
+        let warning = Self::new(*metadata.level(), &event.whole());
         // Texts that the log was given come from elsewhere.
         if metadata.target() == module_path!().trim_end_matches("::warnings") {
             return warning;

@@ -52,7 +52,8 @@ pub use odometry::Odometry;
 pub use operation_mode_state::OperationModeState;
 pub use parameters::{
     FloatingPointRange, IntegerRange, ListParametersRequest, ListParametersResponse, NamedParameterValue,
-    ParameterDescriptor, ParameterNames, ParameterValue, SetParametersRequest, SetParametersResult,
+    ParameterDescriptor, ParameterEvent, ParameterNames, ParameterValue, SetParametersRequest,
+    SetParametersResult,
 };
 pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
 pub use planning_factor_array::{

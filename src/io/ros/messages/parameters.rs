@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::stamp::Time;
+
 /// `rcl_interfaces/msg/ParameterValue`: the type says which of the values counts.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ParameterValue {
@@ -35,6 +37,21 @@ pub struct NamedParameterValue {
     pub name: String,
     /// Its value.
     pub value: ParameterValue,
+}
+
+/// `rcl_interfaces/msg/ParameterEvent`: what has become of the parameters of a node, on `/parameter_events`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEvent {
+    /// When they changed.
+    pub stamp: Time,
+    /// Name of the node, with its namespace.
+    pub node: String,
+    /// Those that were not there before.
+    pub new_parameters: Vec<NamedParameterValue>,
+    /// Those with another value than before.
+    pub changed_parameters: Vec<NamedParameterValue>,
+    /// Those that are not there any more, without a value.
+    pub deleted_parameters: Vec<NamedParameterValue>,
 }
 
 /// `rcl_interfaces/msg/ParameterDescriptor`.

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::messages::{NamedParameterValue, ParameterEvent, ParameterValue as NoValue, Time};
 pub use call::{Call, Middleware};
 pub use service::{MAX_REQUEST, MAX_RESPONSE, ParameterService};
 pub use value::ParameterValue;
@@ -42,8 +43,63 @@ impl Parameters {
         self.0.get(name)
     }
 
+    /// The event that makes these parameters of a node of others; `None` where nothing is different.
+    pub fn event_after(&self, before: &Self, node: &str, stamp: Time) -> Option<ParameterEvent> {
+        let named = |name: &str, value| NamedParameterValue { name: name.to_owned(), value };
+        let (mut new_parameters, mut changed_parameters) = (Vec::new(), Vec::new());
+        for (name, value) in &self.0 {
+            match before.get(name) {
+                None => new_parameters.push(named(name, value.message())),
+                Some(old) if old != value => changed_parameters.push(named(name, value.message())),
+                Some(_) => {}
+            }
+        }
+        let deleted = before.names().filter(|name| self.get(name).is_none());
+        let deleted_parameters: Vec<_> = deleted.map(|name| named(name, NoValue::default())).collect();
+        let is_different =
+            [&new_parameters, &changed_parameters, &deleted_parameters].iter().any(|list| !list.is_empty());
+        let node = node.to_owned();
+        is_different.then_some(ParameterEvent {
+            stamp,
+            node,
+            new_parameters,
+            changed_parameters,
+            deleted_parameters,
+        })
+    }
+
     /// The names of all, in alphabetical order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_has_what_is_new_what_changed_and_what_is_gone() {
+        let parameters = |entries: &[(&str, i64)]| {
+            let mut parameters = Parameters::default();
+            for (name, value) in entries {
+                parameters.set(name, *value);
+            }
+            parameters
+        };
+        let before = parameters(&[("changed", 1), ("gone", 2), ("same", 3)]);
+        let after = parameters(&[("changed", 4), ("new", 5), ("same", 3)]);
+        let stamp = Time { sec: 6, nanosec: 7 };
+        let event = after.event_after(&before, "/car/lights", stamp).unwrap();
+        let shown = |list: &[NamedParameterValue]| {
+            list.iter()
+                .map(|one| (one.name.clone(), one.value.r#type, one.value.integer_value))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!((event.node.as_str(), event.stamp), ("/car/lights", stamp));
+        assert_eq!(shown(&event.new_parameters), [("new".to_owned(), 2, 5)]);
+        assert_eq!(shown(&event.changed_parameters), [("changed".to_owned(), 2, 4)]);
+        assert_eq!(shown(&event.deleted_parameters), [("gone".to_owned(), 0, 0)]);
+        assert_eq!(after.event_after(&after, "/car/lights", stamp), None);
     }
 }

@@ -1,6 +1,7 @@
 //! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
 //!
-//! A response waits until a reader of the client's participant is matched, since nobody else would get it.
+//! A response waits until a reader of the client's participant is matched, since nobody else would get it. Changes, which
+//! a reload makes, are told on `/parameter_events`.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::task::Waker;
@@ -16,9 +17,12 @@ use rustdds::{
 
 use super::sample::SampleWriter;
 use super::topic_reader::{AsBytes, Copied, Encoded};
+use crate::io::clock::Clock;
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::parameters::{MAX_REQUEST, Middleware, ParameterService, Parameters};
 
+/// Topic and type of the events, by their names in DDS.
+const EVENTS: (&str, &str) = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
 /// Requests of one service that are taken before others have their turn.
 const MAX_AT_ONCE: usize = 16;
 /// Responses that may wait for their client.
@@ -33,6 +37,10 @@ const MAX_SAMPLE: usize = MAX_REQUEST + 16;
 /// The services of one participant.
 pub(super) struct ParameterServer {
     parameters: Parameters,
+    /// The node with its namespace.
+    node: String,
+    /// The writer of `/parameter_events`.
+    events: SampleWriter,
     endpoints: Vec<Endpoint>,
     waiting: VecDeque<Response>,
 }
@@ -84,17 +92,30 @@ impl ParameterServer {
         let endpoints: rustdds::dds::result::CreateResult<_> =
             ParameterService::ALL.into_iter().map(endpoint).collect();
         let endpoints = endpoints.map_err(|error| error.to_string())?;
-        Ok(Self { parameters, endpoints, waiting: VecDeque::new() })
+        let events = domain
+            .create_topic(EVENTS.0.to_owned(), EVENTS.1.to_owned(), &qos, TopicKind::NoKey)
+            .and_then(|topic| publisher.create_datawriter_no_key(&topic, None))
+            .map_err(|error| error.to_string())?;
+        Ok(Self { parameters, node, events, endpoints, waiting: VecDeque::new() })
     }
 
-    /// Replaces the parameters.
+    /// Replaces the parameters, and publishes what is different.
     pub(super) fn set_parameters(&mut self, parameters: Parameters) {
+        let stamp = Clock::start().now().wall.into();
+        let event = parameters.event_after(&self.parameters, &self.node, stamp);
         self.parameters = parameters;
+        let published = event.map(|event| {
+            let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
+            self.events.write(bytes, None).map_err(|error| error.to_string())
+        });
+        if let Some(Err(reason)) = published {
+            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
+        }
     }
 
     /// Identities of its writers.
     pub(super) fn writers(&self) -> impl Iterator<Item = GUID> {
-        self.endpoints.iter().map(|endpoint| endpoint.writer.guid())
+        self.endpoints.iter().map(|endpoint| &endpoint.writer).chain([&self.events]).map(RTPSEntity::guid)
     }
 
     /// Identities of its readers.
@@ -137,7 +158,7 @@ impl ParameterServer {
 
     /// Takes the requests of one service.
     fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
-        let Self { parameters, endpoints, waiting } = self;
+        let Self { parameters, endpoints, waiting, .. } = self;
         let Some(Endpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
         // First, so that whatever arrives from here on wakes.
         reader.set_waker(Some(waker.clone()));
