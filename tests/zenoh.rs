@@ -8,9 +8,15 @@ mod support;
 #[path = "dds/session/mod.rs"]
 mod session;
 
+#[allow(dead_code)]
+#[path = "dds/network.rs"]
+mod network;
+
 mod zenoh {
     mod daemon;
     mod delivery;
+    mod fleet;
+    mod netem;
     mod outage;
     mod peer;
     mod security;

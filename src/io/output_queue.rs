@@ -203,10 +203,14 @@ mod tests {
 
     #[test]
     fn reader_that_does_not_read_delays_nothing_and_its_losses_are_counted() {
-        let (mut reader, writer) = io::pipe().unwrap();
+        let (mut reader, mut writer) = io::pipe().unwrap();
+        // Full, so that the first line waits whenever its thread runs.
+        rustix::io::ioctl_fionbio(&writer, true).unwrap();
+        let filled: usize = std::iter::from_fn(|| writer.write(&[0]).ok()).sum();
+        rustix::io::ioctl_fionbio(&writer, false).unwrap();
         let queue = OutputQueue::start("test", &writer).unwrap();
         let line = [&[b'x'; 1023][..], b"\n"].concat();
-        // A pipe, what is being written, and what waits are far less than this.
+        // What is being written and what waits are far less than this.
         for _ in 0..4096 {
             queue.push(&line);
         }
@@ -215,6 +219,7 @@ mod tests {
         assert!(losses.is_losing && losses.lines > 3000, "{losses:?}");
         assert_eq!(losses.last, Some(Loss::Full));
         let unlost = usize::try_from(4096 - losses.lines).unwrap();
+        reader.read_exact(&mut vec![0; filled]).unwrap();
         let mut read = vec![0; unlost * line.len()];
         reader.read_exact(&mut read).unwrap();
         assert!(read.chunks(line.len()).all(|read| read == line), "lines are whole");

@@ -42,6 +42,7 @@ def received(name, kind):
             name=name,
             key=str(sample.key_expr),
             number=int.from_bytes(attached[:8], "little", signed=True),
+            at=time.time_ns(),
             sent=int.from_bytes(attached[8:16], "little", signed=True),
             gid=attached[17 : 17 + attached[16]].hex(),
             attached=len(attached),

@@ -30,6 +30,8 @@ pub(crate) enum Prerequisite {
     Tmpfs,
     /// A `systemd-analyze` that can judge a unit file.
     SystemdAnalyze,
+    /// `tc`, and a kernel with `sch_netem`, as `tests/with-vcan` brings one.
+    Netem,
     /// `prometheus` and its `promtool`.
     Prometheus,
     /// `tmux`, which plays a terminal.
@@ -51,6 +53,7 @@ impl Prerequisite {
             Self::SharedData => "shared-data",
             Self::Tmpfs => "tmpfs",
             Self::SystemdAnalyze => "systemd-analyze",
+            Self::Netem => "netem",
             Self::Prometheus => "prometheus",
             Self::Tmux => "tmux",
         }

@@ -1,0 +1,124 @@
+//! Many vehicles, one router and one observer, who hears all of them: what that costs, and how it grows.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
+use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
+use signal_gateway::io::ros::session::{RosSession, RosSettings, Transport, TypeHashes, ZenohSettings};
+use signal_gateway::io::ros::type_hashes::type_hash;
+
+use super::peer::{Peer, free_port, router};
+use crate::support::json_process::Mark;
+use crate::support::peer::domain;
+use crate::support::prerequisite::require;
+
+/// Reports of each vehicle.
+const REPORTS: i64 = 100;
+/// Time between two reports of a vehicle, as a gateway has it by default.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Processor time of a process, and its memory in use.
+fn cost(process: u32) -> (Duration, u64) {
+    let read = |name| std::fs::read_to_string(format!("/proc/{process}/{name}")).unwrap();
+    let stat = read("stat");
+    let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+    let ticks = |field: usize| fields[field].parse::<u64>().unwrap();
+    let status = read("status");
+    let memory = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    (
+        Duration::from_millis(10 * (ticks(11) + ticks(12))),
+        memory.trim().trim_end_matches(" kB").parse().unwrap(),
+    )
+}
+
+fn vehicle(domain: u16, port: u16, number: usize) -> RosSession {
+    let config = format!(
+        "{{ mode: 'client', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'] }}, scouting: {{ multicast: {{ enabled: false }} }} }}"
+    );
+    let mut settings = RosSettings {
+        namespace: format!("/car{number}"),
+        domain_id: domain,
+        transport: Transport::Zenoh(ZenohSettings { config: Some(config), type_hashes: TypeHashes::Rihs01 }),
+        ..RosSettings::default()
+    };
+    for name in settings.topics.names_mut().filter(|name| !name.is_empty()) {
+        *name = format!("/car{number}{name}");
+    }
+    RosSession::start(settings).unwrap()
+}
+
+fn drive(count: usize) {
+    let (domain, port) = (domain(), free_port());
+    let router = Peer::start(domain, &router(port)).unwrap();
+    let config = format!("{{ mode: 'client', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'] }} }}");
+    let observer = Peer::start(domain, &config).unwrap();
+    let hash = type_hash("autoware_vehicle_msgs", "TurnIndicatorsReport").unwrap();
+    let key = format!(
+        "{domain}/*/vehicle/status/turn_indicators_status/autoware_vehicle_msgs::msg::dds_::TurnIndicatorsReport_/{hash}"
+    );
+    observer.read("turn", "turn", &key, false);
+    let before = cost(std::process::id());
+    let vehicles: Vec<_> = (0..count).map(|number| vehicle(domain, port, number)).collect();
+    for number in 0..count {
+        observer.token(Mark::START, "put", &["/MP/", &format!("/%car{number}/"), "turn_indicators_status"]);
+    }
+    let processes = [std::process::id(), router.id(), observer.id()];
+    let (start, costs) = (Instant::now(), processes.map(cost));
+    for sec in 1..=REPORTS {
+        let step = Step::Publish(TurnIndicators::EnableLeft, WallStamp::from_nanos(sec * 1_000_000_000));
+        let output = Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step));
+        vehicles.iter().for_each(|vehicle| vehicle.send(&output));
+        std::thread::sleep((PERIOD * u32::try_from(sec).unwrap()).saturating_sub(start.elapsed()));
+    }
+    let took = start.elapsed();
+    let is_last = |line: &Value| line["data"]["stamp"]["sec"] == REPORTS;
+    let last = || observer.samples(Mark::START, "turn").iter().filter(|line| is_last(line)).count();
+    for _ in 0..100 {
+        if last() >= count {
+            break;
+        }
+        std::thread::sleep(PERIOD);
+    }
+    let used = processes.map(cost);
+    let samples = observer.samples(Mark::START, "turn");
+    let distinct: BTreeSet<_> =
+        samples.iter().map(|line| (line["key"].to_string(), line["data"]["stamp"]["sec"].as_i64())).collect();
+    let mut late: Vec<_> =
+        samples.iter().map(|line| line["at"].as_i64().unwrap() - line["sent"].as_i64().unwrap()).collect();
+    late.sort_unstable();
+    let percent = |at: usize| (used[at].0 - costs[at].0).as_secs_f64() / took.as_secs_f64() * 100.0;
+    let memory = |at: usize| used[at].1 / 1024;
+    println!(
+        "{count} vehicles: {} of {} reports in {:.1} s, late by {:.1} ms in the middle and {:.1} ms for 99 %; vehicles {:.2} % of a core each, \
+         {} kB each; router {:.1} %, {} MB; observer {:.1} %, {} MB",
+        distinct.len(),
+        count * 100,
+        took.as_secs_f64(),
+        late[late.len() / 2] as f64 / 1e6,
+        late[(late.len() - 1) * 99 / 100] as f64 / 1e6,
+        percent(0) / count as f64,
+        used[0].1.saturating_sub(before.1) / count as u64,
+        percent(1),
+        memory(1),
+        percent(2),
+        memory(2),
+    );
+    let keys: BTreeSet<_> = samples.iter().map(|line| line["key"].to_string()).collect();
+    assert_eq!(keys.len(), count, "every vehicle is heard");
+    assert_eq!(last(), count, "and its newest report");
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn a_hundred_vehicles_are_heard_by_one_observer() {
+        let _peer = require!(crate::support::prerequisite::peer_python());
+        [1, 10, 100].into_iter().for_each(drive);
+    }
+}
