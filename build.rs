@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The version of the package, the ROS 2 distribution, and the commit where the build is given one.
+/// The version of the package, the ROS 2 distribution, Zenoh if it is built in, and the commit where the build is given one.
 fn version() -> Result<String, env::VarError> {
     println!("cargo::rerun-if-env-changed=SIGNAL_GATEWAY_COMMIT");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
@@ -38,9 +38,10 @@ fn version() -> Result<String, env::VarError> {
         (_, true) => "ROS 2 Humble",
         _ => "without ROS 2",
     };
+    let zenoh = if has("ZENOH") { ", Zenoh" } else { "" };
     let commit =
         env::var("SIGNAL_GATEWAY_COMMIT").map(|commit| format!(", commit {commit}")).unwrap_or_default();
-    Ok(format!("{} ({distribution}{commit})", env::var("CARGO_PKG_VERSION")?))
+    Ok(format!("{} ({distribution}{zenoh}{commit})", env::var("CARGO_PKG_VERSION")?))
 }
 
 fn add_files(folder: &Path, paths: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {

@@ -121,11 +121,12 @@ impl Publisher {
         healthy
     }
 
-    /// The domain as text.
+    /// The domain and what carries it, as text.
     pub fn graph(&self) -> String {
         #[cfg(feature = "ros")]
-        if self.session.is_some() {
-            return format!("ROS 2 domain {}", self.domain_id);
+        if let Some(session) = &self.session {
+            let zenoh = if session.status().network.links.is_some() { " over Zenoh" } else { "" };
+            return format!("ROS 2 domain {}{zenoh}", self.domain_id);
         }
         let _ = self.domain_id;
         "ROS 2 off".to_owned()

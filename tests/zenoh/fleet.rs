@@ -36,7 +36,7 @@ fn cost(process: u32) -> (Duration, u64) {
     )
 }
 
-fn vehicle(domain: u16, port: u16, number: usize) -> RosSession {
+fn vehicle(domain: u16, port: u16, number: u32) -> RosSession {
     let config = format!(
         "{{ mode: 'client', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'] }}, scouting: {{ multicast: {{ enabled: false }} }} }}"
     );
@@ -52,7 +52,7 @@ fn vehicle(domain: u16, port: u16, number: usize) -> RosSession {
     RosSession::start(settings).unwrap()
 }
 
-fn drive(count: usize) {
+fn drive(count: u32) {
     let (domain, port) = (domain(), free_port());
     let router = Peer::start(domain, &router(port)).unwrap();
     let config = format!("{{ mode: 'client', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'] }} }}");
@@ -72,14 +72,16 @@ fn drive(count: usize) {
     for sec in 1..=REPORTS {
         let step = Step::Publish(TurnIndicators::EnableLeft, WallStamp::from_nanos(sec * 1_000_000_000));
         let output = Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step));
-        vehicles.iter().for_each(|vehicle| vehicle.send(&output));
+        for vehicle in &vehicles {
+            vehicle.send(&output);
+        }
         std::thread::sleep((PERIOD * u32::try_from(sec).unwrap()).saturating_sub(start.elapsed()));
     }
     let took = start.elapsed();
     let is_last = |line: &Value| line["data"]["stamp"]["sec"] == REPORTS;
     let last = || observer.samples(Mark::START, "turn").iter().filter(|line| is_last(line)).count();
     for _ in 0..100 {
-        if last() >= count {
+        if last() >= usize::try_from(count).unwrap() {
             break;
         }
         std::thread::sleep(PERIOD);
@@ -88,10 +90,14 @@ fn drive(count: usize) {
     let samples = observer.samples(Mark::START, "turn");
     let distinct: BTreeSet<_> =
         samples.iter().map(|line| (line["key"].to_string(), line["data"]["stamp"]["sec"].as_i64())).collect();
+    let nanos = |line: &Value, key: &str| line[key].as_u64().unwrap();
     let mut late: Vec<_> =
-        samples.iter().map(|line| line["at"].as_i64().unwrap() - line["sent"].as_i64().unwrap()).collect();
+        samples.iter().map(|line| nanos(line, "at").saturating_sub(nanos(line, "sent"))).collect();
     late.sort_unstable();
-    let percent = |at: usize| (used[at].0 - costs[at].0).as_secs_f64() / took.as_secs_f64() * 100.0;
+    let percent =
+        |at: usize| used[at].0.saturating_sub(costs[at].0).as_secs_f64() / took.as_secs_f64() * 100.0;
+    let late_ms =
+        |share: usize| Duration::from_nanos(late[(late.len() - 1) * share / 100]).as_secs_f64() * 1e3;
     let memory = |at: usize| used[at].1 / 1024;
     println!(
         "{count} vehicles: {} of {} reports in {:.1} s, late by {:.1} ms in the middle and {:.1} ms for 99 %; vehicles {:.2} % of a core each, \
@@ -99,18 +105,18 @@ fn drive(count: usize) {
         distinct.len(),
         count * 100,
         took.as_secs_f64(),
-        late[late.len() / 2] as f64 / 1e6,
-        late[(late.len() - 1) * 99 / 100] as f64 / 1e6,
-        percent(0) / count as f64,
-        used[0].1.saturating_sub(before.1) / count as u64,
+        late_ms(50),
+        late_ms(99),
+        percent(0) / f64::from(count),
+        used[0].1.saturating_sub(before.1) / u64::from(count),
         percent(1),
         memory(1),
         percent(2),
         memory(2),
     );
     let keys: BTreeSet<_> = samples.iter().map(|line| line["key"].to_string()).collect();
-    assert_eq!(keys.len(), count, "every vehicle is heard");
-    assert_eq!(last(), count, "and its newest report");
+    let heard = [keys.len(), last()].map(|heard| u32::try_from(heard).unwrap());
+    assert_eq!(heard, [count; 2], "every vehicle is heard, and its newest report");
 }
 
 mod slow {

@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn what_zenoh_does_not_know_is_refused_with_its_words() {
         for (text, word) in
-            [("{ mode: 'car' }", "mode"), ("{ conect: {} }", "conect"), ("{ mode", "expected")]
+            [("{ mode: 'car' }", "`car`"), ("{ conect: {} }", "conect"), ("{ mode", "expected")]
         {
             let error = check(Some(text)).unwrap_err().to_string();
             assert!(error.contains(word) && !error.contains('\n'), "{error}");

@@ -46,7 +46,20 @@ impl Attachment {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_an_attachment_or_none(mut bytes in prop::collection::vec(any::<u8>(), 0..50), marks in any::<bool>()) {
+            if let Some(length) = bytes.get_mut(16).filter(|_| marks) {
+                *length = GID_LENGTH;
+            }
+            let is_one = bytes.len() >= LENGTH && bytes[16] == GID_LENGTH;
+            prop_assert_eq!(Attachment::read(&bytes).map(|read| read.to_bytes().to_vec()), is_one.then(|| bytes[..LENGTH].to_vec()));
+        }
+    }
 
     #[test]
     fn an_attachment_has_its_bytes_and_nothing_else_is_one() {

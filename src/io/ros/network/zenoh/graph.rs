@@ -152,6 +152,8 @@ impl Seen {
         }
         let (theirs, own) =
             if *type_name == ours.type_name { (hash, &ours.hash) } else { (type_name, &ours.type_name) };
+        // Whoever declares a token chooses its characters.
+        let (name, node, theirs) = (name.escape_debug(), node.escape_debug(), theirs.escape_debug());
         tracing::warn!(
             "{name}: node {node} has another definition of the message and no sample passes between us: its type is {theirs}, ours {own}"
         );

@@ -165,6 +165,8 @@ fn escaped(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn node(namespace: &str) -> NodeKey {
@@ -220,6 +222,17 @@ mod tests {
         }
         assert_eq!(read_token(&node("/").token()), None);
         assert_eq!(gid("").len(), 16);
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_token_or_none(parts in prop::collection::vec("[^/]{0,4}|@ros2_lv|MP|MS|%", 0..16)) {
+            let text = parts.join("/");
+            if let Some(endpoint) = read_token(&text) {
+                prop_assert!(parts[0] == GRAPH && endpoint.topic.hash == parts[11]);
+            }
+            prop_assert_eq!(read_token(&text).is_some(), parts.len() >= 12 && parts[0] == GRAPH && ["MP", "MS"].contains(&parts[5].as_str()));
+        }
     }
 
     #[test]

@@ -28,8 +28,9 @@ use worker::Worker;
 
 /// Serves the gateway with a session of Zenoh until it says stop.
 pub(super) fn serve(runtime: &Runtime, settings: NetworkSettings, link: Link) -> io::Result<()> {
-    match Worker::new(settings, link) {
-        Ok(worker) => worker.run(runtime),
-        Err((reason, link)) => runtime.block_on(refuse(&reason, link)),
+    let mut worker = Worker::new(settings, link);
+    match worker.open() {
+        Ok(()) => worker.run(runtime),
+        Err(reason) => runtime.block_on(refuse(&reason, worker.into_link())),
     }
 }

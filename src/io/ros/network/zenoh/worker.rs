@@ -116,10 +116,10 @@ impl Joined {
 }
 
 impl Worker {
-    /// A network side whose session is open, or will be: that of a client waits for a router, so that it is opened by a
-    /// thread of its own. The error comes with the link, and is a text for people.
-    pub(super) fn new(settings: NetworkSettings, link: Link) -> Result<Self, (String, Link)> {
-        let mut worker = Self {
+    /// A network side that has not joined the network.
+    pub(super) fn new(settings: NetworkSettings, link: Link) -> Self {
+        Self {
+            settings,
             keys: Keys { written: Vec::new(), read: Vec::new() },
             wakeup: Arc::default(),
             opening: None,
@@ -129,16 +129,18 @@ impl Worker {
             last_count: None,
             lost_lines: LostLines::default(),
             status: NetworkStatus::default(),
-            settings,
             link,
-        };
-        match worker.open() {
-            Ok(()) => Ok(worker),
-            Err(reason) => Err((reason, worker.link)),
         }
     }
 
-    fn open(&mut self) -> Result<(), String> {
+    /// Gives the link back.
+    pub(super) fn into_link(self) -> Link {
+        self.link
+    }
+
+    /// Opens a session, whether there is a network or not; that of a client waits for a router, so that it is opened by a
+    /// thread of its own. The error is a text for people.
+    pub(super) fn open(&mut self) -> Result<(), String> {
         let Transport::Zenoh(zenoh) = &self.settings.transport else {
             return Err("not configured".to_owned());
         };
