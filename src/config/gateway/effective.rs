@@ -24,6 +24,7 @@ use crate::core::turn_signal::decider::Settings as DeciderSettings;
 use crate::core::turn_signal::flow::{FlowSettings as DeciderFlow, Role};
 use crate::core::validation::table::SignalTable;
 use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
+use crate::io::ros::settings::Transport;
 
 /// Longest value that is shown as text; of a longer one only a digest is kept.
 const MAX_TEXT: usize = 64;
@@ -123,7 +124,13 @@ impl Parts {
         self.fix("[ros] domain_id", domain_id);
         self.fix("[ros] graph", graph);
         self.fix("[ros] only_networks", only_networks);
-        self.fix("[ros] transport and [ros.zenoh]", transport);
+        let (name, zenoh) = match transport {
+            Transport::Dds => ("dds", None),
+            Transport::Zenoh(zenoh) => ("zenoh", Some(zenoh)),
+        };
+        self.fix("[ros] transport", &name);
+        self.fix("[ros.zenoh] config", &zenoh.map(|zenoh| &zenoh.config));
+        self.fix("[ros.zenoh] type_hashes", &zenoh.map(|zenoh| zenoh.type_hashes));
         self.fix("[reports] durability", durability);
         self.fix("[ros.topics] turn_indicators_status", turn_indicators_status);
         self.fix("[ros.topics] hazard_lights_status", hazard_lights_status);
