@@ -261,7 +261,7 @@ impl Screen {
                     Mark::Quiet | Mark::Off => "     ".to_owned(),
                     Mark::Left | Mark::Right | Mark::Hazard => format!("{done}/{all}  "),
                 };
-                let text = format!("{step}{:<60}{}", texts::request(*mark), texts::next(*next));
+                let text = step + &texts::request(*mark, *next, Self::width());
                 if !self.is_terminal {
                     self.line(text.trim_end())?;
                 }

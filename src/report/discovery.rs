@@ -8,8 +8,27 @@ use crate::core::discovery::findings::{Certainty, Findings};
 use crate::core::discovery::timeline::Action;
 use crate::core::time::MonoTime;
 
-/// What the driver is asked to do, as the beginning of a line.
-pub fn request(mark: Mark) -> &'static str {
+/// Columns from which on a terminal shows a request in full, beside its countdown.
+const WIDE: usize = 80;
+
+/// What the driver is asked to do, and the action that comes next, in a line of a terminal of that width.
+pub fn request(mark: Mark, next: Option<Action>, width: usize) -> String {
+    let next = next.map_or(String::new(), |action| format!("next: {}", action.to_string().to_uppercase()));
+    let (room, request) = if width < WIDE { (30, short_request(mark)) } else { (60, long_request(mark)) };
+    format!("{request:<room$}{next}")
+}
+
+fn short_request(mark: Mark) -> &'static str {
+    match mark {
+        Mark::Quiet => "HANDS OFF  touch nothing",
+        Mark::Left => "LEFT       indicate, leave on",
+        Mark::Right => "RIGHT      indicate, leave on",
+        Mark::Hazard => "HAZARD     press, leave on",
+        Mark::Off => "OFF        all off again",
+    }
+}
+
+fn long_request(mark: Mark) -> &'static str {
     match mark {
         Mark::Quiet => "HANDS OFF  touch nothing: pedals, lever, wheel",
         Mark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
@@ -17,11 +36,6 @@ pub fn request(mark: Mark) -> &'static str {
         Mark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",
         Mark::Off => "OFF        everything off again",
     }
-}
-
-/// The action that comes next.
-pub fn next(action: Option<Action>) -> String {
-    action.map_or(String::new(), |action| format!("next: {}", action.to_string().to_uppercase()))
 }
 
 /// A bar for the time left, with whole seconds: `■■■□□ 3 s`.
@@ -124,6 +138,22 @@ pub fn result(findings: &Findings) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_request_fits_beside_its_longest_countdown() {
+        let at = MonoTime::from_millis;
+        let countdown = countdown(at(0), at(10_000), at(0)).chars().count();
+        for (width, mark) in [80, 50].into_iter().flat_map(|width| {
+            [Mark::Quiet, Mark::Left, Mark::Right, Mark::Hazard, Mark::Off].map(|mark| (width, mark))
+        }) {
+            // The marker of the line, the number of the request, and two blanks before the countdown.
+            let length = 2 + 5 + request(mark, None, width).trim_end().len() + 2 + countdown;
+            // Only nothing is asked for so long.
+            let length = if mark == Mark::Quiet { length } else { length - 5 };
+            assert!(length <= width, "{mark:?} at {width}: {length}");
+        }
+        assert!(request(Mark::Off, Some(Action::Right), 50).ends_with("next: RIGHT"));
+    }
 
     #[test]
     fn countdown_shows_the_seconds_left() {

@@ -34,8 +34,8 @@ fn each_picture_is_what_its_command_draws() {
         assert!(is_same, "{picture}: run `UPDATE_DOCS=1 cargo test --test process pictures`");
         drawn.push(picture.to_owned());
     }
-    // Drawn by tests of their own, `live page` and `terminal_view`.
-    drawn.extend(["page.png", "terminal.svg"].map(str::to_owned));
+    // The first by hand, the others by tests of their own, `live page` and `terminal_view`.
+    drawn.extend(["fleet.svg", "page.png", "terminal.svg"].map(str::to_owned));
     drawn.sort();
     let mut there: Vec<_> = fs::read_dir(&folder)
         .unwrap()
