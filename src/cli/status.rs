@@ -65,7 +65,10 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
             Err(error) => return Ok(unreachable(&args.socket, &error)),
         };
         if !messages::options().quiet {
-            print(&if args.json { line } else { text(&snapshot) }, args)?;
+            print(
+                &if args.json { line } else { text(&snapshot, messages::layout(&io::stdout()).width) },
+                args,
+            )?;
         }
         if !args.watch {
             return Ok(ExitCode::from(match snapshot.level {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::text::{counted, escaped};
+use super::text::{counted, escaped, wrapped};
 use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot};
 use crate::core::diagnostics::Level;
@@ -39,9 +39,9 @@ pub fn headline(snapshot: &Snapshot) -> String {
     text.chars().take(MAX_HEADLINE - 1).chain(['…']).collect()
 }
 
-/// The whole state, in sections with a heading each.
-pub fn text(snapshot: &Snapshot) -> String {
-    let mut text = Text::default();
+/// The whole state, in sections with a heading each, wrapped at a width if there is one.
+pub fn text(snapshot: &Snapshot, width: Option<usize>) -> String {
+    let mut text = Text { width, ..Text::default() };
     text.line(&heading(snapshot));
     text.reports(snapshot);
     text.signals(snapshot);
@@ -87,19 +87,26 @@ fn heading(snapshot: &Snapshot) -> String {
 /// Lines: a heading, and below it rows in two columns.
 #[derive(Default)]
 struct Text {
+    width: Option<usize>,
     written: String,
     rows: Vec<(String, String)>,
 }
 
 /// Widest first column that the second one gives way to.
 const MAX_NAME: usize = 44;
+/// Narrowest second column; a narrower one stands below the first.
+const MIN_COLUMN: usize = 30;
+/// Before what is wrapped of a heading, and of a row whose columns stand below each other.
+const INDENT: usize = 6;
 
 impl Text {
     /// A heading. Names may come from files, and are escaped.
     fn line(&mut self, text: &str) {
         self.write_rows();
+        let room = self.width.map(|width| width.saturating_sub(INDENT));
+        let lines = wrapped(&escaped(text.trim_end()), room, 0);
         // Writing to a String cannot fail.
-        let _ = writeln!(self.written, "{}", escaped(text.trim_end()));
+        let _ = writeln!(self.written, "{}", lines.join(&format!("\n{:INDENT$}", "")));
     }
 
     fn row(&mut self, name: &str, text: &str) {
@@ -109,8 +116,17 @@ impl Text {
     fn write_rows(&mut self) {
         let names = self.rows.iter().map(|(name, _)| name.chars().count());
         let width = names.filter(|length| *length <= MAX_NAME).max().unwrap_or_default();
+        let column = 2 + width + 2;
+        let is_narrow = self.width.is_some_and(|total| total < column + MIN_COLUMN);
         for (name, text) in self.rows.drain(..) {
-            let _ = writeln!(self.written, "  {}", format!("{name:<width$}  {text}").trim_end());
+            let (mut row, indent) = if is_narrow {
+                (format!("  {name}\n{:INDENT$}", ""), INDENT)
+            } else {
+                (format!("  {name:<width$}  "), column)
+            };
+            let room = self.width.map(|total| total.saturating_sub(indent));
+            row += &wrapped(&text, room, 0).join(&format!("\n{:indent$}", ""));
+            let _ = writeln!(self.written, "{}", row.trim_end());
         }
     }
 
@@ -342,5 +358,39 @@ fn duration(millis: u64) -> String {
         (0, 0, minutes, seconds) => format!("{minutes} min {seconds} s"),
         (0, hours, minutes, _) => format!("{hours} h {minutes} min"),
         (days, hours, _, _) => format!("{days} d {hours} h"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_wrapped_between_words_and_a_wide_name_stands_above_its_text() {
+        let words = "link up, receiving, 122.14 frames of the profile/s, 255.9 frames/s in all";
+        let text = |width| {
+            let mut text = Text { width, ..Text::default() };
+            text.line(words);
+            text.row("body (vcan0)", words);
+            text.line("signals");
+            text.row("BCM_TurnIndicators.TurnIndicatorState", words);
+            text.finish()
+        };
+        let in_words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        for width in [50, 80, 120] {
+            let wrapped = text(Some(width));
+            assert!(wrapped.lines().all(|line| line.chars().count() <= width), "{wrapped}");
+            assert_eq!(in_words(&wrapped), in_words(&text(None)));
+        }
+        let narrow = text(Some(50));
+        assert!(
+            narrow.contains("\n  BCM_TurnIndicators.TurnIndicatorState\n      link up, receiving,"),
+            "{narrow}"
+        );
+        assert!(
+            narrow.contains("\n  body (vcan0)  link up, receiving, 122.14 frames\n                of the"),
+            "{narrow}"
+        );
+        assert_eq!(text(None).lines().count(), 4);
     }
 }
