@@ -32,9 +32,10 @@ fn types(reader: &Reader) -> BTreeMap<String, String> {
 fn expected_types(lights: &[(&str, &str)]) -> BTreeMap<String, String> {
     let diagnostics = (DIAGNOSTICS.2, "diagnostic_msgs::msg::dds_::DiagnosticArray_");
     let log = (ROSOUT.2, "rcl_interfaces::msg::dds_::Log_");
+    let parameters = ("parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
     lights
         .iter()
-        .chain([&diagnostics, &log])
+        .chain([&diagnostics, &log, &parameters])
         .map(|(topic, kind)| ((*topic).to_owned(), (*kind).to_owned()))
         .collect()
 }
