@@ -6,10 +6,12 @@ volatile. Prints a line of JSON for each event: `ready`, `matched` and `unmatche
 of the topic, from 0), `wrote`. Each line of standard input is a message: for text the text itself,
 or `LENGTH*` for one of that length; for groups `SEC GROUP[, GROUP]...` with a GROUP of `ID` and any
 number of `COLOR SHAPE STATUS CONFIDENCE`; for clock `SEC NANOSEC`; else so many bytes of nonsense. With several topics the
-topic's number and a blank come first. Ends when standard input does.
+topic's number and a blank come first. Samples that wait for volatile readers: 10, or SIGNAL_GATEWAY_PEER_DEPTH.
+Ends when standard input does.
 """
 
 import json
+import os
 import sys
 import threading
 import time
@@ -61,6 +63,8 @@ def watch(writers, ended):
 
 
 def open_writer(participant, kind, topic_name, reliability, durability):
+    # What a busy reader has not acknowledged yet is not overwritten; a late joiner is handed ten.
+    depth = 10 if durability == "transient_local" else int(os.environ.get("SIGNAL_GATEWAY_PEER_DEPTH", "10"))
     qos = Qos(
         Policy.Reliability.Reliable(duration(seconds=10))
         if reliability == "reliable"
@@ -68,7 +72,7 @@ def open_writer(participant, kind, topic_name, reliability, durability):
         Policy.Durability.TransientLocal
         if durability == "transient_local"
         else Policy.Durability.Volatile,
-        Policy.History.KeepLast(10),
+        Policy.History.KeepLast(depth),
         # Without it a late joiner is handed one sample, and those that nobody has acknowledged yet.
         Policy.DurabilityService(0, Policy.History.KeepLast(10), -1, -1, -1),
     )
