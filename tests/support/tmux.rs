@@ -13,7 +13,7 @@ impl Tmux {
     /// Runs a command in a terminal of 100 × 30, and shows its exit code and the settings of the terminal behind it.
     pub(crate) fn run(command: &str) -> Result<Self, Missing> {
         let tmux = Self(tempfile::tempdir().unwrap());
-        let script = format!("{command}; echo code $?; stty -a; sleep 1000");
+        let script = format!("{command}; echo code $?; stty -a; echo end of settings; sleep 1000");
         let arguments = ["-f", "/dev/null", "new-session", "-d", "-x", "100", "-y", "30", &script];
         let started =
             tmux.command().args(arguments).env("TERM", "xterm-256color").env("LC_ALL", "C.UTF-8").output();
@@ -63,7 +63,7 @@ impl Tmux {
 
     /// Waits for the end of the command, on a terminal that is as it was.
     pub(crate) fn wait_for_end(&self) -> String {
-        let screen = self.wait_for(|screen| screen.contains("code ") && screen.contains("lnext"));
+        let screen = self.wait_for(|screen| screen.contains("code ") && screen.contains("end of settings"));
         let settings: Vec<_> = screen.split_whitespace().collect();
         assert!(settings.contains(&"icanon") && settings.contains(&"echo"), "{screen}");
         assert_eq!(self.tell(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]).trim(), "0 1");
