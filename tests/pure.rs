@@ -22,6 +22,7 @@ mod pure {
     mod no_allocation;
     mod reconfigure;
     mod recording_variants;
+    mod repetition;
     mod report_model;
     mod scenario_refusals;
     mod snapshot;

@@ -28,7 +28,7 @@ pub mod drive;
 pub mod file_kind;
 pub mod files;
 pub mod gateway;
-mod map;
+pub mod map;
 mod named_file;
 mod reading;
 pub mod ros_names;

@@ -203,14 +203,17 @@ impl CommandFlow {
         self.reported = reported;
     }
 
-    /// Takes a frame of the vehicle after its bus has; ignores messages that are not of [`CommandBinding::table`].
-    pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) {
+    /// Takes a frame of the vehicle after its bus has; false for a message that is not of [`CommandBinding::table`],
+    /// which is ignored.
+    pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
         let mut messages = self.binding.table.messages.iter();
-        if let Some(at) = messages.position(|message| message.bus == bus && message.id == frame.id()) {
+        let at = messages.position(|message| message.bus == bus && message.id == frame.id());
+        if let Some(at) = at {
             // A frame that is not used is counted, and its signals have no value for that reason.
             let _unused =
                 self.observations.frame_arrived(&self.binding.table, MessageIndex(at), frame, stamp, now);
         }
+        at.is_some()
     }
 
     /// Tells whose frame was received, before any other flow takes it: only a frame of

@@ -37,7 +37,7 @@ use crate::core::vehicle_lights::VehicleLights;
 use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::report::Publish;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use perception::{Forgotten, Headlines, Perception};
+use perception::{Effect, Headlines, Perception};
 pub use wall_clock::WALL_CLOCK_TASK;
 use wall_clock::WallClock;
 
@@ -258,7 +258,7 @@ impl Gateway {
     /// Commands see a frame first, since one of theirs is not the vehicle's, and take it after its bus has.
     fn take_can(&mut self, input: &CanInput, now: Now) -> bool {
         let Some(commands) = &mut self.commands else {
-            return self.perception.handle_can(input, now).is_some();
+            return !matches!(self.perception.handle_can(input, now), None | Some(Effect::Repetition));
         };
         if let CanInput::Frame { bus, frame, .. } = input {
             match commands.classify_frame(*bus, frame, now) {
@@ -267,16 +267,17 @@ impl Gateway {
                 FrameOrigin::Foreign => return true,
             }
         }
-        let Some(forgotten) = self.perception.handle_can(input, now) else { return false };
-        match forgotten {
-            Forgotten::Nothing => {}
-            Forgotten::Events(bus) => commands.forget_events(bus),
-            Forgotten::Bus(bus) => commands.forget_bus(bus),
+        let Some(effect) = self.perception.handle_can(input, now) else { return false };
+        let mut is_news = effect != Effect::Repetition;
+        match effect {
+            Effect::Repetition | Effect::News => {}
+            Effect::EventsForgotten(bus) => commands.forget_events(bus),
+            Effect::BusForgotten(bus) => commands.forget_bus(bus),
         }
         if let CanInput::Frame { bus, frame, stamp } = input {
-            commands.handle_frame(*bus, frame, *stamp, now);
+            is_news |= commands.handle_frame(*bus, frame, *stamp, now);
         }
-        true
+        is_news || commands.next_deadline().is_some_and(|due| due <= now.mono)
     }
 
     /// Settles perception and hands the decider's commands over; gives the statuses that have changed.

@@ -17,6 +17,7 @@ use crate::core::time::timer_table::TimerTable;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::flow::TrafficLightFlow;
 use crate::core::turn_signal::flow::TurnSignalFlow;
+use crate::core::validation::observation::Arrival;
 use crate::core::validation::table::{BoundMessage, MessageIndex};
 use crate::core::vehicle_lights::{Task, VehicleLights};
 
@@ -55,14 +56,17 @@ struct Route {
     v2i: Option<MessageIndex>,
 }
 
-/// Observations that an input has ended.
+/// What an input of a bus changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Forgotten {
-    Nothing,
-    /// Values of event messages: the bus was silent before this frame.
-    Events(BusIndex),
-    /// Everything received on the bus: its link is lost.
-    Bus(BusIndex),
+pub(super) enum Effect {
+    /// Nothing until the next deadline: a frame that shows again what is known.
+    Repetition,
+    /// Something is known now that was not before.
+    News,
+    /// Likewise, and the values of event messages are gone: the bus was silent before this frame.
+    EventsForgotten(BusIndex),
+    /// Everything received on the bus is gone: its link is lost.
+    BusForgotten(BusIndex),
 }
 
 /// Level and message of each status of a flow, as published last.
@@ -131,9 +135,9 @@ impl Perception {
     }
 
     /// Takes what happened on a bus; `None` when it changes nothing.
-    pub(super) fn handle_can(&mut self, input: &CanInput, now: Now) -> Option<Forgotten> {
+    pub(super) fn handle_can(&mut self, input: &CanInput, now: Now) -> Option<Effect> {
         let Some(known) = self.buses.get_mut(usize::from(input.bus().0)) else {
-            return (!matches!(input, CanInput::Frame { .. })).then_some(Forgotten::Nothing);
+            return (!matches!(input, CanInput::Frame { .. })).then_some(Effect::News);
         };
         match *input {
             CanInput::Frame { bus, ref frame, stamp } => return self.handle_frame(bus, frame, stamp, now),
@@ -143,7 +147,7 @@ impl Perception {
                     if let Some(flow) = &mut self.traffic_lights {
                         flow.reception().forget_bus(bus);
                     }
-                    return Some(Forgotten::Bus(bus));
+                    return Some(Effect::BusForgotten(bus));
                 }
             }
             CanInput::Drops { lost, .. } => known.frames_dropped(lost, now.mono),
@@ -151,17 +155,11 @@ impl Perception {
             CanInput::Controller { report, .. } => known.controller_reported(report, now.mono),
             CanInput::BadRecords { count, .. } => known.bad_records(count, now.mono),
         }
-        Some(Forgotten::Nothing)
+        Some(Effect::News)
     }
 
     /// `None` when the frame is not relevant, or from before the link was lost.
-    fn handle_frame(
-        &mut self,
-        bus: BusIndex,
-        frame: &Frame,
-        stamp: WallStamp,
-        now: Now,
-    ) -> Option<Forgotten> {
+    fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> Option<Effect> {
         let routes = self.routes.get(usize::from(bus.0))?;
         let position = routes.binary_search_by_key(&frame.id(), |(id, _)| *id).ok()?;
         let route = routes[position].1;
@@ -170,6 +168,10 @@ impl Perception {
         if !known.frame_arrived(now.mono) {
             return None;
         }
+        // On a bus that may sleep, how long it was quiet is part of why a value is missing.
+        let mut is_news = known.settings().may_sleep
+            || self.bus_findings[usize::from(bus.0)] != Some(known.finding(now.mono))
+            || self.next_deadline() <= now.mono;
         if !was_alive {
             self.lights.forget_events(bus);
             if let Some(flow) = &mut self.traffic_lights {
@@ -177,12 +179,17 @@ impl Perception {
             }
         }
         if let Some(message) = route.lights {
-            self.lights.frame_arrived(message, frame, stamp, now);
+            is_news |= self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
         }
         if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
             flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
+            is_news = true;
         }
-        Some(if was_alive { Forgotten::Nothing } else { Forgotten::Events(bus) })
+        Some(match (was_alive, is_news) {
+            (false, _) => Effect::EventsForgotten(bus),
+            (true, true) => Effect::News,
+            (true, false) => Effect::Repetition,
+        })
     }
 
     /// Brings all flows up to now and hands their outputs to `emit`; gives the statuses of flows that have

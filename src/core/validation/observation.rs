@@ -85,6 +85,15 @@ impl fmt::Display for Unused {
     }
 }
 
+/// What a frame that is used says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arrival {
+    /// Values or a validity other than before it.
+    News,
+    /// The same values, which were valid when it arrived: only their receive time is another.
+    Repetition,
+}
+
 /// A signal, read and checked at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading<T> {
@@ -201,7 +210,7 @@ impl Observations {
     }
 
     /// Takes a frame of `message`: all signals it carries, or none when it is of another format, too short for
-    /// one, or rejected.
+    /// one, or rejected. Tells whether anything is known now that was not before.
     ///
     /// # Errors
     /// The reason why none of its signals was used.
@@ -212,7 +221,7 @@ impl Observations {
         frame: &Frame,
         stamp: WallStamp,
         now: Now,
-    ) -> Result<(), Unused> {
+    ) -> Result<Arrival, Unused> {
         let (data, length) = (frame.padded(), frame.data().len());
         let MessageState { signals, counts, checker, last_reject, trusted_since, latest } =
             &mut self.messages[message.0];
@@ -227,6 +236,10 @@ impl Observations {
         } else {
             None
         };
+        let timeout = table.messages[message.0].timing.timeout();
+        let is_current = |at: MonoTime| timeout.is_none_or(|timeout| now.mono.since(at) <= timeout);
+        let was_usable = latest.is_some_and(|latest| latest.unusable.is_none() && is_current(latest.at));
+        let mut is_repetition = was_usable && (checker.is_none() || *trusted_since);
         *latest = Some(LatestFrame { at: now.mono, unusable: unusable.map(|(missing, _)| missing) });
         if let Some((_, unused)) = unusable {
             return Err(unused);
@@ -249,9 +262,10 @@ impl Observations {
         let received = Received { at: now.mono, stamp };
         for signal in signals.iter().filter(present) {
             let raw = table.signals[signal.0].codec.value(data);
-            self.last[signal.0] = Some(Observation { raw, received });
+            let before = self.last[signal.0].replace(Observation { raw, received });
+            is_repetition &= before.is_some_and(|last| last.raw == raw && is_current(last.received.at));
         }
-        Ok(())
+        Ok(if is_repetition { Arrival::Repetition } else { Arrival::News })
     }
 
     /// Discards what was received over a bus whose link was lost.

@@ -21,7 +21,7 @@ use crate::core::can::bus::Bus;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::validation::observation::Observations;
+use crate::core::validation::observation::{Arrival, Observations};
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
 use output::VehicleLightsOutput;
@@ -123,10 +123,20 @@ impl VehicleLights {
         &self.observations
     }
 
-    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards.
-    pub fn frame_arrived(&mut self, message: MessageIndex, frame: &Frame, stamp: WallStamp, now: Now) {
-        // A frame that is not used is counted, and its signals have no value for that reason.
-        let _unused = self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now);
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news; without, both reports
+    /// and findings stay as they are until their deadline.
+    pub fn frame_arrived(
+        &mut self,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Arrival {
+        match self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now) {
+            Ok(Arrival::Repetition) if !self.memory.observes_frames() => Arrival::Repetition,
+            // A frame that is not used is counted, and its signals have no value for that reason.
+            Ok(_) | Err(_) => Arrival::News,
+        }
     }
 
     /// Discards what was received over a bus. Call [`Self::settle`] afterwards.

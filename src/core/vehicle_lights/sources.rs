@@ -212,6 +212,17 @@ impl SourceMemory {
         SourceStates { turn, hazard }
     }
 
+    /// True if a state depends on when frames come, not on their values alone.
+    pub fn observes_frames(&self) -> bool {
+        let has_machine = |reader: &TurnReader| match &reader.kind {
+            TurnKind::Enumerated(_, tap) | TurnKind::Pair(_, tap) => tap.is_some(),
+            TurnKind::Lamps(..) | TurnKind::Stalk(..) => true,
+        };
+        let is_button = |reader: &HazardReader| matches!(reader, HazardReader::Button(..));
+        self.turn.iter().any(|group| group.readers.iter().any(has_machine))
+            || self.hazard.iter().any(|group| group.readers.iter().any(is_button))
+    }
+
     /// The next instant at which [`Self::evaluate`] is due without an event.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         let turn = self.turn.iter().flat_map(|group| group.deadlines(TurnReader::next_deadline));
