@@ -13,6 +13,7 @@ mod session;
 mod network;
 
 mod zenoh {
+    mod bridge;
     mod daemon;
     mod delivery;
     mod fleet;

@@ -245,7 +245,9 @@ TYPES = {
 }
 
 
-def graph_type(length):
+def graph_types(length):
+    """The ROS graph with identifiers of this length: its message, an identifier, and the entities of a node."""
+
     @dataclass
     class Gid(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
         data: array[uint8, length]
@@ -264,4 +266,4 @@ def graph_type(length):
         gid: Gid
         node_entities_info_seq: sequence[NodeEntitiesInfo]
 
-    return ParticipantEntitiesInfo
+    return ParticipantEntitiesInfo, Gid, NodeEntitiesInfo

@@ -6,7 +6,7 @@ KIND is one of messages.py, factors, sections (markers), gid16 or gid24 (the ROS
 `KIND=NAME` where several are of one kind. DURABILITY is transient_local or volatile. Prints a line
 of JSON for each event: `ready`, and with the kind or its name `matched` and `unmatched` (with the
 writer's QoS), `sample` (with the writer's time of day, nanoseconds). Samples that wait for us: 10, or
-SIGNAL_GATEWAY_PEER_DEPTH. Ends when standard input does.
+SIGNAL_GATEWAY_PEER_DEPTH. The node they belong to: SIGNAL_GATEWAY_PEER_NODE, or none. Ends when standard input does.
 """
 
 import json
@@ -23,8 +23,9 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import ros_graph
 from autoware_messages import PlanningFactorArray
-from messages import TYPES, graph_type
+from messages import TYPES, graph_types
 
 TYPES = {**TYPES, "factors": PlanningFactorArray, "sections": TYPES["markers"]}
 
@@ -78,7 +79,7 @@ def open_reader(participant, name, topic_name, durability):
     kind = name.partition("=")[0]
     if kind == "endpoints":
         return BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
-    message = graph_type(int(kind[3:])) if kind.startswith("gid") else TYPES[kind]
+    message = graph_types(int(kind[3:]))[0] if kind.startswith("gid") else TYPES[kind]
     qos = Qos(
         Policy.Reliability.Reliable(duration(milliseconds=100)),
         Policy.Durability.TransientLocal
@@ -96,6 +97,7 @@ def main():
     readers = {
         triple[0].rpartition("=")[2]: open_reader(participant, *triple) for triple in triples
     }
+    _graph = ros_graph.join(participant, readers=readers.values())
     emit("ready")
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[readers, ended])

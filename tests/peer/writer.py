@@ -7,7 +7,7 @@ of the topic, from 0), `wrote`. Each line of standard input is a message: for te
 or `LENGTH*` for one of that length; for groups `SEC GROUP[, GROUP]...` with a GROUP of `ID` and any
 number of `COLOR SHAPE STATUS CONFIDENCE`; for clock `SEC NANOSEC`; else so many bytes of nonsense. With several topics the
 topic's number and a blank come first. Samples that wait for volatile readers: 10, or SIGNAL_GATEWAY_PEER_DEPTH.
-Ends when standard input does.
+The node they belong to: SIGNAL_GATEWAY_PEER_NODE, or none. Ends when standard input does.
 """
 
 import json
@@ -22,6 +22,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import ros_graph
 from messages import TYPES, Clock, Element, Group, GroupArray, Text, Time
 
 
@@ -84,6 +85,7 @@ def main():
     participant = DomainParticipant(int(domain))
     topics = list(zip(*[iter(arguments)] * 4))
     writers = [open_writer(participant, *topic) for topic in topics]
+    _graph = ros_graph.join(participant, writers=writers)
     emit("ready")
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[writers, ended])

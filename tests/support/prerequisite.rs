@@ -36,6 +36,8 @@ pub(crate) enum Prerequisite {
     Prometheus,
     /// `tmux`, which plays a terminal.
     Tmux,
+    /// A `zenoh-bridge-ros2dds`, named by `SIGNAL_GATEWAY_BRIDGE`.
+    ZenohBridge,
 }
 
 impl Prerequisite {
@@ -56,6 +58,7 @@ impl Prerequisite {
             Self::Netem => "netem",
             Self::Prometheus => "prometheus",
             Self::Tmux => "tmux",
+            Self::ZenohBridge => "zenoh-bridge",
         }
     }
 

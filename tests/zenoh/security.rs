@@ -27,7 +27,7 @@ fn openssl(folder: &Path, arguments: &str) {
 }
 
 /// A certificate authority, and a certificate of it for each name.
-fn certificates(names: &[&str]) -> TempDir {
+pub(crate) fn certificates(names: &[&str]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
     openssl(

@@ -37,6 +37,13 @@ pub struct NetworkSettings {
     pub transport: Transport,
 }
 
+impl NetworkSettings {
+    /// True if each message of the written topic at this position counts, and not only the newest.
+    pub fn counts_each(&self, topic: u16) -> bool {
+        self.written.get(usize::from(topic)).is_some_and(|written| written.delivery.counts_each())
+    }
+}
+
 /// A topic that is written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WrittenTopic {

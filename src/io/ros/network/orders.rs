@@ -3,7 +3,39 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use crate::io::ros::link::{Link, Order, ToNetwork};
+use crate::io::ros::link::{Link, NetworkSettings, Order, ToNetwork};
+use crate::io::ros::parameters::Parameters;
+
+/// What the gateway has sent since the last call of [`receive`].
+#[derive(Default)]
+pub(super) struct Received {
+    /// To be carried out, by topic: the newest order, or all samples where each counts.
+    pub(super) orders: BTreeMap<u16, Order>,
+    /// The newest parameters.
+    pub(super) parameters: Option<Parameters>,
+    /// Pings to be answered.
+    pub(super) pings: Vec<u64>,
+    /// True if the gateway says stop.
+    pub(super) stop: bool,
+}
+
+/// Takes what the gateway has sent; an error is that of the link.
+pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result<Received> {
+    link.read()?;
+    let mut received = Received::default();
+    while let Some(message) = next_message(link)? {
+        match message {
+            ToNetwork::Order(topic, order) => {
+                add(&mut received.orders, topic, order, settings.counts_each(topic));
+            }
+            ToNetwork::Parameters(parameters) => received.parameters = Some(*parameters),
+            ToNetwork::Ping(number) => received.pings.push(number),
+            ToNetwork::Stop => received.stop = true,
+            ToNetwork::Start(_) => return Err(io::ErrorKind::InvalidData.into()),
+        }
+    }
+    Ok(received)
+}
 
 /// The next message that was read; what cannot be read is an error.
 pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
@@ -14,7 +46,7 @@ pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
 
 /// Adds an order to those that are to be carried out: behind the samples of the last one where each counts, else in its
 /// place.
-pub(super) fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
+fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
     match (orders.get_mut(&topic), order) {
         (Some(Order::Publish(samples)), Order::Publish(more)) if counts_each => samples.extend(more),
         (_, order) => {

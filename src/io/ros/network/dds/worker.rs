@@ -1,7 +1,6 @@
 //! The network side at work: orders to writers, samples to the gateway, and a new participant when the old one cannot
 //! go on.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 use std::task::Waker;
@@ -18,8 +17,8 @@ use super::pings::{Answer, Pings};
 use super::topic_reader::Taken;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
-use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork};
-use crate::io::ros::network::orders::{add, next_message};
+use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::Parameters;
 
@@ -159,38 +158,26 @@ impl Worker {
         }
     }
 
-    /// Carries out what the gateway has ordered since the last call, of each topic the newest unless each counts.
-    /// True if it says stop.
+    /// Carries out what the gateway has ordered since the last call. True if it says stop.
     fn obey(&mut self) -> io::Result<bool> {
-        self.link.read()?;
-        let (mut orders, mut stop) = (BTreeMap::new(), false);
-        while let Some(message) = next_message(&mut self.link)? {
-            match message {
-                ToNetwork::Order(topic, order) => add(&mut orders, topic, order, self.counts_each(topic)),
-                ToNetwork::Parameters(parameters) => self.set_parameters(*parameters),
-                ToNetwork::Ping(number) => {
-                    self.pings.asked(number, self.last_round);
-                    let sent = self.participant.send_echo(number);
-                    self.count_write_error(sent);
-                }
-                ToNetwork::Stop => stop = true,
-                ToNetwork::Start(_) => return Err(io::ErrorKind::InvalidData.into()),
-            }
+        let received = orders::receive(&mut self.link, &self.settings)?;
+        if let Some(parameters) = received.parameters {
+            self.set_parameters(parameters);
         }
-        for (topic, order) in orders {
+        for number in received.pings {
+            self.pings.asked(number, self.last_round);
+            let sent = self.participant.send_echo(number);
+            self.count_write_error(sent);
+        }
+        for (topic, order) in received.orders {
             let position = usize::from(topic);
             self.each(|participant| participant.carry_out(position, &order));
-            let counts_each = self.counts_each(topic);
+            let counts_each = self.settings.counts_each(topic);
             if let Some(current) = self.current.get_mut(position).filter(|_| !counts_each) {
                 *current = order;
             }
         }
-        Ok(stop)
-    }
-
-    fn counts_each(&self, topic: u16) -> bool {
-        let written = self.settings.written.get(usize::from(topic));
-        written.is_some_and(|written| written.delivery.counts_each())
+        Ok(received.stop)
     }
 
     /// Drops the predecessor once all its readers read the successor too.

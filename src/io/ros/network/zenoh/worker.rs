@@ -17,8 +17,8 @@ use super::topic_reader::TopicReader;
 use super::topic_writer::TopicWriter;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
-use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork};
-use crate::io::ros::network::orders::{add, next_message};
+use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::settings::{Transport, TypeHashes};
 use crate::io::ros::zenoh_config;
@@ -213,27 +213,17 @@ impl Worker {
         }
     }
 
-    /// Carries out what the gateway has ordered since the last call, of each topic the newest unless each counts.
-    /// True if it says stop.
+    /// Carries out what the gateway has ordered since the last call. Services for parameters are those of DDS. True if it
+    /// says stop.
     fn obey(&mut self) -> io::Result<bool> {
-        self.link.read()?;
-        let (mut orders, mut stop) = (BTreeMap::new(), false);
-        while let Some(message) = next_message(&mut self.link)? {
-            match message {
-                ToNetwork::Order(topic, order) => add(&mut orders, topic, order, self.counts_each(topic)),
-                // Services for parameters are those of DDS.
-                ToNetwork::Parameters(_) => {}
-                ToNetwork::Ping(number) => {
-                    self.link.answer(&FromNetwork::Pong { number, has_echo: true });
-                }
-                ToNetwork::Stop => stop = true,
-                ToNetwork::Start(_) => return Err(io::ErrorKind::InvalidData.into()),
-            }
+        let received = orders::receive(&mut self.link, &self.settings)?;
+        for number in received.pings {
+            self.link.answer(&FromNetwork::Pong { number, has_echo: true });
         }
-        for (topic, order) in orders {
+        for (topic, order) in received.orders {
             self.carry_out(topic, order);
         }
-        Ok(stop)
+        Ok(received.stop)
     }
 
     /// Carries out an order, or keeps it until there is a session.
@@ -241,7 +231,7 @@ impl Worker {
         if let Some(joined) = &mut self.joined {
             let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
             self.count_write_error(done);
-        } else if !self.counts_each(topic) {
+        } else if !self.settings.counts_each(topic) {
             self.waiting.insert(topic, order);
         }
     }
@@ -253,11 +243,6 @@ impl Worker {
             }
             self.write_errors += 1;
         }
-    }
-
-    fn counts_each(&self, topic: u16) -> bool {
-        let written = self.settings.written.get(usize::from(topic));
-        written.is_some_and(|written| written.delivery.counts_each())
     }
 
     /// Hands received samples on to the gateway while it takes them.
