@@ -1,4 +1,4 @@
-//! Long recordings through `replay`, `identify` and `check`: how fast, and that memory does not grow with the recording.
+//! Long recordings through `replay`, `decode`, `identify` and `check`: how fast, and that memory does not grow with the recording.
 //!
 //! `cargo bench --bench long_recordings` takes 100,000 and 1,000,000 frames of the demo, end to end, so that faults, silences
 //! and changes come at their usual rate. For another length, or a candump log of a vehicle and its profile:
@@ -7,12 +7,15 @@
 
 #![allow(clippy::unwrap_used)] // a program for developers
 
+#[path = "comparison.rs"]
+mod comparison;
+
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, ExitCode};
 
+use comparison::{Row, figure, peers, point, run};
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 
@@ -49,42 +52,77 @@ fn main() -> ExitCode {
         out.finish().unwrap().flush().unwrap();
     }
     let replay = ["replay", "--json", "--profile", profile];
-    let has_grown = [
-        ("replay", measured("replay", GATEWAY, &replay, &logs)),
-        ("replay, gzip", measured("replay, gzip", GATEWAY, &replay, &packed)),
-        ("identify", measured("identify", GATEWAY, &["identify"], &logs)),
-        ("check", measured("check", GATEWAY, &["check", "--profile", profile], &logs)),
+    let decode = ["decode", "--profile", profile];
+    let ours = [
+        measured("replay --json", GATEWAY, &replay, &logs),
+        measured("replay --json, gzip", GATEWAY, &replay, &packed),
+        measured("decode", GATEWAY, &decode, &logs),
+        measured("identify", GATEWAY, &["identify"], &logs),
+        measured("check", GATEWAY, &["check", "--profile", profile], &logs),
     ];
-    cantools(folder.path(), profile, &logs);
-    let grown: Vec<_> = has_grown.iter().filter(|(_, grown)| *grown).map(|(what, _)| *what).collect();
-    if grown.is_empty() {
-        return ExitCode::SUCCESS;
+    let cantools = cantools(folder.path(), profile, &logs);
+    let mut good = true;
+    if let Some(peers) = peers(&["lines", logs[1].1.to_str().unwrap()]) {
+        let mut row = |ours: &Measured, peer, theirs, aim, limit| {
+            good &=
+                Row { what: ours.what, ours: ours.frame_ns, peer, theirs, unit: "ns a frame", aim, limit }
+                    .print();
+        };
+        let sscanf = figure(&peers, "read a line with sscanf");
+        for ours in &ours {
+            // Text for people, and unpacking, are beyond what sscanf does.
+            let limit = if ours.what == "decode" || ours.what.ends_with("gzip") { 20.0 } else { 1.5 };
+            row(ours, "read the line with sscanf", sscanf, Some(0.5), limit);
+        }
+        row(
+            &ours[0],
+            "find the line's end with memchr",
+            figure(&peers, "find the end of a line with memchr"),
+            None,
+            400.0,
+        );
+        if let Some(cantools) = cantools {
+            row(&ours[0], "decode with cantools", cantools.frame_ns, None, 0.5);
+        }
     }
-    println!("memory grows with the length of the recording: {}", grown.join(", "));
-    ExitCode::FAILURE
+    let grown: Vec<_> = ours.iter().filter(|ours| ours.has_grown).map(|ours| ours.what).collect();
+    if !grown.is_empty() {
+        println!("memory grows with the length of the recording: {}", grown.join(", "));
+    }
+    if good && grown.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Prints time and memory of a command on each recording; true if the longer one took more memory.
-fn measured(what: &str, program: &str, arguments: &[&str], logs: &[(u32, PathBuf); 2]) -> bool {
-    let peaks = logs.each_ref().map(|(frames, path)| {
+/// The cost of a command.
+struct Measured {
+    what: &'static str,
+    /// Processor time for each frame beyond those of the short recording, nanoseconds.
+    frame_ns: f64,
+    /// True if the longer recording took more memory.
+    has_grown: bool,
+}
+
+/// Prints time and memory of a command on each recording.
+fn measured(what: &'static str, program: &str, arguments: &[&str], logs: &[(u32, PathBuf); 2]) -> Measured {
+    let [(few, few_kib), (many, many_kib)] = logs.each_ref().map(|(frames, path)| {
         let (time, peak_kib) = run(Command::new(program).args(arguments).arg(path));
+        let seconds = time.as_secs_f64();
         println!(
-            "{what:<13}{frames:>9} frames {:>8.3} s {:>9.0} frames/s   peak memory {peak_kib} KiB",
-            time.as_secs_f64(),
-            f64::from(*frames) / time.as_secs_f64()
+            "{what:<20}{frames:>9} frames {seconds:>8.3} s of processor time, peak memory {peak_kib} KiB"
         );
-        peak_kib
+        point(&format!("recording: {what}"), "s", f64::from(*frames), seconds);
+        (seconds, peak_kib)
     });
-    peaks[1] > allowed(peaks[0])
+    let frames = f64::from(logs[1].0 - logs[0].0);
+    Measured { what, frame_ns: (many - few).max(0.0) * 1e9 / frames, has_grown: many_kib > allowed(few_kib) }
 }
 
 /// The same with cantools, if it is there.
-fn cantools(folder: &Path, profile: &str, logs: &[(u32, PathBuf); 2]) {
+fn cantools(folder: &Path, profile: &str, logs: &[(u32, PathBuf); 2]) -> Option<Measured> {
     let Some(python) = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON") else {
         println!(
             "skipped: comparison with cantools: SIGNAL_GATEWAY_PEER_PYTHON is not set (tests/run sets it)"
         );
-        return;
+        return None;
     };
     let dbc = folder.join("profile.dbc");
     let show = ["profiles", "show", profile, "--dbc"];
@@ -92,7 +130,7 @@ fn cantools(folder: &Path, profile: &str, logs: &[(u32, PathBuf); 2]) {
     assert!(shown.success());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/cantools_log.py");
     let arguments = [script.to_str().unwrap(), dbc.to_str().unwrap()];
-    measured("cantools", python.to_str().unwrap(), &arguments, logs);
+    Some(measured("cantools", python.to_str().unwrap(), &arguments, logs))
 }
 
 /// Writes line by line: this process must stay smaller than those it measures.
@@ -119,37 +157,4 @@ fn write_frames(out: &mut impl Write, source: &Path, frames: u32) -> io::Result<
         }
         shift_ns += last_ns - first_ns.unwrap() + PAUSE_NS;
     }
-}
-
-/// Duration of a program that may find something, and its peak resident memory, KiB.
-fn run(command: &mut Command) -> (Duration, i64) {
-    let start = Instant::now();
-    #[allow(clippy::zombie_processes)] // `wait` below reaps it
-    let child = command.stdout(Stdio::null()).spawn().unwrap();
-    let peak_kib = wait(libc::pid_t::try_from(child.id()).unwrap());
-    let time = start.elapsed();
-    // Until it became the program the child was this process, and Linux counts that in.
-    let own = own_peak_kib();
-    assert!(own < peak_kib, "{own} KiB here hide what the program needs");
-    (time, peak_kib)
-}
-
-/// Waits until the process has ended, with 0, or with 4 for findings; its peak resident memory, KiB.
-fn wait(pid: libc::pid_t) -> i64 {
-    // SAFETY: all-zero is a valid `rusage`.
-    #[allow(unsafe_code)]
-    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
-    let mut status = 0;
-    // SAFETY: both pointers are to live values of the right types; `pid` is our child, waited for once.
-    #[allow(unsafe_code)]
-    let waited = unsafe { libc::wait4(pid, &raw mut status, 0, &raw mut usage) };
-    assert_eq!(waited, pid);
-    assert!(libc::WIFEXITED(status) && [0, 4].contains(&libc::WEXITSTATUS(status)), "it failed: {status}");
-    usage.ru_maxrss
-}
-
-fn own_peak_kib() -> i64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
-    line.trim().trim_end_matches(" kB").parse().unwrap()
 }

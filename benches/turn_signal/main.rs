@@ -6,12 +6,18 @@
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
 
 mod city;
+#[path = "../comparison.rs"]
+mod comparison;
 
 use std::hint::black_box;
-use std::process::ExitCode;
+use std::path::Path;
+use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 use city::City;
+use comparison::{Row, figure, peers, point, processor_time, run};
+use signal_gateway::config::files::Disk;
+use signal_gateway::config::map::read_lane_network;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
@@ -58,9 +64,23 @@ struct Figures {
 }
 
 fn main() -> ExitCode {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["write", side, path] => {
+            std::fs::write(path, City { side: side.parse().unwrap() }.osm()).unwrap();
+            return ExitCode::SUCCESS;
+        }
+        ["read", path] => {
+            black_box(read_lane_network(&Disk, Path::new(path)).unwrap());
+            return ExitCode::SUCCESS;
+        }
+        _ => {}
+    }
+    // First, while this process is small: children show at least as much memory.
+    let is_read_well = read_files();
     let figures: Vec<Figures> = SIDES.map(|side| measure(City { side })).into();
     let (first, last) = (figures.first().unwrap(), figures.last().unwrap());
-    let mut good = true;
+    let mut good = is_read_well;
     let mut grown = |what: &str, [few, many]: [f64; 2], most: f64| {
         let grown = many / few;
         println!("turn signal, growth of {what}: {grown:.2} times, {most} is the most");
@@ -76,6 +96,36 @@ fn main() -> ExitCode {
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
+/// Reads maps from files, as the gateway does, each in a process of its own.
+fn read_files() -> bool {
+    let (own, folder) = (std::env::current_exe().unwrap(), tempfile::tempdir().unwrap());
+    let mut good = true;
+    for side in SIDES {
+        let path = folder.path().join("map.osm");
+        assert!(Command::new(&own).args(["write", &side.to_string()]).arg(&path).status().unwrap().success());
+        let size_mb = std::fs::metadata(&path).unwrap().len() as f64 / 1e6;
+        let (time, peak_kib) = run(Command::new(&own).arg("read").arg(&path));
+        let (read_s, peak_mb) = (time.as_secs_f64(), peak_kib as f64 * 1024.0 / 1e6);
+        point("map: time", "s", size_mb, read_s);
+        point("map: memory", "MB", size_mb, peak_mb);
+        if side < SIDES[SIDES.len() - 1] {
+            continue;
+        }
+        let what = format!("map of {size_mb:.0} MB");
+        let peer = "its size";
+        let memory =
+            Row { what: &what, ours: peak_mb, peer, theirs: size_mb, unit: "MB", aim: Some(1.5), limit: 4.0 };
+        good &= memory.print();
+        if let Some(peers) = peers(&["xml", path.to_str().unwrap()]) {
+            let theirs = figure(&peers, "read a byte of a map with quick-xml") * size_mb * 1e6 / 1e9;
+            let peer = "its XML alone, with quick-xml";
+            good &=
+                Row { what: &what, ours: read_s, peer, theirs, unit: "s", aim: None, limit: 12.0 }.print();
+        }
+    }
+    good
+}
+
 fn measure(city: City) -> Figures {
     let text = city.osm();
     // A large map is read once: it takes seconds.
@@ -86,10 +136,9 @@ fn measure(city: City) -> Figures {
     let lanelets = road.lanes().count();
     let size_mb = text.len() as f64 / 1e6;
     println!(
-        "turn signal, map of {size_mb:.1} MB, {lanelets} lanelets: read in {:.0} ms, {:.0} MB/s, peak memory so far {} MB",
+        "turn signal, map of {size_mb:.1} MB, {lanelets} lanelets: read in {:.0} ms, {:.0} MB/s",
         read_ns / 1e6,
         size_mb / (read_ns / 1e9),
-        peak_kib() / 1024,
     );
     let drive = Drive::new(&road, &city.staircase(STEPS));
     let decision_ns = [
@@ -105,6 +154,8 @@ fn measure(city: City) -> Figures {
         long.lanelets,
         long_route_ns / 1e3
     );
+    point("decision: lanelets of the map", "µs", lanelets as f64, improved);
+    point("decision: lanelets of the route", "µs", long.lanelets as f64, long_route_ns / 1e3);
     Figures { decision_ns, read_ns_per_byte: read_ns / text.len() as f64, long_route_ns }
 }
 
@@ -173,30 +224,13 @@ impl<'a> Drive<'a> {
 
 /// Nanoseconds for each of so many.
 fn timed(count: usize, action: impl FnOnce()) -> f64 {
-    let start = worked();
+    let start = processor_time();
     action();
-    worked().saturating_sub(start).as_secs_f64() * 1e9 / count as f64
-}
-
-/// Time that this thread has worked: who else is busy does not count.
-fn worked() -> Duration {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the pointer is to a live value of the right type.
-    #[allow(unsafe_code)]
-    let result = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
-    assert_eq!(result, 0);
-    Duration::new(u64::try_from(time.tv_sec).unwrap(), u32::try_from(time.tv_nsec).unwrap())
+    processor_time().saturating_sub(start).as_secs_f64() * 1e9 / count as f64
 }
 
 fn median(samples: usize, sample: impl FnMut() -> f64) -> f64 {
     let mut samples: Vec<_> = std::iter::repeat_with(sample).take(samples).collect();
     samples.sort_by(f64::total_cmp);
     samples[samples.len() / 2]
-}
-
-/// Peak resident memory of this process, KiB.
-fn peak_kib() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
-    line.trim().trim_end_matches(" kB").parse().unwrap()
 }

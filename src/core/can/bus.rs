@@ -231,9 +231,9 @@ impl Bus {
     fn permitted_silence(&self, now: MonoTime) -> Option<MonoTime> {
         let limit = self.settings.alive_timeout;
         let undisturbed = |last: &MonoTime| self.last_error.is_none_or(|at| last.since(at) > limit);
-        let may_sleep =
-            self.settings.may_sleep && self.link == LinkState::Up && is_sound(self.controller.shown(now));
-        self.last_frame.filter(undisturbed).filter(|_| may_sleep)
+        let may_sleep = self.settings.may_sleep && self.link == LinkState::Up;
+        let last = self.last_frame.filter(|_| may_sleep).filter(undisturbed);
+        last.filter(|_| is_sound(self.controller.shown(now)))
     }
 
     /// Receive time of the last frame before the current sleep, or before the latest one while

@@ -57,13 +57,20 @@ struct Reading<'a> {
     found: Found,
 }
 
-/// Elements whose content was read, each with the byte it begins at.
+/// Elements whose content was read.
 #[derive(Default)]
 struct Found {
-    nodes: Vec<(usize, Node)>,
+    nodes: Placed<Node>,
     /// Ways with the ids of their nodes.
-    ways: Vec<(usize, Way, Vec<i64>)>,
-    relations: Vec<(usize, Relation)>,
+    ways: Placed<(Way, Vec<i64>)>,
+    relations: Placed<Relation>,
+}
+
+/// Elements of one kind, and the byte that each begins at. Apart, since a map is mostly nodes: what is sorted out of them
+/// would be there twice.
+struct Placed<T> {
+    items: Vec<T>,
+    begins: Vec<usize>,
 }
 
 /// An element of which the tags and references are still to come.
@@ -185,23 +192,21 @@ impl Reading<'_> {
         }
         let Found { nodes, ways, relations } = std::mem::take(&mut self.found);
         let nodes = self.layer(nodes, Kind::Node, |node| node.id)?;
-        let ways: Result<Vec<_>, _> = ways
-            .into_iter()
-            .map(|(begin, mut way, ids)| {
-                let from = Element { kind: Kind::Way, id: way.id };
-                way.nodes = ids
-                    .into_iter()
-                    .map(|id| {
-                        let to = Element { kind: Kind::Node, id };
-                        let line = || line_of(self.text.as_bytes(), begin);
-                        nodes.position(id).ok_or_else(|| OsmError::Missing { line: line(), from, to })
-                    })
-                    .collect::<Result<_, _>>()?;
-                Ok((begin, way))
-            })
-            .collect();
-        let ways = self.layer(ways?, Kind::Way, |way| way.id)?;
-        let begins: Vec<usize> = relations.iter().map(|(begin, _)| *begin).collect();
+        let resolved = ways.items.into_iter().zip(&ways.begins).map(|((mut way, ids), begin)| {
+            let from = Element { kind: Kind::Way, id: way.id };
+            way.nodes = ids
+                .into_iter()
+                .map(|id| {
+                    let to = Element { kind: Kind::Node, id };
+                    let line = || line_of(self.text.as_bytes(), *begin);
+                    nodes.position(id).ok_or_else(|| OsmError::Missing { line: line(), from, to })
+                })
+                .collect::<Result<_, _>>()?;
+            Ok(way)
+        });
+        let ways = Placed { items: resolved.collect::<Result<_, _>>()?, begins: ways.begins };
+        let ways = self.layer(ways, Kind::Way, |way| way.id)?;
+        let begins = relations.begins.clone();
         let osm =
             Osm { nodes, ways, relations: self.layer(relations, Kind::Relation, |relation| relation.id)? };
         for (relation, begin) in osm.relations.all().iter().zip(begins) {
@@ -214,13 +219,8 @@ impl Reading<'_> {
     }
 
     /// Indexes elements of a kind by id, which must be unique.
-    fn layer<T>(
-        &self,
-        found: Vec<(usize, T)>,
-        kind: Kind,
-        id: impl Fn(&T) -> i64,
-    ) -> Result<Layer<T>, OsmError> {
-        let (begins, items): (Vec<usize>, Vec<T>) = found.into_iter().unzip();
+    fn layer<T>(&self, found: Placed<T>, kind: Kind, id: impl Fn(&T) -> i64) -> Result<Layer<T>, OsmError> {
+        let Placed { items, begins } = found;
         let mut by_id: Vec<(i64, usize)> = items.iter().map(id).zip(0..).collect();
         by_id.sort_unstable(); // of two with one id, the first in the file stays first
         for pair in by_id.windows(2) {
@@ -313,13 +313,26 @@ impl Found {
             Kind::Node => {
                 let local_m = open.local_x_m.zip(open.local_y_m).map(|(x, y)| [x, y]);
                 let node = Node { id, geo_deg: open.geo_deg, local_m, ele_m: open.ele_m, tags };
-                self.nodes.push((open.begin, node));
+                self.nodes.push(node, open.begin);
             }
-            Kind::Way => self.ways.push((open.begin, Way { id, nodes: Vec::new(), tags }, open.nodes)),
+            Kind::Way => self.ways.push((Way { id, nodes: Vec::new(), tags }, open.nodes), open.begin),
             Kind::Relation => {
-                self.relations.push((open.begin, Relation { id, members: open.members, tags }));
+                self.relations.push(Relation { id, members: open.members, tags }, open.begin);
             }
         }
+    }
+}
+
+impl<T> Placed<T> {
+    fn push(&mut self, item: T, begin: usize) {
+        self.items.push(item);
+        self.begins.push(begin);
+    }
+}
+
+impl<T> Default for Placed<T> {
+    fn default() -> Self {
+        Self { items: Vec::new(), begins: Vec::new() }
     }
 }
 
