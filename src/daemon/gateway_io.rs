@@ -6,7 +6,7 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
+use tokio::time::{Interval, MissedTickBehavior, interval};
 
 use super::DaemonError;
 use super::fault_recorder::FaultRecorder;
@@ -35,6 +35,7 @@ use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::mcap::recorder::McapRecorder;
+use crate::io::precise_timer::PreciseTimer;
 use crate::io::process_log;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
@@ -55,6 +56,7 @@ pub(super) struct GatewayIo {
     pub(super) stop: StopSignals,
     pub(super) reload: ReloadSignal,
     pub(super) watching: Watching,
+    timer: PreciseTimer,
     faults: Option<FaultRecorder>,
     mcap: Option<McapRecorder>,
     late_reports: LateReports,
@@ -92,6 +94,7 @@ impl GatewayIo {
             stop,
             reload,
             watching: Watching::start(settings),
+            timer: PreciseTimer::new()?,
             faults: None,
             mcap: recording::start(settings),
             late_reports: LateReports::default(),
@@ -351,22 +354,27 @@ impl GatewayIo {
         }
     }
 
-    /// Sleeps, feeding the watchdog, until `wake`, or until a stop is requested or something is received before.
-    pub(super) async fn wait_until(&mut self, wake: Instant, received: impl Future<Output = Input>) -> Woken {
+    /// Sleeps, feeding the watchdog, until `wake`, or until a stop is requested or something is received before. An error
+    /// is that of the timer.
+    pub(super) async fn wait_until(
+        &mut self,
+        wake: Instant,
+        received: impl Future<Output = Input>,
+    ) -> io::Result<Woken> {
         // Signals and timers are polled in between only, even when `wake` is past.
         tokio::task::yield_now().await;
         let mut received = pin!(received);
         loop {
             tokio::select! {
                 biased;
-                () = self.stop.requested() => return Woken::Stopped,
+                () = self.stop.requested() => return Ok(Woken::Stopped),
                 () = self.reload.requested() => {
                     tracing::warn!("SIGHUP: while a recording is played, only a restart changes the configuration");
                 }
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
-                () = self.watching.due() => return Woken::Watched,
-                input = &mut received => return Woken::Received(input),
-                () = sleep_until(wake.into()) => return Woken::Due,
+                () = self.watching.due() => return Ok(Woken::Watched),
+                input = &mut received => return Ok(Woken::Received(input)),
+                due = self.timer.sleep_until(wake) => return due.map(|()| Woken::Due),
             }
         }
     }

@@ -344,7 +344,7 @@ async fn play_on(
         let wake = clock.instant(real);
         // Frames are µs apart: only what lies ahead is waited for.
         if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
-            let woken = gateway_io.wait_until(wake, next_received(inbox.as_deref())).await;
+            let woken = gateway_io.wait_until(wake, next_received(inbox.as_deref())).await?;
             polled = Instant::now();
             let now = clock.now();
             replay.set_wall_time(now.wall);

@@ -33,9 +33,10 @@ pub fn rehearse(
             let Some(next) = rehearsal.next_time() else { break Ok(()) };
             let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(speed));
             match gateway_io.wait_until(clock.instant(real), pending()).await {
-                Woken::Stopped => break Ok(()),
-                Woken::Due => rehearsal.step(),
-                Woken::Received(_) | Woken::Watched => {}
+                Err(error) => break Err(error.into()),
+                Ok(Woken::Stopped) => break Ok(()),
+                Ok(Woken::Due) => rehearsal.step(),
+                Ok(Woken::Received(_) | Woken::Watched) => {}
             }
         };
         gateway_io.close();

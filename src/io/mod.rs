@@ -8,6 +8,7 @@ mod journal;
 pub mod mcap;
 pub mod new_files;
 pub mod output_queue;
+pub mod precise_timer;
 pub mod process_log;
 pub mod recorder;
 pub mod ros;

@@ -54,6 +54,20 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     late.next("the report after a withdrawal", is_report(1, 3));
 }
 
+/// RustDDS sends no multicast there, and the peer has no port where it would be looked for. It does not announce itself
+/// again, so that the gateway has to be the one that is heard.
+#[test]
+fn a_reader_that_listens_to_multicast_on_the_loopback_meets_a_gateway_that_starts_later() {
+    const URI: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>\
+        <Discovery><SPDPInterval>1hr</SPDPInterval><LeaseDuration>1hr</LeaseDuration></Discovery></Domain></CycloneDDS>";
+    let cyclone = require!(Cyclone::with_defaults()).configured(URI);
+    let domain = domain();
+    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    let gateway = Role::new(domain).only_on("127.0.0.1").start();
+    gateway.send("turn left 1");
+    turn.next("a report", is_report(2, 1));
+}
+
 /// Its peers may have given it up meanwhile, or it them.
 #[test]
 fn a_gateway_that_was_stopped_joins_the_graph_again() {

@@ -44,6 +44,7 @@ mod echo;
 mod graph;
 mod history;
 mod interfaces;
+mod loopback_announcer;
 mod parameter_server;
 mod participant;
 mod pings;

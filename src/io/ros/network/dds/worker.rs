@@ -2,6 +2,7 @@
 //! go on.
 
 use std::io;
+use std::net::Ipv4Addr;
 use std::sync::Arc;
 use std::task::Waker;
 use std::time::{Duration, Instant};
@@ -12,6 +13,7 @@ use tokio::time::sleep;
 use super::ack_timeout::AckTimeout;
 use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, ProbeResult, prefix};
 use super::interfaces::Interfaces;
+use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
 use super::topic_reader::Taken;
@@ -46,6 +48,8 @@ pub(super) struct Worker {
     wakeup: Arc<Wakeup>,
     waker: Waker,
     participant: Participant,
+    /// `None` where the loopback is not used.
+    announcer: Option<LoopbackAnnouncer>,
     /// With the time it was replaced.
     predecessor: Option<(Participant, Instant)>,
     /// With the interfaces it was made with.
@@ -76,20 +80,29 @@ pub(super) struct Worker {
     link: Link,
 }
 
-/// Joins the graph; gives the participant and the interfaces that it was made with. The error is a text for people.
-pub(super) fn join(settings: &NetworkSettings) -> Result<(Participant, Interfaces), String> {
+/// What joining the graph gives.
+pub(super) struct Joined {
+    participant: Participant,
+    /// The interfaces that the participant was made with.
+    interfaces: Interfaces,
+    announcer: Option<LoopbackAnnouncer>,
+}
+
+/// Joins the graph. The error is a text for people.
+pub(super) fn join(settings: &NetworkSettings) -> Result<Joined, String> {
     let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
+    let only = &settings.only_networks;
+    let uses_loopback = only.is_empty() || only.contains(&Ipv4Addr::LOCALHOST.into());
+    // Before the participant, which announces itself at once.
+    let announcer = uses_loopback.then(|| LoopbackAnnouncer::new(settings.domain_id)).flatten();
     let domain = participant(settings).map_err(|error| error.to_string())?;
-    Ok((Participant::new(settings, domain)?, interfaces))
+    Ok(Joined { participant: Participant::new(settings, domain)?, interfaces, announcer })
 }
 
 impl Worker {
     /// A network side that has joined the graph with this participant.
-    pub(super) fn new(
-        settings: NetworkSettings,
-        (participant, interfaces): (Participant, Interfaces),
-        link: Link,
-    ) -> Self {
+    pub(super) fn new(settings: NetworkSettings, joined: Joined, link: Link) -> Self {
+        let Joined { participant, interfaces, announcer } = joined;
         let wakeup = Arc::new(Wakeup::default());
         let now = Instant::now();
         Self {
@@ -101,6 +114,7 @@ impl Worker {
             missing: Missing::default(),
             own: vec![participant.prefix()],
             participant,
+            announcer,
             last_interfaces: interfaces.clone(),
             interfaces,
             last_slow: now,
@@ -137,6 +151,9 @@ impl Worker {
             self.last_round = now;
             if self.obey()? {
                 return Ok(());
+            }
+            if let Some(announcer) = &self.announcer {
+                announcer.send_on(&self.own);
             }
             self.receive();
             self.serve();

@@ -1,0 +1,91 @@
+//! A timer as precise as the kernel's. That of the runtime ends its waits at whole milliseconds, up to two of them late.
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::time::Instant;
+
+use rustix::time::{
+    Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, timerfd_create, timerfd_settime,
+};
+use tokio::io::unix::AsyncFd;
+use tokio::io::{Interest, Ready};
+
+/// A timer of the kernel.
+#[derive(Debug)]
+pub struct PreciseTimer(AsyncFd<OwnedFd>);
+
+impl PreciseTimer {
+    /// A timer that is not set. Must be called within a runtime.
+    ///
+    /// # Errors
+    /// That of the kernel, e.g. when there are no file descriptors left.
+    #[allow(unsafe_code)]
+    pub fn new() -> io::Result<Self> {
+        let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
+        let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
+        // SAFETY: the timer owns its descriptor and never replaces it.
+        Ok(Self(unsafe { AsyncFd::register_with_interest(timer, Interest::READABLE)? }))
+    }
+
+    /// Sleeps until then, and not at all when that is past.
+    ///
+    /// # Errors
+    /// That of the kernel.
+    pub async fn sleep_until(&mut self, at: Instant) -> io::Result<()> {
+        let ahead = at.saturating_duration_since(Instant::now());
+        if ahead.is_zero() {
+            return Ok(());
+        }
+        let it_value = Timespec::try_from(ahead).map_err(io::Error::other)?;
+        let once = Itimerspec { it_interval: Timespec::default(), it_value };
+        timerfd_settime(&self.0, TimerfdTimerFlags::empty(), &once)?;
+        loop {
+            let mut ready = self.0.readable().await?;
+            // It may be ready since an earlier sleep that was given up.
+            ready.clear_ready_matching(Ready::READABLE);
+            if Instant::now() >= at {
+                return Ok(());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use tokio::time::timeout;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_sleep_ends_at_its_time_also_after_one_that_was_given_up() {
+        let mut timer = PreciseTimer::new().unwrap();
+        timer.sleep_until(Instant::now()).await.unwrap();
+        for _ in 0..3 {
+            let late = Instant::now() + Duration::from_millis(20);
+            let _given_up = timeout(Duration::from_millis(1), timer.sleep_until(late)).await;
+            // Over by now, and not waited for.
+            std::thread::sleep(late.saturating_duration_since(Instant::now()));
+            tokio::task::yield_now().await;
+            let at = Instant::now() + Duration::from_millis(5);
+            timer.sleep_until(at).await.unwrap();
+            assert!(Instant::now() >= at);
+        }
+    }
+
+    /// The runtime's timer takes a millisecond for each. The best of many rounds counts, since the machine may be busy.
+    #[tokio::test]
+    async fn short_sleeps_do_not_take_a_millisecond_each() {
+        let mut timer = PreciseTimer::new().unwrap();
+        let mut best = Duration::MAX;
+        for _ in 0..100 {
+            let begun = Instant::now();
+            for _ in 0..10 {
+                timer.sleep_until(Instant::now() + Duration::from_micros(50)).await.unwrap();
+            }
+            best = best.min(begun.elapsed());
+        }
+        assert!(best < Duration::from_millis(5), "{best:?}");
+    }
+}
