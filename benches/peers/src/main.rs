@@ -2,7 +2,7 @@
 //! nanoseconds, that a tenth of many rounds stay below.
 //!
 //! - `peers frames` decodes two frames of the demo vehicle in turn: by hand, and with the decoder that dbc-codegen makes.
-//! - `peers lines LOG` reads the lines of a candump log with C's `sscanf`, and finds their ends with memchr.
+//! - `peers lines LOG` reads the frames of a candump log with C's `sscanf`, and finds the ends of its lines with memchr.
 //! - `peers xml MAP` reads an OSM file from one element to the next, and does nothing with them.
 //! - `peers copy BYTES` copies a message of so many bytes and puts a stamp into it.
 
@@ -71,24 +71,32 @@ fn lines(text: &[u8]) {
         black_box(memchr::memchr_iter(b'\n', black_box(text)).count());
     });
     let mut line = Vec::with_capacity(4096);
-    print_each("read a line with sscanf", count, || {
+    print_each("read a frame with sscanf", count, || {
         for (from, to) in &lines {
             // As `fgets` gives it.
             line.clear();
             line.extend_from_slice(&text[*from..*to]);
             line.push(0);
             let (mut seconds, mut micros, mut id) = (0_u64, 0_u64, 0_u32);
-            let (mut interface, mut data) = ([0_u8; 16], [0_u8; 132]);
+            let (mut interface, mut data) = ([0_u8; 16], [0_u8; 8]);
+            let [d0, d1, d2, d3, d4, d5, d6, d7] = data.each_mut().map(std::ptr::from_mut);
             // SAFETY: the line ends with 0, and each conversion has its place, of at least the size that it may fill.
             let read = unsafe {
                 libc::sscanf(
                     line.as_ptr().cast(),
-                    c"(%lu.%lu) %15s %x#%131s".as_ptr(),
+                    c"(%lu.%lu) %15s %x#%2hhx%2hhx%2hhx%2hhx%2hhx%2hhx%2hhx%2hhx".as_ptr(),
                     &raw mut seconds,
                     &raw mut micros,
                     interface.as_mut_ptr(),
                     &raw mut id,
-                    data.as_mut_ptr(),
+                    d0,
+                    d1,
+                    d2,
+                    d3,
+                    d4,
+                    d5,
+                    d6,
+                    d7,
                 )
             };
             black_box((read, seconds, micros, interface, id, data));
