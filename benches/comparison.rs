@@ -30,7 +30,7 @@ impl Row<'_> {
     /// Prints the row; false when the limit is exceeded.
     pub(crate) fn print(&self) -> bool {
         let Self { what, ours, peer, theirs, unit, aim, limit } = self;
-        let ratio = ours / theirs;
+        let ratio = (ours / theirs * 100.0).round() / 100.0;
         let digits = |value: f64| usize::from(value < 10.0);
         let aim = match aim {
             Some(aim) if ratio > *aim => format!("{aim}, not reached"),
