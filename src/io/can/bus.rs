@@ -43,8 +43,8 @@ pub struct BusSocketSettings {
 /// start and on every change, and the kernel's view of the controller: once a second, and within 100 ms of an
 /// error frame or a change of any link.
 ///
-/// A frame after a pause is handed on at once, those that follow in batches 5 ms apart. When the
-/// channel is full, frames wait in the kernel, which counts those it has no room for. An interface
+/// A frame is handed on at once, until three come within 10 ms; from then on what comes is handed on in batches 5 ms apart,
+/// until there is none. When the channel is full, frames wait in the kernel, which counts those it has no room for. An interface
 /// that went down or away is taken up again under its name when it comes back, without the frames
 /// queued before: `ENETDOWN` and `ENODEV` are distinguished by asking for the name again. While the interface is
 /// open, frames can be sent through the settings' transmitter.
@@ -150,37 +150,38 @@ impl Reception {
         Ok(socket)
     }
 
-    /// While frames are further apart than a tick: each wakes us and is handed on at once. Ends with
-    /// the instant at which the next frames are due.
+    /// While fewer frames come than there would be ticks: each wakes us and is handed on at once. Ends with the instant at
+    /// which the next frames are due.
     async fn frame_by_frame(
         &self,
         socket: CanSocket,
         monitor: &mut LinkMonitor<'_>,
     ) -> Result<(CanSocket, Instant), Lost> {
         let mut socket = socket.watched().map_err(|error| failed(&error))?;
-        let mut next = Instant::now();
+        // When the last two came.
+        let mut before = [None; 2];
         loop {
             tokio::select! {
                 news = monitor.news() => self.tell(news?).await?,
                 ready = socket.ready_mut(CanSocket::INTEREST) => {
                     let mut ready = ready.map_err(|error| failed(&error))?;
-                    if Instant::now() < next {
-                        drop(ready);
-                        return Ok((socket.into_inner(), next));
-                    }
                     ready.clear_ready(); // what comes from here on makes it ready again
                     let count = self.take(ready.get_inner_mut(), monitor).await?;
+                    drop(ready);
+                    let now = Instant::now();
                     if count == BATCH {
-                        drop(ready);
-                        return Ok((socket.into_inner(), next));
+                        return Ok((socket.into_inner(), now));
                     }
-                    next = Instant::now() + TICK;
+                    if before[0].is_some_and(|third_last: Instant| third_last + 2 * TICK > now) {
+                        return Ok((socket.into_inner(), now + TICK));
+                    }
+                    before = [before[1], Some(now)];
                 }
             }
         }
     }
 
-    /// While frames are closer together: what came since the last tick is handed on together. The
+    /// While there are some in every tick: what came since the last one is handed on together. The
     /// runtime must not watch the socket meanwhile, or every frame would wake us nevertheless.
     async fn batch_by_batch(
         &self,
