@@ -77,6 +77,8 @@ impl CanSocket {
     /// down or away.
     pub(super) fn receive(&mut self, bus: BusIndex, inputs: &mut Vec<CanInput>) -> io::Result<usize> {
         let lengths = receive_batch(&self.fd, &mut self.buffers)?;
+        let count = lengths.iter().flatten().count();
+        inputs.reserve(count);
         for (buffer, length) in self.buffers.iter().zip(lengths.iter().flatten()) {
             let controls = wire::controls(buffer.control.get(..length.control).unwrap_or_default());
             let lost = controls.lost.map_or(0, |count| self.losses.advance(count));
@@ -92,7 +94,7 @@ impl CanSocket {
                 None => {}
             }
         }
-        Ok(lengths.iter().flatten().count())
+        Ok(count)
     }
 }
 
