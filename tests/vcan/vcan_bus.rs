@@ -306,7 +306,7 @@ async fn a_busy_bus_wakes_the_gateway_every_5_ms_and_never_for_other_ids() {
     }
 }
 
-/// Ticks without a frame would wake it in vain.
+/// Ticks without a frame would wake it for nothing.
 #[tokio::test]
 async fn frames_now_and_then_wake_the_gateway_once_each() {
     const PAIRS: u16 = 100;

@@ -4,7 +4,6 @@
 //! - `peers frames` decodes two frames of the demo vehicle in turn: by hand, and with the decoder that dbc-codegen makes.
 //! - `peers lines LOG` reads the frames of a candump log with C's `sscanf`, and finds the ends of its lines with memchr.
 //! - `peers xml MAP` reads an OSM file from one element to the next, and does nothing with them.
-//! - `peers copy BYTES` copies a message of so many bytes and puts a stamp into it.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -20,6 +19,8 @@ use embedded_can::{Id, StandardId};
 const LEFT: [u8; 8] = [1, 0, 0b0010, 0, 0, 0, 0x10, 0];
 const RIGHT: [u8; 8] = [2, 0, 0b0100, 0, 0, 0, 0x20, 0];
 const TURN_INDICATORS: u16 = 0x2A5;
+/// Frames of a round.
+const FRAMES: usize = 100_000;
 
 fn main() {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
@@ -27,29 +28,32 @@ fn main() {
         ["frames"] => frames(),
         ["lines", path] => lines(&std::fs::read(path).unwrap()),
         ["xml", path] => xml(&std::fs::read_to_string(path).unwrap()),
-        ["copy", bytes] => copy(bytes.parse().unwrap()),
-        _ => panic!("usage: peers frames | lines LOG | xml MAP | copy BYTES"),
+        _ => panic!("usage: peers frames | lines LOG | xml MAP"),
     }
 }
 
 fn frames() {
     let mut inputs = [(TURN_INDICATORS, LEFT), (TURN_INDICATORS, RIGHT)].into_iter().cycle();
-    print("decode by hand", 10_000, || {
-        let (id, data) = black_box(inputs.next().unwrap());
-        black_box((id == TURN_INDICATORS).then(|| report((data[2] >> 1) & 7)));
+    print_each("decode by hand", FRAMES, || {
+        for _ in 0..FRAMES {
+            let (id, data) = black_box(inputs.next().unwrap());
+            black_box((id == TURN_INDICATORS).then(|| report((data[2] >> 1) & 7)));
+        }
     });
-    print("decode with dbc-codegen", 10_000, || {
-        let (id, data) = black_box(inputs.next().unwrap());
-        let message = Messages::from_can_message(Id::Standard(StandardId::new(id).unwrap()), &data);
-        black_box(match message {
-            Ok(Messages::BcmTurnIndicators(message)) => match message.turn_indicator_state() {
-                State::Off => Some(1),
-                State::Left => Some(2),
-                State::Right => Some(3),
+    print_each("decode with dbc-codegen", FRAMES, || {
+        for _ in 0..FRAMES {
+            let (id, data) = black_box(inputs.next().unwrap());
+            let message = Messages::from_can_message(Id::Standard(StandardId::new(id).unwrap()), &data);
+            black_box(match message {
+                Ok(Messages::BcmTurnIndicators(message)) => match message.turn_indicator_state() {
+                    State::Off => Some(1),
+                    State::Left => Some(2),
+                    State::Right => Some(3),
+                    _ => None,
+                },
                 _ => None,
-            },
-            _ => None,
-        });
+            });
+        }
     });
 }
 
@@ -115,28 +119,9 @@ fn xml(text: &str) {
     black_box(elements);
 }
 
-fn copy(bytes: usize) {
-    let message = vec![7_u8; bytes];
-    let mut into = vec![0_u8; bytes];
-    let mut stamp = 0_u64;
-    print("copy a message", 20, || {
-        stamp += 1;
-        into.copy_from_slice(black_box(&message));
-        into[4..12].copy_from_slice(&stamp.to_le_bytes());
-        black_box(&into);
-    });
-}
-
 /// Prints the time of one of `count` things that are done in each round.
 fn print_each(name: &str, count: usize, mut round: impl FnMut()) {
     let mut times: Vec<_> = (0..20).map(|_| timed(&mut round).as_nanos()).collect();
-    times.sort_unstable();
-    println!("{name}: {:.3} ns", times[times.len() / 10] as f64 / count as f64);
-}
-
-/// Prints the time of what is done `count` times in each round.
-fn print(name: &str, count: usize, mut once: impl FnMut()) {
-    let mut times: Vec<_> = (0..200).map(|_| timed(|| (0..count).for_each(|_| once())).as_nanos()).collect();
     times.sort_unstable();
     println!("{name}: {:.3} ns", times[times.len() / 10] as f64 / count as f64);
 }

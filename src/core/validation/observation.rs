@@ -85,7 +85,7 @@ impl fmt::Display for Unused {
     }
 }
 
-/// What a frame that is used says.
+/// Whether a frame that is used brings anything new.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrival {
     /// Values or a validity other than before it.

@@ -9,7 +9,7 @@ use zenoh::internal::plugins::PluginsManager;
 use zenoh::internal::runtime::RuntimeBuilder;
 use zenoh_plugin_ros2dds::ROS2Plugin;
 
-/// What the bridge sets whatever its configuration says.
+/// What the bridge sets whatever its configuration contains.
 const SETTINGS: [&str; 3] = ["timestamping/enabled", "adminspace/enabled", "plugins_loading/enabled"];
 
 #[tokio::main]

@@ -15,7 +15,7 @@ pub(super) struct Received {
     pub(super) parameters: Option<Parameters>,
     /// Pings to be answered.
     pub(super) pings: Vec<u64>,
-    /// True if the gateway says stop.
+    /// True if the gateway orders to stop.
     pub(super) stop: bool,
 }
 

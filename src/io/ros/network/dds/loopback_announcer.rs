@@ -3,7 +3,7 @@
 //! RustDDS sends no multicast on an interface that is not marked as capable of it, which the loopback of Linux is not.
 //! There it announces a participant to the ports of the first twelve participants of this computer instead. A peer that
 //! has none of these ports and listens to multicast on the loopback, such as Cyclone DDS without a participant index,
-//! hears nothing, and would be met no sooner than it announces itself again (8 s). So we take one of these ports, and
+//! receives nothing, and would be met no sooner than it announces itself again (8 s). So we take one of these ports, and
 //! what our own participants send there goes on by multicast.
 
 use std::io;

@@ -175,7 +175,7 @@ impl Worker {
         }
     }
 
-    /// Carries out what the gateway has ordered since the last call. True if it says stop.
+    /// Carries out what the gateway has ordered since the last call. True if it has ordered to stop.
     fn obey(&mut self) -> io::Result<bool> {
         let received = orders::receive(&mut self.link, &self.settings)?;
         if let Some(parameters) = received.parameters {
