@@ -6,6 +6,7 @@ use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::map::geometry::polyline::at_arc;
 use signal_gateway::core::map::lane_network::LaneNetwork;
 use signal_gateway::core::map::osm;
+use signal_gateway::core::map::points::Points;
 use signal_gateway::core::map::projector::{Geo, Projector};
 
 fuzz_target!(|bytes: &[u8]| {
@@ -13,7 +14,8 @@ fuzz_target!(|bytes: &[u8]| {
     let Ok(osm) = osm::read(bytes) else { return };
     let origin = Geo { latitude_deg: 35.9, longitude_deg: 139.9, altitude_m: 0.0 };
     for projector in [Projector::Local, Projector::LocalCartesianUtm(origin)] {
-        let Ok(road) = LaneNetwork::read(&osm, &projector) else { continue };
+        let road = Points::new(&osm, &projector).and_then(|points| LaneNetwork::read(&osm, &points));
+        let Ok(road) = road else { continue };
         for lane in road.lanes() {
             assert_eq!(road.lane(lane.id), Some(lane));
             let middle = at_arc(&lane.centerline, lane.length_m() / 2.0).expect("it has points");

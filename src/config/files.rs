@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use super::built_in;
@@ -19,6 +19,14 @@ pub trait Files {
     /// # Errors
     /// An error of the source, such as a missing file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// Opens a file that is read piece by piece, where the source has pieces.
+    ///
+    /// # Errors
+    /// An error of the source, such as a missing file or a folder.
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        Ok(Box::new(Cursor::new(self.read(path)?)))
+    }
 
     /// Looks for a file without reading it, where the source can; true for a folder.
     ///
@@ -40,13 +48,24 @@ pub struct Disk;
 
 impl Files for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.open(path)?.read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
         if let Some(path) = built_in::project_path(path) {
-            return Embedded.read(&path);
+            return Embedded.open(&path);
         }
         if standard_input::is_named(path) {
-            return at_most(standard_input::content(MAX_BYTES)?, MAX_BYTES);
+            let content = Cursor::new(standard_input::content(MAX_BYTES)?);
+            return Ok(Box::new(Limited { file: content, left: MAX_BYTES }));
         }
-        read_at_most(File::open(path)?, MAX_BYTES)
+        let file = File::open(path)?;
+        if file.metadata()?.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        Ok(Box::new(Limited { file, left: MAX_BYTES }))
     }
 
     fn is_folder(&self, path: &Path) -> io::Result<bool> {
@@ -66,15 +85,25 @@ impl ListedDisk {
     pub fn paths(&self) -> Vec<PathBuf> {
         self.0.borrow().iter().cloned().collect()
     }
+
+    fn list(&self, path: &Path) {
+        if built_in::project_path(path).is_none() && !standard_input::is_named(path) {
+            self.0.borrow_mut().extend(std::path::absolute(path));
+        }
+    }
 }
 
 impl Files for ListedDisk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let bytes = Disk.read(path)?;
-        if built_in::project_path(path).is_none() && !standard_input::is_named(path) {
-            self.0.borrow_mut().extend(std::path::absolute(path));
-        }
+        self.list(path);
         Ok(bytes)
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        let file = Disk.open(path)?;
+        self.list(path);
+        Ok(file)
     }
 
     fn is_folder(&self, path: &Path) -> io::Result<bool> {
@@ -82,17 +111,20 @@ impl Files for ListedDisk {
     }
 }
 
-fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    file.take(most + 1).read_to_end(&mut bytes)?;
-    at_most(bytes, most)
+/// A file that fails when more than this is read.
+struct Limited<R> {
+    file: R,
+    left: u64,
 }
 
-fn at_most(bytes: Vec<u8>, most: u64) -> io::Result<Vec<u8>> {
-    if bytes.len() as u64 > most {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {most} bytes")));
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(buffer)?;
+        let too_large =
+            || io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {MAX_BYTES} bytes"));
+        self.left = self.left.checked_sub(read as u64).ok_or_else(too_large)?;
+        Ok(read)
     }
-    Ok(bytes)
 }
 
 /// The files in the binary, by their paths in the project, so that the demo and the rules of countries need nothing beside it.
@@ -114,7 +146,10 @@ mod tests {
 
     #[test]
     fn a_file_above_the_limit_is_refused() {
-        let read = |bytes: u64| read_at_most(io::repeat(b'x').take(bytes), 100).map(|bytes| bytes.len());
+        let read = |bytes: u64| {
+            let file = io::repeat(b'x').take(bytes);
+            Limited { file, left: 100 }.read_to_end(&mut Vec::new())
+        };
         assert_eq!(read(100).unwrap(), 100);
         assert_eq!(read(u64::MAX).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
     }
@@ -129,8 +164,14 @@ mod tests {
         for read in [&path, &path, &built_in] {
             assert!(disk.read(read).is_ok());
         }
+        let opened = folder.path().join("b.osm");
+        std::fs::write(&opened, "b").unwrap();
+        assert!(disk.open(&opened).is_ok());
         assert!(disk.read(&folder.path().join("missing")).is_err());
-        assert_eq!(disk.paths(), [path]);
+        for unread in [disk.read(folder.path()).err(), disk.open(folder.path()).err()] {
+            assert_eq!(unread.unwrap().kind(), io::ErrorKind::IsADirectory);
+        }
+        assert_eq!(disk.paths(), [path, opened]);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The lanelet2 maps that sections and drives name, with the projector file beside each.
 
-use std::io;
+use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
+
+use quick_xml::reader::Reader;
 
 use super::built_in::{BuiltIn, display};
 use super::file_kind::FileKind;
@@ -13,12 +15,15 @@ use super::reading::problem::{Problem, cannot_read};
 use crate::core::map::error::MapError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::{LampSource, LightMap};
-use crate::core::map::osm::{self, Osm};
+use crate::core::map::osm::{self, Layer, Osm};
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
 /// The name of the map in a folder that stands for it.
 const MAP_NAME: &str = "lanelet2_map.osm";
+
+/// What is read of a map at once, bytes.
+const PIECE: usize = 64 << 10;
 
 /// The lights of a map.
 #[derive(Debug)]
@@ -49,7 +54,7 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
         Err(error) => (None, Some(error)),
     };
     let lights = LightMap::read(&map.osm, points.as_ref(), lamps);
-    let lights = lights.map_err(|error| placed(files, &map.path, error.to_string(), &error))?;
+    let lights = lights.map_err(|error| map.problem(files, error.to_string(), &error))?;
     Ok(MapLights { lights, unplaced })
 }
 
@@ -58,8 +63,13 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// # Errors
 /// The problem of the file, its projector, or the map, at its place as far as that is known.
 pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, Problem> {
-    let map = MapFile::read(files, path)?;
-    LaneNetwork::read(&map.osm, &map.projector()).map_err(|error| {
+    let mut map = MapFile::read(files, path)?;
+    let road = Points::new(&map.osm, &map.projector()).and_then(|points| {
+        // The points stand for the nodes, which are most of a map, from here on.
+        map.osm.nodes = Layer::default();
+        LaneNetwork::read(&map.osm, &points)
+    });
+    road.map_err(|error| {
         // Without the file, the map does not require local coordinates: they were the last resort.
         let reason = match (&error, map.given) {
             (MapError::NoLocal { node }, None) => {
@@ -69,7 +79,7 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
             }
             _ => error.to_string(),
         };
-        placed(files, &map.path, reason, &error)
+        map.problem(files, reason, &error)
     })
 }
 
@@ -82,15 +92,18 @@ pub(super) fn refuse(checker: &Checker, at: &Location, problem: Problem, remedy:
     }
 }
 
-/// The problem of a map, with the place of its element.
-fn placed(files: &dyn Files, path: &Path, reason: String, error: &MapError) -> Problem {
-    let bytes = files.read(path).unwrap_or_default();
-    let (line, value) = if let MapError::Osm(error) = error {
-        (Some(error.line()), error.value())
-    } else {
-        (error.element().and_then(|element| osm::line_of_element(&bytes, element)), None)
+/// The problem of a map, at a value in a line or where the line begins.
+fn placed(
+    files: &dyn Files,
+    path: &Path,
+    reason: String,
+    line: Option<usize>,
+    value: Option<&str>,
+) -> Problem {
+    let text = |line: usize| {
+        let text = BufReader::new(files.open(path).ok()?).split(b'\n').nth(line - 1)?.ok()?;
+        Some(String::from_utf8_lossy(&text).into_owned())
     };
-    let text = |line: usize| bytes.split(|byte| *byte == b'\n').nth(line - 1).map(String::from_utf8_lossy);
     let position = line.map(|line| (line, text(line).map_or(1, |text| column(&text, value))));
     Problem { position, ..Problem::whole_file(path, reason, "") }
 }
@@ -114,10 +127,10 @@ struct MapFile {
 impl MapFile {
     fn read(files: &dyn Files, path: &Path) -> Result<Self, Problem> {
         let whole = |reason: String| Problem::whole_file(path, reason, "");
-        let (path, outcome) = match files.read(path) {
+        let (path, outcome) = match files.open(path) {
             Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
                 let path = path.join(MAP_NAME);
-                let outcome = files.read(&path);
+                let outcome = files.open(&path);
                 if outcome.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
                     return Err(whole(format!("this is a folder without a {MAP_NAME}")));
                 }
@@ -125,16 +138,22 @@ impl MapFile {
             }
             outcome => (path.to_owned(), outcome),
         };
-        let bytes = outcome.map_err(|error| whole(cannot_read(&error)))?;
-        if let Some((reason, _)) = FileKind::Map.mismatch(&bytes) {
-            return Err(whole(reason));
-        }
-        let osm = osm::read(&bytes).map_err(|error| {
-            let reason = error.to_string();
-            placed(files, &path, reason, &error.into())
+        let file = outcome.map_err(|error| whole(cannot_read(&error)))?;
+        let mut reader = Reader::from_reader(BufReader::with_capacity(PIECE, file));
+        let osm = osm::read_events(|text| reader.read_event_into(text)).map_err(|error| {
+            let content = files.read(&path).unwrap_or_default();
+            FileKind::Map.mismatch(&content).map_or_else(
+                || placed(files, &path, error.to_string(), Some(error.line()), error.value()),
+                |(reason, _)| whole(reason),
+            )
         })?;
         let given = projector(files, &path).map_err(whole)?;
         Ok(Self { path, osm, given })
+    }
+
+    /// The problem of an element, at its place.
+    fn problem(&self, files: &dyn Files, reason: String, error: &MapError) -> Problem {
+        placed(files, &self.path, reason, self.osm.line(error.element()), None)
     }
 
     /// The projector that is given; else, as upstream, the military grid; else local coordinates.
@@ -153,6 +172,8 @@ fn projector(files: &dyn Files, map: &Path) -> Result<Option<Projector>, String>
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
     use super::*;
 
     const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
@@ -174,6 +195,41 @@ mod tests {
                 _ => Err(io::ErrorKind::NotFound.into()),
             }
         }
+    }
+
+    /// A map that is there in pieces only, and cannot be read on after its last byte.
+    struct Stream(String);
+
+    impl Files for Stream {
+        fn read(&self, _: &Path) -> io::Result<Vec<u8>> {
+            Err(io::ErrorKind::OutOfMemory.into())
+        }
+
+        fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+            let text = io::Cursor::new(self.0.clone());
+            match path.extension() {
+                Some(osm) if osm == "osm" => Ok(Box::new(text.chain(Torn))),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    struct Torn;
+
+    impl Read for Torn {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("the disk is gone"))
+        }
+    }
+
+    #[test]
+    fn a_map_is_read_in_pieces_to_its_first_mistake() {
+        let refused = |text: String| read_lane_network(&Stream(text), Path::new("map.osm")).unwrap_err();
+        let torn = refused(CROSSROADS.to_owned());
+        let lines = CROSSROADS.split('\n').count();
+        assert_eq!(torn.to_string(), format!("map.osm:{lines}:1: cannot read it: the disk is gone"));
+        let wrong = format!("<osm>\n  <node/>{}", "\n".repeat(2 * PIECE));
+        assert_eq!(refused(wrong).to_string(), "map.osm:2:3: a node has no `id`");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 use proptest::prelude::*;
 use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork};
 use signal_gateway::core::map::osm;
+use signal_gateway::core::map::points::Points;
 use signal_gateway::core::map::projector::Projector;
 
 const MAPS: [&str; 11] = [
@@ -105,7 +106,8 @@ static NETWORKS: LazyLock<Vec<LaneNetwork>> = LazyLock::new(|| {
         let bytes = |file: &str| std::fs::read(folder.join(name).join(file)).unwrap();
         let projector = String::from_utf8(bytes("map_projector_info.yaml")).unwrap();
         let osm = osm::read(&bytes("lanelet2_map.osm")).unwrap();
-        LaneNetwork::read(&osm, &Projector::parse(&projector).unwrap()).unwrap()
+        let points = Points::new(&osm, &Projector::parse(&projector).unwrap()).unwrap();
+        LaneNetwork::read(&osm, &points).unwrap()
     };
     MAPS.iter().map(read).collect()
 });

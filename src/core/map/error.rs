@@ -1,6 +1,6 @@
 //! Errors of maps.
 
-use super::osm::{Element, Kind, OsmError, Tags};
+use super::osm::{Element, Kind, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
@@ -10,9 +10,6 @@ pub(super) const MAX_POINTS: usize = 50_000_000;
 /// An error of a map, with the element that has it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MapError {
-    /// The file is not read.
-    #[error(transparent)]
-    Osm(#[from] OsmError),
     /// A tag has a value that cannot be used.
     #[error("{element}: tag `{key}` is `{value}`, {expected} expected")]
     BadTag {
@@ -70,18 +67,17 @@ pub enum MapError {
 }
 
 impl MapError {
-    /// The element that has it; `None` for a file that is not read.
-    pub fn element(&self) -> Option<Element> {
+    /// The element that has it.
+    pub fn element(&self) -> Element {
         let (kind, id) = match *self {
-            Self::Osm(_) => return None,
-            Self::BadTag { element, .. } => return Some(element),
+            Self::BadTag { element, .. } => return element,
             Self::Sides { lanelet, .. } | Self::TooLarge { lanelet } => (Kind::Relation, lanelet),
             Self::ShortBound { way, .. } => (Kind::Way, way),
             Self::TooFar { node } | Self::NotProjected { node } | Self::NoLocal { node } => {
                 (Kind::Node, node)
             }
         };
-        Some(Element { kind, id })
+        Element { kind, id }
     }
 }
 

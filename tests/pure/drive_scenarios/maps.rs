@@ -6,6 +6,7 @@ use signal_gateway::core::map::geometry::Point;
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::map::light_map::{LampSource, LightMap};
 use signal_gateway::core::map::osm;
+use signal_gateway::core::map::points::Points;
 use signal_gateway::core::map::projector::Projector;
 
 #[path = "../../../examples/maps/mod.rs"]
@@ -21,7 +22,7 @@ fn folder(name: &str) -> PathBuf {
 pub(super) fn map(name: &str) -> LaneNetwork {
     let projector = Projector::parse(&std::fs::read_to_string(folder(name).join(PROJECTOR_FILE)).unwrap());
     let osm = osm::read(&std::fs::read(folder(name).join(MAP_FILE)).unwrap()).unwrap();
-    LaneNetwork::read(&osm, &projector.unwrap()).unwrap()
+    LaneNetwork::read(&osm, &Points::new(&osm, &projector.unwrap()).unwrap()).unwrap()
 }
 
 fn lanelet(map: &LaneNetwork, id: i64) -> &Lane {

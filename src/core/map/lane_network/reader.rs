@@ -11,24 +11,22 @@ use crate::core::map::geometry::centerline::{centerline, centerline_parts};
 use crate::core::map::geometry::polyline::is_on_left;
 use crate::core::map::osm::{Element, Kind, Osm, Relation, Way};
 use crate::core::map::points::Points;
-use crate::core::map::projector::Projector;
 
 /// The subtype of lanelets that are shoulders. They are not for vehicles, so no neighbours.
 const SHOULDER: &str = "road_shoulder";
 
 impl LaneNetwork {
     /// The network of all lanelets of a map, also of those that are not for vehicles, since a shoulder can be where a
-    /// vehicle pulls out.
+    /// vehicle pulls out. Of the nodes, it takes nothing but the points.
     ///
     /// # Errors
     /// [`MapError`], with the element that is wrong.
-    pub fn read(osm: &Osm, projector: &Projector) -> Result<Self, MapError> {
-        let points = Points::new(osm, projector)?;
+    pub fn read(osm: &Osm, points: &Points) -> Result<Self, MapError> {
         let relations = || osm.relations.all().iter();
         let elements = || relations().filter(|relation| relation.is_regulatory("roundabout"));
         let mut builder = Builder {
             osm,
-            points: &points,
+            points,
             hatched: hatched_nodes(osm),
             roundabouts: elements().zip(0..).map(|(element, at)| (element.id, at)).collect(),
             points_so_far: 0,

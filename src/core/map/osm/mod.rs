@@ -8,7 +8,7 @@ mod tests;
 
 use std::fmt;
 
-pub use reader::{line_of_element, read};
+pub use reader::{read, read_events};
 
 /// Nodes, ways and relations of a file, each kind in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,16 +87,26 @@ pub struct Element {
     pub id: i64,
 }
 
-/// Keys and values of an element.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Tags(Box<[(Box<str>, Box<str>)]>);
+/// Keys and values of an element, in turn, each followed by [`Self::END`]: a map has hundreds of thousands of short ones.
+#[derive(Clone, PartialEq, Eq, Default)]
+pub struct Tags(Box<[u8]>);
 
 /// Elements of one kind, in the order of the file, found by id.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer<T> {
     items: Vec<T>,
-    /// Ids with positions in `items`, ascending.
-    by_id: Vec<(i64, usize)>,
+    /// Ascending, once all are there.
+    places: Vec<Place>,
+}
+
+/// The place of an element. 32 bits do, as so many elements would take hundreds of GB.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    id: i64,
+    /// Position in the layer.
+    position: u32,
+    /// Line of the file that it begins on, from 1.
+    line: u32,
 }
 
 /// A reason for which a file is not read.
@@ -107,6 +117,14 @@ pub enum OsmError {
     NotUtf8 {
         /// Line of the text, from 1.
         line: usize,
+    },
+    /// The text could not be read to its end.
+    #[error("cannot read it: {reason}")]
+    NotRead {
+        /// Line of the text that was reached, from 1.
+        line: usize,
+        /// Message of the system.
+        reason: String,
     },
     /// The text is not XML.
     #[error("not XML: {reason}")]
@@ -181,6 +199,7 @@ impl OsmError {
     pub fn line(&self) -> usize {
         match self {
             Self::NotUtf8 { line }
+            | Self::NotRead { line, .. }
             | Self::NotXml { line, .. }
             | Self::NotOsm { line, .. }
             | Self::Truncated { line }
@@ -207,6 +226,9 @@ pub enum ElementRef {
 }
 
 impl Tags {
+    /// A byte that no text in UTF-8 has.
+    const END: u8 = 0xFF;
+
     /// The value of a key; the first, if the file has several.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.iter().find_map(|(known, value)| (known == key).then_some(value))
@@ -219,7 +241,21 @@ impl Tags {
 
     /// Keys and values, in the order of the file.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.0.iter().map(|(key, value)| (key.as_ref(), value.as_ref()))
+        let mut texts =
+            self.0.split(|byte| *byte == Self::END).map(|text| str::from_utf8(text).unwrap_or_default());
+        std::iter::from_fn(move || texts.next().zip(texts.next()))
+    }
+}
+
+impl Osm {
+    /// The line of the file that an element begins on, from 1; `None` if it is not there.
+    pub fn line(&self, element: Element) -> Option<usize> {
+        let place = match element.kind {
+            Kind::Node => self.nodes.place(element.id),
+            Kind::Way => self.ways.place(element.id),
+            Kind::Relation => self.relations.place(element.id),
+        };
+        place.map(|place| place.line as usize)
     }
 }
 
@@ -231,19 +267,23 @@ impl<T> Layer<T> {
 
     /// Its position in [`Self::all`].
     pub fn position(&self, id: i64) -> Option<usize> {
-        let found = self.by_id.binary_search_by_key(&id, |(id, _)| *id).ok()?;
-        self.by_id.get(found).map(|(_, position)| *position)
+        self.place(id).map(|place| place.position as usize)
     }
 
     /// All elements, in the order of the file.
     pub fn all(&self) -> &[T] {
         &self.items
     }
+
+    fn place(&self, id: i64) -> Option<&Place> {
+        let found = self.places.binary_search_by_key(&id, |place| place.id).ok()?;
+        self.places.get(found)
+    }
 }
 
 impl<T> Default for Layer<T> {
     fn default() -> Self {
-        Self { items: Vec::new(), by_id: Vec::new() }
+        Self { items: Vec::new(), places: Vec::new() }
     }
 }
 
@@ -264,6 +304,12 @@ impl Relation {
     /// Returns whether it is a lanelet.
     pub fn is_lanelet(&self) -> bool {
         self.tags.is("type", "lanelet")
+    }
+}
+
+impl fmt::Debug for Tags {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_map().entries(self.iter()).finish()
     }
 }
 

@@ -1,33 +1,53 @@
-//! From XML text to primitives, in one pass and without a tree.
+//! From XML text to primitives, in one pass, without a tree and without the whole text.
 
 use std::borrow::Cow;
 use std::str;
 
-use quick_xml::XmlVersion;
-use quick_xml::events::attributes::Attribute;
+use quick_xml::errors::SyntaxError;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
+use quick_xml::{Error, XmlVersion};
 
-use super::{Element, ElementRef, Kind, Layer, Member, Node, Osm, OsmError, Relation, Tags, Way};
+use super::{Element, ElementRef, Kind, Layer, Member, Node, Osm, OsmError, Place, Relation, Tags, Way};
 
 /// Tags of nodes that are kept as text; most nodes have none.
 const NODE_TAGS: [&str; 2] = ["color", "arrow"];
 
-/// Reads a whole file. Memory is bounded by the size of the text.
+/// Reads a whole file.
+///
+/// # Errors
+/// As [`read_events`].
+pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
+    let mut reader = Reader::from_reader(bytes);
+    read_events(|text| reader.read_event_into(text))
+}
+
+/// Reads a file from the events of its XML, so that its text need not be in memory. `next` gives the next event and leaves its
+/// text in the empty buffer, as [`Reader::read_event_into`] does.
+///
+/// Memory is bounded by the size of the text.
 ///
 /// # Errors
 /// The first thing wrong, with its line; references are looked at last.
-pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
-    let text = str::from_utf8(bytes)
-        .map_err(|error| OsmError::NotUtf8 { line: line_of(bytes, error.valid_up_to()) })?;
-    let mut reading =
-        Reading { text, begin: 0, depth: 0, seen_root: false, open: None, found: Found::default() };
-    let mut reader = Reader::from_str(text);
-    reader.config_mut().expand_empty_elements = true;
+pub fn read_events(
+    mut next: impl for<'t> FnMut(&'t mut Vec<u8>) -> Result<Event<'t>, Error>,
+) -> Result<Osm, OsmError> {
+    let mut reading = Reading {
+        line: 1,
+        depth: 0,
+        seen_root: false,
+        open: None,
+        osm: Osm::default(),
+        way_nodes: Vec::new(),
+    };
+    let mut text = Vec::new();
     loop {
-        reading.begin = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
-        match reader.read_event() {
+        match next(&mut text) {
             Ok(Event::Start(tag)) => reading.open(&tag)?,
+            Ok(Event::Empty(tag)) => {
+                reading.open(&tag)?;
+                reading.close();
+            }
             Ok(Event::End(_)) => reading.close(),
             Ok(Event::Eof) => return reading.finish(),
             Ok(
@@ -37,45 +57,31 @@ pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
                 | Event::Decl(_)
                 | Event::PI(_)
                 | Event::DocType(_)
-                | Event::GeneralRef(_)
-                | Event::Empty(_),
+                | Event::GeneralRef(_),
             ) => {}
-            Err(quick_xml::Error::Syntax(_)) if reading.seen_root => return Err(reading.truncated()),
-            Err(error) => return Err(reading.not_xml(&error)),
+            Err(error) => return Err(reading.failed(&error, &text)),
         }
+        reading.line += line_ends(&text);
+        text.clear();
     }
 }
 
-struct Reading<'a> {
-    text: &'a str,
-    /// Byte at which the current tag begins.
-    begin: usize,
+struct Reading {
+    /// Line on which the current event begins, from 1.
+    line: usize,
     depth: usize,
     seen_root: bool,
     /// The element whose content is being read.
     open: Option<Open>,
-    found: Found,
-}
-
-/// Elements whose content was read.
-#[derive(Default)]
-struct Found {
-    nodes: Placed<Node>,
-    /// Ways with the ids of their nodes.
-    ways: Placed<(Way, Vec<i64>)>,
-    relations: Placed<Relation>,
-}
-
-/// Elements of one kind, and the byte that each begins at. Apart, since a map is mostly nodes: what is sorted out of them
-/// would be there twice.
-struct Placed<T> {
-    items: Vec<T>,
-    begins: Vec<usize>,
+    /// Elements whose content was read.
+    osm: Osm,
+    /// Ids of the nodes of each way.
+    way_nodes: Vec<Box<[i64]>>,
 }
 
 /// An element of which the tags and references are still to come.
 struct Open {
-    begin: usize,
+    line: usize,
     element: Element,
     /// Marked by an editor: to be left out.
     deleted: bool,
@@ -85,17 +91,18 @@ struct Open {
     ele_m: f64,
     nodes: Vec<i64>,
     members: Vec<Member>,
-    tags: Vec<(Box<str>, Box<str>)>,
+    /// As in [`Tags`].
+    tags: Vec<u8>,
 }
 
-impl Reading<'_> {
+impl Reading {
     fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), OsmError> {
         self.depth += 1;
         let name = tag.name();
         match (self.depth, name.0) {
             (1, "osm") if !self.seen_root => self.seen_root = true,
             (1, other) => {
-                return Err(OsmError::NotOsm { line: self.line(), found: Some(other.to_owned()) });
+                return Err(OsmError::NotOsm { line: self.line, found: Some(other.to_owned()) });
             }
             (2, "node") => self.open = Some(self.element(tag, Kind::Node)?),
             (2, "way") => self.open = Some(self.element(tag, Kind::Way)?),
@@ -105,7 +112,8 @@ impl Reading<'_> {
                     match (inner, open.element.kind) {
                         ("tag", _) => self.tag(tag, &mut open)?,
                         ("nd", Kind::Way) => {
-                            open.nodes.push(self.id(tag, "ref", ElementRef::Known(open.element))?);
+                            let [id] = self.attributes(tag, ["ref"])?;
+                            open.nodes.push(self.id("ref", id, ElementRef::Known(open.element))?);
                         }
                         ("member", Kind::Relation) => open.members.push(self.member(tag, open.element)?),
                         _ => {}
@@ -123,26 +131,48 @@ impl Reading<'_> {
             && let Some(open) = self.open.take()
             && !open.deleted
         {
-            self.found.add(open);
+            self.add(open);
         }
         self.depth = self.depth.saturating_sub(1);
     }
 
+    fn add(&mut self, open: Open) {
+        let Element { kind, id } = open.element;
+        let tags = Tags(open.tags.into());
+        match kind {
+            Kind::Node => {
+                let local_m = open.local_x_m.zip(open.local_y_m).map(|(x, y)| [x, y]);
+                let node = Node { id, geo_deg: open.geo_deg, local_m, ele_m: open.ele_m, tags };
+                self.osm.nodes.push(id, open.line, node);
+            }
+            Kind::Way => {
+                self.osm.ways.push(id, open.line, Way { id, nodes: Vec::new(), tags });
+                self.way_nodes.push(open.nodes.into());
+            }
+            Kind::Relation => {
+                let members = open.members.into();
+                self.osm.relations.push(id, open.line, Relation { id, members, tags });
+            }
+        }
+    }
+
     fn element(&self, tag: &BytesStart<'_>, kind: Kind) -> Result<Open, OsmError> {
-        let element = Element { kind, id: self.id(tag, "id", ElementRef::Unknown(kind))? };
+        let keys = ["id", "action", "deleted", "visible", "lat", "lon"];
+        let [id, action, deleted, visible, lat, lon] = self.attributes(tag, keys)?;
+        let element = Element { kind, id: self.id("id", id, ElementRef::Unknown(kind))? };
         let owner = ElementRef::Known(element);
-        let deleted = self.attribute(tag, "action")?.is_some_and(|action| action == "delete")
-            || self.attribute(tag, "deleted")?.is_some_and(|deleted| deleted == "true")
-            || self.attribute(tag, "visible")?.is_some_and(|visible| visible == "false");
+        let deleted = action.is_some_and(|action| action == "delete")
+            || deleted.is_some_and(|deleted| deleted == "true")
+            || visible.is_some_and(|visible| visible == "false");
         let geo_deg = match kind {
             Kind::Node if !deleted => {
-                let lat = self.degrees(tag, "lat", owner)?;
-                lat.zip(self.degrees(tag, "lon", owner)?).map(|(lat, lon)| [lat, lon])
+                let lat = self.degrees("lat", lat, owner)?;
+                lat.zip(self.degrees("lon", lon, owner)?).map(|(lat, lon)| [lat, lon])
             }
             Kind::Node | Kind::Way | Kind::Relation => None,
         };
         Ok(Open {
-            begin: self.begin,
+            line: self.line,
             element,
             deleted,
             geo_deg,
@@ -157,123 +187,111 @@ impl Reading<'_> {
 
     fn tag(&self, tag: &BytesStart<'_>, open: &mut Open) -> Result<(), OsmError> {
         let owner = ElementRef::Known(open.element);
-        let key = self.required(tag, "k", owner)?;
-        let value = self.required(tag, "v", owner)?;
+        let [key, value] = self.attributes(tag, ["k", "v"])?;
+        let (key, value) = (self.required("k", key, owner)?, self.required("v", value, owner)?);
         match (open.element.kind, key.as_ref()) {
             (Kind::Node, "local_x") => open.local_x_m = Some(self.number("local_x", &value, owner)?),
             (Kind::Node, "local_y") => open.local_y_m = Some(self.number("local_y", &value, owner)?),
             (Kind::Node, "ele") => open.ele_m = self.number("ele", &value, owner)?,
             (Kind::Node, other) if !NODE_TAGS.contains(&other) => {}
-            (Kind::Node | Kind::Way | Kind::Relation, _) => open.tags.push((key.into(), value.into())),
+            (Kind::Node | Kind::Way | Kind::Relation, _) => {
+                for text in [key, value] {
+                    open.tags.extend(text.bytes().chain([Tags::END]));
+                }
+            }
         }
         Ok(())
     }
 
     fn member(&self, tag: &BytesStart<'_>, of: Element) -> Result<Member, OsmError> {
         let owner = ElementRef::Known(of);
-        let kind = self.required(tag, "type", owner)?;
+        let [kind, id, role] = self.attributes(tag, ["type", "ref", "role"])?;
+        let kind = self.required("type", kind, owner)?;
         let kind = match kind.as_ref() {
             "node" => Kind::Node,
             "way" => Kind::Way,
             "relation" => Kind::Relation,
             _ => return Err(self.bad_value("type", &kind, owner, "node, way or relation")),
         };
-        let id = self.id(tag, "ref", owner)?;
-        let role = self.attribute(tag, "role")?.unwrap_or_default();
-        Ok(Member { role: role.into(), element: Element { kind, id } })
+        let element = Element { kind, id: self.id("ref", id, owner)? };
+        Ok(Member { role: role.unwrap_or_default().into(), element })
     }
 
-    fn finish(mut self) -> Result<Osm, OsmError> {
+    fn finish(self) -> Result<Osm, OsmError> {
+        let Self { line, mut osm, .. } = self;
         if !self.seen_root {
-            return Err(OsmError::NotOsm { line: self.line(), found: None });
+            return Err(OsmError::NotOsm { line, found: None });
         }
         if self.depth > 0 {
-            return Err(self.truncated());
+            return Err(OsmError::Truncated { line });
         }
-        let Found { nodes, ways, relations } = std::mem::take(&mut self.found);
-        let nodes = self.layer(nodes, Kind::Node, |node| node.id)?;
-        let resolved = ways.items.into_iter().zip(&ways.begins).map(|((mut way, ids), begin)| {
-            let from = Element { kind: Kind::Way, id: way.id };
-            way.nodes = ids
-                .into_iter()
-                .map(|id| {
-                    let to = Element { kind: Kind::Node, id };
-                    let line = || line_of(self.text.as_bytes(), *begin);
-                    nodes.position(id).ok_or_else(|| OsmError::Missing { line: line(), from, to })
-                })
-                .collect::<Result<_, _>>()?;
-            Ok(way)
-        });
-        let ways = Placed { items: resolved.collect::<Result<_, _>>()?, begins: ways.begins };
-        let ways = self.layer(ways, Kind::Way, |way| way.id)?;
-        let begins = relations.begins.clone();
-        let osm =
-            Osm { nodes, ways, relations: self.layer(relations, Kind::Relation, |relation| relation.id)? };
-        for (relation, begin) in osm.relations.all().iter().zip(begins) {
+        osm.nodes.index(Kind::Node)?;
+        osm.ways.index(Kind::Way)?;
+        osm.relations.index(Kind::Relation)?;
+        for (way, ids) in osm.ways.items.iter_mut().zip(self.way_nodes) {
+            let positions = ids.into_iter().map(|id| osm.nodes.position(id).ok_or(id));
+            way.nodes = match positions.collect() {
+                Ok(nodes) => nodes,
+                Err(id) => {
+                    let from = Element { kind: Kind::Way, id: way.id };
+                    return Err(osm.missing(from, Element { kind: Kind::Node, id }));
+                }
+            };
+        }
+        for relation in osm.relations.all() {
             if let Some(to) = osm.missing_member(relation) {
-                let from = Element { kind: Kind::Relation, id: relation.id };
-                return Err(OsmError::Missing { line: line_of(self.text.as_bytes(), begin), from, to });
+                return Err(osm.missing(Element { kind: Kind::Relation, id: relation.id }, to));
             }
         }
         Ok(osm)
     }
 
-    /// Indexes elements of a kind by id, which must be unique.
-    fn layer<T>(&self, found: Placed<T>, kind: Kind, id: impl Fn(&T) -> i64) -> Result<Layer<T>, OsmError> {
-        let Placed { items, begins } = found;
-        let mut by_id: Vec<(i64, usize)> = items.iter().map(id).zip(0..).collect();
-        by_id.sort_unstable(); // of two with one id, the first in the file stays first
-        for pair in by_id.windows(2) {
-            if let [(id, first), (other, second)] = *pair
-                && id == other
-            {
-                let [first_line, line] = [first, second]
-                    .map(|at| line_of(self.text.as_bytes(), begins.get(at).copied().unwrap_or_default()));
-                return Err(OsmError::Duplicate { line, element: Element { kind, id }, first_line });
-            }
-        }
-        Ok(Layer { items, by_id })
-    }
-
-    fn attribute<'t>(&self, tag: &'t BytesStart<'_>, key: &str) -> Result<Option<Cow<'t, str>>, OsmError> {
+    /// The values of these attributes; of one that is there twice, the first.
+    fn attributes<'t, const N: usize>(
+        &self,
+        tag: &'t BytesStart<'_>,
+        keys: [&str; N],
+    ) -> Result<[Option<Cow<'t, str>>; N], OsmError> {
+        let mut values = [const { None }; N];
         let mut attributes = tag.attributes();
-        // Looking for doubles takes time in the square of their number; the first one counts.
+        // Looking for doubles takes time in the square of their number.
         for attribute in attributes.with_checks(false) {
             let attribute = attribute.map_err(|error| self.not_xml(&error))?;
-            if attribute.key.0 == key {
-                let value = attribute.normalized_value(XmlVersion::Implicit1_0);
-                return value.map(Some).map_err(|error| self.not_xml(&error));
+            let wanted = keys.iter().zip(&mut values).find(|(key, _)| **key == attribute.key.0);
+            if let Some((_, value @ None)) = wanted {
+                let text = attribute.normalized_value(XmlVersion::Implicit1_0);
+                *value = Some(text.map_err(|error| self.not_xml(&error))?);
+                if values.iter().all(Option::is_some) {
+                    break;
+                }
             }
         }
-        Ok(None)
+        Ok(values)
     }
 
     fn required<'t>(
         &self,
-        tag: &'t BytesStart<'_>,
         key: &'static str,
+        value: Option<Cow<'t, str>>,
         owner: ElementRef,
     ) -> Result<Cow<'t, str>, OsmError> {
-        let value = self.attribute(tag, key)?;
-        value.ok_or_else(|| OsmError::MissingAttribute { line: self.line(), element: owner, key })
+        value.ok_or(OsmError::MissingAttribute { line: self.line, element: owner, key })
     }
 
-    fn id(&self, tag: &BytesStart<'_>, key: &'static str, owner: ElementRef) -> Result<i64, OsmError> {
-        let text = self.required(tag, key, owner)?;
+    fn id(&self, key: &'static str, value: Option<Cow<'_, str>>, owner: ElementRef) -> Result<i64, OsmError> {
+        let text = self.required(key, value, owner)?;
         text.trim().parse().map_err(|_| self.bad_value(key, &text, owner, "a whole number of 64 bits"))
     }
 
     /// Maps that are only local leave these empty.
     fn degrees(
         &self,
-        tag: &BytesStart<'_>,
         key: &'static str,
+        value: Option<Cow<'_, str>>,
         owner: ElementRef,
     ) -> Result<Option<f64>, OsmError> {
-        match self.attribute(tag, key)? {
-            Some(text) if !text.trim().is_empty() => self.number(key, &text, owner).map(Some),
-            Some(_) | None => Ok(None),
-        }
+        let text = value.filter(|text| !text.trim().is_empty());
+        text.map(|text| self.number(key, &text, owner)).transpose()
     }
 
     fn number(&self, key: &'static str, text: &str, owner: ElementRef) -> Result<f64, OsmError> {
@@ -289,96 +307,66 @@ impl Reading<'_> {
         expected: &'static str,
     ) -> OsmError {
         let shown = value.chars().take(80).collect();
-        OsmError::BadValue { line: self.line(), element: owner, key, value: shown, expected }
+        OsmError::BadValue { line: self.line, element: owner, key, value: shown, expected }
     }
 
     fn not_xml(&self, error: &dyn std::error::Error) -> OsmError {
-        OsmError::NotXml { line: self.line(), reason: error.to_string() }
+        OsmError::NotXml { line: self.line, reason: error.to_string() }
     }
 
-    fn truncated(&self) -> OsmError {
-        OsmError::Truncated { line: line_of(self.text.as_bytes(), self.text.len()) }
-    }
-
-    fn line(&self) -> usize {
-        line_of(self.text.as_bytes(), self.begin)
-    }
-}
-
-impl Found {
-    fn add(&mut self, open: Open) {
-        let Element { kind, id } = open.element;
-        let tags = Tags(open.tags.into());
-        match kind {
-            Kind::Node => {
-                let local_m = open.local_x_m.zip(open.local_y_m).map(|(x, y)| [x, y]);
-                let node = Node { id, geo_deg: open.geo_deg, local_m, ele_m: open.ele_m, tags };
-                self.nodes.push(node, open.begin);
+    /// The error of the parser, and the text that it could make no event of.
+    fn failed(&self, error: &Error, text: &[u8]) -> OsmError {
+        let line = self.line + line_ends(text);
+        match (error, str::from_utf8(text)) {
+            (Error::Io(error), _) => OsmError::NotRead { line, reason: error.to_string() },
+            (_, Err(error)) => {
+                let valid = text.get(..error.valid_up_to()).unwrap_or_default();
+                OsmError::NotUtf8 { line: self.line + line_ends(valid) }
             }
-            Kind::Way => self.ways.push((Way { id, nodes: Vec::new(), tags }, open.nodes), open.begin),
-            Kind::Relation => {
-                self.relations.push(Relation { id, members: open.members, tags }, open.begin);
+            // The others mean that the end of something was sought to the end of the file.
+            (Error::Syntax(reason), Ok(_)) if self.seen_root && *reason != SyntaxError::InvalidBangMarkup => {
+                OsmError::Truncated { line }
             }
+            (error, Ok(_)) => self.not_xml(error),
         }
     }
 }
 
-impl<T> Placed<T> {
-    fn push(&mut self, item: T, begin: usize) {
-        self.items.push(item);
-        self.begins.push(begin);
-    }
+fn line_ends(text: &[u8]) -> usize {
+    text.iter().filter(|byte| **byte == b'\n').count()
 }
 
-impl<T> Default for Placed<T> {
-    fn default() -> Self {
-        Self { items: Vec::new(), begins: Vec::new() }
+impl<T> Layer<T> {
+    fn push(&mut self, id: i64, line: usize, item: T) {
+        let [position, line] = [self.items.len(), line].map(|at| u32::try_from(at).unwrap_or(u32::MAX));
+        self.places.push(Place { id, position, line });
+        self.items.push(item);
+    }
+
+    /// Makes elements be found by id, which must be unique.
+    fn index(&mut self, kind: Kind) -> Result<(), OsmError> {
+        self.places.sort_unstable(); // of two with one id, the first in the file stays first
+        let twice = self.places.windows(2).find_map(|pair| match *pair {
+            [first, second] if first.id == second.id => Some([first, second]),
+            _ => None,
+        });
+        let Some([first, second]) = twice else { return Ok(()) };
+        let [first_line, line] = [first, second].map(|place| place.line as usize);
+        Err(OsmError::Duplicate { line, element: Element { kind, id: first.id }, first_line })
     }
 }
 
 impl Osm {
+    fn missing(&self, from: Element, to: Element) -> OsmError {
+        OsmError::Missing { line: self.line(from).unwrap_or(1), from, to }
+    }
+
     /// A member that a lanelet or regulatory element needs and the file does not have. Other relations
     /// may be incomplete, as editors download them.
     fn missing_member(&self, relation: &Relation) -> Option<Element> {
         if !relation.is_lanelet() && !relation.tags.is("type", "regulatory_element") {
             return None;
         }
-        relation.members.iter().map(|member| member.element).find(|element| {
-            let found = match element.kind {
-                Kind::Node => self.nodes.position(element.id),
-                Kind::Way => self.ways.position(element.id),
-                Kind::Relation => self.relations.position(element.id),
-            };
-            found.is_none()
-        })
+        relation.members.iter().map(|member| member.element).find(|element| self.line(*element).is_none())
     }
-}
-
-/// The line on which an element begins, from 1; `None` if it is not in the file.
-pub fn line_of_element(bytes: &[u8], element: Element) -> Option<usize> {
-    let mut reader = Reader::from_str(str::from_utf8(bytes).ok()?);
-    loop {
-        let begin = usize::try_from(reader.buffer_position()).ok()?;
-        let event = reader.read_event().ok()?;
-        if let Event::Start(tag) | Event::Empty(tag) = &event
-            && tag.name().0 == element.kind.to_string()
-        {
-            let mut attributes = tag.attributes();
-            let is_id = |attribute: Attribute<'_>| {
-                attribute.key.0 == "id" && attribute.value.trim().parse() == Ok(element.id)
-            };
-            if attributes.with_checks(false).flatten().any(is_id) {
-                return Some(line_of(bytes, begin));
-            }
-        }
-        if matches!(event, Event::Eof) {
-            return None;
-        }
-    }
-}
-
-/// Line of a byte, from 1. Counted only when something is wrong.
-fn line_of(text: &[u8], at: usize) -> usize {
-    let before = text.get(..at).unwrap_or(text);
-    before.split(|byte| *byte == b'\n').count()
 }

@@ -1,4 +1,7 @@
+use std::io::BufReader;
+
 use proptest::prelude::*;
+use quick_xml::reader::Reader;
 
 use super::*;
 
@@ -44,7 +47,8 @@ fn described(error: &OsmError) -> String {
 
 #[test]
 fn the_line_of_an_element_is_found() {
-    let line = |kind, id| line_of_element(SMALL.as_bytes(), Element { kind, id });
+    let osm = read(SMALL.as_bytes()).unwrap();
+    let line = |kind, id| osm.line(Element { kind, id });
     assert_eq!(
         [line(Kind::Node, -2), line(Kind::Way, i64::MAX), line(Kind::Relation, -7)],
         [Some(10), Some(11), Some(12)]
@@ -116,6 +120,8 @@ fn errors_name_element_and_line() {
             "line 12: relation -7 refers to relation 99, which is not in the file",
         ),
         ("&amp;", "&me;", "line 11: not XML: "),
+        ("<note>", "<!note>", "line 3: not XML: syntax error: unknown or missed symbol in markup"),
+        ("<note>", "<!--", "line 18: the file ends before </osm>: it is cut short"),
     ];
     for (part, other, expected) in cases {
         let text = if part.is_empty() { String::new() } else { SMALL.replace(part, other) };
@@ -125,7 +131,13 @@ fn errors_name_element_and_line() {
             "{part}: {error}"
         );
     }
-    assert_eq!(read(b"<osm>\n\xFF</osm>"), Err(OsmError::NotUtf8 { line: 2 }));
+    for (text, line) in [
+        (&b"<osm>\n\xFF</osm>"[..], 2),
+        (b"<osm>\n\n<node id='1'\n\n>\n</node>\n<node id='2' a='\n\xE3\x81'/></osm>", 8),
+        (b"<osm>\n<node id='1' a='\xE3", 2),
+    ] {
+        assert_eq!(read(text), Err(OsmError::NotUtf8 { line }), "{}", String::from_utf8_lossy(text));
+    }
 }
 
 proptest! {
@@ -138,6 +150,22 @@ proptest! {
         prop_assert!(read(&SMALL.as_bytes()[..cut]).is_err() || cut >= SMALL.trim_end().len());
     }
 
+    /// Pieces end anywhere: within a character, a name, a value, a comment.
+    #[test]
+    fn a_text_in_pieces_is_read_as_the_whole(
+        text in prop_oneof![Just(SMALL), Just(STANDARD)],
+        size in 1..200_usize,
+        at in any::<prop::sample::Index>(),
+        left_out in 0..4_usize,
+        inserted in prop::collection::vec(prop::sample::select(&INSERTED[..]), 0..3),
+    ) {
+        let mut text = text.as_bytes().to_vec();
+        let at = at.index(text.len());
+        text.splice(at..(at + left_out).min(text.len()), inserted.concat());
+        let mut reader = Reader::from_reader(BufReader::with_capacity(size, &text[..]));
+        prop_assert_eq!(read_events(|text| reader.read_event_into(text)), read(&text));
+    }
+
     #[test]
     fn no_heap_of_tags_panics(parts in proptest::collection::vec(0..PARTS.len(), 0..40)) {
         let text: String = parts.into_iter().map(|part| PARTS[part]).collect();
@@ -145,6 +173,25 @@ proptest! {
         let _ = read(format!("<osm>{text}</osm>").as_bytes());
     }
 }
+
+const STANDARD: &str = include_str!("../../../../tests/maps/standard.osm");
+
+const INSERTED: [&[u8]; 14] = [
+    "é".as_bytes(),
+    "交差点".as_bytes(),
+    b"\xE3",
+    b"<!-- a -- > -->",
+    b"<!--",
+    b"<![CDATA[ ]] > ]]>",
+    b"<!DOCTYPE osm [<!ELEMENT osm ANY>]>",
+    b"<?a > ?>",
+    b"\n",
+    b"<node id='7' lat='1' lon='>'>",
+    b"&amp;",
+    b"\"",
+    b"<",
+    b">",
+];
 
 const PARTS: [&str; 16] = [
     "<osm>",

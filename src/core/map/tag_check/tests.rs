@@ -1,5 +1,6 @@
 use super::*;
 use crate::core::map::osm;
+use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
 const CROSSROADS: &str = include_str!("../../../../tests/maps/crossroads.osm");
@@ -175,8 +176,10 @@ fn incomplete_tags_of_a_ring_are_found() {
 
 #[test]
 fn turns_of_a_drawn_map_agree_with_their_tags_until_two_are_exchanged() {
-    let read =
-        |text: &str| LaneNetwork::read(&osm::read(text.as_bytes()).unwrap(), &Projector::Local).unwrap();
+    let read = |text: &str| {
+        let osm = osm::read(text.as_bytes()).unwrap();
+        LaneNetwork::read(&osm, &Points::new(&osm, &Projector::Local).unwrap()).unwrap()
+    };
     assert!(texts(&read(CROSSROADS)).is_empty(), "{:?}", texts(&read(CROSSROADS)));
     let exchanged = CROSSROADS.replace("v=\"left\"", "v=\"middle\"").replace("v=\"right\"", "v=\"left\"");
     let findings = texts(&read(&exchanged));

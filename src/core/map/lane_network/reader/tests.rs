@@ -2,13 +2,17 @@ use super::*;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::map::osm::{self, OsmError};
-use crate::core::map::projector::MgrsSquare;
+use crate::core::map::projector::{MgrsSquare, Projector};
 use proptest::prelude::*;
 
 const CROSSROADS: &str = include_str!("../../../../../tests/maps/crossroads.osm");
 
-fn read(text: impl AsRef<[u8]>, projector: &Projector) -> Result<LaneNetwork, MapError> {
-    LaneNetwork::read(&osm::read(text.as_ref())?, projector)
+fn read(text: &str, projector: &Projector) -> Result<LaneNetwork, MapError> {
+    network(&osm::read(text.as_bytes()).unwrap(), projector)
+}
+
+fn network(osm: &Osm, projector: &Projector) -> Result<LaneNetwork, MapError> {
+    LaneNetwork::read(osm, &Points::new(osm, projector)?)
 }
 
 fn road(osm: &str) -> LaneNetwork {
@@ -274,12 +278,13 @@ fn a_map_that_cannot_be_used_is_refused_with_its_element() {
             "k='turn_signal_distance' v='far'",
             bad("turn_signal_distance", "far", "a number"),
         ),
-        ("</osm>", "", MapError::Osm(OsmError::Truncated { line: 19 })),
     ];
     for (part, other, expected) in cases {
         let text = OPPOSITE.replacen(part, other, 1);
         assert_eq!(read(&text, &Projector::Local).unwrap_err(), expected, "{part}");
     }
+    let cut = OPPOSITE.replacen("</osm>", "", 1);
+    assert_eq!(osm::read(cut.as_bytes()).unwrap_err(), OsmError::Truncated { line: 19 });
     let square = MgrsSquare::parse("54SVE").unwrap();
     let unprojected = OPPOSITE.replacen("<tag k='local_x' v='0'/>", "", 1);
     let error = read(&unprojected, &Projector::Mgrs(square)).unwrap_err();
@@ -291,7 +296,8 @@ proptest! {
     fn no_change_of_a_map_panics(at in 0..OPPOSITE.len(), bytes in proptest::collection::vec(any::<u8>(), 0..6)) {
         let mut text = OPPOSITE.as_bytes().to_vec();
         text.splice(at..(at + bytes.len()).min(OPPOSITE.len()), bytes);
-        if let Ok(map) = read(&text, &Projector::Local) {
+        let Ok(osm) = osm::read(&text) else { return Ok(()) };
+        if let Ok(map) = network(&osm, &Projector::Local) {
             let ids: Vec<LaneId> = map.lanes().map(|lane| lane.id).collect();
             prop_assert_eq!(map.closest(ids.clone(), Pose::default()).is_some(), !ids.is_empty());
             prop_assert!(ids.iter().all(|id| map.followers(*id).iter().all(|next| ids.contains(next))));
