@@ -150,8 +150,7 @@ impl Reading {
                 self.way_nodes.push(open.nodes.into());
             }
             Kind::Relation => {
-                let members = open.members.into();
-                self.osm.relations.push(id, open.line, Relation { id, members, tags });
+                self.osm.relations.push(id, open.line, Relation { id, members: open.members, tags });
             }
         }
     }
@@ -333,7 +332,7 @@ impl Reading {
 }
 
 fn line_ends(text: &[u8]) -> usize {
-    text.iter().filter(|byte| **byte == b'\n').count()
+    text.iter().map(|byte| usize::from(*byte == b'\n')).sum()
 }
 
 impl<T> Layer<T> {
