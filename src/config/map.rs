@@ -197,8 +197,11 @@ mod tests {
         }
     }
 
-    /// A map that is there in pieces only, and cannot be read on after its last byte.
-    struct Stream(String);
+    /// A map that is there in pieces only, and the outcome of reading on after its last byte.
+    struct Stream(String, Beyond);
+
+    #[derive(Clone, Copy)]
+    struct Beyond(fn() -> io::Result<usize>);
 
     impl Files for Stream {
         fn read(&self, _: &Path) -> io::Result<Vec<u8>> {
@@ -208,28 +211,29 @@ mod tests {
         fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
             let text = io::Cursor::new(self.0.clone());
             match path.extension() {
-                Some(osm) if osm == "osm" => Ok(Box::new(text.chain(Torn))),
+                Some(osm) if osm == "osm" => Ok(Box::new(text.chain(self.1))),
                 _ => Err(io::ErrorKind::NotFound.into()),
             }
         }
     }
 
-    struct Torn;
-
-    impl Read for Torn {
+    impl Read for Beyond {
         fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
-            Err(io::Error::other("the disk is gone"))
+            (self.0)()
         }
     }
 
     #[test]
     fn a_map_is_read_in_pieces_to_its_first_mistake() {
-        let refused = |text: String| read_lane_network(&Stream(text), Path::new("map.osm")).unwrap_err();
-        let torn = refused(CROSSROADS.to_owned());
+        let refused = |text, beyond| {
+            read_lane_network(&Stream(text, Beyond(beyond)), Path::new("map.osm")).unwrap_err()
+        };
+        let torn = refused(CROSSROADS.to_owned(), || Err(io::Error::other("the disk is gone")));
         let lines = CROSSROADS.split('\n').count();
         assert_eq!(torn.to_string(), format!("map.osm:{lines}:1: cannot read it: the disk is gone"));
         let wrong = format!("<osm>\n  <node/>{}", "\n".repeat(2 * PIECE));
-        assert_eq!(refused(wrong).to_string(), "map.osm:2:3: a node has no `id`");
+        let wrong = refused(wrong, || panic!("more was read than the pieces with the mistake"));
+        assert_eq!(wrong.to_string(), "map.osm:2:3: a node has no `id`");
     }
 
     #[test]
