@@ -215,7 +215,7 @@ mod tests {
     const TEXT: &str = "(1.000000) can0 123#01\n\nnonsense\r\n(1.100000) can1 123#02\r\n(1.2) can0 124#";
 
     fn read_all(bytes: Vec<u8>) -> (Log, Vec<Record>) {
-        let mut log = Log::new(Box::new(io::Cursor::new(bytes))).unwrap();
+        let mut log = Log::new(Box::new(Cursor::new(bytes))).unwrap();
         let mut records = Vec::new();
         while let Some(record) = log.next_record().unwrap() {
             records.push(record);
@@ -240,7 +240,7 @@ mod tests {
         gzip.write_all(text.as_bytes()).unwrap();
         let packed = gzip.finish().unwrap();
         assert_eq!(read_all(packed.clone()).1.len(), 5_000);
-        let mut cut = Log::new(Box::new(io::Cursor::new(packed[..packed.len() / 2].to_vec()))).unwrap();
+        let mut cut = Log::new(Box::new(Cursor::new(packed[..packed.len() / 2].to_vec()))).unwrap();
         let mut read = 0;
         let error = loop {
             match cut.next_record() {
@@ -255,8 +255,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_not_a_recording_is_refused_with_what_it_looks_like() {
-        let refused =
-            |bytes: &[u8]| Log::new(Box::new(io::Cursor::new(bytes.to_vec()))).unwrap_err().to_string();
+        let refused = |bytes: &[u8]| Log::new(Box::new(Cursor::new(bytes.to_vec()))).unwrap_err().to_string();
         assert_eq!(refused(b""), "the file is empty");
         let zip = refused(b"PK\x03\x04\x14");
         assert!(
