@@ -71,7 +71,7 @@ fn main() -> ExitCode {
         let sscanf = figure(&peers, "read a frame with sscanf");
         for ours in &ours {
             // Unpacking is beyond what sscanf does.
-            let (aim, limit) = if ours.what.ends_with("gzip") { (None, 3.0) } else { (Some(0.5), 1.5) };
+            let (aim, limit) = if ours.what.ends_with("gzip") { (None, 2.5) } else { (Some(0.5), 1.2) };
             row(ours, "read the frame with sscanf", sscanf, aim, limit);
         }
         row(
@@ -79,7 +79,7 @@ fn main() -> ExitCode {
             "find the line's end with memchr",
             figure(&peers, "find the end of a line with memchr"),
             None,
-            400.0,
+            250.0,
         );
         if let Some(cantools) = cantools {
             row(&ours[0], "decode with cantools", cantools.frame_ns, None, 0.5);

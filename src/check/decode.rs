@@ -7,10 +7,11 @@ use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::time::{Now, WallStamp};
+use crate::core::validation::display::RoleTexts;
 use crate::core::validation::observation::{Observations, Unused};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
-use crate::core::vehicle_lights::role_texts::texts;
+use crate::core::vehicle_lights::role_texts::roles;
 use crate::report::text::escaped;
 
 /// Prints bound signals of frames.
@@ -31,6 +32,8 @@ pub(super) struct FrameReader {
     binding: LightsBinding,
     /// The checks of the gateway, for the frames that it would reject.
     observations: Observations,
+    /// The uses of all signals, with the texts of their values.
+    roles: Vec<RoleTexts>,
 }
 
 /// What a frame of a bound message is worth.
@@ -62,7 +65,7 @@ pub fn signals_in<'a>(
 impl FrameReader {
     pub(super) fn new(settings: &Settings) -> Self {
         let binding = settings.gateway.lights.clone();
-        Self { observations: Observations::new(&binding.table), binding }
+        Self { observations: Observations::new(&binding.table), roles: roles(&binding), binding }
     }
 
     /// Checks a frame, received at `stamp`; `None` for one that is not bound.
@@ -93,8 +96,8 @@ impl FrameReader {
 
     /// `turn left`: the meanings of a raw value.
     pub(super) fn meanings(&self, signal: SignalIndex, raw: i128) -> String {
-        let texts = texts(&self.binding, signal, raw).into_iter().map(|meaning| meaning.text);
-        texts.collect::<Vec<_>>().join(", ")
+        let of_signal = self.roles.iter().filter(|role| role.signal == signal);
+        of_signal.map(|role| role.value_text(raw).text).collect::<Vec<_>>().join(", ")
     }
 }
 

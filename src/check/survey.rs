@@ -158,6 +158,8 @@ impl Survey {
         let last_frames = self.last_frames.entry(*bus).or_insert(fresh);
         let other_at = last_frames.newest_but(id);
         last_frames.add(id, at);
+        let is_bound = |message: &BoundMessage| message.bus == *bus && message.id == id;
+        let Some(position) = self.bound.iter().position(is_bound) else { return };
         let lights = &settings.gateway.lights;
         for (index, _, raw) in signals_in(&lights.table, *bus, frame) {
             let values = &mut self.values[index.0];
@@ -165,8 +167,6 @@ impl Survey {
                 values.entry(raw).or_insert((0, at)).0 += 1;
             }
         }
-        let is_bound = |message: &BoundMessage| message.bus == *bus && message.id == id;
-        let Some(position) = self.bound.iter().position(is_bound) else { return };
         let survey = &mut self.messages[position];
         survey.frames += 1;
         if let Some(last) = survey.last.replace(at) {

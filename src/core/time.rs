@@ -37,6 +37,11 @@ impl MonoTime {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
 
+    /// True if at most `limit` has passed since `earlier`.
+    pub fn is_within(self, limit: Duration, earlier: Self) -> bool {
+        earlier >= self.before(limit)
+    }
+
     /// This time plus `by`; saturates at the end of time (584 years).
     pub fn after(self, by: Duration) -> Self {
         Self(self.0.saturating_add(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
@@ -151,6 +156,17 @@ mod tests {
         ];
         for (seconds, text) in dates {
             assert_eq!(WallStamp::from_nanos(seconds * 1_000_000_000).utc_text(), text);
+        }
+    }
+
+    #[test]
+    fn time_within_a_limit_is_that_which_has_not_passed_it() {
+        for (now, earlier) in [(0, 0), (10, 4), (10, 5), (10, 6), (3, 0), (10, 20), (u64::MAX, 0)] {
+            let [now, earlier] = [now, earlier].map(MonoTime::from_nanos);
+            for limit in [Duration::ZERO, Duration::from_nanos(5), Duration::MAX] {
+                let is_within = now.is_within(limit, earlier);
+                assert_eq!(is_within, now.since(earlier) <= limit, "{now:?} {earlier:?} {limit:?}");
+            }
         }
     }
 

@@ -7,7 +7,6 @@
 mod routes;
 mod tape;
 
-use std::collections::BTreeMap;
 use std::io;
 
 use crate::core::can::frame::CanId;
@@ -26,7 +25,6 @@ pub use tape::{Counts, MAX_SILENCE};
 pub struct Replay {
     gateway: Gateway,
     tape: Tape,
-    next: Option<(CanInput, Now)>,
     now: Now,
     /// Wall time that replaces the recording's, if it is to be replaced.
     wall: Option<WallStamp>,
@@ -42,13 +40,15 @@ impl Replay {
         Self::begin(settings, Tape::new(log, routes), None)
     }
 
-    /// As [`new`](Self::new), and counts the identifiers of the recording for [`seen_on`](Self::seen_on).
+    /// As [`new`](Self::new), and counts the frames with the numbers of bound identifiers for [`seen_on`](Self::seen_on).
     ///
     /// # Errors
     /// When the recording cannot be read.
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log, routes);
-        tape.ids = Some(BTreeMap::new());
+        let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);
+        tape.counted = bound.map(|message| message.id.number()).collect();
+        tape.counted.sort_unstable();
         Self::begin(settings, tape, None)
     }
 
@@ -67,19 +67,19 @@ impl Replay {
     }
 
     fn begin(settings: GatewaySettings, mut tape: Tape, wall: Option<WallStamp>) -> io::Result<Self> {
-        let next = tape.next_input()?;
+        tape.read_next()?;
         let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
-        let mut now = next.as_ref().map_or(start, |(_, now)| *now);
+        let mut now = tape.next.as_ref().map_or(start, |(_, now)| *now);
         now.wall = wall.unwrap_or(now.wall);
         // A command of the recording must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
-        Ok(Self { gateway, tape, next, now, wall, ended: false })
+        Ok(Self { gateway, tape, now, wall, ended: false })
     }
 
     /// Virtual time of the next step; `None` at the end of the recording.
     pub fn next_time(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
-        match &self.next {
+        match &self.tape.next {
             Some((_, frame)) => Some(deadline.min(frame.mono)),
             None => self.ended.then_some(deadline),
         }
@@ -91,18 +91,18 @@ impl Replay {
     /// When the recording cannot be read on; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
-        match self.next.take_if(|(_, at)| at.mono < deadline) {
-            Some((mut input, at)) => {
-                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..at };
-                if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut input, self.wall) {
+        match &mut self.tape.next {
+            Some((input, at)) if at.mono < deadline => {
+                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
+                if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut *input, self.wall) {
                     *stamp = wall;
                 }
-                self.gateway.handle(input, self.now);
-                self.next = self.tape.next_input()?;
+                self.gateway.handle_can(input, self.now);
+                self.tape.read_next()?;
                 Ok(true)
             }
-            None if self.next.is_none() && !self.ended => Ok(false),
-            None => {
+            None if !self.ended => Ok(false),
+            Some(_) | None => {
                 self.advance(deadline);
                 self.gateway.handle(Input::Tick, self.now);
                 Ok(true)
@@ -141,8 +141,7 @@ impl Replay {
     /// When the recording cannot be read.
     pub fn rewind(&mut self, log: Log) -> io::Result<()> {
         self.tape.rewind(log);
-        self.next = self.tape.next_input()?;
-        Ok(())
+        self.tape.read_next()
     }
 
     /// The next output of the steps taken so far.
@@ -162,7 +161,7 @@ impl Replay {
 
     /// The next input of the recording and its virtual time, if no deadline lies before it.
     pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
-        let (input, at) = self.next.as_ref()?;
+        let (input, at) = self.tape.next.as_ref()?;
         (at.mono < self.gateway.next_deadline()).then_some((input, at.mono))
     }
 
@@ -171,9 +170,9 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read on.
     pub fn skim(&mut self) -> io::Result<Option<CanInput>> {
-        let Some((input, at)) = self.next.take() else { return Ok(None) };
+        let Some((input, at)) = self.tape.next.take() else { return Ok(None) };
         self.now = at;
-        self.next = self.tape.next_input()?;
+        self.tape.read_next()?;
         Ok(Some(input))
     }
 
@@ -183,9 +182,9 @@ impl Replay {
     }
 
     /// The interfaces of the recording on which data frames with this identifier came, with their number, as far as it
-    /// was read; none unless it is [surveyed](Self::surveying).
+    /// was read; none unless the number is that of a bound one and it is [surveyed](Self::surveying).
     pub fn seen_on(&self, id: CanId) -> impl Iterator<Item = (&str, u64)> {
-        let seen = self.tape.ids.iter().flatten().filter(move |((_, seen), _)| *seen == id);
+        let seen = self.tape.ids.iter().filter(move |((_, seen), _)| *seen == id);
         seen.map(|((interface, _), count)| (self.tape.log.interfaces()[interface.0].as_str(), *count))
     }
 

@@ -43,16 +43,17 @@ pub(super) struct Tape {
     shift: i64,
     /// Stamp for the next record, when the recording begins again.
     start: Option<WallStamp>,
+    /// The input that was read last; `None` when it was taken, and at the end.
+    pub(super) next: Option<(CanInput, Now)>,
     /// An input that follows the bad lines before it.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
     pub(super) counts: Counts,
-    /// Number of data frames by interface and identifier, if they are counted, at most [`MAX_IDS`] of them.
-    pub(super) ids: Option<BTreeMap<(InterfaceIndex, CanId), u64>>,
+    /// The numbers of the identifiers that are counted, with 11 bits or 29, ascending.
+    pub(super) counted: Vec<u32>,
+    /// Number of data frames by interface and counted identifier.
+    pub(super) ids: BTreeMap<(InterfaceIndex, CanId), u64>,
 }
-
-/// The largest number of identifiers that are counted; a vehicle has some hundreds.
-const MAX_IDS: usize = 10_000;
 
 /// Virtual time, and the newest stamp that was read by then.
 #[derive(Debug, Clone, Copy)]
@@ -70,10 +71,12 @@ impl Tape {
             clock: None,
             shift: 0,
             start: None,
+            next: None,
             held: None,
             bad_reported: 0,
             counts,
-            ids: None,
+            counted: Vec::new(),
+            ids: BTreeMap::new(),
         }
     }
 
@@ -88,30 +91,35 @@ impl Tape {
         self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
-    pub(super) fn next_input(&mut self) -> io::Result<Option<(CanInput, Now)>> {
-        if let Some(held) = self.held.take() {
-            return Ok(Some(held));
+    /// Reads up to the next input, in the place of the one before.
+    pub(super) fn read_next(&mut self) -> io::Result<()> {
+        self.next = self.held.take();
+        if self.next.is_some() {
+            return Ok(());
         }
         while let Some(record) = self.log.next_record()? {
             self.counts.records += 1;
-            if let (Some(ids), Content::Data(frame)) = (&mut self.ids, &record.content)
-                && (ids.len() < MAX_IDS || ids.contains_key(&(record.interface, frame.id())))
+            if let Content::Data(frame) = &record.content
+                && self.counted.binary_search(&frame.id().number()).is_ok()
             {
-                *ids.entry((record.interface, frame.id())).or_default() += 1;
+                *self.ids.entry((record.interface, frame.id())).or_default() += 1;
             }
             let (stamp, now) = self.advance(record.stamp);
-            let input = self.input(record, stamp).map(|input| (input, now));
+            let input = self.input(&record, stamp);
             self.counts.foreign += u64::from(input.is_none());
             if let Some(bad) = self.new_bad_lines() {
-                self.held = input;
-                return Ok(Some((bad, now)));
+                self.held = input.map(|input| (input, now));
+                self.next = Some((bad, now));
+                return Ok(());
             }
-            if input.is_some() {
-                return Ok(input);
+            if let Some(input) = input {
+                self.next = Some((input, now));
+                return Ok(());
             }
         }
         let last = self.clock.map(|clock| Now { mono: clock.mono, wall: clock.stamp });
-        Ok(self.new_bad_lines().zip(last))
+        self.next = self.new_bad_lines().zip(last);
+        Ok(())
     }
 
     /// Bad lines since the last call. They count for the first bus: such a line names none.
@@ -121,7 +129,7 @@ impl Tape {
         (count > 0).then_some(CanInput::BadRecords { bus: BusIndex(0), count })
     }
 
-    fn input(&self, record: Record, stamp: WallStamp) -> Option<CanInput> {
+    fn input(&self, record: &Record, stamp: WallStamp) -> Option<CanInput> {
         let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
         match record.content {
             Content::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
@@ -164,7 +172,11 @@ mod tests {
     }
 
     fn all(tape: &mut Tape) -> Vec<(u64, String)> {
-        std::iter::from_fn(|| tape.next_input().unwrap())
+        let read_next = || {
+            tape.read_next().unwrap();
+            tape.next
+        };
+        std::iter::from_fn(read_next)
             .map(|(input, now)| (now.mono.as_nanos() / 1_000_000, text(&input)))
             .collect()
     }

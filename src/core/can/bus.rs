@@ -208,7 +208,7 @@ impl Bus {
     /// True if the link is up and a frame was received within the timeout.
     pub fn is_alive(&self, now: MonoTime) -> bool {
         self.link == LinkState::Up
-            && self.last_frame.is_some_and(|last| now.since(last) <= self.settings.alive_timeout)
+            && self.last_frame.is_some_and(|last| now.is_within(self.settings.alive_timeout, last))
     }
 
     /// Time since the last frame; `None` before the first.
@@ -268,7 +268,7 @@ impl Bus {
             Reception::Asleep
         } else if !self.is_alive(now) {
             Reception::Silent
-        } else if self.last_disturbance.is_some_and(|at| now.since(at) <= LOSS_MEMORY) {
+        } else if self.last_disturbance.is_some_and(|at| now.is_within(LOSS_MEMORY, at)) {
             Reception::Losing
         } else {
             Reception::Receiving

@@ -61,6 +61,8 @@ pub struct SignalCodec {
     bits: Bits,
     /// Conditions on all multiplexors above this signal, the outermost first.
     conditions: Box<[Condition]>,
+    /// Smallest number of bytes in a frame that has the signal and all its multiplexors.
+    needed: usize,
 }
 
 /// Condition that a multiplexor has one of several values.
@@ -73,7 +75,8 @@ struct Condition {
 impl SignalCodec {
     /// Compiles a signal that is always present, in a message of `message_length` bytes.
     pub fn new(layout: Layout, message_length: usize) -> Result<Self, LayoutError> {
-        Ok(Self { bits: Bits::compile(layout, message_length)?, conditions: Box::default() })
+        let bits = Bits::compile(layout, message_length)?;
+        Ok(Self { bits, conditions: Box::default(), needed: bits.needed })
     }
 
     /// The same signal, present only while `multiplexor` is present and has one of `values`.
@@ -81,7 +84,7 @@ impl SignalCodec {
         let values = values.iter().map(|range| i128::from(*range.start())..=i128::from(*range.end()));
         let own = Condition { multiplexor: multiplexor.bits, values: values.collect() };
         let conditions = multiplexor.conditions.iter().cloned().chain([own]).collect();
-        Self { bits: self.bits, conditions }
+        Self { bits: self.bits, conditions, needed: self.bits.needed.max(multiplexor.needed) }
     }
 
     /// True if the multiplexors in `data` select this signal.
@@ -91,8 +94,7 @@ impl SignalCodec {
 
     /// Smallest number of bytes in a frame that has the signal and all its multiplexors.
     pub fn needed_length(&self) -> usize {
-        let multiplexors = self.conditions.iter().map(|condition| condition.multiplexor.needed);
-        multiplexors.fold(self.bits.needed, usize::max)
+        self.needed
     }
 
     /// The raw value of the bits, whether or not the signal is present.
@@ -201,12 +203,13 @@ impl Bits {
     }
 
     fn read(self, data: &[u8; MAX_DATA]) -> i128 {
-        let unsigned = (self.window(data) >> self.shift) & self.mask();
+        #[allow(clippy::cast_possible_truncation)] // what is cut off belongs to other signals
+        let bits = (self.window(data) >> self.shift) as u64;
+        let unused = u64::BITS - self.length;
         if self.signed {
-            let unused = u128::BITS - self.length;
-            (unsigned << unused).cast_signed() >> unused
+            ((bits << unused).cast_signed() >> unused).into()
         } else {
-            unsigned.cast_signed()
+            (bits << unused >> unused).into()
         }
     }
 

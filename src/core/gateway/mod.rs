@@ -156,9 +156,14 @@ impl Gateway {
     /// Takes one input in both machines, on one clock; `now` never lies before that of an earlier call.
     pub fn handle(&mut self, input: impl Into<Input>, now: Now) {
         if self.take(input.into(), now) {
-            let mut changed = self.perceive(now);
-            changed.extend(self.command(now));
-            self.diagnose(changed, now);
+            self.settle(now);
+        }
+    }
+
+    /// As [`Self::handle`], for what happens on a bus: it is looked at where it lies.
+    pub fn handle_can(&mut self, input: &CanInput, now: Now) {
+        if self.take_can(input, now) {
+            self.settle(now);
         }
     }
 
@@ -278,6 +283,13 @@ impl Gateway {
             is_news |= commands.handle_frame(*bus, frame, *stamp, now);
         }
         is_news || commands.next_deadline().is_some_and(|due| due <= now.mono)
+    }
+
+    /// Settles both machines and publishes the statuses that have changed.
+    fn settle(&mut self, now: Now) {
+        let mut changed = self.perceive(now);
+        changed.extend(self.command(now));
+        self.diagnose(changed, now);
     }
 
     /// Settles perception and hands the decider's commands over; gives the statuses that have changed.

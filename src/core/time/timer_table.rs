@@ -9,11 +9,13 @@ use super::MonoTime;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimerTable<T> {
     timers: Vec<(T, Option<MonoTime>)>,
+    /// The earliest of all: it is asked for at every frame, and timers are set at few.
+    next: Option<MonoTime>,
 }
 
 impl<T> Default for TimerTable<T> {
     fn default() -> Self {
-        Self { timers: Vec::new() }
+        Self { timers: Vec::new(), next: None }
     }
 }
 
@@ -25,11 +27,12 @@ impl<T: Copy + Eq> TimerTable<T> {
             Some((_, at)) => *at = expires,
             None => self.timers.push((timer, expires)),
         }
+        self.next = self.timers.iter().filter_map(|(_, at)| *at).min();
     }
 
     /// When the next timer expires; `None` while none is running.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        self.timers.iter().filter_map(|(_, at)| *at).min()
+        self.next
     }
 
     /// True if a timer is running and its time has come. It stays expired until it is set anew.

@@ -237,7 +237,8 @@ impl Observations {
             None
         };
         let timeout = table.messages[message.0].timing.timeout();
-        let is_current = |at: MonoTime| timeout.is_none_or(|timeout| now.mono.since(at) <= timeout);
+        let oldest = timeout.map_or(MonoTime::ZERO, |timeout| now.mono.before(timeout));
+        let is_current = |at: MonoTime| at >= oldest;
         let was_usable = latest.is_some_and(|latest| latest.unusable.is_none() && is_current(latest.at));
         let mut is_repetition = was_usable && (checker.is_none() || *trusted_since);
         *latest = Some(LatestFrame { at: now.mono, unusable: unusable.map(|(missing, _)| missing) });
@@ -325,7 +326,7 @@ impl Observations {
             return Err(bus_reason(bus, None, now).unwrap_or(reason));
         };
         let last_at = Some(last.received.at);
-        let stale_after = timeout.filter(|timeout| now.since(last.received.at) > *timeout);
+        let stale_after = timeout.filter(|timeout| !now.is_within(*timeout, last.received.at));
         let reason = if let Some(timeout) = stale_after {
             // Had the sender alone failed, other messages would have come in the second half of its timeout.
             let is_quiet = bus.may_be_falling_asleep(last.received.at.after(timeout / 2), now);
@@ -398,7 +399,7 @@ impl MessageState {
             return Some(MissingReason::NotTrusted(reject.reason()));
         }
         let LatestFrame { at, unusable } = self.latest?;
-        if timeout.is_some_and(|timeout| now.since(at) > timeout) {
+        if timeout.is_some_and(|timeout| !now.is_within(timeout, at)) {
             return None;
         }
         unusable.or_else(|| last.is_none_or(|last| last < at).then_some(MissingReason::NotCarried))

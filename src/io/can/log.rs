@@ -2,15 +2,16 @@
 //! bounded memory.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufReader, Chain, Cursor, Read};
 use std::path::Path;
 
 use super::compression::decompressed;
 use super::formats::blf::Blf;
 use super::formats::{
-    BadLine, Content, Entry, Format, HEAD, Interface, LineReader, MAX_LINE, not_recognised, not_supported,
+    BadLine, Content, Entry, Format, HEAD, Interface, LineReader, not_recognised, not_supported,
     without_byte_order_mark,
 };
+use super::lines::Lines;
 use crate::core::time::WallStamp;
 use crate::io::standard_input;
 
@@ -45,9 +46,12 @@ const MAX_INTERFACES: usize = 64;
 
 /// The reader of a log.
 enum Reader {
-    Lines { source: Box<dyn BufRead + Send>, format: Box<dyn LineReader>, line: Vec<u8>, number: u64 },
+    Lines { lines: Lines<Source>, format: Box<dyn LineReader>, number: u64 },
     Blf(Box<Blf>),
 }
+
+/// The beginning, by which the format was recognised, and what follows.
+type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 /// Number of a line or object, and its entry.
 type Numbered<'a> = (u64, Result<Option<Entry<'a>>, BadLine>);
@@ -99,19 +103,18 @@ impl Log {
     /// A file that cannot be read on, such as a truncated gzip.
     pub fn next_record(&mut self) -> io::Result<Option<Record>> {
         while let Some((number, entry)) = self.reader.next()? {
-            let record = entry.and_then(|entry| {
-                let Some(Entry { stamp, interface, content }) = entry else { return Ok(None) };
-                let interface = position(&mut self.interfaces, interface)?;
-                Ok(Some(Record { stamp, interface, content }))
-            });
-            match record {
-                Ok(None) => {}
-                Ok(record) => return Ok(record),
-                Err(reason) => {
-                    self.bad_lines += 1;
-                    self.first_bad.get_or_insert((number, reason));
+            let reason = match entry {
+                Ok(None) => continue,
+                Ok(Some(Entry { stamp, interface, content })) => {
+                    match position(&mut self.interfaces, interface) {
+                        Ok(interface) => return Ok(Some(Record { stamp, interface, content })),
+                        Err(reason) => reason,
+                    }
                 }
-            }
+                Err(reason) => reason,
+            };
+            self.bad_lines += 1;
+            self.first_bad.get_or_insert((number, reason));
         }
         Ok(None)
     }
@@ -164,17 +167,19 @@ impl Reader {
         let format = format.or_else(|| Format::of_line(without_byte_order_mark(last).trim_ascii()));
         let Some(format) = format else { return Err(not_recognised(&head)) };
         let text = head.len() - without_byte_order_mark(&head).len();
-        let mut head = io::Cursor::new(head);
+        let mut head = Cursor::new(head);
         if let Format::Lines(_) = format {
             head.set_position(text as u64);
         }
-        let source = Box::new(BufReader::with_capacity(BUFFER, head.chain(source)));
+        let source = head.chain(source);
         Ok(match format {
             Format::Lines(format) => {
-                let format = (format.reader)();
-                Self::Lines { source, format, line: Vec::with_capacity(MAX_LINE), number: 0 }
+                Self::Lines { lines: Lines::new(source), format: (format.reader)(), number: 0 }
             }
-            Format::Blf => Self::Blf(Box::new(Blf::new(source)?)),
+            Format::Blf => {
+                let source = BufReader::with_capacity(BUFFER, source);
+                Self::Blf(Box::new(Blf::new(Box::new(source))?))
+            }
             Format::Mf4 => return Err(not_supported()),
         })
     }
@@ -183,33 +188,17 @@ impl Reader {
     fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
         match self {
             Self::Blf(blf) => Ok(blf.next_entry()?.map(|entry| (blf.count(), entry))),
-            Self::Lines { source, format, line, number } => {
-                if !next_line(source, line)? {
-                    return Ok(None);
-                }
+            Self::Lines { lines, format, number } => {
+                let Some(line) = lines.next_line()? else { return Ok(None) };
                 *number += 1;
-                let entry = match line.trim_ascii() {
-                    _ if line.len() > MAX_LINE => Err(BadLine::TooLong),
+                let entry = line.and_then(|line| match line.trim_ascii() {
                     [] => Ok(None),
                     text => format.read(text),
-                };
+                });
                 Ok(Some((*number, entry)))
             }
         }
     }
-}
-
-/// Reads one line of at most [`MAX_LINE`] + 1 bytes; what a longer one has beyond is skipped.
-fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<bool> {
-    line.clear();
-    let limit = MAX_LINE as u64 + 1;
-    if source.take(limit).read_until(b'\n', line)? == 0 {
-        return Ok(false);
-    }
-    if line.len() > MAX_LINE && line.last() != Some(&b'\n') {
-        source.skip_until(b'\n')?;
-    }
-    Ok(true)
 }
 
 impl std::fmt::Debug for Log {
@@ -226,7 +215,7 @@ mod tests {
     const TEXT: &str = "(1.000000) can0 123#01\n\nnonsense\r\n(1.100000) can1 123#02\r\n(1.2) can0 124#";
 
     fn read_all(bytes: Vec<u8>) -> (Log, Vec<Record>) {
-        let mut log = Log::new(Box::new(io::Cursor::new(bytes))).unwrap();
+        let mut log = Log::new(Box::new(Cursor::new(bytes))).unwrap();
         let mut records = Vec::new();
         while let Some(record) = log.next_record().unwrap() {
             records.push(record);
@@ -251,7 +240,7 @@ mod tests {
         gzip.write_all(text.as_bytes()).unwrap();
         let packed = gzip.finish().unwrap();
         assert_eq!(read_all(packed.clone()).1.len(), 5_000);
-        let mut cut = Log::new(Box::new(io::Cursor::new(packed[..packed.len() / 2].to_vec()))).unwrap();
+        let mut cut = Log::new(Box::new(Cursor::new(packed[..packed.len() / 2].to_vec()))).unwrap();
         let mut read = 0;
         let error = loop {
             match cut.next_record() {
@@ -266,8 +255,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_not_a_recording_is_refused_with_what_it_looks_like() {
-        let refused =
-            |bytes: &[u8]| Log::new(Box::new(io::Cursor::new(bytes.to_vec()))).unwrap_err().to_string();
+        let refused = |bytes: &[u8]| Log::new(Box::new(Cursor::new(bytes.to_vec()))).unwrap_err().to_string();
         assert_eq!(refused(b""), "the file is empty");
         let zip = refused(b"PK\x03\x04\x14");
         assert!(
@@ -288,7 +276,5 @@ mod tests {
         bytes.extend(b"\n(1.0) can0 123#01\n");
         let (log, records) = read_all(bytes);
         assert_eq!((records.len(), log.bad_lines()), (2, 1));
-        let Reader::Lines { line, .. } = log.reader else { panic!("these are lines") };
-        assert!(line.capacity() < 4 * MAX_LINE);
     }
 }

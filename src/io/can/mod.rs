@@ -13,6 +13,7 @@
 //! | [`traffic`] | all frames of an interface, and the load of the bus |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | recordings on disk, in any format, plain or compressed |
+//! | `lines` | their lines, in bounded memory |
 //! | `compression` | gzip, xz and Zstandard, recognised by their first bytes |
 //! | [`formats`] | the formats of recordings, and how each is recognised |
 
@@ -22,6 +23,7 @@ pub mod controller;
 pub mod formats;
 pub mod id_filter;
 pub mod interfaces;
+mod lines;
 mod link;
 pub mod log;
 pub mod sender_lock;

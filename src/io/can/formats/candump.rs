@@ -36,29 +36,33 @@ struct Candump;
 
 impl LineReader for Candump {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
-        if line.starts_with(b"#") { Ok(parse_note(line)) } else { parse_line(line).map(Some) }
+        match common_line(line) {
+            Some(entry) => Ok(Some(entry)),
+            None if line.starts_with(b"#") => Ok(parse_note(line)),
+            None => any_line(line).map(Some),
+        }
     }
 }
 
-/// Reads one line, without its line end.
+/// Reads one line, without its line end, that is a frame or a note.
 ///
 /// # Errors
 /// The reason why it cannot be read.
 pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
-    common_line(line).map_or_else(|| any_line(line), Ok)
+    Candump.read(line)?.ok_or(BadLine::NoTime)
 }
 
 /// Reads a classic data frame as `-L` writes it, in a fraction of the time that [`any_line`] takes: long recordings
 /// have hardly anything else. `None` for all other lines.
 fn common_line(line: &[u8]) -> Option<Entry<'_>> {
     let (seconds, rest) = until(line.strip_prefix(b"(")?, b'.')?;
-    let (fraction, rest) = until(rest, b')')?;
-    let (interface, rest) = until(rest.strip_prefix(b" ")?, b' ')?;
+    let (micros, rest) = rest.split_first_chunk::<6>()?;
+    let (interface, rest) = until(rest.strip_prefix(b") ")?, b' ')?;
     let (id, payload) = until(rest, b'#')?;
-    let nanos = match (seconds.len(), fraction.len()) {
-        (1..=10, 6) => decimals(seconds)?.checked_mul(SECOND)?.checked_add(decimals(fraction)? * 1000)?,
-        _ => return None,
-    };
+    if !(1..=10).contains(&seconds.len()) {
+        return None;
+    }
+    let nanos = decimals(seconds)?.checked_mul(SECOND)?.checked_add(decimals(micros)? * 1000)?;
     let id = match id.len() {
         3 => CanId::standard(hexadecimals(id)?)?,
         8 => CanId::extended(hexadecimals(id)?)?,
@@ -66,10 +70,11 @@ fn common_line(line: &[u8]) -> Option<Entry<'_>> {
     };
     let mut bytes = [0; 8];
     let (pairs, []) = payload.as_chunks::<2>() else { return None };
-    for (byte, pair) in bytes.get_mut(..pairs.len())?.iter_mut().zip(pairs) {
-        *byte = u8::try_from(hexadecimals(pair)?).ok()?;
+    let data = bytes.get_mut(..pairs.len())?;
+    for (byte, [high, low]) in data.iter_mut().zip(pairs) {
+        *byte = digit(*high)? << 4 | digit(*low)?;
     }
-    let frame = Frame::classic(id, &bytes[..pairs.len()])?;
+    let frame = Frame::classic(id, data)?;
     let is_name = !interface.is_empty() && interface.iter().all(u8::is_ascii_graphic);
     let interface = Interface::Named(text(interface).ok().filter(|_| is_name)?);
     Some(Entry { stamp: WallStamp::from_nanos(nanos), interface, content: Content::Data(frame) })
@@ -83,14 +88,30 @@ fn until(text: &[u8], end: u8) -> Option<(&[u8], &[u8])> {
 
 /// Up to 18 decimal digits.
 fn decimals(text: &[u8]) -> Option<i64> {
-    let digit = |byte: &u8| char::from(*byte).to_digit(10).map(i64::from);
+    let digit = |byte: &u8| digit(*byte).filter(|digit| *digit < 10).map(i64::from);
     text.iter().try_fold(0, |number, byte| Some(number * 10 + digit(byte)?))
 }
 
 /// Up to eight hexadecimal digits.
 fn hexadecimals(text: &[u8]) -> Option<u32> {
-    let digit = |byte: &u8| char::from(*byte).to_digit(16);
-    text.iter().try_fold(0, |number, byte| Some(number << 4 | digit(byte)?))
+    text.iter().try_fold(0, |number, byte| Some(number << 4 | u32::from(digit(*byte)?)))
+}
+
+/// The value of a hexadecimal digit.
+fn digit(byte: u8) -> Option<u8> {
+    /// By byte; [`NONE`] for one that is no digit.
+    static DIGITS: [u8; 256] = {
+        let mut digits = [NONE; 256];
+        let mut digit = 0_u8;
+        while digit < 16 {
+            digits[b"0123456789ABCDEF"[digit as usize] as usize] = digit;
+            digits[b"0123456789abcdef"[digit as usize] as usize] = digit;
+            digit += 1;
+        }
+        digits
+    };
+    const NONE: u8 = 0xFF;
+    Some(DIGITS[usize::from(byte)]).filter(|digit| *digit != NONE)
 }
 
 /// Reads a line of any kind.
