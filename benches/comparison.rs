@@ -79,10 +79,24 @@ pub(crate) fn point(curve: &str, unit: &str, size: f64, figure: f64) {
 
 /// Processor time of this thread, which other threads and programs do not change.
 pub(crate) fn processor_time() -> Duration {
+    clock(libc::CLOCK_THREAD_CPUTIME_ID)
+}
+
+/// Processor time of a process so far, of all its threads.
+pub(crate) fn processor_time_of(pid: libc::pid_t) -> Duration {
+    let mut id = 0;
+    // SAFETY: the pointer is to a live value of the right type.
+    #[allow(unsafe_code)]
+    let result = unsafe { libc::clock_getcpuclockid(pid, &raw mut id) };
+    assert_eq!(result, 0);
+    clock(id)
+}
+
+fn clock(id: libc::clockid_t) -> Duration {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is to a live value of the right type.
     #[allow(unsafe_code)]
-    let result = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    let result = unsafe { libc::clock_gettime(id, &raw mut time) };
     assert_eq!(result, 0);
     Duration::new(u64::try_from(time.tv_sec).unwrap(), u32::try_from(time.tv_nsec).unwrap())
 }
