@@ -87,7 +87,7 @@ pub struct Element {
     pub id: i64,
 }
 
-/// Keys and values of an element, in turn, each followed by [`Self::END`]: a map has hundreds of thousands of short ones.
+/// Keys and values of an element, in turn, each followed by a byte that no text has: a map has hundreds of thousands of short ones.
 #[derive(Clone, PartialEq, Eq, Default)]
 pub struct Tags(Box<[u8]>);
 
