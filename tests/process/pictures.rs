@@ -37,7 +37,7 @@ fn each_picture_is_what_its_command_draws() {
     // The first by hand, the second and third by tests of their own, `live page` and `terminal_view`.
     drawn.extend(["fleet.svg", "page.png", "terminal.svg"].map(str::to_owned));
     // By `benches/performance --write`.
-    let curves = ["decision", "map", "recording", "traffic_lights"];
+    let curves = ["clients", "decision", "map", "recording", "traffic_lights"];
     drawn.extend(curves.map(|curve| format!("performance_{curve}.svg")));
     drawn.sort();
     let mut there: Vec<_> = fs::read_dir(&folder)
