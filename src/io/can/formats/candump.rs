@@ -99,7 +99,7 @@ fn hexadecimals(text: &[u8]) -> Option<u32> {
 
 /// The value of a hexadecimal digit.
 fn digit(byte: u8) -> Option<u8> {
-    /// By byte; [`NONE`] for one that is no digit.
+    /// By byte; [`NONE`] for one that is not a digit.
     static DIGITS: [u8; 256] = {
         let mut digits = [NONE; 256];
         let mut digit = 0_u8;
@@ -244,7 +244,6 @@ fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
 
 /// Reads pairs of hexadecimal digits, and counts them.
 fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
-    let digit = |byte: u8| char::from(byte).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
     let mut bytes = [0; MAX_DATA];
     let pairs = text.as_bytes().chunks(2);
     let length = pairs.len();
