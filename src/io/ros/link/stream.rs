@@ -1,10 +1,10 @@
 //! One end of the link.
 
-use std::io;
-use std::os::unix::net::UnixStream as Socket;
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::net::UnixStream;
 
 use tokio::io::Interest;
-use tokio::net::UnixStream;
+use tokio::io::unix::AsyncFd;
 
 use super::frame::{self, FrameBuffer};
 use super::message::{FromNetwork, ToNetwork};
@@ -20,7 +20,8 @@ const KEPT: usize = 1024 * 1024;
 /// A socket with what waits on both sides of it. Nothing here blocks, but for [`Link::ready`].
 #[derive(Debug)]
 pub struct Link {
-    stream: UnixStream,
+    /// Watched for what can be read alone: watched for room, it would wake this end whenever the other end reads.
+    stream: AsyncFd<UnixStream>,
     incoming: FrameBuffer,
     scratch: Box<[u8]>,
     outgoing: Vec<u8>,
@@ -30,10 +31,10 @@ pub struct Link {
 
 impl Link {
     /// One end of a socket pair. Must be called within a runtime.
-    pub fn new(socket: Socket) -> io::Result<Self> {
+    pub fn new(socket: UnixStream) -> io::Result<Self> {
         socket.set_nonblocking(true)?;
         Ok(Self {
-            stream: UnixStream::from_std(socket)?,
+            stream: watched(socket, Interest::READABLE)?,
             incoming: FrameBuffer::default(),
             scratch: vec![0; READ_SIZE].into_boxed_slice(),
             outgoing: Vec::new(),
@@ -43,9 +44,14 @@ impl Link {
 
     /// Waits until there is something to read, or what waits can be written. Cancellation loses nothing.
     pub async fn ready(&self) -> io::Result<()> {
-        let interest =
-            if self.waiting() == 0 { Interest::READABLE } else { Interest::READABLE | Interest::WRITABLE };
-        self.stream.ready(interest).await.map(drop)
+        if self.waiting() == 0 {
+            return self.stream.readable().await.map(drop);
+        }
+        let room = watched(self.stream.get_ref().try_clone()?, Interest::WRITABLE)?;
+        tokio::select! {
+            ready = self.stream.readable() => ready.map(drop),
+            ready = room.writable() => ready.map(drop),
+        }
     }
 
     /// Bytes that wait to be written.
@@ -57,7 +63,7 @@ impl Link {
     pub fn read(&mut self) -> io::Result<()> {
         let mut total = 0;
         while total < MAX_READ {
-            match self.stream.try_read(&mut self.scratch) {
+            match self.stream.try_io(Interest::READABLE, |mut stream| stream.read(&mut self.scratch)) {
                 Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
                 Ok(count) => {
                     self.incoming.extend(self.scratch.get(..count).unwrap_or_default());
@@ -78,7 +84,7 @@ impl Link {
     /// Writes as much as the other end takes.
     pub fn flush(&mut self) -> io::Result<()> {
         while let Some(waiting) = self.outgoing.get(self.written..).filter(|waiting| !waiting.is_empty()) {
-            match self.stream.try_write(waiting) {
+            match self.stream.get_ref().write(waiting) {
                 Ok(count) => self.written += count,
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(()),
                 Err(error) => return Err(error),
@@ -101,13 +107,19 @@ impl Link {
     }
 }
 
+#[allow(unsafe_code)]
+fn watched(socket: UnixStream, interest: Interest) -> io::Result<AsyncFd<UnixStream>> {
+    // SAFETY: a stream owns its descriptor and never replaces it.
+    Ok(unsafe { AsyncFd::register_with_interest(socket, interest)? })
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::message::Order;
     use super::*;
 
     fn pair() -> [Link; 2] {
-        let (one, other) = Socket::pair().unwrap();
+        let (one, other) = UnixStream::pair().unwrap();
         [one, other].map(|socket| Link::new(socket).unwrap())
     }
 
