@@ -256,8 +256,9 @@ fn try_all(bench: &Bench) {
     rows.push(row("SIGSTOP, SIGCONT after 3 s", None, &|| bench.signal("STOP"), &|| bench.signal("CONT")));
     bench.may_be_late.set(true);
     if is_guest() {
-        rows.push(row("wall clock set 10 s ahead", None, &|| step_clock(10), &|| {}));
-        rows.push(row("wall clock set 10 s back", None, &|| step_clock(-10), &|| {}));
+        let step = |seconds| move || unit.between_frames(|| step_clock(seconds));
+        rows.push(row("wall clock set 10 s ahead", None, &step(10), &|| {}));
+        rows.push(row("wall clock set 10 s back", None, &step(-10), &|| {}));
     }
     let table: String = rows.iter().map(|row| row.markdown() + "\n").collect();
     docs_section::update("faults", &format!("{HEAD}{table}"));

@@ -84,13 +84,12 @@ impl Unit {
         let thread = std::thread::spawn(move || {
             let mut counter = 0_u8;
             loop {
-                let (code, manner) = {
-                    let state = shared.lock().unwrap();
-                    if state.over {
-                        return;
-                    }
-                    (state.code, state.manner)
-                };
+                // Held until the frame is noted, since its report may come before its socket is closed.
+                let mut state = shared.lock().unwrap();
+                if state.over {
+                    return;
+                }
+                let State { code, manner, .. } = *state;
                 let before = wall();
                 counter = counter.wrapping_add(u8::from(manner != Manner::Stuck));
                 let mut data = [code, counter & 15, 0, 0];
@@ -101,10 +100,9 @@ impl Unit {
                 let is_sent = !matches!(manner, Manner::Dead | Manner::Silent);
                 let is_sent = is_sent && send(interface, TURN, &data).is_some();
                 if is_sent && manner == Manner::Sound {
-                    // The clock may have been set back meanwhile.
-                    let after = wall();
-                    shared.lock().unwrap().sent.push((code, before.min(after)..=before.max(after)));
+                    state.sent.push((code, before..=wall()));
                 }
+                drop(state);
                 std::thread::sleep(Duration::from_millis(50));
             }
         });
@@ -114,6 +112,12 @@ impl Unit {
     pub(crate) fn set(&self, code: u8, manner: Manner) {
         let mut state = self.state.lock().unwrap();
         (state.code, state.manner) = (code, manner);
+    }
+
+    /// Does it while no frame is being sent.
+    pub(crate) fn between_frames(&self, act: impl FnOnce()) {
+        let _state = self.state.lock().unwrap();
+        act();
     }
 
     /// Whether a right frame with that code was being sent at that time.
