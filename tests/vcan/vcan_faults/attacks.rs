@@ -79,6 +79,9 @@ impl Scene {
     fn attack(&mut self, name: &str, attack: impl FnOnce(&Target)) -> String {
         let memory = self.memory_kb();
         let (from, lost) = (BusTime::now(), self.network_processes_lost());
+        // One frame before the attack and one after it: the gaps between cover all of it, however short it is.
+        self.recording
+            .wait(from, NEW_EAGLE.command, "a frame before the attack", |frames| !frames.is_empty());
         let idler = Idler::start();
         attack(&self.target);
         let (ended, mark) = (Instant::now(), self.reader.mark());
