@@ -10,6 +10,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 mod circles;
 
@@ -53,14 +54,13 @@ const MAX_FILE: usize = 500;
 #[test]
 fn imports_run_downhill_and_the_core_is_pure() {
     let dependencies = dependencies();
-    let sources = files_below("src");
-    let test_only: Vec<_> = sources.iter().flat_map(|path| Source::read(path).test_modules).collect();
+    let sources = sources_below("src");
+    let test_only: Vec<_> = sources.iter().flat_map(|source| &source.test_modules).collect();
     let mut breaches = Vec::new();
-    for path in &sources {
-        let source = Source::read(path);
+    for source in &sources {
         if !test_only.iter().any(|module| source.module.starts_with(module)) {
-            breaches
-                .extend(source.breaches(&dependencies).map(|breach| format!("{}: {breach}", path.display())));
+            let breach = |breach| format!("{}: {breach}", source.path.display());
+            breaches.extend(source.breaches(&dependencies).map(breach));
         }
     }
     assert!(sources.len() > 10, "the sources were not found");
@@ -69,25 +69,35 @@ fn imports_run_downhill_and_the_core_is_pure() {
 
 #[test]
 fn files_are_short_and_named_after_what_they_do() {
-    let folders = ["src", "tests", "benches", "fuzz/fuzz_targets", "examples"];
     let mut breaches = Vec::new();
-    for path in folders.iter().flat_map(|folder| files_below(folder)) {
-        let text = fs::read_to_string(project().join(&path)).unwrap();
-        if text.lines().count() > MAX_FILE {
-            breaches.push(format!("{}: {} lines, at most {MAX_FILE}", path.display(), text.lines().count()));
+    for Source { path, lines, declared, .. } in &*SOURCES {
+        if *lines > MAX_FILE {
+            breaches.push(format!("{}: {lines} lines, at most {MAX_FILE}", path.display()));
         }
-        let declared = Source::parse(&path, &text).declared;
-        let names = path.iter().filter_map(|part| part.to_str()?.split('.').next()).map(str::to_owned);
-        for name in names.chain(declared).filter(|name| VAGUE_NAMES.contains(&name.as_str())) {
+        let names = path.iter().filter_map(|part| part.to_str()?.split('.').next());
+        for name in names.chain(declared.iter().map(String::as_str)).filter(|name| VAGUE_NAMES.contains(name))
+        {
             breaches.push(format!("{}: `{name}` is too vague", path.display()));
         }
     }
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
 }
 
+/// All source files, read once for all tests.
+static SOURCES: LazyLock<Vec<Source>> = LazyLock::new(|| {
+    let folders = ["src", "tests", "benches", "fuzz/fuzz_targets", "examples"];
+    folders.iter().flat_map(|folder| files_below(folder)).map(|path| Source::read(&path)).collect()
+});
+
+fn sources_below(folder: &str) -> Vec<&'static Source> {
+    SOURCES.iter().filter(|source| source.path.starts_with(folder)).collect()
+}
+
 /// One file, read for what it mentions.
 #[derive(Default)]
 struct Source {
+    path: PathBuf,
+    lines: usize,
     /// `["core", "can", "bus"]` for `src/core/can/bus.rs`.
     module: Vec<String>,
     mentions: Vec<Mention>,
@@ -113,7 +123,8 @@ impl Source {
         let mut module: Vec<String> =
             path.with_extension("").iter().skip(1).map(|part| part.to_string_lossy().into_owned()).collect();
         module.pop_if(|last| ["mod", "lib", "main"].contains(&last.as_str()));
-        let mut source = Self { module: module.clone(), ..Self::default() };
+        let lines = text.lines().count();
+        let mut source = Self { path: path.to_owned(), lines, module: module.clone(), ..Self::default() };
         source.walk(tokens, &module, &[]);
         source
     }

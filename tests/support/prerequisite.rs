@@ -1,9 +1,11 @@
 //! Prerequisites of a test on its machine. A test without one is skipped visibly; with
 //! `tests/run --full` it fails, unless the machine is allowed to lack the thing.
 
+use std::collections::BTreeMap;
 use std::io::Write as _;
+use std::sync::Mutex;
 
-/// Something a machine may not have, by the name that `may_lack` in `tests/run` lists it under.
+/// Something a machine may not have, by the name it has in `tests/prerequisites`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Prerequisite {
     /// A CAN interface `vcan0`, and root to make more: what `tests/with-vcan` provides.
@@ -62,6 +64,17 @@ impl Prerequisite {
         }
     }
 
+    /// Returns the way to get it, from `tests/prerequisites`.
+    ///
+    /// # Panics
+    /// If it is not listed there.
+    fn remedy(self) -> &'static str {
+        let lines = include_str!("../prerequisites").lines();
+        let mut rows = lines.filter_map(|line| line.trim_end().split_once(' '));
+        let (_, rest) = rows.find(|(name, _)| *name == self.name()).unwrap();
+        rest.trim_start().split_once(' ').unwrap().1.trim_start()
+    }
+
     /// The error that a helper returns to [`require!`].
     pub(crate) fn missing(self, why: impl Into<String>) -> Missing {
         Missing { what: self, why: why.into() }
@@ -75,8 +88,12 @@ pub(crate) struct Missing {
     why: String,
 }
 
+/// The number of skipped tests and the way to get what they lack, by prerequisite.
+static SKIPPED: Mutex<BTreeMap<&str, (usize, &str)>> = Mutex::new(BTreeMap::new());
+
 impl Missing {
-    /// Reports the test as skipped, on standard error and past the capture of libtest.
+    /// Reports the test as skipped, on standard error and past the capture of libtest, now and once more at the end of the
+    /// program, below libtest's count, which takes it for passed.
     ///
     /// # Panics
     /// If `SIGNAL_GATEWAY_MAY_LACK` is set and does not list the prerequisite.
@@ -88,7 +105,31 @@ impl Missing {
         }
         let line = format!("skipped: {test}: {what}: {why}\n");
         std::io::stderr().write_all(line.as_bytes()).unwrap();
+        let mut skipped = SKIPPED.lock().unwrap();
+        if skipped.is_empty() {
+            at_exit(list_skipped);
+        }
+        skipped.entry(what).or_insert((0, self.what.remedy())).0 += 1;
     }
+}
+
+/// Says how many of the tests above did not run at all, and what they lack.
+extern "C" fn list_skipped() {
+    let Ok(skipped) = SKIPPED.lock() else { return };
+    let mut text = String::new();
+    for (what, (count, remedy)) in &*skipped {
+        text.push_str(&format!(
+            "not passed but skipped, without {what}: {count} tests; to have it: {remedy}\n"
+        ));
+    }
+    let _unseen = std::io::stderr().write_all(text.as_bytes());
+}
+
+/// Has `run` called at the end of the program: libtest has nothing for that.
+#[allow(unsafe_code)]
+fn at_exit(run: extern "C" fn()) {
+    // SAFETY: the function takes nothing, does not unwind, and lives as long as the program.
+    assert_eq!(unsafe { libc::atexit(run) }, 0);
 }
 
 /// The value of a `Result<_, Missing>`; without it, the test ends here and is reported as skipped.

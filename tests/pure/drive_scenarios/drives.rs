@@ -81,9 +81,11 @@ fn names() -> Vec<String> {
 fn scenario(name: &str) -> Scenario {
     let file = read(&Disk, &folder().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"));
     let simulation = DriveSimulation::new(file.clone()).unwrap_or_else(|refused| panic!("{name}: {refused}"));
-    let all = [Upstream, Improved, PathGenerator];
-    let mut runs =
-        all.map(|compat| (Run::new(&simulation, compat), Verdicts::new(&simulation, compat), Vec::new()));
+    let path_generator = file.compats.contains(&PathGenerator).then_some(PathGenerator);
+    let compats = [Upstream, Improved].into_iter().chain(path_generator);
+    let mut runs: Vec<_> = compats
+        .map(|compat| (Run::new(&simulation, compat), Verdicts::new(&simulation, compat), Vec::new()))
+        .collect();
     for cycle in simulation.cycles() {
         for (run, verdicts, shown) in &mut runs {
             let decision = run.step(&cycle);
@@ -102,11 +104,13 @@ fn scenario(name: &str) -> Scenario {
             });
         }
     }
-    let [upstream, improved, path_generator] = runs.map(|(_, verdicts, shown)| {
+    let mut driven = runs.into_iter().map(|(_, verdicts, shown)| {
         let Verdict { met, failed, .. } = verdicts.verdict();
         Driven { shown, met, failures: failed.iter().map(ToString::to_string).collect() }
     });
-    let path_generator = file.compats.contains(&PathGenerator).then_some(path_generator);
+    let (upstream, improved) = (driven.next().unwrap(), driven.next().unwrap());
+    let path_generator = driven.next();
+    drop(driven);
     Scenario { file, upstream, improved, path_generator }
 }
 
