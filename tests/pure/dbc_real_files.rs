@@ -56,15 +56,13 @@ fn number_of(message: &Message) -> u32 {
 #[test]
 fn every_real_file_loads_with_the_known_losses() {
     let folder = require!(shared_data()).join("dbc");
-    let outcome = databases(&folder).iter().map(|(name, database)| {
-        (name.clone(), database.messages.len(), database.signal_count(), database.rejected())
-    });
-    let outcome: Vec<_> = outcome.collect();
-    let expected = twins()
-        .into_iter()
-        .map(|(file, Twin { size, .. })| (file.to_owned(), size.messages, size.signals, size.rejected));
-    let expected: Vec<_> = expected.collect();
-    assert_eq!(outcome, expected, "{outcome:#?}");
+    let databases = databases(&folder);
+    assert!(databases.keys().eq(twins().keys()), "{:?}", databases.keys());
+    for (file, Twin { size, .. }) in twins() {
+        let (found, signals) = (&databases[file], databases[file].signal_count());
+        let expected = (size.messages, size.signals, size.rejected);
+        assert_eq!((found.messages.len(), signals, found.rejected()), expected, "{file}");
+    }
 }
 
 #[test]

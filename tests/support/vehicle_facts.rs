@@ -33,10 +33,16 @@ pub(crate) struct VehicleFacts {
     pub(crate) reports: Vec<[String; 3]>,
     pub(crate) labelled: Option<LabelledFrames>,
     pub(crate) protection: Option<ProtectionFacts>,
+    pub(crate) command: Option<CommandFacts>,
     /// Empty for a vehicle that opendbc does not have.
     pub(crate) opendbc: Vec<Counterpart>,
     #[serde(default)]
     pub(crate) recording: Vec<Recording>,
+    /// Number of a state in the message of a V2X unit, and its bulbs; empty where it has none.
+    #[serde(default, deserialize_with = "rows")]
+    pub(crate) v2i_states: Vec<[String; 2]>,
+    #[serde(default)]
+    pub(crate) v2i: Vec<V2iDrive>,
     /// Changes that the demo shows: second, topic or diagnostic task, and its value from then on; within 50 ms.
     #[serde(default)]
     pub(crate) demo: Vec<String>,
@@ -118,6 +124,36 @@ pub(crate) enum ChecksumKind {
     Mazda,
     /// Identifier and bytes in a sum, in the first byte.
     Sum,
+}
+
+/// The one message that commands the lights.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CommandFacts {
+    /// The only bus of the profile.
+    pub(crate) bus: String,
+    /// Identifiers of the command and of the report that shows its effect.
+    pub(crate) message: String,
+    pub(crate) report: String,
+    /// `start|length@order`, as in a DBC; without one, no checksum either.
+    pub(crate) counter: Option<String>,
+    /// Requests to the turn indicators and to the hazard lights, `-` for none; the frame, where `x` is a digit of counter or
+    /// checksum; and a name, `left, any` where the hazard lights are left to the vehicle.
+    #[serde(deserialize_with = "rows")]
+    pub(crate) requests: Vec<[String; 4]>,
+}
+
+/// Frames of a V2X unit, and what comes of them.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct V2iDrive {
+    pub(crate) name: String,
+    /// A frame that is sent twice before, after a good state of the radio; the first proves nothing.
+    pub(crate) start: Option<String>,
+    /// Each `MS WHAT -> RESULT`, or `FIRST-LAST/PERIOD` instead of one time. WHAT is a frame or `settle`, with the changes of the states
+    /// (`-ID` for a removal); `deadline`, with the next in nanoseconds; `finding ID`, `status` or a key of the status, each
+    /// with its text.
+    pub(crate) steps: Vec<String>,
 }
 
 /// Cars of opendbc that send the same message as the vehicle, and must all agree with each other.
