@@ -1,21 +1,78 @@
-//! Possible diagnostics: every status with its messages and keys, as `docs/diagnostics.md` lists them, and the
-//! check of a status against that list.
+//! Possible diagnostics: every status with its messages and keys, as `tests/diagnostics.toml` and so `docs/diagnostics.md`
+//! list them, and the check of a status against that list.
 
-mod catalogue;
-
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
+use serde::Deserialize;
 use signal_gateway::core::diagnostics::{Level, Status};
 
+use super::rows::rows;
+
 /// Every kind of status.
-pub(crate) static TASKS: LazyLock<Vec<Task>> = LazyLock::new(catalogue::tasks);
+pub(crate) static TASKS: LazyLock<Vec<Task>> = LazyLock::new(|| {
+    let catalogue: Result<Catalogue, _> = toml::from_str(include_str!("../diagnostics.toml"));
+    let Catalogue { reasons, status } = catalogue.unwrap_or_else(|refused| panic!("{refused}"));
+    let task = |status: StatusRows| Task {
+        names: status.names,
+        about: status.about,
+        messages: status.messages.into_iter().flat_map(|row| messages(row, &reasons)).collect(),
+        keys: status.keys.into_iter().map(key).collect(),
+    };
+    status.into_iter().map(task).collect()
+});
+
+/// The file, whose comments say what the columns are.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Catalogue {
+    reasons: BTreeMap<String, Reasons>,
+    status: Vec<StatusRows>,
+}
+
+#[derive(Deserialize)]
+struct Reasons(#[serde(deserialize_with = "rows")] Vec<[String; 2]>);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StatusRows {
+    names: Vec<String>,
+    about: String,
+    #[serde(deserialize_with = "rows")]
+    messages: Vec<[String; 3]>,
+    #[serde(deserialize_with = "rows")]
+    keys: Vec<[String; 4]>,
+}
+
+/// The message of a row, or one for each reason of the list that it names.
+fn messages([level, pattern, action]: [String; 3], reasons: &BTreeMap<String, Reasons>) -> Vec<Message> {
+    let mut levels = [Level::Ok, Level::Warn, Level::Error].into_iter();
+    let found = levels.find(|known| known.to_string() == level);
+    let level = found.unwrap_or_else(|| panic!("{level} is not a level"));
+    for (name, Reasons(reasons)) in reasons {
+        let place = format!("{{{name}}}");
+        if pattern.contains(&place) {
+            let message = |[reason, action]: &[String; 2]| Message {
+                level,
+                pattern: pattern.replace(&place, reason),
+                action: action.clone(),
+            };
+            return reasons.iter().map(message).collect();
+        }
+    }
+    vec![Message { level, pattern, action }]
+}
+
+fn key([name, unit, meaning, present]: [String; 4]) -> Key {
+    Key { name, unit, meaning, present }
+}
 
 /// One kind of status.
 pub(crate) struct Task {
     /// The names after `<node>: `; `{interface}` stands for any name.
-    pub(crate) names: &'static [&'static str],
+    pub(crate) names: Vec<String>,
     /// Subject of the status, and when it exists.
-    pub(crate) about: &'static str,
+    pub(crate) about: String,
     pub(crate) messages: Vec<Message>,
     pub(crate) keys: Vec<Key>,
 }
@@ -26,23 +83,23 @@ pub(crate) struct Message {
     /// `{name}` stands for any text, `[…]` for text that may be absent.
     pub(crate) pattern: String,
     /// Action of an operator.
-    pub(crate) action: &'static str,
+    pub(crate) action: String,
 }
 
 /// One key of a status.
 pub(crate) struct Key {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// The unit, or `-`.
-    pub(crate) unit: &'static str,
-    pub(crate) meaning: &'static str,
-    /// Condition under which it exists; empty = always.
-    pub(crate) when: &'static str,
+    pub(crate) unit: String,
+    pub(crate) meaning: String,
+    /// Condition under which it exists, or `always`.
+    pub(crate) present: String,
 }
 
 impl Task {
     /// The task of a status's name without the node's.
     pub(crate) fn of(name: &str) -> &'static Self {
-        let listed = TASKS.iter().find(|task| task.names.contains(&name));
+        let listed = TASKS.iter().find(|task| task.names.iter().any(|listed| listed == name));
         listed.or_else(|| TASKS.iter().find(|task| task.names == ["{interface}"])).unwrap()
     }
 
@@ -81,7 +138,8 @@ impl Task {
             }
             listed.push(at);
         }
-        let missing = (0..self.keys.len()).find(|at| self.keys[*at].when.is_empty() && !listed.contains(at));
+        let missing =
+            (0..self.keys.len()).find(|at| self.keys[*at].present == "always" && !listed.contains(at));
         match missing {
             Some(at) => Err(format!("the key `{}` is missing", self.keys[at].name)),
             None => Ok(listed),
@@ -116,6 +174,6 @@ fn fits(pattern: &str, text: &str) -> bool {
 pub(crate) fn assert_listed(status: &Status) {
     let name = status.name.split_once(": ").unwrap().1;
     if let Err(wrong) = Task::of(name).parts(status) {
-        panic!("{wrong} of `{name}` in tests/support/diagnostics/catalogue.rs: {status:?}");
+        panic!("{wrong} of `{name}` in tests/diagnostics.toml: {status:?}");
     }
 }

@@ -26,6 +26,7 @@ use crate::pure::command_model::bench::{self, settings as bench_settings};
 use crate::support::clock::{MS, at as time};
 use crate::support::command_vehicle::PROFILE;
 use crate::support::files::MemoryFiles;
+use crate::support::vehicle_facts::VEHICLES;
 
 const AUTONOMOUS: u8 = 1;
 const VELOCITY_ONLY: u8 = 3;
@@ -37,13 +38,13 @@ const LEFT: u8 = 2;
 const RIGHT: u8 = 3;
 const HAZARD_OFF: u8 = 1;
 const HAZARD_ON: u8 = 2;
-/// The shipped profiles with commands, and their only bus.
-const SHIPPED: [(&str, &str); 3] =
-    [("pacmod", "pacmod"), ("new_eagle_dbw", "dbw"), ("tesla_model3", "vehicle")];
+/// The shipped profiles with commands.
+const SHIPPED: [&str; 3] = ["pacmod", "new_eagle_dbw", "tesla_model3"];
 
 /// The configuration from a text, all else from the project.
-fn shipped(name: &str, bus: &str, command: &str) -> Settings {
+pub(crate) fn shipped(name: &str, command: &str) -> Settings {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles");
+    let bus = &VEHICLES[name].command.as_ref().unwrap().bus;
     let text = format!(
         "profile = \"{folder}/{name}.toml\"\ncan.{bus}.interface = \"can0\"\n[command]\ntx = \"on\"\n{command}\n"
     );
@@ -86,9 +87,8 @@ impl Loop {
         desk
     }
 
-    fn shipped(index: usize) -> Self {
-        let (name, bus) = SHIPPED[index];
-        Self::new(&shipped(name, bus, ""))
+    fn shipped(name: &str) -> Self {
+        Self::new(&shipped(name, ""))
     }
 
     /// Exchanges everything that is due at this instant, until neither side has anything left.
@@ -211,8 +211,8 @@ impl Loop {
 
 #[test]
 fn each_shipped_vehicle_follows_commands_and_its_report_shows_it() {
-    for (index, (name, _)) in SHIPPED.iter().enumerate() {
-        let mut car = Loop::shipped(index);
+    for name in SHIPPED {
+        let mut car = Loop::shipped(name);
         car.mode(AUTONOMOUS);
         car.command(DISABLE, HAZARD_OFF, 1000);
         let steps = [
@@ -240,8 +240,8 @@ fn each_shipped_vehicle_follows_commands_and_its_report_shows_it() {
 
 #[test]
 fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_lights_do() {
-    for (index, (name, _)) in SHIPPED.iter().enumerate() {
-        let mut car = Loop::shipped(index);
+    for name in SHIPPED {
+        let mut car = Loop::shipped(name);
         car.mode(MANUAL);
         car.command(LEFT, HAZARD_ON, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
@@ -263,7 +263,7 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
 
 #[test]
 fn the_driver_is_left_alone_and_the_command_comes_back() {
-    let mut car = Loop::shipped(0);
+    let mut car = Loop::shipped(SHIPPED[0]);
     car.mode(AUTONOMOUS);
     car.command(LEFT, HAZARD_OFF, 5000);
     let since = car.at;
@@ -295,9 +295,9 @@ fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
             "commanded left, but the vehicle reports off",
         ),
     ];
-    for (index, (name, _)) in SHIPPED.iter().enumerate() {
+    for name in SHIPPED {
         for (fault, warning, error) in table {
-            let mut car = Loop::shipped(index);
+            let mut car = Loop::shipped(name);
             car.mode(AUTONOMOUS);
             car.command(DISABLE, HAZARD_OFF, 2000);
             let since = car.at;
@@ -320,8 +320,8 @@ fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
 fn commands_are_reported_in_time(commands: u64) {
     // The gateway's least distance between two frames, the reaction, the report's period.
     let most_ms = 10 + u64::try_from(SimulationSettings::default().reaction.as_millis()).unwrap() + 100;
-    for (index, (name, _)) in SHIPPED.iter().enumerate() {
-        let mut car = Loop::shipped(index);
+    for name in SHIPPED {
+        let mut car = Loop::shipped(name);
         car.mode(AUTONOMOUS);
         car.command(DISABLE, HAZARD_OFF, 1000);
         let mut spans = Vec::new();
@@ -367,8 +367,8 @@ mod slow {
 /// begins: the periods of these messages are 100, 50 and 100 ms.
 #[test]
 fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
-    for (index, ((name, bus), period)) in SHIPPED.iter().zip([100, 50, 100]).enumerate() {
-        let mut car = Loop::shipped(index);
+    for (name, period) in SHIPPED.into_iter().zip([100, 50, 100]) {
+        let mut car = Loop::shipped(name);
         car.mode(AUTONOMOUS);
         car.command(LEFT, HAZARD_OFF, 5000);
         let killed = car.at;
@@ -379,7 +379,7 @@ fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
         // Five periods without a frame, and the vehicle's own reaction.
         assert!((4 * period + 50..=5 * period + 51).contains(&ms), "{name}: {ms} ms");
         let restarted = car.at;
-        car.gateway = Gateway::new(shipped(name, bus, "").gateway, LinkState::Up, time(car.at));
+        car.gateway = Gateway::new(shipped(name, "").gateway, LinkState::Up, time(car.at));
         car.gateway_lives = true;
         car.pass(1000);
         let lights = car.lights_since(restarted);
@@ -393,7 +393,7 @@ fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
 #[test]
 fn an_orderly_stop_leaves_the_lights_as_configured() {
     for (on_shutdown, expected) in [("release", Off), ("off", Off), ("hazard", Both)] {
-        let mut car = Loop::new(&shipped("pacmod", "pacmod", &format!("on_shutdown = \"{on_shutdown}\"")));
+        let mut car = Loop::new(&shipped("pacmod", &format!("on_shutdown = \"{on_shutdown}\"")));
         car.mode(AUTONOMOUS);
         car.command(LEFT, HAZARD_OFF, 5000);
         let stopped = car.at;
@@ -451,7 +451,7 @@ proptest! {
     /// all statuses report that the vehicle complies.
     #[test]
     fn after_any_day_the_lights_are_as_commanded(index in 0_usize..3, day in days()) {
-        let mut car = Loop::shipped(index);
+        let mut car = Loop::shipped(SHIPPED[index]);
         car.mode(AUTONOMOUS);
         for (what, ms) in day {
             match what {

@@ -1,6 +1,5 @@
 //! What is on the wire: counters, checksums, own frames and others', frames that could not be sent.
 
-use signal_gateway::config::gateway::command::CommandConfig;
 use signal_gateway::core::can::frame::CanId;
 use signal_gateway::core::can::frame::Frame;
 use signal_gateway::core::can::link::BusIndex;
@@ -15,9 +14,11 @@ use signal_gateway::core::validation::integrity::{
 };
 
 use crate::pure::command_model::bench::{Bench, config};
+use crate::pure::command_model::closed_loop::shipped;
+use crate::pure::vehicles::payload::put;
 use crate::support::clock::MS;
 use crate::support::command_vehicle::PROFILE;
-use crate::support::files::MemoryFiles;
+use crate::support::vehicle_facts::VEHICLES;
 
 /// CRC-8 SAE J1850, bit by bit.
 fn j1850(data: &[u8]) -> u8 {
@@ -107,70 +108,59 @@ fn own_frames_are_known_again_and_others_with_our_identifier_are_an_error() {
     assert_ne!(bench.status_texts()[2].1, "conflicting sender of CMD");
 }
 
-/// Profile, demand, message, and its bytes by public facts; the last frame of three, so the counter is 2.
-type Shipped = (&'static str, VehicleRequest, &'static str, &'static [u8]);
-
-const fn request(turn: Option<Turn>, hazard: Option<bool>) -> VehicleRequest {
-    VehicleRequest { turn, hazard }
-}
-
-#[rustfmt::skip]
-const SHIPPED: &[Shipped] = &[
-    ("pacmod", request(None, None), "130", &[0x00, 1]),
-    ("pacmod", request(Some(Turn::Off), Some(false)), "130", &[0x01, 1]),
-    ("pacmod", request(Some(Turn::Left), None), "130", &[0x01, 2]),
-    ("pacmod", request(Some(Turn::Right), None), "130", &[0x01, 0]),
-    ("pacmod", request(Some(Turn::Off), Some(true)), "130", &[0x01, 3]),
-    ("pacmod", request(None, Some(true)), "130", &[0x01, 3]),
-    ("pacmod", request(None, Some(false)), "130", &[0x00, 1]),
-    ("new_eagle_dbw", request(None, None), "00002F06", &[0, 0, 0, 0, 0, 0, 2]),
-    ("new_eagle_dbw", request(Some(Turn::Left), Some(false)), "00002F06", &[0x10, 0, 0, 0, 0, 0, 2]),
-    ("new_eagle_dbw", request(Some(Turn::Right), Some(false)), "00002F06", &[0x20, 0, 0, 0, 0, 0, 2]),
-    ("new_eagle_dbw", request(Some(Turn::Off), Some(true)), "00002F06", &[0x30, 0, 0, 0, 0, 0, 2]),
-    ("tesla_model3", request(None, None), "3E9", &[0xFF, 0x0C, 0, 0, 0, 0, 0x20]),
-    ("tesla_model3", request(Some(Turn::Left), Some(false)), "3E9", &[0xF3, 0x0D, 0, 0, 0, 0, 0x20]),
-    ("tesla_model3", request(Some(Turn::Right), None), "3E9", &[0xFF, 0x0E, 0, 0, 0, 0, 0x20]),
-    ("tesla_model3", request(Some(Turn::Off), Some(true)), "3E9", &[0xF7, 0x0C, 0, 0, 0, 0, 0x20]),
-];
-
 #[test]
 fn the_shipped_profiles_send_what_public_facts_demand() {
     let mut wrong = Vec::new();
-    for (profile, request, id, bytes) in SHIPPED {
-        let command = shipped(profile);
+    for (profile, vehicle) in &*VEHICLES {
+        let Some(facts) = &vehicle.command else { continue };
+        let command = shipped(profile, "").command.unwrap();
         let [message] = command.binding.messages.as_slice() else { panic!("{profile}") };
-        let mut sender = Sender::new(message);
-        let frames = (0..3).map(|index| {
-            let at = MonoTime::from_millis(index * 1000);
-            sender.settle(message, message.contents(*request, false), at).unwrap()
-        });
-        let frame = *frames.last().unwrap().frame();
-        let mut expected = bytes.to_vec();
-        match *profile {
-            "new_eagle_dbw" => expected.push(j1850(bytes)),
-            // Address and bytes in a sum.
-            "tesla_model3" => {
-                expected.push(bytes.iter().fold(0x03 + 0xE9, |sum: u8, byte| sum.wrapping_add(*byte)));
+        for [turn, hazard, frame, _] in &facts.requests {
+            let request = VehicleRequest { turn: turn_of(turn), hazard: hazard_of(hazard) };
+            let mut sender = Sender::new(message);
+            let frames = (0..3).map(|index| {
+                let at = MonoTime::from_millis(index * 1000);
+                sender.settle(message, message.contents(request, false), at).unwrap()
+            });
+            // The last one of three, so the counter is 2.
+            let sent = *frames.last().unwrap().frame();
+            let digits = frame.replace('x', "0");
+            let bytes = digits.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap());
+            let mut expected: Vec<_> = bytes.collect();
+            if let Some(counter) = &facts.counter {
+                put(&mut expected, &format!("{counter}=2"));
+                let data = &expected[..7];
+                expected[7] = match profile.as_str() {
+                    "new_eagle_dbw" => j1850(data),
+                    // Address and bytes in a sum.
+                    _ => data.iter().fold(0x03 + 0xE9, |sum: u8, byte| sum.wrapping_add(*byte)),
+                };
             }
-            _ => {}
-        }
-        if frame.data() != expected.as_slice() || frame.id().to_string() != *id {
-            wrong.push(format!("{profile} {request:?}: {frame}, not {id} {expected:02X?}"));
+            if sent.data() != expected.as_slice() || sent.id().to_string() != facts.message {
+                wrong.push(format!("{profile} {request:?}: {sent}, not {} {expected:02X?}", facts.message));
+            }
         }
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
-/// A shipped profile with `[command]` in the gateway's file.
-fn shipped(profile: &str) -> CommandConfig {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles");
-    let bus = match profile {
-        "pacmod" => "pacmod",
-        "new_eagle_dbw" => "dbw",
-        _ => "vehicle",
-    };
-    let text = format!("profile = \"{folder}/{profile}.toml\"\ncan.{bus}.interface = \"can0\"\n[command]\n");
-    MemoryFiles::new([("gateway.toml", text)]).or_disk().settings().command.unwrap()
+fn turn_of(text: &str) -> Option<Turn> {
+    match text {
+        "-" => None,
+        "off" => Some(Turn::Off),
+        "left" => Some(Turn::Left),
+        "right" => Some(Turn::Right),
+        _ => panic!("{text}"),
+    }
+}
+
+fn hazard_of(text: &str) -> Option<bool> {
+    match text {
+        "-" => None,
+        "off" => Some(false),
+        "on" => Some(true),
+        _ => panic!("{text}"),
+    }
 }
 
 #[test]

@@ -16,6 +16,15 @@ use crate::support::files::MemoryFiles;
 use crate::support::virtual_gateway::VirtualGateway;
 
 const BUS: BusIndex = BusIndex(0);
+/// Every state of a link in which nothing is received.
+const LOSSES: [LinkState; 6] = [
+    LinkState::Down,
+    LinkState::Missing,
+    LinkState::NotCan,
+    LinkState::Failed(1),
+    LinkState::Failed(97),
+    LinkState::Ended,
+];
 
 pub(super) fn drive_all(reported: &mut Reported) {
     lights::drive(reported);

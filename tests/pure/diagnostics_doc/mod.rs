@@ -1,5 +1,5 @@
 //! `docs/diagnostics.md` lists every status with its messages and keys, and lists nothing else. It is made of
-//! `tests/support/diagnostics/catalogue.rs` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
+//! `tests/diagnostics.toml` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
 //!
 //! Three tests hold the list against the code: gateways of every kind are driven until they have reported all that
 //! is listed; all that they and the other gateways of the tests report is listed; and every text in the sources
@@ -58,8 +58,8 @@ impl Reported {
         for status in statuses {
             let task = Task::of(status.name.split_once(": ").unwrap().1);
             let (messages, keys) = task.parts(&status).unwrap_or_else(|wrong| panic!("{wrong}: {status:?}"));
-            self.messages.extend(messages.into_iter().map(|at| (task.names[0], at)));
-            self.keys.extend(keys.into_iter().map(|at| (task.names[0], at)));
+            self.messages.extend(messages.into_iter().map(|at| (task.names[0].as_str(), at)));
+            self.keys.extend(keys.into_iter().map(|at| (task.names[0].as_str(), at)));
         }
     }
 }
@@ -70,7 +70,7 @@ fn every_listed_entry_is_reported_by_some_gateway() {
     drives::drive_all(&mut reported);
     let mut missing = Vec::new();
     for task in &*TASKS {
-        let name = task.names[0];
+        let name = task.names[0].as_str();
         for (at, Message { level, pattern, .. }) in task.messages.iter().enumerate() {
             if !reported.messages.contains(&(name, at)) {
                 missing.push(format!("{name}: {level} {pattern}"));
@@ -180,9 +180,8 @@ fn document() -> String {
             writeln!(text, "| {level} | `{pattern}` | {action} |").unwrap();
         }
         text += "\n| key | unit | meaning | present |\n|---|---|---|---|\n";
-        for Key { name, unit, meaning, when } in keys {
-            let when = if when.is_empty() { &"always" } else { when };
-            writeln!(text, "| `{name}` | {unit} | {meaning} | {when} |").unwrap();
+        for Key { name, unit, meaning, present } in keys {
+            writeln!(text, "| `{name}` | {unit} | {meaning} | {present} |").unwrap();
         }
     }
     text
@@ -191,7 +190,7 @@ fn document() -> String {
 const INTRODUCTION: &str = "\
 # Diagnostics
 
-<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from tests/support/diagnostics/catalogue.rs. -->
+<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from tests/diagnostics.toml. -->
 
 `/diagnostics` is a `diagnostic_msgs/msg/DiagnosticArray`. All statuses are sent `rate_hz` times a second, and those whose
 level or message changed at once. The name of a status is `<node>: <status>`, `hardware_id` is the profile's name.
@@ -209,7 +208,7 @@ fn a_message_is_recognised_by_its_pattern_and_level_alone() {
             Status { name: "node: command_transmission".into(), level, message: message.into(), values };
         Task::of("command_transmission").parts(&status).map(|(messages, _)| messages)
     };
-    let keys: Vec<_> = Task::of("command_transmission").keys.iter().map(|key| key.name).collect();
+    let keys: Vec<_> = Task::of("command_transmission").keys.iter().map(|key| key.name.as_str()).collect();
     assert_eq!(check(Level::Ok, "control mode MANUAL", &keys), Ok(vec![0]));
     for (level, message) in [
         (Level::Warn, "control mode MANUAL"),

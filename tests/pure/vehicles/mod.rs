@@ -3,7 +3,7 @@
 
 mod demo;
 mod opendbc;
-mod payload;
+pub(crate) mod payload;
 pub(crate) mod playback;
 mod profiles;
 mod protection;

@@ -9,8 +9,7 @@ pub(crate) fn frame(text: &str) -> Frame {
     let (id, length) = (words.next().unwrap(), words.next().unwrap().parse().unwrap());
     let mut data = vec![0; length];
     for word in words {
-        let numbers: Vec<u64> = word.split(['|', '@', '=']).map(|part| part.parse().unwrap()).collect();
-        set_bits(&mut data, numbers[0], numbers[1], numbers[2] == 1, numbers[3]);
+        put(&mut data, word);
     }
     let number = u32::from_str_radix(id, 16).unwrap();
     let can_id = if id.len() == 3 { CanId::standard(number) } else { CanId::extended(number) };
@@ -19,15 +18,17 @@ pub(crate) fn frame(text: &str) -> Frame {
     frame.unwrap()
 }
 
-/// Intel counts up from the least significant bit. Motorola begins with the most significant one,
-/// goes down in its byte and on at bit 7 of the next.
-fn set_bits(data: &mut [u8], start: u64, length: u64, intel: bool, value: u64) {
+/// Puts `start|length@order=value` in its place. Intel counts up from the least significant bit. Motorola begins with the
+/// most significant one, goes down in its byte and on at bit 7 of the next.
+pub(crate) fn put(data: &mut [u8], word: &str) {
+    let numbers: Vec<u64> = word.split(['|', '@', '=']).map(|part| part.parse().unwrap()).collect();
+    let [mut bit, length, order, value] = numbers[..] else { panic!("{word}") };
     assert!(value < 1 << length, "{value} does not fit in {length} bits");
-    let mut bit = start;
     for step in 0..length {
-        let weight = if intel { step } else { length - 1 - step };
-        data[usize::try_from(bit / 8).unwrap()] |= u8::from(value >> weight & 1 == 1) << (bit % 8);
-        bit = if intel {
+        let weight = if order == 1 { step } else { length - 1 - step };
+        let byte = &mut data[usize::try_from(bit / 8).unwrap()];
+        *byte = *byte & !(1 << (bit % 8)) | u8::from(value >> weight & 1 == 1) << (bit % 8);
+        bit = if order == 1 {
             bit + 1
         } else if bit.is_multiple_of(8) {
             bit + 15

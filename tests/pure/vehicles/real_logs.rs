@@ -7,143 +7,59 @@ use flate2::read::MultiGzDecoder;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::validation::integrity::IntegrityCounts;
 
-use crate::pure::vehicles::playback::{HAZARD, Playback, TURN, play_file, play_interface, play_text};
+use crate::pure::vehicles::playback::{Playback, TURN, play_file, play_interface, play_text};
 use crate::pure::vehicles::profile;
 use crate::support::prerequisite::{require, shared_data};
-
-/// Log and profile.
-const RECORDINGS: [(&str, &str); 11] = [
-    ("ford-falcon-fg-candump-2021-01-20_205722.log.gz", "ford_falcon_fg"),
-    ("css-truck-j1939-00000001.candump.log.gz", "j1939_truck"),
-    ("comma2k19-rav4-b0c9d232-seg40.candump.log.gz", "toyota_nodsu"),
-    ("eld-civic-type-r-2019-turnonanddrive.log", "honda_civic_hatchback_2017"),
-    ("eld-kona-turnonlog.log", "hyundai_kia"),
-    ("eld-camaro-engineon.log", "gm_global_a"),
-    ("eld-durango-keyon.log", "chrysler_pacifica_2017"),
-    ("eld-gt350-engineoffthenonthenoff.log", "ford_lincoln"),
-    ("eld-subaru-va-cruise.log", "subaru_outback_2015"),
-    ("icsim-sample-can.log", "acura_ilx_2016"),
-    ("savvycan-candump.log", "volvo_v40_2017"),
-];
-
-/// Stamps in the facts about recordings are given to hundredths of a second.
-fn near(ms: u64, seconds: f64) -> bool {
-    (std::time::Duration::from_millis(ms).as_secs_f64() - seconds).abs() <= 0.010
-}
-
-fn assert_changes(changes: &[(u64, &str)], expected: &[(f64, &str)]) {
-    let agree = |(change, expected): (&(u64, &str), &(f64, &str))| {
-        near(change.0, expected.0) && change.1 == expected.1
-    };
-    assert!(
-        changes.len() == expected.len() && changes.iter().zip(expected).all(agree),
-        "{changes:?}\nexpected {expected:?}"
-    );
-}
-
-fn play_real(folder: &Path, log: &str) -> Playback {
-    let (_, name) = RECORDINGS.iter().find(|(file, _)| *file == log).unwrap();
-    play_file(profile(name), &folder.join("can-logs").join(log))
-}
+use crate::support::vehicle_facts::{IntegrityFacts, Recording, VEHICLES};
 
 #[test]
-fn the_falcon_stops_at_an_undefined_value_and_at_a_gap_and_comes_back() {
+fn each_recording_gives_what_is_known_of_it() {
     let folder = require!(shared_data());
-    let falcon = play_real(&folder, "ford-falcon-fg-candump-2021-01-20_205722.log.gz");
-    assert_changes(
-        &falcon.turn,
-        &[
-            (0.086, "DISABLE"),
-            // Right for 6.4 s and 1.4 s, left for 2.3 s and 1.1 s.
-            (63.988, "ENABLE_RIGHT"),
-            (70.392, "DISABLE"),
-            (72.933, "ENABLE_RIGHT"),
-            (74.374, "DISABLE"),
-            (75.644, "ENABLE_LEFT"),
-            (77.935, "DISABLE"),
-            (97.804, "ENABLE_LEFT"),
-            (98.908, "DISABLE"),
-            // 26 frames of 0x96.
-            (108.75, "stops"),
-            (111.22, "DISABLE"),
-            // No frame for 5.8 s: valid for half a second of it.
-            (116.321, "stops"),
-            (121.618, "DISABLE"),
-        ],
-    );
-    let statuses: Vec<_> = falcon.statuses_of(TURN);
-    assert_eq!(
-        statuses,
-        [
-            (Level::Error, "unknown: no frame of InstrumentCluster0x128 (128) on can0 yet"),
-            (Level::Ok, "publishing"),
-            (
-                Level::Error,
-                "invalid: InstrumentCluster0x128.TurnStalkSwitchSatus = 150 (0x96) is not a defined value"
-            ),
-            (Level::Ok, "publishing"),
-            (Level::Error, "unknown: InstrumentCluster0x128 is stale, silent for more than 500 ms"),
-            (Level::Ok, "publishing"),
-        ]
-    );
-    assert!(falcon.hazard.is_empty());
-    assert_eq!(
-        falcon.statuses_of(HAZARD),
-        [(Level::Error, "unknown: the vehicle profile binds no signal for it")]
-    );
-}
-
-#[test]
-fn the_truck_is_unknown_for_its_one_frame_of_not_available() {
-    let folder = require!(shared_data());
-    let truck = play_real(&folder, "css-truck-j1939-00000001.candump.log.gz");
-    assert_changes(&truck.turn, &[(0.475, "DISABLE"), (387.54, "stops"), (388.48, "DISABLE")]);
-    let never_received = (Level::Error, "unknown: no frame of OEL (0CFDCC27) on can0 yet");
-    assert_eq!(
-        truck.statuses_of(TURN),
-        [
-            never_received,
-            (Level::Ok, "publishing"),
-            (Level::Error, "unknown: OEL.TurnSignalSwitch = 15 (0xF) means not available"),
-            (Level::Ok, "publishing"),
-        ]
-    );
-    assert!(truck.hazard.is_empty(), "not available is never DISABLE");
-    let not_available = (Level::Error, "unknown: OEL.HazardLightSwitch = 3 means not available");
-    assert_eq!(truck.statuses_of(HAZARD), [never_received, not_available]);
-    assert_eq!(truck.value(TURN, "frames"), "401");
-}
-
-#[test]
-fn a_message_once_a_second_does_not_make_its_bus_look_silent() {
-    let folder = require!(shared_data());
-    for log in ["css-truck-j1939-00000001.candump.log.gz", "eld-camaro-engineon.log"] {
-        let levels: Vec<_> =
-            play_real(&folder, log).statuses_of("can0").into_iter().map(|(level, _)| level).collect();
-        assert_eq!(levels, [Level::Warn, Level::Ok], "{log}");
+    for (name, vehicle) in &*VEHICLES {
+        for recording in vehicle.recording.iter().filter(|recording| recording.is_judged()) {
+            let path = folder.join("can-logs").join(&recording.file);
+            let playback = match &recording.interface {
+                Some(interface) => play_interface(profile(name), &path, interface),
+                None => play_file(profile(name), &path),
+            };
+            check(&playback, recording, &format!("{name}, {}", recording.file));
+        }
     }
 }
 
-#[test]
-fn eight_frames_in_a_minute_are_enough_for_an_event_message() {
-    let folder = require!(shared_data());
-    let rav4 = play_real(&folder, "comma2k19-rav4-b0c9d232-seg40.candump.log.gz");
-    assert_changes(&rav4.turn, &[(8.461, "DISABLE")]);
-    assert_changes(&rav4.hazard, &[(8.461, "DISABLE")]);
-    for task in [TURN, HAZARD] {
-        let levels: Vec<_> = rav4.statuses_of(task).into_iter().map(|(level, _)| level).collect();
-        assert_eq!(levels, [Level::Error, Level::Ok], "{task}: unknown until the first frame only");
-        assert_eq!(rav4.value(task, "frames"), "8");
+fn check(playback: &Playback, recording: &Recording, case: &str) {
+    let text = |ms: u64, change: &str| format!("{}.{:03} {change}", ms / 1000, ms % 1000);
+    let reports = |changes: &[(u64, &str)]| changes.iter().map(|(ms, state)| text(*ms, state)).collect();
+    for (subject, expected) in &recording.changes {
+        let changes: Vec<_> = match subject.as_str() {
+            "turn_indicators_status" => reports(&playback.turn),
+            "hazard_lights_status" => reports(&playback.hazard),
+            task => playback
+                .changes_of(task)
+                .map(|change| text(change.ms(), &format!("{} {}", change.level, change.message)))
+                .collect(),
+        };
+        assert_eq!(changes, *expected, "{case}: {subject}");
     }
-    assert!(rav4.end_ms > 59_900);
+    for (task, values) in &recording.values {
+        for (key, expected) in values {
+            assert_eq!(playback.value(task, key), expected, "{case}: {key} of {task}");
+        }
+    }
+    if let Some(IntegrityFacts { initial, trusted }) = recording.integrity {
+        let expected = IntegrityCounts { initial, trusted, ..IntegrityCounts::default() };
+        assert_eq!(playback.checker, expected, "{case}");
+    }
+    assert_eq!(playback.end_ms, recording.length_ms.unwrap_or(playback.end_ms), "{case}: length");
 }
 
 #[test]
 fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
     let folder = require!(shared_data());
     let log = "eld-civic-type-r-2019-turnonanddrive.log";
-    let civic = play_real(&folder, log);
-    let (frames, end) = frames_of(&folder.join("can-logs").join(log), "326#");
+    let log = folder.join("can-logs").join(log);
+    let civic = play_file(profile("honda_civic_hatchback_2017"), &log);
+    let (frames, end) = frames_of(&log, "326#");
     // Published from a trusted frame until there was none for half a second.
     let mut expected = Vec::new();
     let trusted: Vec<_> = trusted(&frames).into_iter().chain([end]).collect();
@@ -220,57 +136,9 @@ fn frames_of(log: &Path, frame: &str) -> (Vec<(u64, u8)>, u64) {
 }
 
 #[test]
-fn vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last() {
-    let folder = require!(shared_data());
-    for (log, frames) in [
-        ("eld-camaro-engineon.log", "15"),
-        ("eld-durango-keyon.log", "57"),
-        ("eld-gt350-engineoffthenonthenoff.log", "112"),
-        ("icsim-sample-can.log", "81"),
-    ] {
-        let playback = play_real(&folder, log);
-        assert_eq!(playback.turn.len(), 1, "{log}: {:?}", playback.turn);
-        assert_eq!(playback.turn[0].1, "DISABLE", "{log}");
-        let levels: Vec<_> = playback.statuses_of(TURN).into_iter().map(|(level, _)| level).collect();
-        // Of a counter the first frame proves nothing, which is one more status.
-        let first = if log.starts_with("icsim") { 2 } else { 1 };
-        assert_eq!(levels, [vec![Level::Error; first], vec![Level::Ok]].concat(), "{log}");
-        assert_eq!(playback.value(TURN, "frames"), frames, "{log}");
-        assert!(playback.hazard.is_empty(), "{log}");
-    }
-}
-
-#[test]
-fn dark_lamps_of_the_kona_are_off_and_the_lever_stands_in_until_they_were_observed() {
-    let folder = require!(shared_data());
-    let kona = play_real(&folder, "eld-kona-turnonlog.log");
-    let [(lever_ms, "DISABLE")] = kona.turn[..] else { panic!("{:?}", kona.turn) };
-    let [(lamps_ms, "DISABLE")] = kona.hazard[..] else { panic!("{:?}", kona.hazard) };
-    assert!((1_029..=1_032).contains(&(lamps_ms - lever_ms)), "{lamps_ms} {lever_ms}");
-    let levels: Vec<_> = kona.statuses_of(TURN).into_iter().map(|(level, _)| level).collect();
-    assert_eq!(levels, [Level::Error, Level::Warn, Level::Ok]);
-    assert_eq!((kona.value(TURN, "frames"), kona.value(TURN, "source")), ("98", "lamps"));
-}
-
-#[test]
-fn protected_messages_of_undisturbed_recordings_are_valid_in_every_frame() {
-    let folder = require!(shared_data());
-    for (log, name, frames) in [
-        ("icsim-sample-can.log", "acura_ilx_2016", 81),
-        ("volvo-s60-2002-key-steering.csv", "volvo_s60_2002", 585),
-    ] {
-        let playback = play_interface(profile(name), &folder.join("can-logs").join(log), "can0");
-        let expected = IntegrityCounts { initial: 1, trusted: frames - 1, ..IntegrityCounts::default() };
-        assert_eq!(playback.checker, expected, "{log}");
-        assert_eq!(playback.turn.len(), 1, "{log}: {:?}", playback.turn);
-        assert_eq!(playback.turn[0].1, "DISABLE", "{log}");
-    }
-}
-
-#[test]
 fn a_profile_on_a_foreign_vehicle_publishes_nothing() {
     let folder = require!(shared_data());
-    let playback = play_real(&folder, "savvycan-candump.log");
+    let playback = play_file(profile("volvo_v40_2017"), &folder.join("can-logs/savvycan-candump.log"));
     assert!(playback.turn.is_empty() && playback.hazard.is_empty());
     assert_eq!(playback.statuses_of(TURN).len(), 1, "never received, reported once");
 }
@@ -306,16 +174,4 @@ fn candump_of(csv: &str) -> String {
         format!("({}.{:06}) can{} {id:0width$X}#{data}\n", us / 1_000_000, us % 1_000_000, fields[3])
     };
     csv.lines().skip(1).map(line).collect()
-}
-
-#[test]
-fn dark_lamps_of_the_subaru_are_off_once_they_were_observed() {
-    let folder = require!(shared_data());
-    let subaru = play_real(&folder, "eld-subaru-va-cruise.log");
-    let first_frame =
-        subaru.changes_of(TURN).find(|change| change.message.contains("observing the lamps")).unwrap().ms();
-    let [(turn_ms, "DISABLE")] = subaru.turn[..] else { panic!("{:?}", subaru.turn) };
-    assert!((864..=866).contains(&(turn_ms - first_frame)), "{turn_ms} {first_frame}");
-    assert_eq!(subaru.hazard, subaru.turn);
-    assert_eq!(subaru.value(TURN, "frames"), "139");
 }

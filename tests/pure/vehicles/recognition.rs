@@ -17,67 +17,29 @@ use signal_gateway::replay::{Replay, Routes};
 
 use crate::pure::vehicles::{profile, profile_names, project};
 use crate::support::prerequisite::{require, shared_data};
+use crate::support::vehicle_facts::VEHICLES;
 
 /// A public recording.
 struct Recording {
-    /// Its file among the shared data.
     file: &'static str,
-    /// Where it was published, and the name that it has there.
     public: &'static str,
     /// The profiles of this vehicle, the best first. Others of the list bind the same bits of the same message.
-    right: &'static [&'static str],
+    right: Vec<&'static str>,
 }
 
-const FORDS: &[&str] = &["ford_lincoln", "ford_fusion_2018"];
-
-const RECORDINGS: [Recording; 19] = [
-    recording(
-        "comma2k19-rav4-b0c9d232-seg40.candump.log.gz",
-        "comma2k19, segment 40 of a RAV4",
-        &["toyota_nodsu"],
-    ),
-    recording(
-        "css-truck-j1939-00000001.candump.log.gz",
-        "CSS Electronics, truck `00000001.MF4`",
-        &["j1939_truck"],
-    ),
-    recording("eld-camaro-engineon.log", "CANBUSlogs, `camaro/engineon.log`", &["gm_global_a"]),
-    recording(
-        "eld-civic-type-r-2019-turnonanddrive.log",
-        "CANBUSlogs, `civic 19 type r/turnonanddrive.log`",
-        &["honda_civic_hatchback_2017", "honda_civic_touring_2016"],
-    ),
-    recording("eld-durango-keyon.log", "CANBUSlogs, `durango/keyon.log`", &["chrysler_pacifica_2017"]),
-    recording("eld-gt350-2reverselog.trc", "CANBUSlogs, `gt350 can logs/2reverselog.trc`", FORDS),
-    recording(
-        "eld-gt350-engineoffthenonthenoff.log",
-        "CANBUSlogs, `gt350 can logs/engineoffthenonthenoff.log`",
-        FORDS,
-    ),
-    recording("eld-kona-turnonlog.log", "CANBUSlogs, `kona/turnonlog.log`", &["hyundai_kia"]),
-    recording("eld-subaru-va-cruise.log", "CANBUSlogs, `vabsubaru/cruise.log`", &["subaru_outback_2015"]),
-    recording(
-        "ford-falcon-fg-candump-2021-01-20_205722.log.gz",
-        "FG-Falcon, `candump-2021-01-20_205722.log`",
-        &["ford_falcon_fg"],
-    ),
-    recording("ford-mustang-s550.txt.gz", "parse_can_logs, `log Mustang S550.txt`", FORDS),
-    recording("hyundai-i30-serial.txt.gz", "nodejs-can-monitor, i30", &["hyundai_i30_2014"]),
-    recording(
-        "hyundai-kona-ev-2019-pcan-ccan-power-cycle.csv.gz",
-        "hyundai-kona-ev-can-logs, 230112-7",
-        &["hyundai_kia"],
-    ),
-    recording("icsim-sample-can.log", "ICSim, `sample-can.log`", &["acura_ilx_2016"]),
-    recording("remora-truck-engine-on.log", "remora_ctrl_proto, big truck, engine on", &[]),
-    recording("savvycan-BusMasterLog.log", "SavvyCAN, `BusMasterLog.log`", &["tesla_model_s_powertrain"]),
-    recording("savvycan-GVRET_Log.csv", "SavvyCAN, `GVRET_Log.csv`", &["tesla_model_s_powertrain"]),
-    recording("savvycan-candump.log", "SavvyCAN, `candump.log`", &["tesla_model_s_powertrain"]),
-    recording("volvo-s60-2002-key-steering.csv", "Volvo-V70-P2, S60 key and steering", &["volvo_s60_2002"]),
-];
-
-const fn recording(file: &'static str, public: &'static str, right: &'static [&'static str]) -> Recording {
-    Recording { file, public, right }
+/// All of them, by file: those of the shipped vehicles, and one of a vehicle that no profile is for.
+fn recordings() -> Vec<Recording> {
+    let (file, public) = ("remora-truck-engine-on.log", "remora_ctrl_proto, big truck, engine on");
+    let mut recordings = vec![Recording { file, public, right: Vec::new() }];
+    for (name, vehicle) in &*VEHICLES {
+        recordings.extend(vehicle.recording.iter().map(|recording| Recording {
+            file: &recording.file,
+            public: &recording.public,
+            right: std::iter::once(name).chain(&recording.also_fits).map(String::as_str).collect(),
+        }));
+    }
+    recordings.sort_by_key(|recording| recording.file);
+    recordings
 }
 
 /// Name, interface and verdict of each candidate, the best first.
@@ -170,7 +132,7 @@ fn small_recordings_are_identified() {
         ["eld-gt350-2reverselog.trc", "icsim-sample-can.log", "remora-truck-engine-on.log"]
             .contains(&recording.file)
     };
-    for recording in RECORDINGS.iter().filter(is_small) {
+    for recording in recordings().iter().filter(is_small) {
         row(&folder, recording);
     }
 }
@@ -202,7 +164,7 @@ mod slow {
             "| recording | identify | check, right profile | check, other profiles of which a message came |\n\
              |---|---|---|---|\n"
                 .to_owned();
-        for recording in &RECORDINGS {
+        for recording in &recordings() {
             let _ = write!(table, "{}", row(&folder, recording));
         }
         let path: PathBuf = project().join("docs/identify.md");

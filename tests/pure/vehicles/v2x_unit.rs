@@ -4,7 +4,7 @@ use signal_gateway::core::can::bus::Bus;
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::diagnostics::{Level, Status};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::time::MonoTime;
@@ -14,6 +14,7 @@ use signal_gateway::core::validation::table::MessageIndex;
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::profile;
 use crate::support::clock::at_ms;
+use crate::support::vehicle_facts::VEHICLES;
 
 /// All that receives, and the counter of each message.
 struct Bench {
@@ -86,64 +87,70 @@ impl Bench {
         bench
     }
 
-    fn finding(&self, id: i64) -> String {
-        let finding = self.reception.findings().find(|finding| finding.id == id).unwrap();
-        self.reception.finding_text(finding, &self.buses)
+    fn status(&self, ms: u64) -> Status {
+        self.reception.status("gw", &self.buses, at_ms(ms).mono)
     }
 
     fn status_value(&self, key: &str, ms: u64) -> String {
-        let status = self.reception.status("gw", &self.buses, at_ms(ms).mono);
-        status.values.into_iter().find(|(name, _)| *name == key).unwrap().1
+        let mut values = self.status(ms).values.into_iter();
+        values.find(|(name, _)| *name == key).unwrap_or_else(|| panic!("{key}")).1
+    }
+
+    /// What comes of a step, as the facts explain them.
+    fn step(&mut self, ms: u64, what: &str) -> String {
+        match what.split_once(' ').unwrap_or((what, "")) {
+            ("settle", _) => self.settle(ms).join("; "),
+            ("deadline", _) => {
+                let deadline = self.reception.next_deadline(at_ms(ms).mono);
+                deadline.unwrap().as_nanos().to_string()
+            }
+            ("finding", id) => {
+                let finding = self.reception.findings().find(|finding| finding.id.to_string() == id);
+                self.reception.finding_text(finding.unwrap(), &self.buses)
+            }
+            ("status", _) => {
+                let status = self.status(ms);
+                format!("{}, {} {}", status.name, status.level, status.message)
+            }
+            (key, "") => self.status_value(key, ms),
+            _ => self.frame(ms, what).join("; "),
+        }
     }
 }
 
+/// Both groups with a signal of their own: red, and protected green.
+const BOTH: &str = "5A0 8 0|4@1=1 4|4@1=3";
 /// Group 1 of intersection 1201 is red; with another state instead of the 3.
 const RED: &str = "5A1 8 0|16@1=1201 16|8@1=1 24|4@1=3 28|1@1=1 32|7@1=100";
 /// Group 2 has protected green.
 const GREEN: &str = "5A1 8 0|16@1=1201 16|8@1=2 24|4@1=6 28|1@1=1 32|7@1=50";
 
 #[test]
-fn signals_of_their_own_are_read_each_for_its_group() {
-    let mut bench = Bench::new();
-    assert_eq!(bench.frame(0, "5A2 2 0|3@1=1"), [""; 0]);
-    assert_eq!(bench.frame(1, "5A0 8 0|4@1=1 4|4@1=3"), [""; 0], "its counter has nothing to follow");
-    let both = ["34806 red solidOn circle", "34807 green solidOn left"];
-    assert_eq!(bench.frame(100, "5A0 8 0|4@1=1 4|4@1=3"), both);
-    assert_eq!(bench.frame(200, "5A0 8 0|4@1=1 4|4@1=3"), [""; 0], "nothing new");
-    let received: Vec<_> = bench.reception.valid_states().map(|(_, state)| state.received.at).collect();
-    assert_eq!(received, [MonoTime::from_millis(200); 2]);
-    let state = "34806 yellow solidOn circle, red solidOn circle";
-    assert_eq!(bench.frame(300, "5A0 8 0|4@1=2 4|4@1=3"), [state]);
-    assert_eq!(bench.frame(400, "5A0 8 0|4@1=5 4|4@1=3"), ["34806 green solidOff circle"]);
-}
-
-#[test]
-fn what_is_not_known_is_removed_and_not_held() {
-    for (raw, finding) in [
-        (15, "34806: V2X_NEXT.AHEAD = 15 (0xF) means not available"),
-        (14, "34806: V2X_NEXT.AHEAD = 14 (0xE) means fault"),
-        (9, "34806: V2X_NEXT.AHEAD = 9 is not a defined value"),
-    ] {
-        let mut bench = Bench::started("5A0 8 0|4@1=1 4|4@1=3");
-        assert_eq!(bench.frame(100, &format!("5A0 8 0|4@1={raw} 4|4@1=3")), ["-34806"], "{raw}");
-        assert_eq!(bench.finding(34806), finding);
-        assert_eq!(bench.status_value("undefined_count", 100), u8::from(raw == 9).to_string());
-        assert_eq!(bench.frame(200, "5A0 8 0|4@1=1 4|4@1=3"), ["34806 red solidOn circle"], "{raw}");
+fn each_drive_of_the_unit_gives_its_states() {
+    for drive in &VEHICLES["v2x_unit"].v2i {
+        let mut bench = drive.start.as_ref().map_or_else(Bench::new, |frame| Bench::started(frame));
+        for step in &drive.steps {
+            let (times, step) = step.split_once(' ').unwrap();
+            let (what, expected) = step.split_once(" -> ").unwrap_or((step, ""));
+            let numbers: Vec<u64> = times.split(['-', '/']).map(|number| number.parse().unwrap()).collect();
+            let (first, last, period) = match numbers[..] {
+                [at] => (at, at, 1),
+                [first, last, period] => (first, last, period),
+                _ => panic!("{times}"),
+            };
+            for ms in (first..=last).step_by(usize::try_from(period).unwrap()) {
+                assert_eq!(bench.step(ms, what), expected, "{}: {step} at {ms} ms", drive.name);
+            }
+        }
     }
 }
 
 #[test]
-fn a_silent_message_is_removed_at_its_deadline() {
-    let mut bench = Bench::started("5A0 8 0|4@1=1 4|4@1=3");
-    bench.frame(400, "5A2 2 0|3@1=1");
-    // 5 x 100 ms since the frame at 2 ms.
-    let deadline = bench.reception.next_deadline(at_ms(400).mono).unwrap();
-    assert_eq!(deadline, MonoTime::from_nanos(502_000_001));
-    assert_eq!(bench.settle(502), [""; 0]);
-    assert_eq!(bench.settle(503), ["-34806", "-34807"]);
-    assert!(bench.finding(34806).ends_with("V2X_NEXT is stale, silent for more than 500 ms"));
-    let status = bench.reception.status("gw", &bench.buses, at_ms(503).mono);
-    assert_eq!((status.name.as_str(), status.level), ("gw: v2i_traffic_lights", Level::Warn));
+fn states_are_as_old_as_the_last_frame_with_them() {
+    let mut bench = Bench::started(BOTH);
+    bench.frame(200, BOTH);
+    let received: Vec<_> = bench.reception.valid_states().map(|(_, state)| state.received.at).collect();
+    assert_eq!(received, [MonoTime::from_millis(200); 2]);
 }
 
 #[test]
@@ -167,7 +174,7 @@ fn a_lost_link_removes_everything_and_brings_nothing_back() {
 
 #[test]
 fn a_frame_that_does_not_prove_itself_moves_nothing() {
-    let mut bench = Bench::started("5A0 8 0|4@1=1 4|4@1=3");
+    let mut bench = Bench::started(BOTH);
     let green = sealed("5A0 8 0|4@1=3 4|4@1=3", 3);
     for bit in 0..64 {
         let mut data = green.data().to_vec();
@@ -187,104 +194,14 @@ fn a_frame_that_does_not_prove_itself_moves_nothing() {
 }
 
 #[test]
-fn a_status_that_is_not_good_takes_the_states_with_it() {
-    let mut bench = Bench::started("5A0 8 0|4@1=1 4|4@1=3");
-    assert_eq!(bench.frame(50, "5A2 2 0|3@1=2"), ["-34806", "-34807"]);
-    assert_eq!(bench.finding(34807), "34807: V2X_STATUS.RADIO = 2 reports that states cannot be used");
-    assert_eq!(bench.frame(60, "5A2 2 0|3@1=1").len(), 2, "its own frames are young enough");
-    assert_eq!(bench.frame(70, "5A2 2 0|3@1=7"), ["-34806", "-34807"]);
-    assert_eq!(bench.finding(34807), "34807: V2X_STATUS.RADIO = 7 is not a defined value");
-    let mut bench = Bench::started("5A0 8 0|4@1=1 4|4@1=3");
-    for ms in (100..1500).step_by(100) {
-        bench.frame(ms, "5A0 8 0|4@1=1 4|4@1=3");
-    }
-    assert_eq!(bench.settle(1501), ["-34806", "-34807"], "the radio's status is stale");
-    let mut bench = Bench::started(RED);
-    assert_eq!(bench.frame(10, &RED.replace("28|1@1=1", "28|1@1=0")), ["-35101"], "by its own frame");
-}
-
-#[test]
-fn a_cycling_message_carries_each_group_with_its_confidence() {
-    let mut bench = Bench::started(RED);
-    assert_eq!(bench.frame(50, GREEN), ["35102 green solidOn left at 0.5"]);
-    assert_eq!(
-        bench.frame(100, &RED.replace("32|7@1=100", "32|7@1=127")),
-        [""; 0],
-        "confidence not stated: full"
-    );
-    assert_eq!(bench.frame(150, &RED.replace("32|7@1=100", "32|7@1=101")), ["-35101"]);
-    assert_eq!(bench.finding(35101), "35101: V2X_SPAT.CONFIDENCE = 101 (0x65) is not a defined value");
-    assert_eq!(bench.frame(200, &RED.replace("1201", "1202")), ["35201 red solidOn circle"]);
-    for stranger in [RED.replace("1201", "1203"), RED.replace("16|8@1=1", "16|8@1=3")] {
-        assert_eq!(bench.frame(250, &stranger), [""; 0]);
-    }
-    assert_eq!(bench.reception.counts().unmapped, 2);
-    assert_eq!(bench.status_value("unmapped_count", 250), "2");
-    assert_eq!(bench.status_value("known_groups", 250), "2");
-}
-
-#[test]
 fn every_state_of_the_standard_is_read() {
-    for (raw, state) in [
-        (0, ""),
-        (1, "unknown solidOff circle"),
-        (2, "red flashing circle"),
-        (3, "red solidOn circle"),
-        (4, "red solidOn circle"),
-        (5, "green solidOn circle"),
-        (6, "green solidOn left"),
-        (7, "yellow solidOn circle"),
-        (8, "yellow solidOn left"),
-        (9, "yellow flashing circle"),
-        (10, ""),
-    ] {
+    for [raw, state] in &VEHICLES["v2x_unit"].v2i_states {
         let bench = Bench::started(&GREEN.replace("24|4@1=6", &format!("24|4@1={raw}")));
         let valid_states: Vec<_> =
             bench.reception.valid_states().map(|(_, state)| state.bulbs.to_string()).collect();
-        let expected: Vec<_> = (!state.is_empty()).then(|| state.to_owned()).into_iter().collect();
-        assert_eq!(valid_states, expected, "{raw}");
+        let expected: Vec<_> = Some(state.clone()).into_iter().filter(|state| !state.is_empty()).collect();
+        assert_eq!(valid_states, expected, "state {raw}");
     }
-}
-
-#[test]
-fn a_group_that_is_not_received_again_is_removed_while_the_message_continues() {
-    let mut bench = Bench::started(RED);
-    let mut removed = Vec::new();
-    for ms in (50..=2050).step_by(50) {
-        for change in bench.frame(ms, GREEN) {
-            removed.push((ms, change));
-        }
-    }
-    let expected = [(50, "35102 green solidOn left at 0.5"), (2050, "-35101")];
-    assert_eq!(removed, expected.map(|(ms, change)| (ms, change.to_owned())));
-    assert_eq!(bench.finding(35101), "35101: not received again");
-    let status = bench.reception.status("gw", &bench.buses, at_ms(2050).mono);
-    assert!(!status.message.contains("35101"), "out of range is as it should be: {}", status.message);
-}
-
-#[test]
-fn the_limit_of_a_group_is_a_deadline_too() {
-    let mut bench = Bench::started(RED);
-    for ms in (200..=2000).step_by(200) {
-        bench.frame(ms, GREEN);
-    }
-    let deadline = bench.reception.next_deadline(at_ms(2000).mono).unwrap();
-    assert_eq!(deadline, MonoTime::from_nanos(2_002_000_001));
-    assert_eq!(bench.settle(2002), [""; 0]);
-    assert_eq!(bench.settle(2003), ["-35101"]);
-}
-
-#[test]
-fn a_message_that_broke_off_updates_only_what_it_carries_again() {
-    let mut bench = Bench::started(RED);
-    // Its limit is 250 ms, that of a group 2 s.
-    assert_eq!(bench.settle(260), ["-35101"]);
-    for ms in [350, 400] {
-        assert_eq!(bench.frame(ms, GREEN), [""; 0], "the counter is not in sequence yet");
-    }
-    assert_eq!(bench.frame(450, GREEN), ["35102 green solidOn left at 0.5"]);
-    assert_eq!(bench.finding(35101), "35101: not received yet");
-    assert_eq!(bench.frame(500, RED), ["35101 red solidOn circle"]);
 }
 
 #[test]

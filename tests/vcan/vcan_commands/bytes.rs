@@ -16,7 +16,7 @@ pub(crate) fn check(folder: &Folder, vehicle: &Vehicle, frames: &[RecordedFrame]
         let data: String = frame.data.iter().map(|byte| format!("{byte:02X}")).collect();
         let width = if frame.id >> 31 == 0 { 3 } else { 8 };
         let at = frame.at.as_secs_f64();
-        let request = (vehicle.request)(&frame.data);
+        let request = vehicle.request(&frame.data);
         format!("({at:.6}) can0 {:0width$X}#{data} {request}\n", frame.id & 0x1FFF_FFFF)
     };
     folder.write("bus.log", &frames.iter().map(line).collect::<String>());

@@ -173,10 +173,10 @@ fn day(setup: &'static Setup, vcan: &Vcan, cyclone: &Cyclone) {
     }
     gateway.stop("TERM");
     day.recording.finish();
-    let frames = day.recording.since(BusTime::START, vehicle.command);
-    assert_eq!((vehicle.request)(&frames.last().unwrap().data), vehicle.nothing, "the last frame");
+    let frames = day.recording.since(BusTime::START, vehicle.command());
+    assert_eq!(vehicle.request(&frames.last().unwrap().data), vehicle.nothing(), "the last frame");
     assert!(!gateway.log().iter().any(|line| line.contains("somebody else")), "own frames are not foreign");
-    bytes::check(&folder, vehicle, &frames, &["off", "left", "right", "hazard", vehicle.nothing]);
+    bytes::check(&folder, vehicle, &frames, &["off", "left", "right", "hazard", vehicle.nothing()]);
 }
 
 impl Day<'_> {
@@ -207,7 +207,7 @@ impl Day<'_> {
         self.car.request("fault drop KIT_STATE");
         let last = BusTime::now();
         // Once a report comes without it, it is no longer received.
-        self.recording.wait(last, self.setup.vehicle.report, "a report", |frames| frames.len() > 5);
+        self.recording.wait(last, self.setup.vehicle.report(), "a report", |frames| frames.len() > 5);
     }
 
     /// Its lights have done nothing since then.
@@ -216,22 +216,22 @@ impl Day<'_> {
     }
 
     fn nothing(&self) -> &'static str {
-        self.setup.vehicle.nothing
+        self.setup.vehicle.nothing()
     }
 
     /// What was requested since then, one for each run of frames.
     fn requests(&self, mark: BusTime) -> Vec<&'static str> {
         let vehicle = self.setup.vehicle;
-        vehicle.runs(&self.recording.since(mark, vehicle.command))
+        vehicle.runs(&self.recording.since(mark, vehicle.command()))
     }
 
     /// Waits until the newest frame since then requests this.
     fn wait(&self, mark: BusTime, request: &str) {
         let vehicle = self.setup.vehicle;
         let is_it = |frames: &[&super::recording::RecordedFrame]| {
-            frames.last().is_some_and(|frame| (vehicle.request)(&frame.data) == request)
+            frames.last().is_some_and(|frame| vehicle.request(&frame.data) == request)
         };
-        self.recording.wait(mark, vehicle.command, request, is_it);
+        self.recording.wait(mark, vehicle.command(), request, is_it);
     }
 
     /// Sends commands, waits until they are on the bus, and gives the requests meanwhile.
@@ -245,7 +245,7 @@ impl Day<'_> {
     /// Nothing but this was requested since then, and it was.
     fn only(&self, mark: BusTime, request: &str) {
         let begun = BusTime::now();
-        self.recording.wait(begun, self.setup.vehicle.command, "a frame", |frames| !frames.is_empty());
+        self.recording.wait(begun, self.setup.vehicle.command(), "a frame", |frames| !frames.is_empty());
         assert_eq!(self.requests(mark), [request]);
     }
 }

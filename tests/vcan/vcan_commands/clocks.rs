@@ -24,16 +24,16 @@ fn a_sender_whose_clock_is_ahead_does_not_lock_out_the_true_one() {
         commander.wait_for_readers(Mark::START, true);
     }
     let requests = |frames: &[&RecordedFrame], lights: &str| {
-        frames.iter().any(|frame| (PACMOD.request)(&frame.data) == lights)
+        frames.iter().any(|frame| PACMOD.request(&frame.data) == lights)
     };
     ahead.send("hazard stamps 950400; hazard 1 1.25; mode 1 10; turn 1 10");
-    recording.wait(BusTime::START, PACMOD.command, "off", |frames| requests(frames, "off"));
+    recording.wait(BusTime::START, PACMOD.command(), "off", |frames| requests(frames, "off"));
     let mut mark = BusTime::now();
     sender.send("hazard 2 10");
     for _ in 0..3 {
         // Each sender has its turn.
         for lights in ["hazard", "off"] {
-            recording.wait(mark, PACMOD.command, lights, |frames| requests(frames, lights));
+            recording.wait(mark, PACMOD.command(), lights, |frames| requests(frames, lights));
             mark = BusTime::now();
         }
     }

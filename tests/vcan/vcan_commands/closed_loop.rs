@@ -120,7 +120,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     let decided = changes(&line["received"]["turn"]);
     let reported = changes(&line["received"]["report"]);
     let (commands, reports) =
-        (bus.since(BusTime::START, PACMOD.command), bus.since(BusTime::START, PACMOD.report));
+        (bus.since(BusTime::START, PACMOD.command()), bus.since(BusTime::START, PACMOD.report()));
     assert_eq!(values(&reported), values(&decided), "{name}: what is reported is what was decided");
     let lights: Vec<_> = lights(&seen_by_vehicle);
     let expected: Vec<_> = decided.iter().map(|change| word(change.value)).collect();
@@ -130,7 +130,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
         // The message received first need not be the first: on a busy machine the peer loses some.
         let frame = commands
             .iter()
-            .find(|frame| frame.at > before && (PACMOD.request)(&frame.data) == word(change.value));
+            .find(|frame| frame.at > before && PACMOD.request(&frame.data) == word(change.value));
         let frame = frame.unwrap_or_else(|| panic!("{name}: no command frame after {change:?}"));
         before = frame.at;
         let mut backs = reports.iter().filter(|back| back.at > frame.at && shown(back) == change.value);

@@ -46,7 +46,7 @@ fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
     commander.send("mode 1 10; hazard 1 10; turn 2,3 80");
     let wait = |count: usize| {
         let begun = std::time::Instant::now();
-        let count_now = || recording.count(NEW_EAGLE.command);
+        let count_now = || recording.count(NEW_EAGLE.command());
         while count_now() < count {
             assert!(begun.elapsed() < 2 * DEADLINE, "{} of {count} frames", count_now());
             std::thread::sleep(Duration::from_millis(100));
@@ -63,10 +63,10 @@ fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
     gateway.stop("TERM");
     recording.finish();
 
-    let frames = recording.since(BusTime::START, NEW_EAGLE.command);
-    let counter = NEW_EAGLE.counter.unwrap();
+    let frames = recording.since(BusTime::START, NEW_EAGLE.command());
     for (index, frame) in frames.iter().enumerate() {
-        assert_eq!(usize::from(counter(&frame.data)), index % 16, "frame {index} of {}", frames.len());
+        let counter = usize::from(NEW_EAGLE.counter(&frame.data).unwrap());
+        assert_eq!(counter, index % 16, "frame {index} of {}", frames.len());
     }
     let changes = NEW_EAGLE.runs(&frames).len() - 1;
     assert!(changes > least / 100, "only {changes} changes");

@@ -52,14 +52,13 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
         commander.status(since, TURN, WARN, "no command received");
         commander.status(since, HAZARD, WARN, "no command received");
     }
-    let frames = recording.since(BusTime::START, PACMOD.command);
+    let frames = recording.since(BusTime::START, PACMOD.command());
     assert_eq!(PACMOD.runs(&frames), ["none"]);
     let mark = BusTime::now();
     commander.send("turn 2 10");
-    let requests_left = |frames: &[&RecordedFrame]| {
-        frames.last().is_some_and(|frame| (PACMOD.request)(&frame.data) == "left")
-    };
-    recording.wait(mark, PACMOD.command, "the turn", requests_left);
+    let requests_left =
+        |frames: &[&RecordedFrame]| frames.last().is_some_and(|frame| PACMOD.request(&frame.data) == "left");
+    recording.wait(mark, PACMOD.command(), "the turn", requests_left);
 }
 
 fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
@@ -80,25 +79,24 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     let before = BusTime::now();
     std::thread::sleep(pause_of_the_service());
     let mut gateway = Process::run(&folder);
-    let requests_left = |frames: &[&RecordedFrame]| {
-        frames.last().is_some_and(|frame| (vehicle.request)(&frame.data) == "left")
-    };
-    recording.wait(before, vehicle.command, "the turn", requests_left);
+    let requests_left =
+        |frames: &[&RecordedFrame]| frames.last().is_some_and(|frame| vehicle.request(&frame.data) == "left");
+    recording.wait(before, vehicle.command(), "the turn", requests_left);
     let states = car.wait_for_lights(lights, "left", "command");
     let dark = car.seconds_of_lights(lights);
     gateway.stop("TERM");
     recording.finish();
 
-    let frames = recording.since(BusTime::START, vehicle.command);
-    let after = recording.since(before, vehicle.command);
+    let frames = recording.since(BusTime::START, vehicle.command());
+    let after = recording.since(before, vehicle.command());
     let before = &frames[..frames.len() - after.len()];
-    let first_left = after.iter().position(|frame| (vehicle.request)(&frame.data) == "left").unwrap();
+    let first_left = after.iter().position(|frame| vehicle.request(&frame.data) == "left").unwrap();
     let (last, first, back) = (&before[before.len() - 1], &after[0], &after[first_left]);
     println!("| {} | ms | requests | counter |\n|---|---|---|---|", vehicle.name);
     let row = |what: &str, frame: &RecordedFrame| {
-        let counter = vehicle.counter.map_or("–".to_owned(), |counter| counter(&frame.data).to_string());
+        let counter = vehicle.counter(&frame.data).map_or("–".to_owned(), |counter| counter.to_string());
         let at = ms(frame.at.saturating_sub(last.at));
-        println!("| {what} | {at} | {} | {counter} |", (vehicle.request)(&frame.data));
+        println!("| {what} | {at} | {} | {counter} |", vehicle.request(&frame.data));
     };
     row("last frame before", last);
     println!("| silence | {} | – | – |", ms(first.at.saturating_sub(last.at)));
@@ -110,17 +108,18 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     row("authority is back", back);
     println!("| lamps off at the vehicle | {} | – | – |", ms(Duration::from_secs_f64(dark[1] - dark[0])));
 
-    assert_eq!((vehicle.request)(&last.data), "left");
+    assert_eq!(vehicle.request(&last.data), "left");
     assert_eq!(
-        (vehicle.request)(&first.data),
-        vehicle.nothing,
+        vehicle.request(&first.data),
+        vehicle.nothing(),
         "nobody has requested anything of the new one"
     );
-    assert_eq!(vehicle.runs(&after[..=first_left]), [vehicle.nothing, "left"]);
-    if let Some(counter) = vehicle.counter {
-        let counted =
-            |frames: &[RecordedFrame]| frames.iter().map(|frame| counter(&frame.data)).collect::<Vec<_>>();
-        let from_0 = |count: usize| (0..=15).cycle().take(count).collect::<Vec<u8>>();
+    assert_eq!(vehicle.runs(&after[..=first_left]), [vehicle.nothing(), "left"]);
+    if vehicle.counter(&last.data).is_some() {
+        let counted = |frames: &[RecordedFrame]| {
+            frames.iter().map(|frame| vehicle.counter(&frame.data)).collect::<Vec<_>>()
+        };
+        let from_0 = |count: usize| (0..=15).cycle().map(Some).take(count).collect::<Vec<_>>();
         assert_eq!(counted(before), from_0(before.len()), "before");
         assert_eq!(counted(&after), from_0(after.len()), "the counter restarts");
     }

@@ -27,7 +27,7 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     commander.status(since, TRANSMISSION, OK, "control mode AUTONOMOUS");
     let wait = |request: &str| {
         let begun = std::time::Instant::now();
-        let newest = || adapter.frames(NEW_EAGLE.command).last().map(|data| (NEW_EAGLE.request)(data));
+        let newest = || adapter.frames(NEW_EAGLE.command()).last().map(|data| NEW_EAGLE.request(data));
         while newest() != Some(request) {
             assert!(begun.elapsed() < DEADLINE, "{request} never came: {:?}", newest());
             std::thread::sleep(std::time::Duration::from_millis(20));
@@ -56,13 +56,17 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     assert!(
         at("command_transmission: frames are delayed") < at("command_transmission: frames cannot be sent")
     );
-    let frames = adapter.frames(NEW_EAGLE.command);
-    let counter = NEW_EAGLE.counter.unwrap();
+    let frames = adapter.frames(NEW_EAGLE.command());
     println!("{failed} times full, {others} frames of others in front, {} frames on the bus", frames.len());
     for (index, data) in frames.iter().enumerate() {
-        assert_eq!(usize::from(counter(data)), index % 16, "frame {index} of {}", frames.len());
+        assert_eq!(
+            usize::from(NEW_EAGLE.counter(data).unwrap()),
+            index % 16,
+            "frame {index} of {}",
+            frames.len()
+        );
     }
-    let mut requests: Vec<_> = frames.iter().map(|data| (NEW_EAGLE.request)(data)).collect();
+    let mut requests: Vec<_> = frames.iter().map(|data| NEW_EAGLE.request(data)).collect();
     requests.dedup();
     assert_eq!(requests[..4], ["off", "left", "hazard", "left"]);
 }

@@ -47,11 +47,11 @@ fn measure(vcan: &Vcan, (vehicle, name, change, count): Measurement) {
     let mut recording = Recording::of(vcan.name);
     let mut gateway = Process::run(&folder);
     // Nobody commands anything, and the frames that request nothing go out all the same.
-    recording.wait(BusTime::START, vehicle.command, name, |frames| frames.len() > count);
+    recording.wait(BusTime::START, vehicle.command(), name, |frames| frames.len() > count);
     gateway.stop("TERM");
     recording.finish();
-    let frames = recording.since(BusTime::START, vehicle.command);
-    assert_eq!(vehicle.runs(&frames), [vehicle.nothing]);
+    let frames = recording.since(BusTime::START, vehicle.command());
+    assert_eq!(vehicle.runs(&frames), [vehicle.nothing()]);
     // The last one announces the end, outside the period.
     measured(name, &frames[..frames.len() - 1]);
 }

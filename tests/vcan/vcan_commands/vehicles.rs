@@ -1,86 +1,68 @@
-//! The shipped vehicles that take commands: their files, and their command frames read by hand, bit by bit
-//! from what is published of them.
+//! The shipped vehicles that take commands: their files, and their command frames read by their facts, which are from
+//! what is published of them.
 
 use std::path::Path;
 
 use crate::support::process::Folder;
+use crate::support::vehicle_facts::{CommandFacts, VEHICLES};
 
-/// A shipped vehicle. Identifiers have bit 31 for 29-bit ones, as in a DBC.
+/// A shipped vehicle, by the name of profile and DBC.
 pub(crate) struct Vehicle {
-    /// Name of profile and DBC.
     pub(crate) name: &'static str,
-    /// The bus of its profile.
-    pub(crate) bus: &'static str,
-    /// The command message.
-    pub(crate) command: u32,
-    /// The report message.
-    pub(crate) report: u32,
-    /// The request of a frame of the command message: `none`, `off`, `left`, `right` or `hazard`, and
-    /// `left, any` and so on where the hazard lights are left to the vehicle.
-    pub(crate) request: fn(&[u8]) -> &'static str,
-    /// Its counter.
-    pub(crate) counter: Option<fn(&[u8]) -> u8>,
-    /// The text for a frame that requests nothing.
-    pub(crate) nothing: &'static str,
 }
 
-pub(crate) const PACMOD: Vehicle = Vehicle {
-    name: "pacmod",
-    bus: "pacmod",
-    command: 0x130,
-    report: 0x230,
-    request: |data| match *data {
-        [0, 1] => "none",
-        [1, 0] => "right",
-        [1, 1] => "off",
-        [1, 2] => "left",
-        [1, 3] => "hazard",
-        _ => "undefined",
-    },
-    counter: None,
-    nothing: "none",
-};
+pub(crate) const PACMOD: Vehicle = Vehicle { name: "pacmod" };
+pub(crate) const NEW_EAGLE: Vehicle = Vehicle { name: "new_eagle_dbw" };
+pub(crate) const TESLA: Vehicle = Vehicle { name: "tesla_model3" };
 
-pub(crate) const NEW_EAGLE: Vehicle = Vehicle {
-    name: "new_eagle_dbw",
-    bus: "dbw",
-    command: 0x2F06 | 1 << 31,
-    report: 0x1F14 | 1 << 31,
-    request: |data| match *data {
-        [0x00, 0, 0, 0, 0, 0, 0..=15, _] => "off",
-        [0x10, 0, 0, 0, 0, 0, 0..=15, _] => "left",
-        [0x20, 0, 0, 0, 0, 0, 0..=15, _] => "right",
-        [0x30, 0, 0, 0, 0, 0, 0..=15, _] => "hazard",
-        _ => "undefined",
-    },
-    counter: Some(|data| data[6] & 15),
-    // No request and off are one value.
-    nothing: "off",
-};
-
-pub(crate) const TESLA: Vehicle = Vehicle {
-    name: "tesla_model3",
-    bus: "vehicle",
-    command: 0x3E9,
-    report: 0x3F5,
-    request: |data| match *data {
-        [0xFF, 0x0C, 0, 0, 0, 0, _, _] => "none",
-        [0xFF, 0x0D, 0, 0, 0, 0, _, _] => "left, any",
-        [0xF3, 0x0C, 0, 0, 0, 0, _, _] => "off",
-        [0xF3, 0x0D, 0, 0, 0, 0, _, _] => "left",
-        [0xF3, 0x0E, 0, 0, 0, 0, _, _] => "right",
-        [0xF7, 0x0C, 0, 0, 0, 0, _, _] => "hazard",
-        _ => "undefined",
-    },
-    counter: Some(|data| data[6] >> 4),
-    nothing: "none",
-};
+/// An identifier with bit 31 if it has 29 bits, as in a DBC.
+fn dbc_number(id: &str) -> u32 {
+    u32::from_str_radix(id, 16).unwrap() | u32::from(id.len() > 3) << 31
+}
 
 /// Frames are sent, and all inputs are valid for as long as a slow machine may need.
 pub(crate) const PATIENT: &str = "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\n\
     hazard_timeout_ms = 20000\ncontrol_mode_timeout_ms = 20000\n";
 
 impl Vehicle {
+    fn facts(&self) -> &'static CommandFacts {
+        VEHICLES[self.name].command.as_ref().unwrap()
+    }
+
+    /// The command message.
+    pub(crate) fn command(&self) -> u32 {
+        dbc_number(&self.facts().message)
+    }
+
+    /// The report message.
+    pub(crate) fn report(&self) -> u32 {
+        dbc_number(&self.facts().report)
+    }
+
+    /// The request of a frame of the command message, by its name in the facts.
+    pub(crate) fn request(&self, data: &[u8]) -> &'static str {
+        let digits = data.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");
+        let fits = |frame: &str| {
+            let is_digit = |(expected, digit): (char, char)| expected == 'x' || expected == digit;
+            frame.len() == digits.len() && frame.chars().zip(digits.chars()).all(is_digit)
+        };
+        let row = self.facts().requests.iter().find(|[_, _, frame, _]| fits(frame));
+        row.map_or("undefined", |[.., name]| name)
+    }
+
+    /// The name of a request of nothing.
+    pub(crate) fn nothing(&self) -> &'static str {
+        let is_nothing = |[turn, hazard, ..]: &&[String; 4]| turn == "-" && hazard == "-";
+        &self.facts().requests.iter().find(is_nothing).unwrap()[3]
+    }
+
+    /// Its counter of four bits.
+    pub(crate) fn counter(&self, data: &[u8]) -> Option<u8> {
+        let (start, _) = self.facts().counter.as_ref()?.split_once('|')?;
+        let start: usize = start.parse().unwrap();
+        Some(data[start / 8] >> (start % 8) & 15)
+    }
+
     /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`. The
     /// vehicle itself has the profile `car.toml`, with the shipped periods.
     pub(crate) fn folder(&self, interface: &str, keys: &str, change: &Change) -> Folder {
@@ -90,7 +72,7 @@ impl Vehicle {
             (read(&format!("config/vehicles/{}.toml", self.name)), read(&format!("dbc/{}.dbc", self.name)));
         let folder = Folder::with_configuration(&format!(
             "profile = \"profile.toml\"\n[can.{}]\ninterface = \"{interface}\"\n{keys}",
-            self.bus
+            self.facts().bus
         ));
         let dbc_path = format!("../../dbc/{}.dbc", self.name);
         let mut profile = profile.replace(&dbc_path, "vehicle.dbc");
@@ -114,7 +96,7 @@ impl Vehicle {
         &self,
         frames: impl IntoIterator<Item = &'a super::recording::RecordedFrame>,
     ) -> Vec<&'static str> {
-        let mut runs: Vec<_> = frames.into_iter().map(|frame| (self.request)(&frame.data)).collect();
+        let mut runs: Vec<_> = frames.into_iter().map(|frame| self.request(&frame.data)).collect();
         runs.dedup();
         runs
     }

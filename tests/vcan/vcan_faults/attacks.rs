@@ -81,15 +81,15 @@ impl Scene {
         let (from, lost) = (BusTime::now(), self.network_processes_lost());
         // One frame before the attack and one after it: the gaps between cover all of it, however short it is.
         self.recording
-            .wait(from, NEW_EAGLE.command, "a frame before the attack", |frames| !frames.is_empty());
+            .wait(from, NEW_EAGLE.command(), "a frame before the attack", |frames| !frames.is_empty());
         let idler = Idler::start();
         attack(&self.target);
         let (ended, mark) = (Instant::now(), self.reader.mark());
         let (came, _) = self.reader.sample(mark, "turn", |_| true);
         let beside = idler.finish();
         let to = BusTime::now();
-        self.recording.wait(to, NEW_EAGLE.command, "a frame after the attack", |frames| !frames.is_empty());
-        let frames = self.recording.since(from, NEW_EAGLE.command);
+        self.recording.wait(to, NEW_EAGLE.command(), "a frame after the attack", |frames| !frames.is_empty());
+        let frames = self.recording.since(from, NEW_EAGLE.command());
         let gaps = frames.windows(2).map(|pair| pair[1].at.saturating_sub(pair[0].at));
         let late = gaps.max().unwrap().saturating_sub(PERIOD);
         let (lost, after) = (self.network_processes_lost() - lost, self.memory_kb());

@@ -6,7 +6,7 @@ use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 
-use super::{BUS, Desk, Reported};
+use super::{BUS, Desk, LOSSES, Reported};
 use crate::pure::lamp_reports::car::{DBC, LAMPS, PANEL, STALK, STALK_KEYS, UNBOUND, lamp_keys};
 
 const DARK: u8 = 0;
@@ -159,14 +159,7 @@ fn bus(reported: &mut Reported) {
     desk.pass(20_000);
     let profile = profile(false, "timeout_ms = 250");
     let mut desk = Desk::vehicle("", &profile, dbc, reported);
-    for state in [
-        LinkState::Down,
-        LinkState::Missing,
-        LinkState::NotCan,
-        LinkState::Failed(1),
-        LinkState::Failed(97),
-        LinkState::Ended,
-    ] {
+    for state in LOSSES {
         alive(&mut desk);
         desk.link(state);
         desk.link(LinkState::Up);

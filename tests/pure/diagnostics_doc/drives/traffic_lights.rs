@@ -13,7 +13,7 @@ use signal_gateway::core::traffic_light::scenario::{Act, Scenario};
 use signal_gateway::core::traffic_light::text::parse_bulbs;
 use signal_gateway::core::traffic_light::v2i_reception::binding::V2iBinding;
 
-use super::{BUS, Desk, Reported};
+use super::{BUS, Desk, LOSSES, Reported};
 use crate::pure::traffic_light_cases::scene::{controller, script, set, small_map, target};
 use crate::support::clock::at_ms;
 use crate::support::files::MemoryFiles;
@@ -134,15 +134,7 @@ fn unit(reported: &mut Reported) {
         send(&mut desk, &[state, 0]);
     }
     desk.pass(5_000);
-    for state in [
-        LinkState::Down,
-        LinkState::Missing,
-        LinkState::NotCan,
-        LinkState::Failed(1),
-        LinkState::Failed(97),
-        LinkState::Ended,
-        LinkState::Up,
-    ] {
+    for state in LOSSES.into_iter().chain([LinkState::Up]) {
         desk.link(state);
     }
     send(&mut desk, &[0x11, 0]);

@@ -1,8 +1,6 @@
 //! opendbc as an oracle: frames that its packer makes for each state, read by its car state and by our replay of the
 //! profile. [`docs/opendbc.md`](../../../../docs/opendbc.md) has the table.
 
-mod car;
-mod cars;
 mod checksums;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,10 +13,9 @@ use signal_gateway::core::can::frame::{CanId, Frame};
 
 use crate::pure::vehicles::playback::{Playback, play_text};
 use crate::pure::vehicles::protection::protect;
-use crate::pure::vehicles::{profile, profile_names, project};
+use crate::pure::vehicles::{profile, project};
 use crate::support::prerequisite::{opendbc_python, require};
-use car::{Car, Difference, Vehicle};
-use cars::VEHICLES;
+use crate::support::vehicle_facts::{Counterpart, State, VEHICLES, VehicleFacts};
 
 /// Each state lasts so long, and is read at its end, when all holds and observation times are over.
 const STATE_MS: u64 = 3000;
@@ -28,13 +25,63 @@ const PERIOD_MS: u64 = 50;
 const FLASH_MS: u64 = 330;
 const TAP_MS: u64 = 300;
 
+/// Why a report of ours differs from opendbc's car state.
+const DIFFERENCES: [(&str, &str); 5] = [
+    (
+        "reserved value",
+        "opendbc compares with the values for left and right and takes any other for off. A value that is not defined, or \
+         means \"not available\", is not off: the report stops.",
+    ),
+    (
+        "both levers",
+        "opendbc sets both blinkers, or the side that came last. No lever can be in both positions: the report stops.",
+    ),
+    (
+        "tap held",
+        "opendbc holds a side for two and a half to three seconds after the lever was touched, about as long as the lamps \
+         flash then. The profile reports the lever as it is.",
+    ),
+    (
+        "hazard elsewhere",
+        "The profile reads the hazard lights from a signal that opendbc's car state does not read.",
+    ),
+    (
+        "bank of lamps",
+        "opendbc takes the lamps by the model of the car, the profile by the flag in the message.",
+    ),
+];
+
+/// A profile and one of its counterparts.
+struct Vehicle {
+    profile: &'static str,
+    facts: &'static VehicleFacts,
+    counterpart: &'static Counterpart,
+    states: &'static [State],
+}
+
+fn vehicles() -> Vec<Vehicle> {
+    let of = |(profile, facts): (&'static String, &'static VehicleFacts)| {
+        facts.opendbc.iter().map(move |counterpart| {
+            let states = counterpart.states();
+            Vehicle { profile, facts, counterpart, states }
+        })
+    };
+    VEHICLES.iter().flat_map(of).collect()
+}
+
+/// File of opendbc, and platform.
+fn file_and_platform(car: &str) -> (&str, Option<&str>) {
+    car.split_once(' ').map_or((car, None), |(file, platform)| (file, Some(platform)))
+}
+
 /// Signals of one message.
 type Values = Map<String, Value>;
 
 /// The frames of all states, one after the other, as requests to the packer.
 fn drive(vehicle: &Vehicle) -> Vec<Value> {
-    let mut messages = vec![vehicle.message];
-    for word in vehicle.states.iter().flat_map(|(_, signals, _)| signals.split_whitespace()) {
+    let first = vehicle.counterpart.message.as_str();
+    let mut messages = vec![first];
+    for word in vehicle.states.iter().flat_map(|state| state.signals.split_whitespace()) {
         if let Some((message, _)) = word.split_once('.').filter(|(name, _)| !messages.contains(name)) {
             messages.push(message);
         }
@@ -42,9 +89,9 @@ fn drive(vehicle: &Vehicle) -> Vec<Value> {
     let mut frames = Vec::new();
     for (state, start) in vehicle.states.iter().zip((0..).step_by(usize::try_from(STATE_MS).unwrap())) {
         for ms in (0..STATE_MS).step_by(usize::try_from(PERIOD_MS).unwrap()) {
-            let is_over = state.0.starts_with("tap") && ms >= TAP_MS;
-            let signals = if is_over { vehicle.states[0].1 } else { state.1 };
-            let values = values_of(vehicle.message, signals, (ms / FLASH_MS).is_multiple_of(2));
+            let is_over = state.name.starts_with("tap") && ms >= TAP_MS;
+            let signals = if is_over { &vehicle.states[0].signals } else { &state.signals };
+            let values = values_of(first, signals, (ms / FLASH_MS).is_multiple_of(2));
             for message in &messages {
                 frames.push(json!([start + ms, message, values.get(message).cloned().unwrap_or_default()]));
             }
@@ -94,7 +141,8 @@ fn log(vehicle: &Vehicle, answer: &Value) -> String {
         let packed = if bytes.len() > 8 { Frame::fd(id, &bytes) } else { Frame::classic(id, &bytes) };
         let packed = packed.unwrap();
         let count = sent.entry(packed.id()).or_insert(0);
-        let frame_sent = if vehicle.packs_protection { packed } else { protect(&packed, *count) };
+        let is_whole = vehicle.counterpart.packs_protection;
+        let frame_sent = if is_whole { packed } else { protect(vehicle.facts, &packed, *count) };
         *count = count.wrapping_add(1);
         let ms = frame[0].as_u64().unwrap();
         writeln!(text, "({}.{:03}000) can0 {frame_sent}", 1_700_000_000 + ms / 1000, ms % 1000).unwrap();
@@ -150,7 +198,7 @@ struct Row {
     state: &'static str,
     theirs: Option<&'static str>,
     ours: &'static str,
-    difference: Option<Difference>,
+    difference: Option<&'static str>,
 }
 
 impl Row {
@@ -164,14 +212,14 @@ impl Row {
     }
 }
 
-fn rows(vehicle: &Vehicle, answers: &[(Car, Value)]) -> Vec<Row> {
+fn rows(vehicle: &Vehicle, answers: &[(&str, Value)]) -> Vec<Row> {
     let logs: BTreeSet<_> = answers.iter().map(|(_, answer)| log(vehicle, answer)).collect();
     assert_eq!(logs.len(), 1, "{}: its cars pack the same states differently", vehicle.profile);
     let playback = play_text(profile(vehicle.profile), logs.first().unwrap(), "can0");
     let mut rows = Vec::new();
-    for (index, (state, _, difference)) in vehicle.states.iter().enumerate() {
+    for (index, State { name: state, difference, .. }) in vehicle.states.iter().enumerate() {
         let window = window(state, index);
-        let read = answers.iter().filter(|(car, _)| car.platform.is_some());
+        let read = answers.iter().filter(|(car, _)| file_and_platform(car).1.is_some());
         let theirs: BTreeSet<_> = read.map(|(_, answer)| theirs(answer, window.clone())).collect();
         assert!(theirs.len() <= 1, "{} {state}: its cars read it differently: {theirs:?}", vehicle.profile);
         rows.push(Row {
@@ -179,14 +227,14 @@ fn rows(vehicle: &Vehicle, answers: &[(Car, Value)]) -> Vec<Row> {
             state,
             theirs: theirs.first().copied(),
             ours: ours(&playback, &window),
-            difference: *difference,
+            difference: difference.as_deref(),
         });
     }
     rows
 }
 
 const HEAD: &str = "\
-<!-- Made by `UPDATE_DOCS=1 tests/run opendbc` from tests/pure/vehicles/opendbc. -->
+<!-- Made by `UPDATE_DOCS=1 tests/run opendbc` from tests/vehicles. -->
 
 # The profiles against opendbc
 
@@ -208,13 +256,13 @@ replay of the profile, and compares `leftBlinker` and `rightBlinker` with our re
 fn document(rows: &[Row]) -> String {
     let mut text = HEAD.to_owned();
     text += "## Counterparts\n\n| profile | file of opendbc, and its platform | counter and checksum |\n|---|---|---|\n";
-    for vehicle in VEHICLES {
-        let cars = vehicle.cars.iter().map(|car| match car.platform {
-            Some(platform) => format!("`{}` {platform}", car.dbc),
-            None => format!("`{}`", car.dbc),
+    for vehicle in vehicles() {
+        let cars = vehicle.counterpart.cars.iter().map(|car| match file_and_platform(car) {
+            (file, Some(platform)) => format!("`{file}` {platform}"),
+            (file, None) => format!("`{file}`"),
         });
         let cars = cars.collect::<Vec<_>>().join("<br>");
-        let protection = match (is_protected(vehicle), vehicle.packs_protection) {
+        let protection = match (is_protected(&vehicle), vehicle.counterpart.packs_protection) {
             (false, _) => "–",
             (true, true) => "opendbc",
             (true, false) => "the test",
@@ -223,14 +271,14 @@ fn document(rows: &[Row]) -> String {
     }
     text += "\n## States\n\n| profile | state | opendbc | ours | difference |\n|---|---|---|---|---|\n";
     for row in rows {
-        let difference = row.difference.map_or("", Difference::name);
+        let difference = row.difference.unwrap_or_default();
         let theirs = row.theirs.unwrap_or("–");
         writeln!(text, "| {} | {} | {theirs} | {} | {difference} |", row.profile, row.state, row.ours)
             .unwrap();
     }
     text += "\n## Differences\n\n";
-    for difference in Difference::ALL {
-        writeln!(text, "- **{}**: {}", difference.name(), difference.reason()).unwrap();
+    for (name, reason) in DIFFERENCES {
+        writeln!(text, "- **{name}**: {reason}").unwrap();
     }
     text
 }
@@ -243,26 +291,26 @@ fn is_protected(vehicle: &Vehicle) -> bool {
 #[test]
 fn reports_are_what_the_car_states_of_opendbc_read() {
     let python = require!(opendbc_python());
-    let pairs = VEHICLES.iter().flat_map(|vehicle| vehicle.cars.iter().map(move |car| (vehicle, *car)));
-    let pairs: Vec<_> = pairs.collect();
-    let requests: Vec<_> = pairs
-        .iter()
-        .map(|(vehicle, car)| {
-            let length_ms = u64::try_from(vehicle.states.len()).unwrap() * STATE_MS;
-            json!({ "dbc": car.dbc, "platform": car.platform, "length_ms": length_ms, "frames": drive(vehicle) })
-        })
-        .collect();
+    let (vehicles, mut requests) = (vehicles(), Vec::new());
+    for vehicle in &vehicles {
+        let (length_ms, frames) = (vehicle.states.len() as u64 * STATE_MS, drive(vehicle));
+        for (dbc, platform) in vehicle.counterpart.cars.iter().map(|car| file_and_platform(car)) {
+            let request =
+                json!({ "dbc": dbc, "platform": platform, "length_ms": length_ms, "frames": frames });
+            requests.push(request);
+        }
+    }
     let answers = ask(&python, &requests);
-    assert_eq!(answers.len(), pairs.len());
-    let mut answers = pairs.iter().zip(answers).map(|((_, car), answer)| (*car, answer));
-    let mut all = Vec::new();
-    for vehicle in VEHICLES {
-        all.extend(rows(vehicle, &answers.by_ref().take(vehicle.cars.len()).collect::<Vec<_>>()));
+    assert_eq!(answers.len(), requests.len());
+    let (mut answers, mut all) = (answers.into_iter(), Vec::new());
+    for vehicle in &vehicles {
+        let cars = vehicle.counterpart.cars.iter().map(String::as_str);
+        all.extend(rows(vehicle, &cars.zip(answers.by_ref()).collect::<Vec<_>>()));
     }
     let wrong = all.iter().filter(|row| row.agrees() == row.difference.is_some());
     let wrong: Vec<_> = wrong
         .map(|row| {
-            let known = row.difference.map_or("no difference is known", Difference::name);
+            let known = row.difference.unwrap_or("no difference is known");
             format!("{} {}: opendbc {:?}, ours {}: {known}", row.profile, row.state, row.theirs, row.ours)
         })
         .collect();
@@ -276,24 +324,12 @@ fn reports_are_what_the_car_states_of_opendbc_read() {
     assert!(written == text, "docs/opendbc.md is not what was read: run `UPDATE_DOCS=1 tests/run opendbc`");
 }
 
-/// Profiles of cars that opendbc does not have.
-const WITHOUT_COUNTERPART: &[&str] = &[
-    "dacia_sandero_2",
-    "demo_vehicle",
-    "ford_falcon_fg",
-    "j1939_truck",
-    "mg",
-    "new_eagle_dbw",
-    "nissan_leaf_aze0",
-    "opel_260",
-    "pacmod",
-    "psa_can_confort",
-    "v2x_unit",
-    "volvo_s60_2002",
-];
-
 #[test]
-fn every_profile_has_a_counterpart_or_none_in_opendbc() {
-    let known = VEHICLES.iter().map(|vehicle| vehicle.profile).chain(WITHOUT_COUNTERPART.iter().copied());
-    assert_eq!(known.collect::<BTreeSet<_>>(), profile_names().iter().map(String::as_str).collect());
+fn every_difference_has_its_reason() {
+    for vehicle in vehicles() {
+        for state in vehicle.states {
+            let is_known = |name: &String| DIFFERENCES.iter().any(|(known, _)| known == name);
+            assert!(state.difference.iter().all(is_known), "{} {state:?}", vehicle.profile);
+        }
+    }
 }
