@@ -57,37 +57,64 @@ pub(crate) fn check(kind: &str, sound: &MemoryFiles, answer: impl Fn(&Case) -> S
     let mut paths: Vec<_> = entries.filter(|path| path.is_file()).collect();
     paths.sort();
     assert!(!paths.is_empty(), "no cases of {kind}");
+    let wrong = paths.iter().map(|path| {
+        let text = std::fs::read_to_string(path).unwrap();
+        wrong_in(path, &text, &text, "> ", sound, &answer)
+    });
+    refuse(&wrong.collect::<String>());
+}
+
+/// Does the same with a document that is translated line by line into cases, and whose answers have no marks.
+pub(crate) fn check_document(
+    path: &Path,
+    translate: impl Fn(&str) -> String,
+    sound: &MemoryFiles,
+    answer: impl Fn(&Case) -> String,
+) {
+    let text = std::fs::read_to_string(path).unwrap();
+    refuse(&wrong_in(path, &text, &translate(&text), "", sound, &answer));
+}
+
+fn refuse(wrong: &str) {
+    assert!(wrong.is_empty(), "other answers, which UPDATE_DOCS=1 writes down:\n\n{wrong}");
+}
+
+/// Compares the answers of one file; with `UPDATE_DOCS` set, the file has the other ones then.
+fn wrong_in(
+    path: &Path,
+    text: &str,
+    cases_of_text: &str,
+    mark: &str,
+    sound: &MemoryFiles,
+    answer: impl Fn(&Case) -> String,
+) -> String {
     let is_update = std::env::var_os("UPDATE_DOCS").is_some();
-    let mut wrong = String::new();
-    for path in paths {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let lines: Vec<_> = text.lines().collect();
-        let cases = cases(&lines, sound).unwrap_or_else(|problem| panic!("{}:{problem}", path.display()));
-        let (mut renewed, mut copied) = (String::new(), 0);
-        for case in cases {
-            let found = answer(&case);
-            let found = case.mark.as_ref().map_or(found.clone(), |mark| found.replace(mark, "@@:"));
-            let is_at_mark = case.mark.is_none() || found.contains("@@:");
-            if is_at_mark && is_like(found.trim_end(), &contents(&lines[case.answer.clone()], ">")) {
-                continue;
-            }
-            let found = found.lines().map(|line| format!("> {line}").trim_end().to_owned() + "\n");
-            let found: String = found.collect();
-            if is_update && is_at_mark {
-                renewed += &whole(&lines[copied..case.answer.start]);
-                renewed += &found;
-                copied = case.answer.end;
-            } else {
-                let place = format!("{}:{}", path.display(), case.question.start + 1);
-                let [asked, expected] = [case.question, case.answer].map(|range| whole(&lines[range]));
-                writeln!(wrong, "{place}: {}\n{asked}{expected}instead:\n{found}", case.group).unwrap();
-            }
+    let [text, lines] = [text, cases_of_text].map(|text| text.lines().collect::<Vec<_>>());
+    let cases = cases(&lines, sound).unwrap_or_else(|problem| panic!("{}:{problem}", path.display()));
+    let (mut wrong, mut renewed, mut copied) = (String::new(), String::new(), 0);
+    for case in cases {
+        let found = answer(&case);
+        let found = case.mark.as_ref().map_or(found.clone(), |place| found.replace(place, "@@:"));
+        let is_at_mark = case.mark.is_none() || found.contains("@@:");
+        if is_at_mark && is_like(found.trim_end(), &contents(&lines[case.answer.clone()], ">")) {
+            continue;
         }
-        if copied > 0 {
-            std::fs::write(&path, renewed + &whole(&lines[copied..])).unwrap();
+        let found: Vec<_> = found.lines().map(|line| format!("{mark}{line}").trim_end().to_owned()).collect();
+        if is_update && is_at_mark {
+            renewed += &whole(&text[copied..case.answer.start]);
+            renewed += &whole(&found);
+            copied = case.answer.end;
+        } else {
+            let place = format!("{}:{}", path.display(), case.question.start + 1);
+            let [asked, expected] = [case.question, case.answer].map(|range| whole(&text[range]));
+            let found = whole(&found);
+            writeln!(wrong, "{place}: {}\n{asked}{expected}instead:\n{found}", case.group).unwrap();
         }
     }
-    assert!(wrong.is_empty(), "other answers, which UPDATE_DOCS=1 writes down:\n\n{wrong}");
+    if copied > 0 {
+        std::fs::write(path, renewed + &whole(&text[copied..])).unwrap();
+    }
+    wrong
 }
 
 /// The cases of a file; a mistake in it is named with its line.
@@ -112,8 +139,10 @@ pub(crate) fn cases<'a>(lines: &[&'a str], sound: &MemoryFiles) -> Result<Vec<Ca
             (changed, given) = (file, Some(file));
         } else if let Some(file) = block[0].strip_prefix("with ") {
             given = Some(file);
-        } else if block[0].is_empty() || block[0].starts_with('#') {
+        } else if block[0].is_empty() {
             given = None;
+        } else if block[0].starts_with('#') {
+            continue;
         } else if !is_of_case(block[0]) {
             return Err(wrong(
                 "a line of a case begins with one of \"|\", \" \", \"-\", \"+\", \"$\", \">\"",
@@ -158,8 +187,8 @@ fn ends(line: &str, next: &str) -> bool {
     line.starts_with('>') && !next.starts_with('>')
 }
 
-fn whole(lines: &[&str]) -> String {
-    lines.iter().map(|line| format!("{line}\n")).collect()
+fn whole(lines: &[impl AsRef<str>]) -> String {
+    lines.iter().map(|line| format!("{}\n", line.as_ref())).collect()
 }
 
 /// The lines with one of these marks, without it.

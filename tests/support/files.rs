@@ -55,6 +55,15 @@ impl MemoryFiles {
         files
     }
 
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&Path, &[u8])> {
+        self.files.iter().map(|(path, contents)| (path.as_path(), contents.as_slice()))
+    }
+
+    /// Writes the files into a folder on the disk.
+    pub(crate) fn write_into(&self, folder: &Path) {
+        self.iter().for_each(|(path, contents)| std::fs::write(folder.join(path), contents).unwrap());
+    }
+
     pub(crate) fn bytes_mut(&mut self, path: &str) -> &mut Vec<u8> {
         self.files.get_mut(Path::new(path)).unwrap()
     }
