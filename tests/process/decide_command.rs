@@ -1,5 +1,5 @@
 //! `signal-gateway decide` as a user sees it: JSON, pictures, exit codes; text and refusals are cases in
-//! `tests/refusals/decide`.
+//! `tests/cases/decide`.
 //!
 //! The road is the line of the worked cases (docs/spec/turn-signal-decider.md, "Labels of test cases"):
 //! a left turn from 100 to 116 m, straight so that the whole of it is required.

@@ -1,6 +1,6 @@
 //! `signal-gateway lights` as a user meets it: text, JSON, picture, refusals, exit codes.
 //!
-//! What is printed as text, and refused, are cases in `tests/refusals/command/lights.txt`. T14 is that of
+//! What is printed as text, and refused, are cases in `tests/cases/command/lights.txt`. T14 is that of
 //! docs/spec/traffic-lights.md, "Worked timelines": one frame a second, the first at the start.
 
 use std::fs;

@@ -1,5 +1,5 @@
 //! What a user is told of a command that cannot be carried out, and the exit code. Most are cases in
-//! `tests/refusals/command`.
+//! `tests/cases/command`.
 
 use std::fs::{self, File};
 use std::os::unix::fs::symlink;

@@ -48,7 +48,7 @@ pub(crate) struct Case<'a> {
 
 /// The folder with the cases of a kind.
 pub(crate) fn folder(kind: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/refusals").join(kind)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(kind)
 }
 
 /// Compares the answers to all cases of a kind with the expected ones.

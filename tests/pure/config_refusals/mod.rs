@@ -1,5 +1,5 @@
 //! Configurations that must be refused, each with the whole text: position, key, reason and remedy.
-//! Most are cases in `tests/refusals/config`.
+//! Most are cases in `tests/cases/config`.
 
 mod garbled;
 mod reference;

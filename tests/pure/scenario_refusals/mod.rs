@@ -1,5 +1,5 @@
 //! Scenario files: refusals with their locations and texts, accepted files, and parts that are left out.
-//! Most refusals are cases in `tests/refusals/scenario`.
+//! Most refusals are cases in `tests/cases/scenario`.
 
 mod as_users_write;
 mod garbled;
