@@ -18,7 +18,6 @@ mod process {
     mod mcap;
     mod metrics_endpoint;
     mod mistakes;
-    mod misuse;
     mod on_terminal;
     mod pictures;
     mod refusals;

@@ -6,6 +6,7 @@ mod support;
 
 mod pure {
     mod absences;
+    mod case_files;
     mod command_model;
     mod config_refusals;
     mod dbc_real_files;

@@ -143,8 +143,8 @@ enum Command {
     Man(ManArgs),
 }
 
-/// Longest time that the end waits for a reader of standard error.
-const LAST_LINES: Duration = Duration::from_millis(300);
+/// Longest time that the end waits for a reader of standard error, or on a busy computer for the thread that writes.
+const LAST_LINES: Duration = Duration::from_secs(2);
 
 /// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {

@@ -1,4 +1,5 @@
-//! `signal-gateway decide` as a user sees it: text, JSON, picture, refusals, exit codes.
+//! `signal-gateway decide` as a user sees it: JSON, pictures, exit codes; text and refusals are cases in
+//! `tests/cases/decide`.
 //!
 //! The road is the line of the worked cases (docs/spec/turn-signal-decider.md, "Labels of test cases"):
 //! a left turn from 100 to 116 m, straight so that the whole of it is required.
@@ -54,42 +55,6 @@ impl Bench {
 }
 
 #[test]
-fn i1_in_text_byte_for_byte() {
-    let expected = "\
-upstream
-  DISABLE at 0 m: nothing to signal
-  LEFT at 37 m: 59 m before the required section of the left turn on 2
-  DISABLE at 117 m: the left turn on 2 is over
-expectations: 1 met, 0 failed
-";
-    let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
-    assert_eq!(bench.out(&["--compat", "upstream"]), (expected.to_owned(), Some(0)));
-    let numbers = "\
-upstream
-  DISABLE at 0 m: nothing to signal
-      0.000 s, 0.00 m, 10.00 m/s: no candidate
-      intersection: no record
-      roundabout: no record
-      manoeuvre: no record
-  LEFT at 37 m: 59 m before the required section of the left turn on 2
-      3.700 s, 37.00 m, 10.00 m/s: intersection, alone
-      intersection: won (LEFT, ds -3.79 de 79.00 rs 59.21 re 79.00 m)
-      roundabout: no record
-      manoeuvre: no record
-  DISABLE at 117 m: the left turn on 2 is over
-      11.700 s, 117.00 m, 10.00 m/s: no candidate
-      intersection: no record
-      roundabout: no record
-      manoeuvre: no record
-expectations: 1 met, 0 failed
-";
-    assert_eq!(bench.out(&["-v", "--compat", "upstream"]), (numbers.to_owned(), Some(0)));
-    let (both, code) = bench.out(&[]);
-    assert!(both.starts_with("improved\n") && both.ends_with(expected), "{both}");
-    assert_eq!(code, Some(0));
-}
-
-#[test]
 fn json_holds_every_cycle_with_its_reasons() {
     let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
     let lines = |args: &[&str]| -> Vec<Value> {
@@ -112,23 +77,6 @@ fn json_holds_every_cycle_with_its_reasons() {
     assert_eq!(changes[3]["expectations"]["met"], 1);
     // 0 to 130 m, a metre a cycle, and the summary.
     assert_eq!(lines(&["--every", "step"]).len(), 132);
-}
-
-#[test]
-fn an_expectation_that_fails_is_named_and_ends_with_code_5() {
-    let wrong = EXPECTED.replace("from_m = 37", "from_m = 35");
-    let bench = Bench::new("turn.toml", &format!("{TURN}{wrong}"));
-    let (text, code) = bench.out(&["--compat", "upstream"]);
-    assert_eq!(code, Some(5));
-    let failed = "FAILED turn.toml:7:1: expect[1]: from 35 to 116 m, upstream: expected LEFT, found DISABLE at 35.00 m (3.500 s)";
-    assert!(text.lines().any(|line| line == failed), "{text}");
-    let (json, code) = bench.out(&["--json", "--compat", "upstream"]);
-    assert_eq!(code, Some(5));
-    assert!(json.contains("\"what\":\"expected LEFT, found DISABLE at 35.00 m (3.500 s)\""), "{json}");
-
-    let nowhere = "[[expect]]\nfrom_m = 140\nto_m = 150\ncommand = \"LEFT\"\n";
-    let (text, code) = Bench::new("turn.toml", &format!("{TURN}{nowhere}")).out(&[]);
-    assert_eq!((code, text.matches("no cycle lies there").count()), (Some(5), 2), "{text}");
 }
 
 /// The front is 24 m before a shift at 50 m from x = 22.21 on: the first sample of 0.8 m is 22.4.
@@ -247,73 +195,6 @@ lines = [{ from_m = 110, to_m = 120, offset_m = 1 }]
         1,
         "the avoidance lies beyond the drive\n{svg}"
     );
-}
-
-#[test]
-fn wrong_files_are_refused_with_location_key_and_remedy() {
-    let with = |more: &str| format!("{TURN}{more}");
-    let cases = [
-        ("map.osm", "no.osm", "error: map: no.osm: there is no such file\n --> turn.toml:1:7\n"),
-        (
-            "until_m",
-            "untilm",
-            "untilm: unknown key \"untilm\"\n --> turn.toml:2:1\n  |\n2 | untilm = 130\n  | ^^^^^^\n  |\n  = help: did you mean until_m?\n",
-        ),
-        ("[2], [3]", "[2], [4]", "route.segments[3][1]: the map has no lanelet 4\n"),
-        (
-            "[1, 11], [2], [3]",
-            "[\"x\"]",
-            "route.segments[1][1]: expected a number, found the text \"x\"\n --> turn.toml:4:14\n",
-        ),
-        ("[2], [3]", "[3]", "lanelet 3 follows no lanelet of the segment before"),
-        ("[2], [3]", "[2], [1]", "the route lists lanelet 1 twice"),
-        ("mps = 10", "mps = -1", "drive.speed[1].mps: -1 m/s is out of range\n"),
-        ("mps = 10", "mps = \"x\"", "drive.speed[1].mps: expected a number, found the text \"x\"\n"),
-        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"\n"),
-        ("until_m = 130", "until_m =", "turn.toml:2:"),
-    ];
-    for (part, other, expected) in cases {
-        let output = Bench::new("turn.toml", &TURN.replacen(part, other, 1)).run(&[]);
-        let refusal = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{other}: {refusal}");
-        assert!(refusal.contains(expected), "{other}: {refusal}");
-    }
-    let cases = [
-        (
-            "[parameters]\nturn_signal_fast = 1\n",
-            "`turn_signal_fast` is not a parameter of the turn signal decider",
-        ),
-        (
-            "[parameters]\nturn_signal_search_time = -1\n",
-            "parameters.turn_signal_search_time: invalid value -1\n",
-        ),
-        ("[[expect]]\nfrom_m = 1\nto_m = 9\n", "expect[1]: nothing is expected\n"),
-        (
-            "[[expect]]\nfrom_m = 9\nto_m = 1\ncommand = \"LEFT\"\n",
-            "expect[1]: from 9 to 1 m nothing is left",
-        ),
-        ("[[expect]]\nto_m = 1\ncommand = \"LEFT\"\n", "expect[1]: missing key: from_m"),
-        ("[[disturbance]]\nkind = \"snow\"\nat_m = 1\n", "disturbance[1].kind: unknown value \"snow\"\n"),
-        ("[[disturbance]]\nkind = \"nan_pose\"\nfor_s = 1\n", "disturbance[1]: neither at_m nor at_s\n"),
-        (
-            "[[disturbance]]\nkind = \"reroute\"\nat_m = 5\nsegments = [[3]]\n",
-            "the vehicle is 111.0 m away from the new route",
-        ),
-        (
-            "[[manoeuvre]]\nkind = \"side_shift\"\nfrom_m = 5\nto_m = 5\noffset_m = 1\n",
-            "manoeuvre[1]: it ends at 5 m",
-        ),
-        (
-            "[[manoeuvre]]\nkind = \"avoidance\"\nlines = []\n",
-            "the avoidance has no lines, or its lines overlap",
-        ),
-    ];
-    for (more, expected) in cases {
-        let output = Bench::new("turn.toml", &with(more)).run(&[]);
-        let refusal = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{more}: {refusal}");
-        assert!(refusal.contains(expected), "{more}: {refusal}");
-    }
 }
 
 /// A stop of ten seconds out of reach of the announced turn.

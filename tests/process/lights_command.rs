@@ -1,7 +1,7 @@
 //! `signal-gateway lights` as a user meets it: text, JSON, picture, refusals, exit codes.
 //!
-//! T1 to T14 are those of docs/spec/traffic-lights.md, "Worked timelines": one frame a
-//! second, the first at the start.
+//! What is printed as text, and refused, are cases in `tests/cases/command/lights.txt`. T14 is that of
+//! docs/spec/traffic-lights.md, "Worked timelines": one frame a second, the first at the start.
 
 use std::fs;
 use std::path::PathBuf;
@@ -51,22 +51,8 @@ impl Bench {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Lines with single blanks, seconds as short as can be.
-    fn timeline(&self, until_s: &str) -> Vec<String> {
-        let text = self.out(&[&BY_THE_SECOND[..], &["--until", until_s]].concat());
-        let short = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ").replace(".000", "");
-        text.lines().map(short).collect()
-    }
-
     fn json(&self, args: &[&str]) -> Vec<Value> {
         self.out(args).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-    }
-
-    fn refused(&self, code: i32, args: &[&str]) -> String {
-        let output = self.run(args);
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{text}");
-        text
     }
 
     fn picture(&self, args: &[&str]) -> String {
@@ -85,110 +71,11 @@ fn cycling() -> Bench {
     Bench::of_phases(&phases, "")
 }
 
-fn detected() -> Bench {
-    let first = "\"21\" = \"green\", \"21 conventional_detected\" = \"unknown unknown circle\"";
-    Bench::of_phases(&[("p1", 2.0, first), ("p2", 2.0, "\"21\" = \"red\"")], "")
-}
-
 fn by_hand() -> Bench {
     let first = "\"21\" = \"green\", \"21 conventional_detected\" = \"yellow\"";
     let event = "[[event]]\nname = \"hand\"\nat_s = 1\ndo = [{ set = \"21 conventional_detected\", state = \"red\" }, \
                  { set = \"11 conventional_detected\", state = \"unknown\" }]\n";
     Bench::of_phases(&[("p1", 3.0, first), ("p2", 3.0, "\"21\" = \"red\"")], event)
-}
-
-fn synced() -> Bench {
-    let phases = [
-        ("p1", 3.0, "\"21\" = \"green\""),
-        ("p2", 3.0, "\"21\" = \"red\""),
-        ("p3", 3.0, "\"21\" = \"yellow\""),
-    ];
-    let events = "[[event]]\nname = \"on\"\nat_s = 1\ndo = { enable_v2i = 21 }\n\
-                  [[event]]\nname = \"off\"\nat_s = 4\ndo = { disable_v2i = 21 }\n";
-    Bench::of_phases(&phases, events)
-}
-
-#[test]
-fn t1_cycling_in_text_byte_for_byte() {
-    let expected = "    0.000  phase                  A: p1
-    0.000  conventional           21: green
-    0.000  internal               200: green
-    3.000  phase                  A: p2
-    3.000  conventional           21: yellow
-    3.000  internal               200: yellow
-    4.000  phase                  A: p3
-    4.000  conventional           21: red
-    4.000  internal               200: red
-    6.000  phase                  A: p1
-    6.000  conventional           21: green
-    6.000  internal               200: green
-    6.000  until                  given by --until
-";
-    let args = [&BY_THE_SECOND[..], &["--until", "6"]].concat();
-    assert_eq!(cycling().out(&args), expected);
-}
-
-#[test]
-fn t3_detected_in_a_phase() {
-    let expected = [
-        "0 phase A: p1",
-        "0 conventional 21: green",
-        "0 conventional_detected 21: unknown unknown",
-        "0 internal 200: unknown unknown",
-        "2 phase A: p2",
-        "2 conventional 21: red",
-        "2 conventional_detected 21: -",
-        "2 internal 200: red",
-        "3 until given by --until",
-    ];
-    assert_eq!(detected().timeline("3"), expected);
-}
-
-#[test]
-fn t5_detected_by_hand_on_the_same_light_and_on_another() {
-    let expected = [
-        "0 phase A: p1",
-        "0 act bench begins",
-        "0 conventional 21: green",
-        "0 conventional_detected 21: yellow",
-        "0 internal 200: yellow",
-        "1 event hand",
-        "1 action set 21 conventional_detected to red",
-        "1 action set 11 conventional_detected to unknown",
-        "1 act bench ends",
-        "1 conventional_detected 11: unknown; 21: red",
-        "1 internal 100: unknown; 200: red",
-        "3 phase A: p2",
-        "3 conventional 21: red",
-        "3 conventional_detected 21: -",
-        "6 phase A: p1",
-        "6 conventional 21: green",
-        "6 conventional_detected 21: yellow",
-        "6 internal 200: yellow",
-        "6 until given by --until",
-    ];
-    assert_eq!(by_hand().timeline("6"), expected);
-}
-
-#[test]
-fn t10_synchronisation_in_both_behaviours() {
-    let bench = synced();
-    let lines = bench.timeline("6");
-    let v2i: Vec<_> = lines.iter().filter(|line| line.contains(" v2i 21")).collect();
-    assert_eq!(v2i, ["1 v2i 21: green", "3 v2i 21: red"]);
-    let external: Vec<_> = lines.iter().filter(|line| line.contains(" external ")).collect();
-    assert!(external[0].starts_with("1 external 200: green, then red at 3, yellow at 6, green at 9"));
-    assert!(external[1].starts_with("3 external 200: red, then yellow at 6"));
-    assert_eq!(external[2..], ["4 external 200: red"]);
-
-    let v2i_from = |args: &[&str]| {
-        let text = bench.out(&[&BY_THE_SECOND[..], args].concat());
-        text.lines().find(|line| line.contains("  v2i  ")).unwrap().trim().to_owned()
-    };
-    let from_3 = "3.000  v2i                    21: red";
-    assert_eq!(v2i_from(&["--compat", "upstream"]), from_3, "nothing is copied when it is enabled");
-    assert_eq!(v2i_from(&["--copy-on-enable", "false"]), from_3);
-    assert!(v2i_from(&["--compat", "upstream", "--copy-on-enable", "true"]).starts_with("1.000"));
 }
 
 #[test]
@@ -266,62 +153,6 @@ fn the_scenario_determines_how_long_it_is_shown() {
     let (before, after) =
         text.split_once("    4.000  end                    stopped by its stop trigger\n").unwrap();
     assert!(before.contains("    4.000  phase") && after.lines().all(|line| line.starts_with("    4.000")));
-}
-
-#[test]
-fn a_scenario_that_fails_ends_with_5() {
-    let ending = |result: &str| {
-        let event = format!("[[event]]\nname = \"over\"\nat_s = 2\ndo = {{ end = \"{result}\" }}\n");
-        Bench::of_phases(&[("p1", 3.0, "\"21\" = \"green\"")], &event)
-    };
-    assert!(ending("success").out(&[]).ends_with("end                    success\n"));
-    let output = ending("failure").run(&[]);
-    assert_eq!(output.status.code(), Some(5));
-    assert!(String::from_utf8(output.stdout).unwrap().ends_with("end                    failure\n"));
-    // Upstream finds out that there is no such light when it gets there.
-    let unknown = Bench::of_phases(&[("p1", 3.0, "\"99\" = \"green\"")], "");
-    let output = unknown.run(&["--compat", "upstream"]);
-    assert_eq!(output.status.code(), Some(5));
-    assert!(String::from_utf8(output.stdout).unwrap().contains("cannot continue: 99 is neither"));
-}
-
-#[test]
-fn what_cannot_be_used_is_refused_with_its_place_and_a_remedy() {
-    let unknown = Bench::of_phases(&[("p1", 3.0, "\"99\" = \"green\"")], "").refused(3, &[]);
-    assert!(unknown.contains("bench.toml:9:12") && unknown.contains(" 99\n"), "{unknown}");
-    let state = Bench::of_phases(&[("p1", 3.0, "\"21\" = \"grün\"")], "").refused(3, &[]);
-    assert!(state.contains("bench.toml:9:"), "{state}");
-    let nowhere = Bench::new("bench.toml", "init = [{ set = \"21\", state = \"red\" }]\n").refused(3, &[]);
-    assert!(nowhere.contains("no map and no groups") && nowhere.contains("--map FILE.osm"), "{nowhere}");
-    let no_map = cycling().refused(3, &["--map", "/nonexistent/map.osm"]);
-    assert!(no_map.contains("/nonexistent/map.osm: there is no such file"), "{no_map}");
-    let no_form = Bench::new("scenario.txt", "x").refused(3, &[]);
-    assert!(no_form.contains("scenario.txt"), "{no_form}");
-    for wrong in [["--until", "0"], ["--frame-rate", "0"], ["--first-frame", "2"], ["--every", "day"]] {
-        cycling().refused(2, &wrong);
-    }
-    let output = cycling().run(&["--picture", "/nonexistent/folder/a.svg"]);
-    assert_eq!(output.status.code(), Some(1));
-}
-
-#[test]
-fn a_map_takes_the_place_of_groups() {
-    let bench = Bench::new("bench.toml", "init = [{ set = \"21\", state = \"green\" }]\n");
-    let map = bench.folder.path().join("map.osm");
-    let node = |id: u8| format!("<node id=\"{id}\" lat=\"0\" lon=\"0\"/>");
-    let text = format!(
-        "<osm>{}{}<way id=\"21\"><nd ref=\"1\"/><nd ref=\"2\"/><tag k=\"type\" v=\"traffic_light\"/></way>\
-         <relation id=\"300\"><member type=\"way\" ref=\"21\" role=\"refers\"/>\
-         <tag k=\"type\" v=\"regulatory_element\"/><tag k=\"subtype\" v=\"traffic_light\"/></relation></osm>",
-        node(1),
-        node(2)
-    );
-    fs::write(&map, text).unwrap();
-    let text = bench.out(&["--map", map.to_str().unwrap(), "--until", "1"]);
-    assert!(text.contains("internal               300: green\n"), "{text}");
-    fs::write(&map, "<osm><way>").unwrap();
-    let refusal = bench.refused(3, &["--map", map.to_str().unwrap()]);
-    assert!(refusal.contains("map.osm"), "{refusal}");
 }
 
 #[test]

@@ -1,35 +1,48 @@
-//! What a user is told of a command that cannot be carried out, and the exit code.
+//! What a user is told of a command that cannot be carried out, and the exit code. Most are cases in
+//! `tests/cases/command`.
 
-use std::fs::File;
-use std::process::{Command, Output};
+use std::fs::{self, File};
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
 
 use crate::process::cli::{DEMO, file, refused};
+use crate::support::cases::{self, Case};
+use crate::support::files::MemoryFiles;
+use crate::support::two_lanes;
+
+/// What a command prints on standard output and standard error, and its exit code, in a folder with the files of the
+/// case and the project's `config`. No file is changed.
+fn answer(case: &Case) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join("config"), folder.path().join("config")).unwrap();
+    case.files.write_into(folder.path());
+    let arguments: Vec<_> = case.command.split(' ').collect();
+    let output = command(&arguments).current_dir(folder.path()).env("COLUMNS", "100").output().unwrap();
+    for (name, contents) in case.files.iter() {
+        assert!(fs::read(folder.path().join(name)).unwrap() == contents, "{}: {name:?}", case.command);
+    }
+    let [out, err] = [output.stdout, output.stderr].map(|text| {
+        let text = String::from_utf8(text).unwrap();
+        text.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>()
+    });
+    let code = output.status.code().unwrap();
+    match (out.is_empty(), err.is_empty()) {
+        (true, _) => format!("{err}exit code {code}"),
+        (false, true) => format!("{out}exit code {code}, nothing on standard error"),
+        (false, false) => format!("{out}on standard error:\n{err}exit code {code}"),
+    }
+}
 
 #[test]
-fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
-    refused(2, &["fly"]);
-    refused(2, &["replay", "--speed", "fast"]);
-    refused(2, &["check", "--config", DEMO, "--ros-args", "-r", "a:=b"]);
-    let text = refused(2, &["run", "--ros-args", "-p", "volume:=1"]);
-    assert!(text.contains("-p volume:=1: no such parameter; this node has config, profile"), "{text}");
-    let looped = ["run", "--config", DEMO, "--ros-args", "--remap", "a:=b", "-e", "/car"];
-    assert!(refused(2, &looped).contains("docs/security.md"));
-    refused(2, &["replay", "config/demo.log.gz", "--config", DEMO, "--map", "can1=nosuch"]);
-    let profile = refused(3, &["check", "--profile", "hyundai_ki"]);
-    let expected = "error: hyundai_ki: there is no such file\n |\n = help: did you mean the built-in profile hyundai_kia?\n";
-    assert_eq!(profile, expected);
-    let missing = refused(3, &["run", "--config", "/nonexistent/gateway.toml"]);
-    assert!(missing.contains("/nonexistent/gateway.toml: there is no such file"), "{missing}");
-    let (folder, path) = file("bad.toml", "profile = \"x.toml\"\n[ros]\nnod = \"a\"\n");
-    let text = refused(3, &["check", "--config", path.to_str().unwrap()]);
-    assert!(
-        text.contains("error: ros.nod: unknown key \"nod\"\n") && text.contains("bad.toml:3:1\n"),
-        "{text}"
-    );
-    assert!(text.contains("3 | nod = \"a\"\n  | ^^^\n  |\n  = help: did you mean node?\n"), "{text}");
-    drop(folder);
-    let text = refused(1, &["replay", "/nonexistent/drive.log", "--config", DEMO]);
-    assert!(text.contains("/nonexistent/drive.log"), "{text}");
+fn commands_print_what_the_cases_say() {
+    cases::check("command", &MemoryFiles::default(), answer);
+}
+
+#[test]
+fn drives_print_what_the_cases_say() {
+    let road = MemoryFiles::new([("map.osm", two_lanes::osm([0, 100, 116, 216]))]);
+    cases::check("decide", &road, answer);
 }
 
 #[test]
@@ -66,7 +79,7 @@ fn a_recording_without_a_frame_or_of_another_kind_ends_with_1() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive.log");
-        std::fs::write(&path, content).unwrap();
+        fs::write(&path, content).unwrap();
         for command in
             [&["decode"][..], &["replay"], &["replay", "--json"], &["replay", "--speed", "100"], &["check"]]
         {
@@ -137,46 +150,25 @@ fn colours_are_for_those_who_want_them() {
 }
 
 #[test]
-fn quiet_leaves_errors_and_findings_and_verbose_adds() {
-    let text = |args: &[&str]| {
-        let output = command(args).output().unwrap();
-        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
-    };
-    let (_folder, log) = file("odd.log", "(1.0) can0 2A5#0000000000000000\nnonsense\n");
-    let args = ["decode", log.to_str().unwrap(), "--config", DEMO];
-    let (_, said) = text(&args);
-    assert_eq!(said, "warning: 1 line cannot be read; the first is line 2: the time is missing\n");
-    assert_eq!(text(&[&args[..], &["--quiet"]].concat()).1, "");
-    let (findings, _) = text(&["check", "--config", DEMO, "--quiet"]);
-    assert!(findings.starts_with("warning  ") && !findings.contains("vehicle  "), "{findings}");
-}
-
-#[test]
-fn a_missing_recording_is_reported_before_anything_else() {
-    let (folder, log) = file("drive.log", "(1.0) can0 123#\n");
-    let typed = folder.path().join("drvie.log");
-    for command in ["check", "identify", "decode", "replay"] {
-        let profile: &[&str] = if command == "identify" { &[] } else { &["--profile", "demo_vehicle"] };
-        let text = refused(1, &[&[command, typed.to_str().unwrap()], profile].concat());
-        let expected = "drvie.log: there is no such file\n |\n = help: did you mean ";
-        assert!(text.contains(expected) && text.contains(log.to_str().unwrap()), "{command}: {text}");
-        assert_eq!(text.lines().count(), 3, "{text}");
-    }
-}
-
-#[test]
-fn a_folder_and_a_cut_file_are_refused_with_what_to_do() {
-    let (folder, _) = file("drive.log", "(1.0) can0 123#\n");
-    let text = refused(3, &["check", folder.path().to_str().unwrap(), "--profile", "demo_vehicle"]);
-    assert!(text.contains("this is a folder without a lanelet2_map.osm\n"), "{text}");
-    let text = refused(1, &["identify", folder.path().to_str().unwrap()]);
-    assert!(text.contains("this is a folder, not a recording") && text.contains("drive.log"), "{text}");
-    let whole = std::fs::read("config/demo.log.gz").unwrap();
+fn a_cut_file_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fs::read("config/demo.log.gz").unwrap();
     let cut = folder.path().join("cut.log.gz");
-    std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
     let text = refused(1, &["identify", cut.to_str().unwrap()]);
     assert!(
         text.contains("it ends in the middle of its compressed data\n |\n = help: copy it again"),
         "{text}"
     );
+}
+
+#[test]
+fn a_profile_in_a_file_needs_its_dbc_beside_it() {
+    let show = |output: Stdio| {
+        let shown = command(&["profiles", "show", "hyundai_kia"]).stdout(output).output().unwrap();
+        String::from_utf8(shown.stderr).unwrap()
+    };
+    let text = show(tempfile::tempfile().unwrap().into());
+    assert!(text.contains("signal-gateway profiles show hyundai_kia --dbc"), "{text}");
+    assert_eq!(show(Stdio::piped()), "");
 }

@@ -20,7 +20,7 @@ use signal_gateway::io::can::formats::Content;
 use signal_gateway::io::can::log::{Log, Record};
 use signal_gateway::replay::{Replay, Routes};
 
-use crate::pure::recording_variants::{lines_of, variants};
+use crate::pure::recording_variants::variants;
 use crate::support::files::MemoryFiles;
 use crate::support::prerequisite::{peer_python, require, shared_data};
 
@@ -272,9 +272,9 @@ fn every_variant_has_the_frames_that_another_reader_counts() {
     let candump = random_candump(&["classic"]);
     let source = folder.path().join("source.log");
     std::fs::write(&source, &candump).unwrap();
-    let variants = variants(&lines_of(&candump));
+    let variants = variants(&candump);
     let expected = Recording::read(&source).contents();
-    let paths: Vec<_> = variants.iter().map(|variant| folder.path().join(variant.file)).collect();
+    let paths: Vec<_> = variants.iter().map(|variant| folder.path().join(&variant.file)).collect();
     for (variant, path) in variants.iter().zip(&paths) {
         std::fs::write(path, &variant.text).unwrap();
     }
@@ -284,8 +284,8 @@ fn every_variant_has_the_frames_that_another_reader_counts() {
     let output = convert.args(["-m", "can.logconvert"]).arg(&source).arg(&csv).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
-    let names = variants.iter().map(|variant| variant.name).chain(["python-can CSV"]);
-    let readers = variants.iter().map(|variant| variant.reader).chain(["can"]);
+    let names = variants.iter().map(|variant| variant.name.as_str()).chain(["python-can CSV"]);
+    let readers = variants.iter().map(|variant| variant.reader.as_str()).chain(["can"]);
     let files: Vec<_> = readers.zip(paths.into_iter().chain([csv])).collect();
     let peers = counted_by_peer(&python, &files);
     for ((name, (reader, path)), peer) in names.zip(&files).zip(peers) {

@@ -1,188 +1,89 @@
-//! One recording written in every format and variant that python-can does not write.
+//! One recording written in every format and variant that python-can does not write, as `recording_variants.toml` has them.
 
-/// One recording as a variant of a format that python-can does not write.
+use serde::Deserialize;
+
+/// One recording as a variant of a format.
 pub(super) struct Variant {
-    pub(super) name: &'static str,
-    /// Name of the file; python-can goes by its end.
-    pub(super) file: &'static str,
-    /// The reader of `tests/peer/recordings.py`.
-    pub(super) reader: &'static str,
+    pub(super) name: String,
+    pub(super) file: String,
+    pub(super) reader: String,
     pub(super) text: String,
 }
 
-/// A frame as the variants write it.
-pub(super) struct Line {
-    micros: u64,
-    bus: usize,
-    /// Hexadecimal digits, 3 or 8.
-    id: String,
-    bytes: Vec<String>,
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    variant: Vec<Form>,
 }
 
-impl Line {
-    fn is_extended(&self) -> bool {
-        self.id.len() == 8
-    }
-
-    fn spaced(&self) -> String {
-        self.bytes.join(" ")
-    }
-
-    fn seconds(&self) -> String {
-        format!("{}.{:06}", self.micros / 1_000_000, self.micros % 1_000_000)
-    }
+/// What a variant begins with, and how it writes a frame.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Form {
+    name: String,
+    file: String,
+    reader: String,
+    #[serde(default)]
+    head: String,
+    line: String,
 }
 
-/// The frames of a candump log with classic data frames only.
-pub(super) fn lines_of(candump: &str) -> Vec<Line> {
-    let line = |line: &str| {
-        let mut fields = line.split(' ');
-        let time = fields.next().unwrap().trim_matches(['(', ')']).replace('.', "");
-        let bus = fields.next().unwrap().trim_start_matches("can").parse().unwrap();
-        let (id, data) = fields.next().unwrap().split_once('#').unwrap();
-        let bytes = data.as_bytes().chunks(2).map(|pair| String::from_utf8(pair.to_vec()).unwrap()).collect();
-        Line { micros: time.parse().unwrap(), bus, id: id.to_owned(), bytes }
+/// A frame of a candump log with classic data frames only, as it may be written, in the notation of the forms.
+fn parts(line: &str, start_us: &mut Option<i64>) -> [(&'static str, String); 22] {
+    let mut fields = line.split(' ');
+    let time = fields.next().unwrap().trim_matches(['(', ')']).replace('.', "");
+    let bus: usize = fields.next().unwrap().trim_start_matches("can").parse().unwrap();
+    let (id, data) = fields.next().unwrap().split_once('#').unwrap();
+    let bytes: Vec<_> = data.as_bytes().chunks(2).map(|pair| str::from_utf8(pair).unwrap()).collect();
+    let micros: i64 = time.parse().unwrap();
+    let offset = micros - *start_us.get_or_insert(micros);
+    let is_extended = id.len() == 8;
+    let thousandths = |number: i64, digits: usize| {
+        let one = 10_i64.pow(u32::try_from(digits).unwrap());
+        format!("{}.{:0digits$}", number / one, number % one)
     };
-    candump.lines().map(line).collect()
-}
-
-/// The variants that the gateway reads beyond those that python-can writes.
-#[expect(clippy::too_many_lines, reason = "one entry for each variant")]
-pub(super) fn variants(lines: &[Line]) -> Vec<Variant> {
-    let start = lines[0].micros;
-    let text = |heading: &str, line: &dyn Fn(&Line) -> String| {
-        lines.iter().fold(heading.to_owned(), |text, frame| text + &line(frame) + "\n")
-    };
-    let variant = |name, file, reader, text| Variant { name, file, reader, text };
-    let candump = |line: &Line| format!("{}  can{}", line.seconds(), line.bus);
-    let kind = |line: &Line| if line.is_extended() { "29" } else { "11" };
-    let offset_ms = |line: &Line| {
-        let micros = line.micros - start;
-        format!("{}.{:03}", micros / 1000, micros % 1000)
-    };
-    let savvycan = |line: &Line, shift: i64| {
-        let (micros, extended) = (i64::try_from(line.micros - start).unwrap() - shift, line.is_extended());
-        let bytes: String = line.bytes.iter().map(|byte| format!("{byte},")).collect();
-        format!("{micros},{:0>8},{extended},Rx,{},{},{bytes}", line.id, line.bus, line.bytes.len())
-    };
-    let asc = |line: &Line| {
-        let (micros, x) = (line.micros - start, if line.is_extended() { "x" } else { "" });
-        let (id, bus, length) = (&line.id, line.bus + 1, line.bytes.len());
-        format!(
-            "{}.{:06} {bus}  {id}{x}  Rx   d {length} {}",
-            micros / 1_000_000,
-            micros % 1_000_000,
-            line.spaced()
-        )
-    };
-    let savvycan_heading = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n";
-    let savvycan_reader = r"lines:^-?\d+,[0-9A-F]+,(true|false),Rx,";
-    let asc_heading = "date Thu, 09 Nov 2023 17:10:55 GMT\nbase hex  timestamps absolute\n\
-                       0.000000 CAN 1 Status:chip status error passive - TxErr: 132 RxErr: 0\n";
-    vec![
-        variant(
-            "candump -ta",
-            "long.log",
-            "cantools",
-            text("", &|line| {
-                format!(
-                    " ({}) {}  {}   [{}]  {}",
-                    line.seconds(),
-                    format_args!("can{}", line.bus),
-                    line.id,
-                    line.bytes.len(),
-                    line.spaced()
-                )
-            }),
-        ),
-        variant(
-            "candump -L, stamps padded with blanks",
-            "padded.log",
-            r"lines:^\( +\d+\.\d+\) can\d [0-9A-F]+#",
-            text("", &|line| {
-                format!("({:>20}) can{} {}#{}", line.seconds(), line.bus, line.id, line.bytes.concat())
-            }),
-        ),
-        variant(
-            "candump -L, stamps padded with zeros",
-            "zeros.log",
-            "can",
-            text("", &|line| {
-                format!("({:0>20}) can{} {}#{}", line.seconds(), line.bus, line.id, line.bytes.concat())
-            }),
-        ),
-        variant(
-            "CRTD",
-            "crtd.crtd",
-            r"lines:^\d+\.\d+ \d[RT](11|29) ",
-            text("1542473901.0 CXX OVMS CRTD 3.1\n", &|line| {
-                format!("{} {}R{} {} {}", line.seconds(), line.bus + 1, kind(line), line.id, line.spaced())
-            }),
-        ),
-        variant(
-            "CANHacker",
-            "canhacker.trc",
-            r"lines:^\d+\.\d+ [0-9A-F]+ ",
-            text("Time   ID     DLC Data                    Comment\n", &|line| {
-                let micros = (line.micros - start) % 60_000_000;
-                format!(
-                    "{:02}.{:03} {:<8} {} {}",
-                    micros / 1_000_000,
-                    micros / 1000 % 1000,
-                    line.id,
-                    line.bytes.len(),
-                    line.spaced()
-                )
-            }),
-        ),
-        variant(
-            "PEAK-Converter CSV",
-            "peak.csv",
-            r"lines:^\d+;[\d.]+;\d+;Rx;DT;",
-            text(";$STARTTIME=45360.5\n", &|line| {
-                let id = if line.is_extended() { line.id.clone() } else { format!("0{}", line.id) };
-                format!(
-                    "1;{};{};Rx;DT;{id};-;{};{}",
-                    offset_ms(line),
-                    line.bus + 1,
-                    line.bytes.len(),
-                    line.bytes.join(";")
-                )
-            }),
-        ),
-        variant(
-            "SavvyCAN CSV",
-            "savvycan.csv",
-            savvycan_reader,
-            text(savvycan_heading, &|line| savvycan(line, 0)),
-        ),
-        variant(
-            "SavvyCAN CSV, negative stamps",
-            "negative.csv",
-            savvycan_reader,
-            text(savvycan_heading, &|line| savvycan(line, 1_000_000_000)),
-        ),
-        variant("Vector ASC, date with GMT, chip status", "gmt.asc", "can", text(asc_heading, &asc)),
-        variant(
-            "PCAN TRC 1.1",
-            "pcan11.trc",
-            "can",
-            text(";$FILEVERSION=1.1\n;$STARTTIME=45360.5\n", &|line| {
-                format!("1) {} Rx {:0>4} {} {}", offset_ms(line), line.id, line.bytes.len(), line.spaced())
-            }),
-        ),
-        variant(
-            "candump -L",
-            "plain.log",
-            "can",
-            text("", &|line| {
-                format!(
-                    "{} {}#{}",
-                    candump(line).replacen("  ", ") ", 1).replacen("", "(", 1),
-                    line.id,
-                    line.bytes.concat()
-                )
-            }),
-        ),
+    let seconds = thousandths(micros, 6);
+    let of_minute = offset % 60_000_000 / 1000;
+    [
+        ("{seconds:blanks}", format!("{seconds:>20}")),
+        ("{seconds:zeros}", format!("{seconds:0>20}")),
+        ("{seconds}", seconds),
+        ("{second:minute}", format!("{:02}.{:03}", of_minute / 1000, of_minute % 1000)),
+        ("{offset_s}", thousandths(offset, 6)),
+        ("{offset_ms}", thousandths(offset, 3)),
+        ("{offset_us}", offset.to_string()),
+        ("{offset_us:negative}", (offset - 1_000_000_000).to_string()),
+        ("{bus}", bus.to_string()),
+        ("{bus+1}", (bus + 1).to_string()),
+        ("{id}", id.to_owned()),
+        ("{id:4}", format!("{id:0>4}")),
+        ("{id:8}", format!("{id:0>8}")),
+        ("{id:left}", format!("{id:<8}")),
+        ("{kind}", if is_extended { "29" } else { "11" }.to_owned()),
+        ("{x}", if is_extended { "x" } else { "" }.to_owned()),
+        ("{extended}", is_extended.to_string()),
+        ("{length}", bytes.len().to_string()),
+        ("{digits}", bytes.concat()),
+        ("{bytes}", bytes.join(" ")),
+        ("{bytes;}", bytes.join(";")),
+        ("{bytes,}", bytes.iter().map(|byte| format!("{byte},")).collect()),
     ]
+}
+
+/// The frames of a candump log with classic data frames only, in each variant.
+pub(super) fn variants(candump: &str) -> Vec<Variant> {
+    let document: Document = toml::from_str(include_str!("recording_variants.toml")).unwrap();
+    assert!(!document.variant.is_empty());
+    let mut start = None;
+    let frames: Vec<_> = candump.lines().map(|line| parts(line, &mut start)).collect();
+    let written = |Form { name, file, reader, head, line }: Form| {
+        let lines = frames.iter().map(|parts| {
+            let text = parts.iter().fold(line.clone(), |text, (name, value)| text.replace(name, value));
+            assert!(!text.contains(['{', '}']), "{name}: {text}");
+            text + "\n"
+        });
+        let text = head + &lines.collect::<String>();
+        Variant { name, file, reader, text }
+    };
+    document.variant.into_iter().map(written).collect()
 }

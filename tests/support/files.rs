@@ -9,7 +9,7 @@ use signal_gateway::config::{Overrides, Settings, load};
 
 /// Files by path. A path that is not among them is not found, or read from the disk after
 /// [`MemoryFiles::or_disk`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct MemoryFiles {
     files: BTreeMap<PathBuf, Vec<u8>>,
     has_disk: bool,
@@ -37,7 +37,31 @@ impl MemoryFiles {
     }
 
     pub(crate) fn text(&self, path: &str) -> &str {
-        str::from_utf8(&self.files[Path::new(path)]).unwrap()
+        self.get(path).unwrap_or_else(|| panic!("no file {path}"))
+    }
+
+    pub(crate) fn get(&self, path: &str) -> Option<&str> {
+        self.files.get(Path::new(path)).map(|contents| str::from_utf8(contents).unwrap())
+    }
+
+    /// The files of a folder, without its subfolders.
+    pub(crate) fn of_folder(folder: &Path) -> Self {
+        let mut files = Self::default();
+        for entry in std::fs::read_dir(folder).unwrap().map(Result::unwrap) {
+            if entry.file_type().unwrap().is_file() {
+                files.insert(entry.file_name().to_str().unwrap(), std::fs::read(entry.path()).unwrap());
+            }
+        }
+        files
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&Path, &[u8])> {
+        self.files.iter().map(|(path, contents)| (path.as_path(), contents.as_slice()))
+    }
+
+    /// Writes the files into a folder on the disk.
+    pub(crate) fn write_into(&self, folder: &Path) {
+        self.iter().for_each(|(path, contents)| std::fs::write(folder.join(path), contents).unwrap());
     }
 
     pub(crate) fn bytes_mut(&mut self, path: &str) -> &mut Vec<u8> {

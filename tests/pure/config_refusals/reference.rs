@@ -5,7 +5,7 @@ use std::path::Path;
 
 use signal_gateway::config::Settings;
 
-use crate::pure::config_refusals::{MAP, load_texts};
+use crate::pure::config_refusals::{load_texts, sound};
 use crate::support::files::MemoryFiles;
 
 fn reference() -> String {
@@ -88,7 +88,7 @@ fn texts(gateway: String, profile: String) -> MemoryFiles {
         ("gateway.toml", gateway),
         ("vehicles/hyundai_kia.toml", profile),
         ("vehicles/../../dbc/my_car.dbc", DBC.to_owned()),
-        ("lanelet2_map.osm", MAP.to_owned()),
+        ("lanelet2_map.osm", sound().text("map.osm").to_owned()),
         ("scenarios/bench.toml", SCENARIO.to_owned()),
     ];
     MemoryFiles::new(files)

@@ -6,10 +6,7 @@ use signal_gateway::core::compat::Compat;
 use signal_gateway::core::traffic_light::scenario::{Action, Rule, Test};
 
 use crate::pure::scenario_refusals::open_scenario::{A, by_value, document, light_action};
-use crate::pure::scenario_refusals::{Row, accepted, assert_refused, read_text};
-
-/// Makes a document of a part.
-type Whole = fn(&str) -> String;
+use crate::pure::scenario_refusals::{accepted, read_as, read_text, shown};
 
 /// Reads a scenario that upstream mode accepts and improved mode refuses.
 fn only_upstream(text: &str) -> signal_gateway::config::scenario::ScenarioFile {
@@ -92,11 +89,10 @@ fn cycles_are_compared_as_each_counts_them() {
             phases(own)
         );
         for (compat, expected) in [(Compat::Improved, improved), (Compat::Upstream, upstream)] {
-            let read =
-                crate::pure::scenario_refusals::read_as(compat, "s.xosc", document(&text, "").as_bytes());
+            let read = read_as(compat, "s.xosc", document(&text, "").as_bytes());
             assert_eq!(read.is_ok(), *expected, "{own:?} {other:?} {compat:?}");
             if let Err(problems) = read {
-                let text = crate::pure::scenario_refusals::shown(&problems);
+                let text = shown(&problems);
                 assert!(text.contains("\"A\"") && text.contains("\"B\""), "{text}");
             }
         }
@@ -108,22 +104,4 @@ fn upstream_accepts_circles() {
     let circle = "<TrafficSignalController name=\"A\" reference=\"B\" delay=\"1\"/>\
                   <TrafficSignalController name=\"B\" reference=\"A\" delay=\"1\"/>";
     only_upstream(&document(circle, ""));
-}
-
-#[test]
-fn refusals_of_upstream_remain_in_upstream_mode() {
-    let id = "a plain id here";
-    #[rustfmt::skip]
-    let rows: &[(Row<'_>, Whole)] = &[
-        (("<TrafficSignalStateAction name=\"@@21 v2i\" state=\"red\"/>", "/@name", "`21 v2i` is not an id", id), |part| document("", &light_action(part))),
-        (("<TrafficSignalCondition name=\"@@21 v2i\" state=\"red\"/>", "/@name", "`21 v2i` is not an id", id), |part| document("", &by_value(part))),
-        (("<TrafficSignalState trafficSignalId=\"1\" state=\"@@unknown\"/>", "/@state", "unknown", ""), phase),
-        (("<TrafficSignalState trafficSignalId=\"@@1 V2I\" state=\"red\"/>", "Id", "not a channel", "34802"), phase),
-        (("<TrafficSignalController name=\"B\" delay=\"@@1\"/>", "/@delay", "delay without a reference", ""), |part| document(part, "")),
-        (("<TrafficSignalController name=\"B\" reference=\"@@B\"/>", "ence", "reference without a delay", ""), |part| document(part, "")),
-        (("<TrafficSignalController name=\"B\" reference=\"B\" delay=\"@@-1\"/>", "/@delay", "-1 s", ""), |part| document(part, "")),
-        (("<TrafficSignalController name=\"B\" reference=\"@@C\" delay=\"1\"/>", "ence", "no controller", "there are B"), |part| document(part, "")),
-    ];
-    let rows: Vec<_> = rows.iter().map(|(row, whole)| (whole(row.0), *row)).collect();
-    assert_refused(Compat::Upstream, "s.xosc", &rows);
 }

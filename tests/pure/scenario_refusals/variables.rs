@@ -9,7 +9,6 @@ use signal_gateway::core::traffic_light::engine::LightsSettings;
 use signal_gateway::core::traffic_light::event_log::ScenarioEvent;
 use signal_gateway::desk::lights::run::Run;
 
-use super::{Row, assert_refused};
 use crate::support::files::MemoryFiles;
 
 /// The events that started, with their times in tenths of a second, and the left-out parts of the file.
@@ -147,37 +146,6 @@ OpenSCENARIO:
         assert_eq!(starts, [("sets".to_owned(), 10), ("waits".to_owned(), 10)], "{compat:?}");
         assert_eq!(left_out, "", "{compat:?}");
     }
-}
-
-#[test]
-fn mistakes_in_variables_are_refused() {
-    let condition =
-        |condition: &str| document(&event("e", condition, &parameter("word", "<SetAction value=\"\"/>")));
-    let action = |action: &str| document(&event("e", &at("0"), action));
-    #[rustfmt::skip]
-    let conditions: &[Row<'_>] = &[
-        (r#"@@<ParameterCondition rule="equalTo" value="1"/>"#, "ParameterCondition", "parameterRef is missing", "requires it"),
-        (r#"<ParameterCondition parameterRef="@@cuont" rule="equalTo" value="1"/>"#, "/@parameterRef", "no parameter is called cuont", "there are count, truth, word"),
-        (r#"<VariableCondition variableRef="@@word" rule="equalTo" value="1"/>"#, "/@variableRef", "no variable is called word", "there are count"),
-        (r#"<ParameterCondition parameterRef="count" rule="equalTo" value="@@one"/>"#, "/@value", "count is a number, and \"one\" is not", "declared type"),
-        (r#"<ParameterCondition parameterRef="truth" rule="equalTo" value="@@2"/>"#, "/@value", "truth is true or false", "declared type"),
-        (r#"<ParameterCondition parameterRef="word" rule="@@lessThan" value="b"/>"#, "/@rule", "lessThan compares numbers", "equalTo or notEqualTo"),
-        (r#"<ParameterCondition parameterRef="word" rule="@@is" value="b"/>"#, "/@rule", "\"is\"", "equalTo"),
-    ];
-    let conditions: Vec<_> = conditions.iter().map(|row| (condition(row.0), *row)).collect();
-    assert_refused(Improved, "s.xosc", &conditions);
-    #[rustfmt::skip]
-    let actions: &[Row<'_>] = &[
-        (r#"<ParameterAction parameterRef="@@x"><SetAction value="1"/></ParameterAction>"#, "/@parameterRef", "no parameter is called x", "there are count"),
-        (r#"@@<ParameterAction parameterRef="word"/>"#, "ParameterAction", "holds 0 elements", "exactly one"),
-        (r#"<ParameterAction parameterRef="word">@@<Toggle/></ParameterAction>"#, "Toggle", "Toggle is not an action", "SetAction or ModifyAction"),
-        (r#"<ParameterAction parameterRef="count"><SetAction value="@@red"/></ParameterAction>"#, "/@value", "\"red\" is not", "declared type"),
-        (r#"<ParameterAction parameterRef="word"><ModifyAction><Rule>@@<AddValue value="1"/></Rule></ModifyAction></ParameterAction>"#, "AddValue", "changes a number", "SetAction"),
-        (r#"<ParameterAction parameterRef="count"><ModifyAction><Rule><AddValue value="@@x"/></Rule></ModifyAction></ParameterAction>"#, "/@value", "\"x\" is not a number", "2.5"),
-        (r#"<ParameterAction parameterRef="count"><ModifyAction><Rule>@@<Power value="2"/></Rule></ModifyAction></ParameterAction>"#, "Power", "not a rule", "AddValue"),
-    ];
-    let actions: Vec<_> = actions.iter().map(|row| (action(row.0), *row)).collect();
-    assert_refused(Improved, "s.xosc", &actions);
 }
 
 #[test]
