@@ -64,6 +64,14 @@ fn gateway_on_bus(may_sleep: bool) -> VirtualGateway {
     desk
 }
 
+/// A gateway that has received all messages for so long, without the status changes until then.
+fn receiving_gateway(may_sleep: bool, ms: u64) -> VirtualGateway {
+    let mut desk = gateway_on_bus(may_sleep);
+    desk.send_all(ms);
+    desk.changes.clear();
+    desk
+}
+
 /// Events on the bus, and the status changes that follow.
 impl VirtualGateway {
     /// All messages, each 100 ms, for so long.
@@ -97,9 +105,7 @@ const STALE: &str = "ERROR unknown: TURN is stale, silent for more than 500 ms";
 
 #[test]
 fn a_sleeping_bus_is_one_finding_however_long_it_sleeps_and_returns_cleanly() {
-    let mut desk = gateway_on_bus(true);
-    desk.send_all(1000);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(true, 1000);
     desk.pass(3_600_000);
     assert_eq!(desk.new_statuses("can0"), ["OK asleep"]);
     // TURN was stale before the bus could be called asleep, HAZARD not. Neither is a failure.
@@ -140,9 +146,7 @@ fn a_message_missing_after_the_bus_woke_up_is_still_reported_missing() {
 
 #[test]
 fn a_normal_sleep_is_no_error_at_any_time_from_falling_asleep_to_waking_up() {
-    let mut desk = gateway_on_bus(true);
-    desk.send_all(1000);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(true, 1000);
     for _ in 0..3 {
         desk.pass(600_000);
         // The slowest message comes last.
@@ -159,9 +163,7 @@ fn a_normal_sleep_is_no_error_at_any_time_from_falling_asleep_to_waking_up() {
 
 #[test]
 fn a_message_that_fails_while_others_are_received_is_an_error_also_where_the_bus_may_sleep() {
-    let mut desk = gateway_on_bus(true);
-    desk.send_all(1000);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(true, 1000);
     for _ in 0..10 {
         desk.receive(ALIVE, &[1]);
         desk.pass(100);
@@ -172,9 +174,7 @@ fn a_message_that_fails_while_others_are_received_is_an_error_also_where_the_bus
 #[test]
 fn a_bus_that_may_not_sleep_or_dies_is_silent_and_not_asleep() {
     let silent = "WARN up, but no frame of the vehicle profile for more than 1000 ms";
-    let mut desk = gateway_on_bus(false);
-    desk.send_all(1000);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(false, 1000);
     desk.pass(10_000);
     assert_eq!(desk.new_statuses("can0"), [silent]);
     assert_eq!(desk.new_statuses("turn_indicators"), [STALE]);
@@ -187,9 +187,7 @@ fn a_bus_that_may_not_sleep_or_dies_is_silent_and_not_asleep() {
     assert_eq!(desk.new_statuses("can0"), [silent]);
     assert_eq!(desk.new_statuses("turn_indicators"), [STALE]);
 
-    let mut desk = gateway_on_bus(true);
-    desk.send_all(1000);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(true, 1000);
     desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
     desk.pass(10_000);
     assert_eq!(desk.new_statuses("can0"), ["ERROR can0 is down"]);
@@ -249,9 +247,7 @@ fn a_changed_restart_time_is_news_while_the_controller_is_bus_off() {
 
 #[test]
 fn a_controller_that_flaps_is_reported_once() {
-    let mut desk = gateway_on_bus(false);
-    desk.send_all(500);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(false, 500);
     for _ in 0..1000 {
         desk.error(0x204, &[0, 0x08, 0, 0, 0, 0, 96, 0]);
         desk.error(0x204, &[0, 0x40, 0, 0, 0, 0, 95, 0]);
@@ -265,9 +261,7 @@ fn a_controller_that_flaps_is_reported_once() {
 
 #[test]
 fn a_storm_of_bus_errors_is_counted_and_reported_once() {
-    let mut desk = gateway_on_bus(false);
-    desk.send_all(500);
-    desk.changes.clear();
+    let mut desk = receiving_gateway(false, 500);
     for _ in 0..10_000 {
         desk.error(0x88, &[0, 0, 0x04, 0x0A]);
     }

@@ -26,8 +26,8 @@ pub(crate) static VEHICLES: LazyLock<BTreeMap<String, VehicleFacts>> = LazyLock:
 #[serde(deny_unknown_fields)]
 pub(crate) struct VehicleFacts {
     pub(crate) dbc: DbcOrigin,
-    /// Frames, separated by `;`, and the outcome of turn and hazard report. `9*` in front sends a frame nine times,
-    /// 50 ms apart. An outcome is the constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault` or
+    /// Frames, separated by `;`, and the outcome of turn and hazard report. A frame is written as `payload::frame` reads
+    /// it, `614 8 29|2@0=3`; `9*` in front sends it nine times, 50 ms apart. An outcome is the constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault` or
     /// `+fallback`.
     #[serde(default, deserialize_with = "rows")]
     pub(crate) reports: Vec<[String; 3]>,
@@ -148,11 +148,11 @@ pub(crate) struct CommandFacts {
 #[serde(deny_unknown_fields)]
 pub(crate) struct V2iDrive {
     pub(crate) name: String,
-    /// A frame that is sent twice before, after a good state of the radio; the first proves nothing.
+    /// A frame that is sent twice before the steps, after a good state of the radio; the first one proves nothing.
     pub(crate) start: Option<String>,
-    /// Each `MS WHAT -> RESULT`, or `FIRST-LAST/PERIOD` instead of one time. WHAT is a frame or `settle`, with the changes of the states
-    /// (`-ID` for a removal); `deadline`, with the next in nanoseconds; `finding ID`, `status` or a key of the status, each
-    /// with its text.
+    /// Each is `MS WHAT -> RESULT`, or has `FIRST-LAST/PERIOD` instead of one time. WHAT is a frame or `settle`, whose result
+    /// is the changes of the states (`-ID` for a removal); `deadline`, the next one in nanoseconds; or `finding ID`,
+    /// `status` or a key of the status, each with its text.
     pub(crate) steps: Vec<String>,
 }
 
@@ -221,8 +221,16 @@ pub(crate) struct IntegrityFacts {
 }
 
 impl Counterpart {
+    /// Returns the states to try, which are never none.
     pub(crate) fn states(&'static self) -> &'static [State] {
-        self.states_of.as_ref().map_or(&self.states, |other| &VEHICLES[other].opendbc[0].states)
+        let borrowed = self.states_of.as_ref().map(|other| &VEHICLES[other].opendbc[0].states);
+        let states = borrowed.unwrap_or(&self.states);
+        let is_given_once = self.states.is_empty() == self.states_of.is_some();
+        assert!(
+            is_given_once && !states.is_empty(),
+            "{self:?} needs `states`, or `states_of` a vehicle that has them"
+        );
+        states
     }
 }
 
