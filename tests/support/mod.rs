@@ -22,3 +22,4 @@ pub(crate) mod tmux;
 pub(crate) mod two_lanes;
 pub(crate) mod vcan;
 pub(crate) mod virtual_gateway;
+pub(crate) mod waiting;
