@@ -9,6 +9,7 @@ mod process {
     mod cli;
     mod daemon_process;
     mod decide_command;
+    mod descriptors;
     mod discover_command;
     mod init_command;
     mod lights_command;
