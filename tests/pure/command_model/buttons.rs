@@ -7,21 +7,7 @@ use signal_gateway::core::diagnostics::Level;
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::MS;
-
-const PROFILE: &str = r#"name = "Buttons"
-bus.body.dbc = "bench.dbc"
-message.STATE.timeout_ms = 500
-turn = { signal = "STATE.TURN", off = [0], left = [1], right = [2] }
-hazard = { from = "signal", signal = "STATE.HAZARD", on = [1], off = [0] }
-[[command.message]]
-name = "TURN_ONLY"
-period_ms = 50
-turn = { off = { TURN_ONLY_REQ = 0 }, left = { TURN_ONLY_REQ = 1 }, right = { TURN_ONLY_REQ = 2 } }
-[[command.message]]
-name = "BUTTON"
-period_ms = 50
-hazard = { off = { PRESSED = 0 }, on = { PRESSED = 1 }, button = { press_ms = 200, wait_ms = 600, attempts = 2 } }
-"#;
+use crate::support::command_vehicle::BUTTON;
 
 /// The button toggles the lights when it goes down, 100 ms later; the driver may toggle them as well.
 struct Day {
@@ -36,7 +22,8 @@ struct Day {
 
 impl Day {
     fn new() -> Self {
-        let bench = Bench::new(config("tx = \"on\"", PROFILE));
+        let profile = format!("name = \"Buttons\"\nbus.body.dbc = \"bench.dbc\"\n{BUTTON}");
+        let bench = Bench::new(config("tx = \"on\"", &profile));
         Self { bench, lit: false, down: false, toggles: Vec::new(), presses: Vec::new(), works: true }
     }
 

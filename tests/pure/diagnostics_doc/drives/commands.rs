@@ -11,7 +11,7 @@ use signal_gateway::core::time::MonoTime;
 
 use super::{BUS, Desk, Reported};
 use crate::support::clock::at_ms;
-use crate::support::command_vehicle::{DBC, PROFILE, next_origin, next_sample};
+use crate::support::command_vehicle::{BUTTON, DBC, PROFILE, next_origin, next_sample};
 
 const STATE: u16 = 560;
 const AUTONOMOUS: u8 = 1;
@@ -104,20 +104,7 @@ fn oscillation(reported: &mut Reported) {
 
 /// A button that nothing comes of.
 fn button(reported: &mut Reported) {
-    let profile = r#"
-message.STATE.timeout_ms = 500
-turn = { signal = "STATE.TURN", off = [0], left = [1], right = [2] }
-hazard = { from = "signal", signal = "STATE.HAZARD", on = [1], off = [0] }
-[[command.message]]
-name = "TURN_ONLY"
-period_ms = 50
-turn = { off = { TURN_ONLY_REQ = 0 }, left = { TURN_ONLY_REQ = 1 }, right = { TURN_ONLY_REQ = 2 } }
-[[command.message]]
-name = "BUTTON"
-period_ms = 50
-hazard = { off = { PRESSED = 0 }, on = { PRESSED = 1 }, button = { press_ms = 200, wait_ms = 600, attempts = 2 } }
-"#;
-    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", profile, DBC, reported);
+    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", BUTTON, DBC, reported);
     command(&mut desk, 5_000, Some(0), &[mode, off, hazard_on]);
 }
 
