@@ -20,7 +20,12 @@ fn answer(case: &Case) -> String {
     let arguments: Vec<_> = case.command.split(' ').collect();
     let output = command(&arguments).current_dir(folder.path()).env("COLUMNS", "100").output().unwrap();
     for (name, contents) in case.files.iter() {
-        assert!(fs::read(folder.path().join(name)).unwrap() == contents, "{}: {name:?}", case.command);
+        assert!(
+            fs::read(folder.path().join(name)).unwrap() == contents,
+            "{}: {}",
+            case.command,
+            name.display()
+        );
     }
     let [out, err] = [output.stdout, output.stderr].map(|text| {
         let text = String::from_utf8(text).unwrap();

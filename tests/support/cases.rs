@@ -23,7 +23,8 @@
 //! > error: nosuch: there is no such file
 //! ```
 //!
-//! With `UPDATE_DOCS` set, other answers are written into the files; a new case needs only `>` then.
+//! A group of cases starts from the sound files and what stands above the first group. With `UPDATE_DOCS` set, answers
+//! that differ are written into the file; a new case needs no more than `>` then.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -31,7 +32,7 @@ use std::path::{Path, PathBuf};
 
 use crate::support::files::MemoryFiles;
 
-/// What is asked.
+/// A case: the files as it changes them, and the command that is run on them.
 pub(crate) struct Case<'a> {
     pub(crate) files: MemoryFiles,
     /// The file that the case changes; empty when it changes none.
@@ -41,17 +42,18 @@ pub(crate) struct Case<'a> {
     /// The place of the mark, as a problem there begins: `file:line:column:`.
     mark: Option<String>,
     group: &'a str,
-    /// Indices of the lines of the question, and of those of the answer.
+    /// Lines of the file that ask, by index.
     question: Range<usize>,
+    /// Lines of the expected answer.
     answer: Range<usize>,
 }
 
-/// The folder with the cases of a kind.
+/// Returns the folder with the cases of a kind.
 pub(crate) fn folder(kind: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(kind)
 }
 
-/// Compares the answers to all cases of a kind with the expected ones.
+/// Compares the answers to all cases of a kind with the expected ones, and panics with those that differ.
 pub(crate) fn check(kind: &str, sound: &MemoryFiles, answer: impl Fn(&Case) -> String) {
     let entries = std::fs::read_dir(folder(kind)).unwrap().map(|entry| entry.unwrap().path());
     let mut paths: Vec<_> = entries.filter(|path| path.is_file()).collect();
@@ -64,7 +66,7 @@ pub(crate) fn check(kind: &str, sound: &MemoryFiles, answer: impl Fn(&Case) -> S
     refuse(&wrong.collect::<String>());
 }
 
-/// Does the same with a document that is translated line by line into cases, and whose answers have no marks.
+/// Does the same with a document whose answers have no marks. `translate` makes a line of cases of each of its lines.
 pub(crate) fn check_document(
     path: &Path,
     translate: impl Fn(&str) -> String,
@@ -79,7 +81,7 @@ fn refuse(wrong: &str) {
     assert!(wrong.is_empty(), "other answers, which UPDATE_DOCS=1 writes down:\n\n{wrong}");
 }
 
-/// Compares the answers of one file; with `UPDATE_DOCS` set, the file has the other ones then.
+/// Returns the cases of a file whose answers differ. With `UPDATE_DOCS` set, writes these answers into the file instead.
 fn wrong_in(
     path: &Path,
     text: &str,
@@ -117,7 +119,7 @@ fn wrong_in(
     wrong
 }
 
-/// The cases of a file; a mistake in it is named with its line.
+/// Reads the cases of a file. The error is a mistake in it, with its line.
 pub(crate) fn cases<'a>(lines: &[&'a str], sound: &MemoryFiles) -> Result<Vec<Case<'a>>, String> {
     let (mut common, mut files) = (None, sound.clone());
     let (mut group, mut changed, mut given) = ("", "", None);
@@ -127,6 +129,9 @@ pub(crate) fn cases<'a>(lines: &[&'a str], sound: &MemoryFiles) -> Result<Vec<Ca
     for block in lines.chunk_by(|line, next| is_of_case(line) && is_of_case(next) && !ends(line, next)) {
         let start = end;
         end += block.len();
+        if block[0].starts_with('#') {
+            continue;
+        }
         let wrong = |what: &str| format!("{}: {what}", start + 1);
         let answered = block.iter().position(|line| line.starts_with('>'));
         if let Some(sentence) = block[0].strip_prefix("=== ") {
@@ -141,8 +146,6 @@ pub(crate) fn cases<'a>(lines: &[&'a str], sound: &MemoryFiles) -> Result<Vec<Ca
             given = Some(file);
         } else if block[0].is_empty() {
             given = None;
-        } else if block[0].starts_with('#') {
-            continue;
         } else if !is_of_case(block[0]) {
             return Err(wrong(
                 "a line of a case begins with one of \"|\", \" \", \"-\", \"+\", \"$\", \">\"",
@@ -182,7 +185,7 @@ fn is_of_case(line: &str) -> bool {
     line.starts_with(['|', ' ', '-', '+', '$', '>'])
 }
 
-/// Whether a case ends between the lines.
+/// Returns true if a case ends between the lines.
 fn ends(line: &str, next: &str) -> bool {
     line.starts_with('>') && !next.starts_with('>')
 }
@@ -191,13 +194,13 @@ fn whole(lines: &[impl AsRef<str>]) -> String {
     lines.iter().map(|line| format!("{}\n", line.as_ref())).collect()
 }
 
-/// The lines with one of these marks, without it.
+/// Joins the lines with one of these marks, without it.
 fn contents(lines: &[&str], marks: &str) -> String {
     let marked = lines.iter().filter(|line| line.starts_with(|mark| marks.contains(mark)));
     marked.map(|line| line.get(2..).unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// The text of a file after a change of it.
+/// Returns the text of a file after a change of it.
 fn change(files: &MemoryFiles, file: &str, lines: &[&str]) -> Result<String, String> {
     if lines[0].starts_with('|') {
         return Ok(contents(lines, "|") + "\n");
@@ -217,7 +220,7 @@ fn change(files: &MemoryFiles, file: &str, lines: &[&str]) -> Result<String, Str
     }
 }
 
-/// Line and column of the mark.
+/// Returns line and column of the mark.
 fn place(text: &str) -> Option<(usize, usize)> {
     let (before, _) = text.split_once("@@")?;
     let column = before.rsplit('\n').next().unwrap().chars().count() + 1;

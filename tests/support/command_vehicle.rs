@@ -15,6 +15,20 @@ pub(crate) fn next_origin() -> CommandOrigin {
     CommandOrigin::Topic(next_sample())
 }
 
+/// Lights of which the hazard lights are requested by a button, without the vehicle's name and bus.
+pub(crate) const BUTTON: &str = r#"message.STATE.timeout_ms = 500
+turn = { signal = "STATE.TURN", off = [0], left = [1], right = [2] }
+hazard = { from = "signal", signal = "STATE.HAZARD", on = [1], off = [0] }
+[[command.message]]
+name = "TURN_ONLY"
+period_ms = 50
+turn = { off = { TURN_ONLY_REQ = 0 }, left = { TURN_ONLY_REQ = 1 }, right = { TURN_ONLY_REQ = 2 } }
+[[command.message]]
+name = "BUTTON"
+period_ms = 50
+hazard = { off = { PRESSED = 0 }, on = { PRESSED = 1 }, button = { press_ms = 200, wait_ms = 600, attempts = 2 } }
+"#;
+
 /// Sent every 100 ms, three times 20 ms apart after a change, never closer than 10 ms.
 pub(crate) const PROFILE: &str = r#"name = "Bench"
 bus.body.dbc = "bench.dbc"
@@ -56,23 +70,6 @@ signal = "STATE.MODE"
 autonomous = [1]
 velocity_only = [2]
 manual = [0]
-"#;
-
-/// The same vehicle with a hazard button that springs back, and a turn message that cannot express that nothing is
-/// requested.
-pub(crate) const BUTTONS: &str = r#"name = "Buttons"
-bus.body.dbc = "bench.dbc"
-message.STATE.timeout_ms = 500
-turn = { signal = "STATE.TURN", off = [0], left = [1], right = [2] }
-hazard = { from = "signal", signal = "STATE.HAZARD", on = [1], off = [0] }
-[[command.message]]
-name = "TURN_ONLY"
-period_ms = 50
-turn = { off = { TURN_ONLY_REQ = 0 }, left = { TURN_ONLY_REQ = 1 }, right = { TURN_ONLY_REQ = 2 } }
-[[command.message]]
-name = "BUTTON"
-period_ms = 50
-hazard = { off = { PRESSED = 0 }, on = { PRESSED = 1 }, button = { press_ms = 200, wait_ms = 600, attempts = 2 } }
 "#;
 
 pub(crate) const DBC: &str = r#"BO_ 304 CMD: 8 X

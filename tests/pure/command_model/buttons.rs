@@ -7,7 +7,7 @@ use signal_gateway::core::diagnostics::Level;
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::MS;
-use crate::support::command_vehicle::BUTTONS;
+use crate::support::command_vehicle::BUTTON;
 
 /// The button toggles the lights when it goes down, 100 ms later; the driver may toggle them as well.
 struct Day {
@@ -22,7 +22,8 @@ struct Day {
 
 impl Day {
     fn new() -> Self {
-        let bench = Bench::new(config("tx = \"on\"", BUTTONS));
+        let profile = format!("name = \"Buttons\"\nbus.body.dbc = \"bench.dbc\"\n{BUTTON}");
+        let bench = Bench::new(config("tx = \"on\"", &profile));
         Self { bench, lit: false, down: false, toggles: Vec::new(), presses: Vec::new(), works: true }
     }
 

@@ -156,7 +156,7 @@ impl Document<'_, '_> {
         let (rule, (variable, value)) = (rule?, value?);
         let has_order = matches!(value, VariableValue::Number(_)) || self.reader.compat == Compat::Upstream;
         if !has_order && !matches!(rule, Rule::EqualTo | Rule::NotEqualTo) {
-            let reason = format!("{} compares numbers, and {value:?} is not one", given.text);
+            let reason = format!("{} compares numbers, and \"{value}\" is not one", given.text);
             self.reader.refuse(&given.location, reason, "give equalTo or notEqualTo");
             return None;
         }

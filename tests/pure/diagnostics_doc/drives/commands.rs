@@ -11,7 +11,7 @@ use signal_gateway::core::time::MonoTime;
 
 use super::{BUS, Desk, Reported};
 use crate::support::clock::at_ms;
-use crate::support::command_vehicle::{BUTTONS, DBC, PROFILE, next_origin, next_sample};
+use crate::support::command_vehicle::{BUTTON, DBC, PROFILE, next_origin, next_sample};
 
 const STATE: u16 = 560;
 const AUTONOMOUS: u8 = 1;
@@ -104,8 +104,7 @@ fn oscillation(reported: &mut Reported) {
 
 /// A button that nothing comes of.
 fn button(reported: &mut Reported) {
-    let profile = BUTTONS.split_once("bench.dbc\"\n").unwrap().1;
-    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", profile, DBC, reported);
+    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", BUTTON, DBC, reported);
     command(&mut desk, 5_000, Some(0), &[mode, off, hazard_on]);
 }
 
