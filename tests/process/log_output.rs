@@ -2,10 +2,10 @@
 
 use std::fs::File;
 use std::io::{self, Read as _, Write as _};
-use std::os::unix::net::UnixDatagram;
 use std::process::Stdio;
 
-use crate::support::process::{DEADLINE, Folder, Process};
+use crate::support::process::{Folder, Process};
+use crate::support::service_manager::ServiceManager;
 
 /// The demo recording over and over, as fast as it goes: a flood of changes.
 fn flood() -> Folder {
@@ -19,17 +19,13 @@ fn flood() -> Folder {
 
 /// Runs with this standard error until the loop has fed the watchdog often, then stops in order.
 fn runs_and_stops_with(stderr: Stdio, folder: &Folder) {
-    let path = folder.path().join("notify");
-    let manager = UnixDatagram::bind(&path).unwrap();
-    manager.set_read_timeout(Some(DEADLINE)).unwrap();
+    let manager = ServiceManager::in_folder(folder.path());
     let mut gateway = Process::run_with(folder, |command| {
-        command.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "100000").stderr(stderr);
+        manager.watch(command, 100_000);
+        command.stderr(stderr);
     });
-    let mut fed = 0;
-    while fed < 20 {
-        let mut buffer = [0; 64];
-        let len = manager.recv(&mut buffer).unwrap();
-        fed += u32::from(buffer.get(..len) == Some(b"WATCHDOG=1"));
+    for _ in 0..20 {
+        manager.wait_for("WATCHDOG=1");
     }
     gateway.stop("TERM");
 }

@@ -132,18 +132,17 @@ fn frames_that_a_replay_would_send_are_not_recorded_as_sent() {
 
 mod slow {
     use std::path::PathBuf;
-    use std::thread;
     use std::time::Duration;
 
     use super::*;
     use crate::support::mcap::only_entry;
     use crate::support::process::{Folder, Process};
+    use crate::support::waiting::{described, let_pass, wait_until};
 
-    /// The demo's recording again and again, five times as fast, recorded in this folder.
-    fn recorded(bags: &str, keys: &str) -> (Folder, Process) {
-        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.log.gz");
+    /// A log that is played five times as fast, and recorded in this folder.
+    fn recorded(bags: &str, log: &Path, repeat: bool, keys: &str) -> (Folder, Process) {
         let keys = format!(
-            "source = \"recording\"\n[recording]\nfile = \"{}\"\nspeed = 5\nrepeat = true\nstamps = \"recorded\"\n\
+            "source = \"recording\"\n[recording]\nfile = \"{}\"\nspeed = 5\nrepeat = {repeat}\nstamps = \"recorded\"\n\
              [ros]\nenabled = false\n[mcap]\nfolder = \"{bags}\"\n{keys}",
             log.display()
         );
@@ -152,34 +151,37 @@ mod slow {
         (folder, gateway)
     }
 
-    /// Number of messages that the metadata of a bag tells of; `None` before the first were written.
-    fn written(bags: &Path) -> Option<u64> {
-        let bag = fs::read_dir(bags).ok()?.next()?.unwrap().path();
-        let text = fs::read_to_string(bag.join("metadata.yaml")).ok()?;
-        text.lines().find_map(|line| line.strip_prefix("  message_count: ")?.parse().ok())
+    /// The demo's recording again and again.
+    fn demo_recorded(keys: &str) -> (Folder, Process) {
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.log.gz");
+        recorded("bags", &log, true, keys)
     }
 
-    fn wait_for_messages(bags: &Path, more_than: u64) {
-        let mut waits = 0;
-        while written(bags).is_none_or(|messages| messages <= more_than) {
-            thread::sleep(Duration::from_millis(20));
-            waits += 1;
-            assert!(waits < 3_000, "{:?} messages", written(bags));
-        }
+    /// The number in the metadata of a bag behind this text; `None` before it is there.
+    fn written(bags: &Path, text: &str) -> Option<usize> {
+        let bag = fs::read_dir(bags).ok()?.next()?.unwrap().path();
+        let metadata = fs::read_to_string(bag.join("metadata.yaml")).ok()?;
+        let (_, number) = metadata.split_once(text)?.1.split_once("message_count: ")?;
+        number.lines().next()?.parse().ok()
+    }
+
+    /// Number of all messages.
+    fn messages_written(bags: &Path) -> Option<usize> {
+        written(bags, "")
     }
 
     #[test]
     fn recording_of_a_killed_process_is_readable_to_its_last_chunk() {
         let readers = require!(McapReaders::find());
-        // Moments all over three intervals of a second.
-        let killed: Vec<(Folder, PathBuf, u64)> = (0..20)
+        let killed: Vec<(Folder, PathBuf, usize)> = (0..20)
             .map(|trial| {
-                let (folder, gateway) = recorded("bags", "");
+                let (folder, gateway) = demo_recorded("");
                 let bags = folder.path().join("bags");
-                wait_for_messages(&bags, 0);
-                thread::sleep(Duration::from_millis(trial * 7919 % 3_000));
+                wait_until("messages", || messages_written(&bags).is_some_and(|messages| messages > 0));
+                let until_kill = Duration::from_millis(trial * 7919 % 3_000);
+                let_pass(until_kill, "the kills come all over three intervals of a second");
                 drop(gateway); // SIGKILL
-                let told = written(&bags).unwrap();
+                let told = messages_written(&bags).unwrap();
                 let bag = only_entry(&bags);
                 let name = format!("{}_0.mcap", bag.file_name().unwrap().to_str().unwrap());
                 (folder, bag.join(name), told)
@@ -192,31 +194,34 @@ mod slow {
             println!("{} bytes, {told} in the metadata: {prefix}", fs::metadata(file).unwrap().len());
             assert_eq!(prefix["is_complete"], false);
             assert_eq!(prefix["rosbags"], prefix["messages"]);
-            assert!(prefix["messages"].as_u64().unwrap() >= *told, "{told}: {prefix}");
+            assert!(prefix["messages"].as_u64().unwrap() >= *told as u64, "{told}: {prefix}");
         }
     }
 
     #[test]
     fn files_are_rotated_and_the_oldest_removed() {
         let readers = require!(McapReaders::find());
-        let (folder, mut gateway) = recorded("bags", "file_mb = 1\ntotal_mb = 3\n");
+        let (folder, mut gateway) = demo_recorded("file_mb = 1\ntotal_mb = 3\n");
         let bags = folder.path().join("bags");
-        let bag = || only_entry(&bags);
-        let mut waits = 0;
-        while !bags.exists()
-            || bag().join(format!("{}_0.mcap", bag().file_name().unwrap().display())).exists()
-            || written(&bags).is_none()
-        {
-            thread::sleep(Duration::from_millis(50));
-            waits += 1;
-            assert!(waits < 1_200, "the first file is not removed");
-        }
+        let file = |number| {
+            let bag = only_entry(&bags);
+            bag.join(format!("{}_{number}.mcap", bag.file_name().unwrap().display()))
+        };
+        wait_until("the removal of the first file", || {
+            messages_written(&bags).is_some() && !file(0).exists()
+        });
         gateway.stop("TERM");
-        let size: u64 =
-            fs::read_dir(bag()).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
-        assert!(size < 5_000_000, "{size}");
-        let messages = readers.messages(&bag());
-        assert_eq!(messages.len() as u64, written(&bags).unwrap());
+        // The newest file takes what comes after the last look at the sizes.
+        let sizes: Vec<_> = (0..)
+            .map(file)
+            .skip_while(|file| !file.exists())
+            .map_while(|file| fs::metadata(file).ok())
+            .collect();
+        let (_newest, older) = sizes.split_last().unwrap();
+        let older: u64 = older.iter().map(fs::Metadata::len).sum();
+        assert!((1_000_000..=3_000_000).contains(&older), "{sizes:?}");
+        let messages = readers.messages(&only_entry(&bags));
+        assert_eq!(Some(messages.len()), messages_written(&bags));
     }
 
     #[test]
@@ -226,22 +231,24 @@ mod slow {
         let folder = tempfile::tempdir().unwrap();
         let bags = folder.path().join("bags");
         let tmpfs = require!(Tmpfs::new(&bags, "size=1m"));
-        let (_configuration, mut gateway) = recorded(bags.to_str().unwrap(), "");
+        // More than the disk takes, and far less than the memory.
+        let (lines, log) = (demo_lines(20_000), folder.path().join("drive.log"));
+        fs::write(&log, lines.join("\n")).unwrap();
+        let (_configuration, mut gateway) = recorded(bags.to_str().unwrap(), &log, false, "");
         gateway.wait_for_log("recording not written in");
-        thread::sleep(Duration::from_secs(2));
+        let_pass(Duration::from_secs(2), "the disk stays full");
         assert!(gateway.is_running());
         tmpfs.remount("size=100m");
-        let before = written(&bags).unwrap_or(0);
-        wait_for_messages(&bags, before + 20_000);
+        let frames_written = || written(&bags, "name: /body/from_can_bus\n");
+        wait_until(described(|| format!("all frames; there are {:?}", frames_written())), || {
+            frames_written() == Some(lines.len())
+        });
         gateway.stop("TERM");
         let messages = readers.messages(&only_entry(&bags));
         let frames: Vec<_> = of_topic(&messages, "/body/from_can_bus").map(candump).collect();
-        let lines = demo_lines(usize::MAX);
-        // The bytes of the frames in their order, whatever the stamps of the repetitions.
-        let content = |line: &String| line.split_once(") ").unwrap().1.to_owned();
-        assert!(frames.len() > 20_000, "{}", frames.len());
-        for (number, (frame, line)) in frames.iter().zip(lines.iter().cycle()).enumerate() {
-            assert_eq!(content(frame), content(line), "frame {number}");
+        assert_eq!(frames.len(), lines.len());
+        for (number, (frame, line)) in frames.iter().zip(&lines).enumerate() {
+            assert_eq!(frame, line, "frame {number}");
         }
     }
 }

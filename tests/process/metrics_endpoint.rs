@@ -4,10 +4,10 @@ use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use crate::support::prerequisite::{Missing, Prerequisite, require};
-use crate::support::process::{DEADLINE, Folder, Process};
+use crate::support::process::{Folder, Process};
+use crate::support::waiting::{DEADLINE, described, wait_for, wait_until};
 
 /// A gateway on the demo recording, with metrics.
 pub(super) struct Gateway {
@@ -32,20 +32,21 @@ impl Gateway {
         let folder = Folder::with_demo_vehicle("can0", &keys);
         let process = Process::run(&folder);
         let gateway = Self { process, address, _folder: folder };
-        let end = Instant::now() + DEADLINE;
-        while !gateway.get("/metrics").is_some_and(|answer| answer.starts_with("HTTP/1.1 200 ")) {
-            assert!(Instant::now() < end, "{:?}", gateway.process.log());
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        wait_until(described(|| format!("metrics: {:?}", gateway.process.log())), || {
+            gateway.get("/metrics").starts_with("HTTP/1.1 200 ")
+        });
         gateway
     }
 
-    pub(super) fn get(&self, path: &str) -> Option<String> {
+    pub(super) fn get(&self, path: &str) -> String {
         self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.address))
     }
 
-    pub(super) fn ask(&self, request: &str) -> Option<String> {
-        ask(self.address, request)
+    /// The answer to a request, which is repeated when the server has waited too long for the request or for the gateway.
+    pub(super) fn ask(&self, request: &str) -> String {
+        let what = described(|| format!("an answer to {request}: {:?}", self.process.log()));
+        let is_answer = |text: &String| !text.is_empty() && !text.ends_with("the gateway does not answer\n");
+        wait_for(what, || ask(self.address, request).filter(is_answer))
     }
 }
 
@@ -65,7 +66,7 @@ pub(super) fn body(answer: &str) -> &str {
 #[test]
 fn metrics_are_served_in_both_forms_with_the_state_of_the_gateway() {
     let gateway = Gateway::run("");
-    let classic = gateway.get("/metrics").unwrap();
+    let classic = gateway.get("/metrics");
     assert!(classic.contains("content-type: text/plain; version=0.0.4"), "{classic}");
     for line in [
         "# TYPE signal_gateway_report_failures_total counter",
@@ -76,7 +77,7 @@ fn metrics_are_served_in_both_forms_with_the_state_of_the_gateway() {
     }
     assert!(!classic.contains("# EOF"));
     let accept = "Accept: application/openmetrics-text;version=1.0.0,text/plain;q=0.5";
-    let open = gateway.ask(&format!("GET /metrics HTTP/1.1\r\nHost: localhost\r\n{accept}\r\n\r\n")).unwrap();
+    let open = gateway.ask(&format!("GET /metrics HTTP/1.1\r\nHost: localhost\r\n{accept}\r\n\r\n"));
     assert!(open.contains("content-type: application/openmetrics-text; version=1.0.0"), "{open}");
     assert!(
         open.ends_with("# EOF\n") && open.contains("# TYPE signal_gateway_report_failures counter\n"),
@@ -88,8 +89,8 @@ fn metrics_are_served_in_both_forms_with_the_state_of_the_gateway() {
 #[test]
 fn other_hosts_methods_and_paths_are_refused_and_garbage_harms_nobody() {
     let gateway = Gateway::run("hosts = [\"car.local\"]\n");
-    let status =
-        |request: &str| gateway.ask(request).unwrap_or_default().split(' ').nth(1).unwrap_or("").to_owned();
+    let code = |answer: String| answer.split(' ').nth(1).unwrap_or("").to_owned();
+    let status = |request: &str| code(gateway.ask(request));
     assert_eq!(status("GET /metrics HTTP/1.1\r\nHost: evil.example\r\n\r\n"), "421");
     assert_eq!(status("GET /metrics HTTP/1.1\r\nHost: CAR.local:80\r\n\r\n"), "200");
     assert_eq!(status("GET /metrics HTTP/1.0\r\n\r\n"), "421", "no host");
@@ -103,17 +104,13 @@ fn other_hosts_methods_and_paths_are_refused_and_garbage_harms_nobody() {
     assert_eq!(status("GET /metric HTTP/1.1\r\nHost: localhost\r\n\r\n"), "404");
     let long = format!("GET /metrics HTTP/1.1\r\nHost: localhost\r\nX: {}\r\n\r\n", "x".repeat(100_000));
     for garbage in ["\0\0\0\0\r\n\r\n", "GET\r\n\r\n", &long] {
-        assert_ne!(status(garbage), "200");
+        assert_ne!(code(ask(gateway.address, garbage).unwrap_or_default()), "200");
     }
     // More connections than are served at once, none of which says anything.
     let silent: Vec<_> = (0..200).filter_map(|_| TcpStream::connect(gateway.address).ok()).collect();
     assert!(silent.len() > 64);
     drop(silent);
-    let end = Instant::now() + DEADLINE;
-    while status("GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n") != "200" {
-        assert!(Instant::now() < end);
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    assert_eq!(status("GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n"), "200");
 }
 
 #[test]
@@ -145,7 +142,7 @@ fn shipped(path: &str) -> String {
 #[test]
 fn promtool_finds_nothing_in_the_metrics_and_the_rules() {
     let gateway = Gateway::run("");
-    let metrics = body(&gateway.get("/metrics").unwrap()).to_owned();
+    let metrics = body(&gateway.get("/metrics")).to_owned();
     assert_eq!(require!(promtool(&["check", "metrics"], &metrics)), (true, String::new()), "{metrics}");
     let (is_good, text) = require!(promtool(&["check", "rules", &shipped("docs/grafana/alerts.yml")], ""));
     assert!(is_good, "{text}");
@@ -209,14 +206,12 @@ mod slow {
         assert!(queries.len() > 12, "{queries:?}");
         for query in queries {
             let query = query.replace("$job", "signal-gateway");
-            let end = Instant::now() + DEADLINE;
             // Rates need several scrapes.
-            while prometheus.query(&query).is_none_or(|result| result.is_empty()) {
-                assert!(Instant::now() < end, "no answer to {query}");
-                std::thread::sleep(Duration::from_millis(200));
-            }
+            wait_until(format_args!("an answer to {query}"), || {
+                prometheus.query(&query).is_some_and(|result| !result.is_empty())
+            });
         }
         // The undefined value and the silence of the demo end a report for more than 5 s together; rules are evaluated.
-        assert!(prometheus.query("ALERTS").is_some());
+        wait_until("the alerts", || prometheus.query("ALERTS").is_some());
     }
 }

@@ -1,20 +1,19 @@
 //! SIGHUP: a changed configuration is put into effect, a bad one refused, and both can be seen.
 
-use std::os::unix::net::UnixDatagram;
 use std::path::PathBuf;
 use std::process::{Command, Output};
-use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::process::{DEADLINE, Folder, Process};
+use crate::support::process::{Folder, Process};
+use crate::support::service_manager::ServiceManager;
+use crate::support::waiting::{described, wait_for, wait_until};
 
 /// A gateway on an interface that does not exist, without ROS.
 struct Gateway {
     process: Process,
     folder: Folder,
-    /// The service manager's end of its notifications.
-    manager: UnixDatagram,
+    manager: ServiceManager,
 }
 
 const KEYS: &str = "[status]\nsocket = \"status.sock\"\n[ros]\nenabled = false\n";
@@ -22,36 +21,17 @@ const KEYS: &str = "[status]\nsocket = \"status.sock\"\n[ros]\nenabled = false\n
 impl Gateway {
     fn run() -> Self {
         let folder = Folder::with_demo_vehicle("no-such-can", KEYS);
-        let path = folder.path().join("notify");
-        let manager = UnixDatagram::bind(&path).unwrap();
-        manager.set_read_timeout(Some(DEADLINE)).unwrap();
-        let process = Process::run_with(&folder, |command| {
-            command.env("NOTIFY_SOCKET", &path);
-        });
-        let gateway = Self { process, folder, manager };
-        gateway.wait_for_notification("READY=1");
-        gateway
-    }
-
-    /// Waits for a notification that begins so.
-    fn wait_for_notification(&self, beginning: &str) -> String {
-        let mut buffer = [0; 4096];
-        let end = Instant::now() + DEADLINE;
-        while Instant::now() < end {
-            let length = self.manager.recv(&mut buffer).unwrap();
-            let text = String::from_utf8_lossy(&buffer[..length]).into_owned();
-            if text.starts_with(beginning) {
-                return text;
-            }
-        }
-        panic!("no {beginning}: {:?}", self.process.log());
+        let manager = ServiceManager::in_folder(folder.path());
+        let process = Process::run_with(&folder, |command| manager.supervise(command));
+        manager.wait_for("READY=1");
+        Self { process, folder, manager }
     }
 
     /// Reloads, and waits until the service manager is told that it is done; gives the state then.
     fn reload(&self) -> Value {
         self.process.signal("HUP");
-        self.wait_for_notification("RELOADING=1\nMONOTONIC_USEC=");
-        self.wait_for_notification("READY=1");
+        self.manager.wait_for("RELOADING=1\nMONOTONIC_USEC=");
+        self.manager.wait_for("READY=1");
         self.status()["process"]["configuration"].take()
     }
 
@@ -60,15 +40,21 @@ impl Gateway {
         command.current_dir(self.folder.path()).args(arguments).output().unwrap()
     }
 
+    /// The output of a command that asks the gateway, once it is answered in the time that the command gives it.
+    fn ask(&self, arguments: &[&str]) -> Output {
+        let what = described(|| format!("an answer to {arguments:?}: {:?}", self.process.log()));
+        wait_for(what, || Some(self.command(arguments)).filter(|output| output.status.code() != Some(8)))
+    }
+
     fn status(&self) -> Value {
-        let output = self.command(&["status", "--json", "--socket", "status.sock"]);
+        let output = self.ask(&["status", "--json", "--socket", "status.sock"]);
         serde_json::from_slice(&output.stdout).unwrap()
     }
 
     /// The exit code and the text of a comparison with the configuration in the folder.
     fn compare(&self, arguments: &[&str]) -> (Option<i32>, String) {
         let comparison = ["check", "--config", "gateway.toml", "--against-running=status.sock"];
-        let output = self.command(&[&comparison, arguments].concat());
+        let output = self.ask(&[&comparison, arguments].concat());
         (output.status.code(), String::from_utf8(output.stdout).unwrap())
     }
 
@@ -120,7 +106,7 @@ fn changed_configuration_is_in_effect_and_a_bad_one_is_refused() {
     let refused = gateway.reload();
     let reason = refused["last_reload"]["reason"].as_str().unwrap();
     assert_eq!(reason, "restart needed for [can.body] interface: no-such-can → no-such-can7");
-    let text = String::from_utf8(gateway.command(&["status", "--socket", "status.sock"]).stdout).unwrap();
+    let text = String::from_utf8(gateway.ask(&["status", "--socket", "status.sock"]).stdout).unwrap();
     assert!(text.contains("configuration (1 reload, 2 refused)"), "{text}");
     gateway.edit("no-such-can7", "no-such-can");
     let after = gateway.reload();
@@ -139,15 +125,10 @@ fn many_requests_at_once_leave_the_last_file_in_effect() {
         gateway.folder.write("gateway.toml", &format!("{before}period_ms = {period}\n"));
         gateway.process.signal("HUP");
     }
-    let end = Instant::now() + DEADLINE;
-    let value = || {
-        gateway.status()["process"]["configuration"]["in_effect"]["reloadable"]["[diagnostics] period_ms"]
-            .take()
-    };
-    while value() != "499ms" {
-        assert!(Instant::now() < end, "{:?}", gateway.process.log());
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_until(described(|| format!("the last file: {:?}", gateway.process.log())), || {
+        let status = gateway.status();
+        status["process"]["configuration"]["in_effect"]["reloadable"]["[diagnostics] period_ms"] == "499ms"
+    });
     gateway.process.stop("TERM");
 }
 

@@ -1,16 +1,20 @@
 //! `status` and its socket: what is shown is true, nobody can be shut out for long or hold the gateway up, and two gateways
 //! do not take each other's socket.
 
-use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::os::unix::fs::PermissionsExt as _;
-use std::os::unix::net::{UnixDatagram, UnixListener, UnixStream};
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::process::{Command, Output};
-use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::process::{DEADLINE, Folder, Process};
+use crate::support::json_process::JsonProcess;
+use crate::support::process::{Folder, Process};
+use crate::support::service_manager::ServiceManager;
+use crate::support::waiting::{described, wait_for, wait_until};
 
 /// A gateway on a recording of one frame in 20 ms of each message of the demo vehicle, repeated; with a status socket.
 struct Gateway {
@@ -44,27 +48,28 @@ impl Gateway {
         self.folder.path().join("status.sock")
     }
 
+    /// The output of `status`, once the gateway answers in the time that the command gives it.
     fn status(&self, arguments: &[&str]) -> Output {
-        status(&self.socket(), arguments)
-    }
-
-    fn json(&self) -> Option<Value> {
-        serde_json::from_slice(&self.status(&["--json"]).stdout).ok()
+        wait_for(self.lacks("answer"), || {
+            Some(status(&self.socket(), arguments)).filter(|output| code(output) != UNREACHABLE)
+        })
     }
 
     /// Waits for a status for which `is_it` holds.
     fn wait_for(&self, is_it: impl Fn(&Value) -> bool) -> Value {
-        let end = Instant::now() + DEADLINE;
-        loop {
-            let status = self.json();
-            if let Some(status) = status.filter(|status| is_it(status)) {
-                return status;
-            }
-            assert!(Instant::now() < end, "{:?}", self.process.log());
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        wait_for(self.lacks("status"), || {
+            let output = self.status(&["--json"]);
+            serde_json::from_slice(&output.stdout).ok().filter(|status| is_it(status))
+        })
+    }
+
+    fn lacks(&self, what: &str) -> impl Display {
+        described(move || format!("{what}: {:?}", self.process.log()))
     }
 }
+
+/// The exit code of `status` without a gateway that answers.
+const UNREACHABLE: i32 = 8;
 
 fn status(socket: &std::path::Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
@@ -92,8 +97,8 @@ fn status_shows_what_is_published_and_its_exit_code_the_level() {
     assert_eq!((code(&text), code(&gateway.status(&["--quiet"]))), (0, 0));
     assert_eq!(gateway.status(&["--quiet"]).stdout, b"");
     gateway.process.stop("TERM");
-    let output = gateway.status(&[]);
-    assert_eq!((code(&output), output.stdout.len()), (8, 0));
+    let output = status(&gateway.socket(), &[]);
+    assert_eq!((code(&output), output.stdout.len()), (UNREACHABLE, 0));
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("status.sock") && error.contains("start the service"), "{error}");
     assert!(!gateway.socket().exists(), "the socket goes with the gateway");
@@ -116,36 +121,29 @@ fn undefined_value_is_withheld_with_its_reason_and_is_an_error() {
 #[test]
 fn watching_gives_a_line_of_json_twice_a_second_and_goes_on_after_a_restart() {
     let mut gateway = Gateway::run(folder(0));
-    let mut watching = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    watching.args(["status", "--watch", "--json", "--socket"]).arg(gateway.socket());
-    let mut watching =
-        watching.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(watching.stdout.take().unwrap()).lines();
-    let mut next = move || serde_json::from_str::<Value>(&lines.next().unwrap().unwrap()).unwrap();
-    let before = [next(), next()];
+    let errors = gateway.folder.path().join("errors");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    command.args(["status", "--watch", "--json", "--socket"]).arg(gateway.socket());
+    let watching = JsonProcess::start("watching", command.stderr(File::create(&errors).unwrap()));
+    let next_of = |process: &Process| {
+        let line = watching.next("a line", |line| line["process"]["pid"] == process.id());
+        line["process"]["uptime_ms"].as_u64().unwrap()
+    };
+    let [first, second] = [next_of(&gateway.process), next_of(&gateway.process)];
+    assert!(first < second, "{first} {second}");
     // As many lines as the other client gets.
-    let served = BufReader::new(UnixStream::connect(gateway.socket()).unwrap());
-    assert_eq!(served.lines().take(3).map_while(Result::ok).count(), 3);
+    wait_until("three lines of one connection", || {
+        let served = BufReader::new(UnixStream::connect(gateway.socket()).unwrap());
+        served.lines().take(3).map_while(Result::ok).count() == 3
+    });
     gateway.process.stop("TERM");
-    let mut errors = BufReader::new(watching.stderr.take().unwrap()).lines();
-    let lost = errors.next().unwrap().unwrap();
-    assert!(lost.contains("status.sock: the connection was closed; waiting for it"), "{lost}");
-    let _restarted = Process::run(&gateway.folder);
-    let uptime = |line: &Value| line["process"]["uptime_ms"].as_u64().unwrap();
-    // The lines of the first gateway that were not read yet come first.
-    let mut last = before[1].clone();
-    assert!(uptime(&before[0]) < uptime(&last));
-    loop {
-        let line = next();
-        if uptime(&line) < uptime(&last) {
-            break;
-        }
-        last = line;
+    let lost = "status.sock: the connection was closed; waiting for it";
+    wait_until(lost, || std::fs::read_to_string(&errors).unwrap().contains(lost));
+    let restarted = Process::run(&gateway.folder);
+    for _ in 0..2 {
+        next_of(&restarted);
     }
-    assert!(next()["turn_indicators"].is_object());
-    assert_eq!(watching.try_wait().unwrap(), None);
-    watching.kill().unwrap();
-    watching.wait().unwrap();
+    watching.kill();
 }
 
 #[test]
@@ -163,9 +161,10 @@ fn second_gateway_leaves_the_socket_of_the_first_and_runs_on() {
     let mut second = Process::run(&first.folder);
     second.wait_for_log("no status socket: ");
     second.wait_for_log("turn_indicators");
-    let pid = first.json().unwrap()["process"]["pid"].clone();
+    let is_of_first = |status: &Value| status["process"]["pid"] == first.process.id();
+    assert!(is_of_first(&first.wait_for(|_| true)));
     second.stop("TERM");
-    assert_eq!(first.json().unwrap()["process"]["pid"], pid);
+    assert!(is_of_first(&first.wait_for(|_| true)));
     first.process.stop("TERM");
     assert!(!first.socket().exists());
 }
@@ -184,12 +183,8 @@ fn file_with_the_name_of_the_socket_is_left() {
 #[test]
 fn clients_that_do_not_read_send_garbage_or_come_by_the_thousand_hold_nobody_up() {
     let folder = folder(0);
-    let path = folder.path().join("notify");
-    let manager = UnixDatagram::bind(&path).unwrap();
-    manager.set_nonblocking(true).unwrap();
-    let process = Process::run_with(&folder, |command| {
-        command.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "400000");
-    });
+    let manager = ServiceManager::in_folder(folder.path());
+    let process = Process::run_with(&folder, |command| manager.watch(command, 400_000));
     let mut gateway = Gateway { process, folder };
     gateway.wait_for(|status| status["level"] == "OK");
     let mut clients = Vec::new();
@@ -208,16 +203,9 @@ fn clients_that_do_not_read_send_garbage_or_come_by_the_thousand_hold_nobody_up(
     }
     assert!(clients.len() >= 64 && refused < 1000);
     // The gateway lives: the watchdog is fed all the while, and the state changes as before.
-    let mut fed = 0;
-    let end = Instant::now() + DEADLINE;
-    while fed < 5 {
-        let mut buffer = [0; 512];
-        match manager.recv(&mut buffer) {
-            Ok(len) => fed += u32::from(&buffer[..len] == b"WATCHDOG=1"),
-            Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
-        }
-        assert!(Instant::now() < end, "{:?}", gateway.process.log());
-        std::thread::sleep(Duration::from_millis(10));
+    manager.drain();
+    for _ in 0..5 {
+        manager.wait_for("WATCHDOG=1");
     }
     drop(clients);
     gateway.wait_for(|status| status["level"] == "OK");

@@ -3,14 +3,14 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 use signal_gateway::report::terminal::TerminalView;
 use signal_gateway::report::terminal::view_model::Model;
 
 use crate::support::prerequisite::require;
-use crate::support::process::{DEADLINE, Folder};
+use crate::support::process::Folder;
 use crate::support::tmux::Tmux;
+use crate::support::waiting::{wait_for, wait_until};
 
 const GATEWAY: &str = env!("CARGO_BIN_EXE_signal-gateway");
 
@@ -26,9 +26,10 @@ fn kill(signal: &str, process: &str) {
 #[test]
 fn view_shows_left_and_the_log_and_ends_on_q() {
     let tmux = require!(Tmux::run(&format!("RUST_LOG=info {GATEWAY} demo --no-ros --repeat --speed 4")));
-    let left =
-        tmux.wait_for(|screen| screen.contains("the driver pulls the stalk left") && screen.contains("LEFT"));
-    assert!(left.contains(" INFO Demo vehicle: ROS 2 off"), "the log is in its pane: {left}");
+    tmux.wait_for(|screen| screen.contains("the driver pulls the stalk left") && screen.contains("LEFT"));
+    // The beginning of the log.
+    tmux.press("Home");
+    tmux.wait_for(|screen| screen.contains(" INFO Demo vehicle: ROS 2 off"));
     tmux.press("q");
     let end = tmux.wait_for_end();
     assert!(end.contains("code 0") && end.contains("Try next"), "{end}");
@@ -57,12 +58,9 @@ fn signal_gives_the_terminal_back() {
 fn terminal_that_is_closed_ends_the_gateway() {
     let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --repeat")));
     tmux.wait_for(|screen| screen.contains("q quit"));
-    let (child, end) = (tmux.child(), Instant::now() + DEADLINE);
+    let child = tmux.child();
     drop(tmux);
-    while is_running(&child) {
-        assert!(Instant::now() < end);
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_until("the end of the gateway", || !is_running(&child));
 }
 
 #[test]
@@ -72,10 +70,7 @@ fn panic_gives_the_terminal_back_and_is_shown() {
     if let Some(file) = std::env::var_os(VARIABLE) {
         let model = Model { title: "about to panic".to_owned(), ..Model::default() };
         let _view = TerminalView::start(model, None).unwrap();
-        let end = Instant::now() + DEADLINE;
-        while !Path::new(&file).exists() && Instant::now() < end {
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        wait_until("the time to panic", || Path::new(&file).exists());
         panic!("as planned");
     }
     let folder = tempfile::tempdir().unwrap();
@@ -108,13 +103,21 @@ fn plain_lines_stay_on_the_screen() {
 
 #[test]
 fn driver_of_a_rehearsal_comes_before_the_command() {
-    let tmux = require!(Tmux::run(&format!("{GATEWAY} demo commands --speed 3")));
-    for all in [
-        ["the decider commands left", "ENABLE_LEFT", "turn LEFT, hazard DISABLE"],
-        ["the driver holds the stalk right", "ENABLE_RIGHT", "left to the driver: right"],
-    ] {
-        tmux.wait_for(|screen| all.iter().all(|text| screen.contains(text)));
-    }
+    let run = || Tmux::run(&format!("{GATEWAY} demo commands --speed 3"));
+    let mut first = Some(require!(run()));
+    // A state may be over before it is looked for.
+    let tmux = wait_for("a run in which both states are seen", || {
+        let tmux = first.take().unwrap_or_else(|| run().unwrap());
+        let sees = |all: [&str; 3]| {
+            let has_all = |screen: &str| all.iter().all(|text| screen.contains(text));
+            has_all(&tmux.wait_for(|screen| has_all(screen) || screen.contains("Try next")))
+        };
+        let states = [
+            ["the decider commands left", "ENABLE_LEFT", "turn LEFT, hazard DISABLE"],
+            ["the driver holds the stalk right", "ENABLE_RIGHT", "left to the driver: right"],
+        ];
+        states.into_iter().all(sees).then_some(tmux)
+    });
     tmux.press("q");
     tmux.wait_for_end();
 }
@@ -159,26 +162,19 @@ mod slow {
         tmux.wait_for(|screen| screen.contains("q quit") && screen.contains("ENABLE_"));
         let (child, server) =
             (tmux.child(), tmux.tell(&["display-message", "-p", "#{pid}"]).trim().to_owned());
-        let stamp = || {
+        let stamp_ns = || {
             let mut command = Command::new(GATEWAY);
             let socket = folder.path().join("status.sock");
             let output = command.args(["status", "--json", "--socket"]).arg(socket).output().unwrap();
-            let status: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-            status["stamp_ns"].as_i64().unwrap_or_default()
+            serde_json::from_slice::<serde_json::Value>(&output.stdout).ok()?["stamp_ns"].as_i64()
         };
         kill("-STOP", &server);
         let _resumed = Resumed(&server);
-        let (stopped, end) = (stamp(), Instant::now() + DEADLINE);
+        let stopped = wait_for("a status", stamp_ns);
         // Two rounds of the recording change far more on the screen than waits on the way to it.
-        while stamp() - stopped < 4_500_000_000 {
-            assert!(Instant::now() < end);
-            std::thread::sleep(Duration::from_millis(100));
-        }
+        wait_until("two rounds", || stamp_ns().is_some_and(|stamp| stamp - stopped > 4_500_000_000));
         kill("-TERM", &child);
-        while is_running(&child) {
-            assert!(Instant::now() < end);
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        wait_until("the end of the gateway", || !is_running(&child));
     }
 
     /// A stopped process that goes on at the end, since nothing ends it before.

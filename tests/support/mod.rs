@@ -15,6 +15,7 @@ pub(crate) mod prerequisite;
 pub(crate) mod process;
 pub(crate) mod property;
 pub(crate) mod rtps;
+pub(crate) mod service_manager;
 pub(crate) mod slcan;
 pub(crate) mod terminal;
 pub(crate) mod tmpfs;

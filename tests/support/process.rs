@@ -7,8 +7,10 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Longest wait for anything; no wait should come near it.
-pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
+use super::waiting::{self, Bystander, wait_for};
+
+/// The same as [`waiting::DEADLINE`], for tests/dds and tests/vcan.
+pub(crate) const DEADLINE: Duration = waiting::DEADLINE;
 
 /// Longest time of an orderly end.
 const STOP_LIMIT: Duration = Duration::from_secs(1);
@@ -80,8 +82,14 @@ pub(crate) fn assert_in_time(what: &str, took: Duration, limit: Duration) {
 pub(crate) struct Process {
     child: Child,
     started: Instant,
-    log: Arc<(Mutex<Vec<String>>, Condvar)>,
+    log: Arc<(Mutex<Log>, Condvar)>,
     reader: Option<JoinHandle<()>>,
+}
+
+#[derive(Default)]
+struct Log {
+    lines: Vec<String>,
+    has_ended: bool,
 }
 
 impl Process {
@@ -114,15 +122,17 @@ impl Process {
         change(&mut command);
         let started = Instant::now();
         let mut child = command.spawn().unwrap();
-        let log = Arc::<(Mutex<Vec<String>>, Condvar)>::default();
+        let log = Arc::<(Mutex<Log>, Condvar)>::default();
         let writer = Arc::clone(&log);
         // None where the test has given it another standard error.
         let reader = child.stderr.take().map(|stderr| {
             std::thread::spawn(move || {
                 for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                    writer.0.lock().unwrap().push(line);
+                    writer.0.lock().unwrap().lines.push(line);
                     writer.1.notify_all();
                 }
+                writer.0.lock().unwrap().has_ended = true;
+                writer.1.notify_all();
             })
         });
         Self { child, started, log, reader }
@@ -136,7 +146,7 @@ impl Process {
 
     /// Lines of standard error so far.
     pub(crate) fn log(&self) -> Vec<String> {
-        self.log.0.lock().unwrap().clone()
+        self.log.0.lock().unwrap().lines.clone()
     }
 
     /// Waits until a line of the log contains `part`.
@@ -146,11 +156,13 @@ impl Process {
 
     /// Waits until so many lines of the log contain `part`.
     pub(crate) fn wait_for_logs(&mut self, part: &str, count: usize) {
-        let lacks = |lines: &mut Vec<String>| lines.iter().filter(|line| line.contains(part)).count() < count;
-        let (log, timeout) =
-            self.log.1.wait_timeout_while(self.log.0.lock().unwrap(), DEADLINE, lacks).unwrap();
+        let lacks = |log: &Log| log.lines.iter().filter(|line| line.contains(part)).count() < count;
+        let is_waiting = |log: &mut Log| lacks(log) && !log.has_ended;
+        let log = self.log.0.lock().unwrap();
+        let (log, _) = self.log.1.wait_timeout_while(log, waiting::DEADLINE, is_waiting).unwrap();
+        let (is_lacking, has_ended) = (lacks(&log), log.has_ended);
         drop(log);
-        assert!(!timeout.timed_out(), "the log did not contain {part:?} {count} times");
+        assert!(!is_lacking, "the log did not contain {part:?} {count} times; it has ended: {has_ended}");
     }
 
     /// The id of the process.
@@ -171,26 +183,18 @@ impl Process {
 
     /// Sends a signal, and expects an orderly end within [`STOP_LIMIT`]; returns how long it took.
     pub(crate) fn stop(&mut self, signal: &str) -> Duration {
-        let requested_at = Instant::now();
+        let bystander = Bystander::start();
         self.signal(signal);
         let status = self.ended();
-        let took = requested_at.elapsed();
         assert_eq!(status.code(), Some(0), "after SIG{signal}: {status}");
-        assert_in_time(&format!("the end after SIG{signal}"), took, STOP_LIMIT);
-        took
+        bystander.assert_in_time(format_args!("the end after SIG{signal}"), STOP_LIMIT)
     }
 
     /// Waits for its end, when the log is complete.
     pub(crate) fn ended(&mut self) -> ExitStatus {
-        let requested_at = Instant::now();
-        while requested_at.elapsed() < DEADLINE {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                self.reader.take().into_iter().for_each(|reader| reader.join().unwrap());
-                return status;
-            }
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        panic!("it does not end");
+        let status = wait_for("the end of the process", || self.child.try_wait().unwrap());
+        self.reader.take().into_iter().for_each(|reader| reader.join().unwrap());
+        status
     }
 }
 

@@ -6,14 +6,12 @@ use std::os::fd::AsRawFd as _;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
 use super::slcan::pseudo_terminal;
+use super::waiting::{described, wait_until};
 
 /// Width of the terminal, characters.
 pub(crate) const COLUMNS: u16 = 80;
-/// Longest time until a program has written what is waited for.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A program whose output, and whose input unless it is given, is a terminal.
 pub(crate) struct OnTerminal {
@@ -69,11 +67,8 @@ impl OnTerminal {
 
     /// Waits until the program has written a text.
     pub(crate) fn wait_for(&self, text: &str) {
-        let start = Instant::now();
-        while !self.shown().contains(text) {
-            assert!(start.elapsed() < PATIENCE, "{text:?} did not come: {}", self.shown());
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        let what = described(|| format!("{text:?}; there is: {}", self.shown()));
+        wait_until(what, || self.shown().contains(text));
     }
 
     fn shown(&self) -> String {

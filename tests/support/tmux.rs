@@ -1,10 +1,9 @@
 //! A terminal that tmux plays.
 
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 use super::prerequisite::{Missing, Prerequisite};
-use super::process::DEADLINE;
+use super::waiting::{described, wait_for};
 
 /// A terminal with a command in it, and the shell that started it.
 pub(crate) struct Tmux(tempfile::TempDir);
@@ -39,15 +38,8 @@ impl Tmux {
 
     /// Waits for a screen for which `is_it` holds.
     pub(crate) fn wait_for(&self, is_it: impl Fn(&str) -> bool) -> String {
-        let end = Instant::now() + DEADLINE;
-        loop {
-            let screen = self.screen();
-            if is_it(&screen) {
-                return screen;
-            }
-            assert!(Instant::now() < end, "{screen}");
-            std::thread::sleep(Duration::from_millis(50));
-        }
+        let what = described(|| format!("a screen; there is:\n{}", self.screen()));
+        wait_for(what, || Some(self.screen()).filter(|screen| is_it(screen)))
     }
 
     pub(crate) fn press(&self, key: &str) {

@@ -1,9 +1,8 @@
 //! The ways in which a test waits: for an event, beside a thread that only sleeps, or in a rhythm. No other file of the
 //! tests sleeps, sets a deadline or compares a time of the machine; the test `pure::waiting_rules` sees to it.
 
-use std::fmt::Display;
+use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -24,7 +23,7 @@ pub(crate) fn wait_for<T>(what: impl Display, mut look: impl FnMut() -> Option<T
         if let Some(found) = look() {
             return found;
         }
-        assert!(begun.elapsed() < DEADLINE, "waited for {what} in vain for {DEADLINE:?}");
+        assert!(begun.elapsed() < DEADLINE, "waited {DEADLINE:?} in vain for {what}");
         thread::sleep(LOOK_INTERVAL);
     }
 }
@@ -35,6 +34,18 @@ pub(crate) fn wait_for<T>(what: impl Display, mut look: impl FnMut() -> Option<T
 /// Like [`wait_for`].
 pub(crate) fn wait_until(what: impl Display, mut is_there: impl FnMut() -> bool) {
     wait_for(what, || is_there().then_some(()));
+}
+
+/// A text for [`wait_for`] and [`wait_until`] that is made only when the wait was in vain, so that it can have in it what is
+/// known by then.
+pub(crate) fn described(text: impl Fn() -> String) -> impl Display {
+    struct Described<F>(F);
+    impl<F: Fn() -> String> Display for Described<F> {
+        fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+            formatter.write_str(&self.0())
+        }
+    }
+    Described(text)
 }
 
 /// Lets time pass in which something must *not* happen, or a fault must last, so that there is no event to wait for.
@@ -68,7 +79,8 @@ impl Pace {
 /// A thread beside the tested program that only sleeps. How late it wakes up tells what the machine takes from everybody,
 /// so that a time of the program is compared with it, and not with a limit that a busy machine exceeds.
 pub(crate) struct Bystander {
-    is_over: Arc<AtomicBool>,
+    /// The thread ends when this is dropped.
+    is_wanted: Arc<()>,
     thread: JoinHandle<Lateness>,
     begun: Instant,
 }
@@ -88,24 +100,29 @@ impl Bystander {
 
     /// Starts the thread.
     pub(crate) fn start() -> Self {
-        let is_over = Arc::<AtomicBool>::default();
-        let over = Arc::clone(&is_over);
+        let (is_wanted, begun) = (Arc::new(()), Instant::now());
+        let wanted = Arc::downgrade(&is_wanted);
         let thread = thread::spawn(move || {
-            let mut lateness = Lateness::default();
-            while !over.load(Ordering::Relaxed) {
-                let asleep = Instant::now();
-                thread::sleep(Self::STEP);
-                let late = asleep.elapsed().saturating_sub(Self::STEP);
+            let (mut lateness, mut last) = (Lateness::default(), begun);
+            loop {
+                let is_over = wanted.strong_count() == 0;
+                // The first delay is the one of the thread's start.
+                let now = Instant::now();
+                let late = (now - last).saturating_sub(Self::STEP);
                 lateness = Lateness { worst: lateness.worst.max(late), total: lateness.total + late };
+                if is_over {
+                    return lateness;
+                }
+                last = now;
+                thread::sleep(Self::STEP);
             }
-            lateness
         });
-        Self { is_over, thread, begun: Instant::now() }
+        Self { is_wanted, thread, begun }
     }
 
     /// Ends the thread, and returns how late it was.
     pub(crate) fn finish(self) -> Lateness {
-        self.is_over.store(true, Ordering::Relaxed);
+        drop(self.is_wanted);
         self.thread.join().unwrap()
     }
 
