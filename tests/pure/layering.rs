@@ -11,6 +11,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::sources::{files_of_kind, project};
+
 mod circles;
 
 /// Top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
@@ -53,15 +55,11 @@ const MAX_FILE: usize = 500;
 #[test]
 fn imports_run_downhill_and_the_core_is_pure() {
     let dependencies = dependencies();
-    let sources = files_below("src");
-    let test_only: Vec<_> = sources.iter().flat_map(|path| Source::read(path).test_modules).collect();
+    let (sources, test_files) = (files_of_kind("src", "rs"), test_files());
     let mut breaches = Vec::new();
-    for path in &sources {
+    for path in sources.iter().filter(|path| !test_files.contains(path)) {
         let source = Source::read(path);
-        if !test_only.iter().any(|module| source.module.starts_with(module)) {
-            breaches
-                .extend(source.breaches(&dependencies).map(|breach| format!("{}: {breach}", path.display())));
-        }
+        breaches.extend(source.breaches(&dependencies).map(|breach| format!("{}: {breach}", path.display())));
     }
     assert!(sources.len() > 10, "the sources were not found");
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
@@ -71,7 +69,7 @@ fn imports_run_downhill_and_the_core_is_pure() {
 fn files_are_short_and_named_after_what_they_do() {
     let folders = ["src", "tests", "benches", "fuzz/fuzz_targets", "examples"];
     let mut breaches = Vec::new();
-    for path in folders.iter().flat_map(|folder| files_below(folder)) {
+    for path in folders.iter().flat_map(|folder| files_of_kind(folder, "rs")) {
         let text = fs::read_to_string(project().join(&path)).unwrap();
         if text.lines().count() > MAX_FILE {
             breaches.push(format!("{}: {} lines, at most {MAX_FILE}", path.display(), text.lines().count()));
@@ -83,6 +81,15 @@ fn files_are_short_and_named_after_what_they_do() {
         }
     }
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
+}
+
+/// The files in `src` that are modules of tests.
+pub(super) fn test_files() -> Vec<PathBuf> {
+    let files = files_of_kind("src", "rs");
+    let sources: Vec<_> = files.iter().map(|path| Source::read(path)).collect();
+    let test_modules: Vec<_> = sources.iter().flat_map(|source| &source.test_modules).collect();
+    let is_test = |source: &Source| test_modules.iter().any(|module| source.module.starts_with(module));
+    files.iter().zip(&sources).filter(|(_, source)| is_test(source)).map(|(path, _)| path.clone()).collect()
 }
 
 /// One file, read for what it mentions.
@@ -293,7 +300,7 @@ fn is_restriction(token: Option<&TokenTree>) -> bool {
         && first.is_some_and(|segment| ["crate", "self", "super", "in"].contains(&segment.as_str()))
 }
 
-fn is_cfg_test(tokens: &[TokenTree]) -> bool {
+pub(super) fn is_cfg_test(tokens: &[TokenTree]) -> bool {
     matches!(tokens, [TokenTree::Punct(hash), TokenTree::Group(attribute), ..]
         if hash.as_char() == '#' && attribute.stream().to_string().replace(' ', "") == "cfg(test)")
 }
@@ -312,28 +319,6 @@ fn dependencies() -> BTreeSet<String> {
         .flat_map(toml::Table::keys)
         .map(|name| name.replace('-', "_"))
         .collect()
-}
-
-/// Rust files below a folder of the project, sorted.
-fn files_below(folder: &str) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![PathBuf::from(folder)];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(project().join(&folder)).unwrap().map(Result::unwrap) {
-            let path = folder.join(entry.file_name());
-            if entry.file_type().unwrap().is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    files
-}
-
-fn project() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 mod the_check_itself {
