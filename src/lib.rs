@@ -26,3 +26,8 @@ pub mod desk;
 pub mod io;
 pub mod replay;
 pub mod report;
+
+#[cfg(test)]
+#[allow(dead_code)] // the tests of the programs use more of it
+#[path = "../tests/support/waiting.rs"]
+mod waiting;

@@ -34,4 +34,5 @@ mod pure {
     mod type_hashes;
     mod validation_model;
     mod vehicles;
+    mod waiting_rules;
 }

@@ -184,9 +184,7 @@ mod tests {
     use std::io::Read as _;
 
     use super::*;
-
-    /// Far more than any of these steps needs.
-    const PATIENCE: Duration = Duration::from_secs(60);
+    use crate::waiting::DEADLINE;
 
     #[test]
     fn text_arrives_in_order_and_whole() {
@@ -195,7 +193,7 @@ mod tests {
         for line in ["one\n", "two\n"] {
             queue.push(line.as_bytes());
         }
-        assert!(queue.flush(PATIENCE));
+        assert!(queue.flush(DEADLINE));
         let mut read = [0; 8];
         reader.read_exact(&mut read).unwrap();
         assert_eq!((&read, queue.losses()), (b"one\ntwo\n", Losses::default()));
@@ -223,7 +221,7 @@ mod tests {
         let mut read = vec![0; unlost * line.len()];
         reader.read_exact(&mut read).unwrap();
         assert!(read.chunks(line.len()).all(|read| read == line), "lines are whole");
-        assert!(queue.flush(PATIENCE));
+        assert!(queue.flush(DEADLINE));
         assert_eq!((queue.losses().is_losing, queue.losses().lines), (false, losses.lines));
     }
 
@@ -232,7 +230,7 @@ mod tests {
         let ((mut first, writer), (mut second, other)) = (io::pipe().unwrap(), io::pipe().unwrap());
         let queue = OutputQueue::start("test", &writer).unwrap();
         queue.push(b"one\n");
-        assert!(queue.flush(PATIENCE));
+        assert!(queue.flush(DEADLINE));
         queue.redirect(&other).unwrap();
         queue.push(b"two\n");
         let (mut before, mut after) = ([0; 4], [0; 4]);
@@ -247,7 +245,7 @@ mod tests {
         drop(reader);
         let queue = OutputQueue::start("test", &writer).unwrap();
         queue.push(b"one\ntwo\n");
-        assert!(queue.flush(PATIENCE));
+        assert!(queue.flush(DEADLINE));
         let losses = Losses { lines: 2, last: Some(Loss::Error(ErrorKind::BrokenPipe)), is_losing: true };
         assert_eq!(queue.losses(), losses);
     }

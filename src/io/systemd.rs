@@ -125,6 +125,7 @@ fn status_line(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::waiting::DEADLINE;
     use std::path::Path;
 
     const OWN_PID: u32 = 4711;
@@ -137,7 +138,7 @@ mod tests {
 
     fn listen(path: &Path) -> UnixDatagram {
         let socket = UnixDatagram::bind(path).unwrap();
-        socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        socket.set_read_timeout(Some(DEADLINE)).unwrap();
         socket
     }
 
@@ -174,7 +175,7 @@ mod tests {
         let name = format!("signal-gateway-test-{}", std::process::id());
         let address = SocketAddr::from_abstract_name(&name).unwrap();
         let manager = UnixDatagram::bind_addr(&address).unwrap();
-        manager.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        manager.set_read_timeout(Some(DEADLINE)).unwrap();
         supervisor(&[("NOTIFY_SOCKET", &format!("@{name}"))]).unwrap().ready("up");
         assert_eq!(received(&manager), "READY=1\nSTATUS=up");
     }

@@ -4,12 +4,13 @@ use std::fs::Permissions;
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::os::unix::fs::PermissionsExt as _;
+use std::time::Duration;
 
 use serde_json::Value;
 
 use super::metrics_endpoint::{Gateway, ask, body, free_address};
 use crate::support::process::Process;
-use crate::support::waiting::{DEADLINE, wait_until};
+use crate::support::waiting::{Bystander, DEADLINE, wait_for, wait_until};
 
 /// A stream of events whose answer is not read yet.
 fn open_stream(gateway: &Gateway) -> TcpStream {
@@ -65,19 +66,49 @@ fn page_is_one_document_that_may_load_nothing_but_its_own_stream() {
     }
 }
 
+/// True while the gateway holds its end of a connection open.
+fn is_held(gateway: &Gateway, client: &TcpStream) -> bool {
+    const ESTABLISHED: &str = "01";
+    let end = |address: SocketAddr| format!(":{:04X}", address.port());
+    let (own, other) = (end(gateway.address), end(client.local_addr().unwrap()));
+    let connections = std::fs::read_to_string("/proc/net/tcp").unwrap();
+    connections.lines().any(|line| {
+        let fields: Vec<_> = line.split_whitespace().collect();
+        fields[1].ends_with(&own) && fields[2].ends_with(&other) && fields[3] == ESTABLISHED
+    })
+}
+
 #[test]
 fn stream_gives_one_snapshot_after_the_other_and_streams_leave_room_for_requests() {
+    const MAX_STREAMS: usize = 64;
     let gateway = Gateway::run("");
-    let mut streams: Vec<_> = (0..64).map(|_| BufReader::new(open_stream(&gateway))).collect();
+    let mut streams: Vec<_> = (0..MAX_STREAMS).map(|_| BufReader::new(open_stream(&gateway))).collect();
     for stream in &mut streams {
-        let first = snapshot(stream).unwrap();
-        let second = snapshot(stream).unwrap();
+        // A gateway that the machine holds up for seconds ends its streams.
+        let [first, second] = wait_for("two snapshots of a stream", || {
+            let both = snapshot(stream).zip(snapshot(stream)).map(<[Value; 2]>::from);
+            if both.is_none() {
+                *stream = BufReader::new(open_stream(&gateway));
+            }
+            both
+        });
         let uptime = |snapshot: &Value| snapshot["process"]["uptime_ms"].as_u64().unwrap();
         assert!(uptime(&second) > uptime(&first), "{first}");
         assert_eq!((&first["schema"], &first["buses"][0]["name"]), (&1.into(), &"body".into()));
     }
-    let one_more = gateway.get("/events");
-    assert!(one_more.starts_with("HTTP/1.1 503 ") && body(&one_more) == "too many streams\n", "{one_more}");
+    let refused = wait_for("a stream too many", || {
+        let (mut stream, mut head) = (BufReader::new(open_stream(&gateway)), String::new());
+        stream.read_line(&mut head).unwrap();
+        if head.starts_with("HTTP/1.1 200 ") {
+            streams.push(stream);
+            return None;
+        }
+        stream.read_to_string(&mut head).unwrap();
+        Some(head)
+    });
+    assert!(refused.starts_with("HTTP/1.1 503 ") && body(&refused) == "too many streams\n", "{refused}");
+    let held = streams.iter().filter(|stream| is_held(&gateway, stream.get_ref())).count();
+    assert!(held <= MAX_STREAMS, "{held} streams");
     assert!(gateway.get("/metrics").starts_with("HTTP/1.1 200 "));
 }
 
@@ -126,23 +157,23 @@ mod slow {
     /// The most that waits in the kernel for a client that does not read, far less than the kernel would take.
     const MAX_WAITING: usize = 1_000_000;
 
-    /// True while the gateway holds its end of a connection open.
-    fn is_held(gateway: &Gateway, client: &TcpStream) -> bool {
-        const ESTABLISHED: &str = "01";
-        let end = |address: SocketAddr| format!(":{:04X}", address.port());
-        let (own, other) = (end(gateway.address), end(client.local_addr().unwrap()));
-        let connections = std::fs::read_to_string("/proc/net/tcp").unwrap();
-        connections.lines().any(|line| {
-            let fields: Vec<_> = line.split_whitespace().collect();
-            fields[1].ends_with(&own) && fields[2].ends_with(&other) && fields[3] == ESTABLISHED
-        })
-    }
-
     #[test]
     fn who_leaves_the_events_unread_is_disconnected_and_who_reads_them_is_not() {
         let gateway = Gateway::run("");
-        let mut reading = BufReader::new(open_stream(&gateway));
-        let mut uptime_ms = || snapshot(&mut reading).unwrap()["process"]["uptime_ms"].as_u64().unwrap();
+        let (mut reading, mut beside) = (BufReader::new(open_stream(&gateway)), Bystander::start());
+        let mut uptime_ms = || loop {
+            if let Some(snapshot) = snapshot(&mut reading) {
+                return snapshot["process"]["uptime_ms"].as_u64().unwrap();
+            }
+            // Only a gateway that the machine holds up for seconds ends the stream of somebody who reads it.
+            let before = std::mem::replace(&mut beside, Bystander::start());
+            before.finish().assert_gap(
+                "a state of the gateway",
+                Duration::from_secs(3),
+                Duration::from_secs(1),
+            );
+            reading = BufReader::new(open_stream(&gateway));
+        };
         let mut idle = open_stream(&gateway);
         idle.peek(&mut [0]).unwrap();
         assert!(is_held(&gateway, &idle));

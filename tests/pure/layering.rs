@@ -12,6 +12,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use crate::support::sources::{files_of_kind, project};
+
 mod circles;
 
 /// Top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
@@ -54,14 +56,11 @@ const MAX_FILE: usize = 500;
 #[test]
 fn imports_run_downhill_and_the_core_is_pure() {
     let dependencies = dependencies();
-    let sources = sources_below("src");
-    let test_only: Vec<_> = sources.iter().flat_map(|source| &source.test_modules).collect();
+    let (sources, test_files) = (sources_below("src"), test_files());
     let mut breaches = Vec::new();
-    for source in &sources {
-        if !test_only.iter().any(|module| source.module.starts_with(module)) {
-            let breach = |breach| format!("{}: {breach}", source.path.display());
-            breaches.extend(source.breaches(&dependencies).map(breach));
-        }
+    for source in sources.iter().filter(|source| !test_files.contains(&source.path)) {
+        let breach = |breach| format!("{}: {breach}", source.path.display());
+        breaches.extend(source.breaches(&dependencies).map(breach));
     }
     assert!(sources.len() > 10, "the sources were not found");
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
@@ -86,11 +85,19 @@ fn files_are_short_and_named_after_what_they_do() {
 /// All source files, read once for all tests.
 static SOURCES: LazyLock<Vec<Source>> = LazyLock::new(|| {
     let folders = ["src", "tests", "benches", "fuzz/fuzz_targets", "examples"];
-    folders.iter().flat_map(|folder| files_below(folder)).map(|path| Source::read(&path)).collect()
+    folders.iter().flat_map(|folder| files_of_kind(folder, "rs")).map(|path| Source::read(&path)).collect()
 });
 
 fn sources_below(folder: &str) -> Vec<&'static Source> {
     SOURCES.iter().filter(|source| source.path.starts_with(folder)).collect()
+}
+
+/// The files in `src` that are modules of tests.
+pub(super) fn test_files() -> Vec<PathBuf> {
+    let sources = sources_below("src");
+    let test_modules: Vec<_> = sources.iter().flat_map(|source| &source.test_modules).collect();
+    let is_test = |source: &&&Source| test_modules.iter().any(|module| source.module.starts_with(module));
+    sources.iter().filter(is_test).map(|source| source.path.clone()).collect()
 }
 
 /// One file, read for what it mentions.
@@ -304,7 +311,7 @@ fn is_restriction(token: Option<&TokenTree>) -> bool {
         && first.is_some_and(|segment| ["crate", "self", "super", "in"].contains(&segment.as_str()))
 }
 
-fn is_cfg_test(tokens: &[TokenTree]) -> bool {
+pub(super) fn is_cfg_test(tokens: &[TokenTree]) -> bool {
     matches!(tokens, [TokenTree::Punct(hash), TokenTree::Group(attribute), ..]
         if hash.as_char() == '#' && attribute.stream().to_string().replace(' ', "") == "cfg(test)")
 }
@@ -323,28 +330,6 @@ fn dependencies() -> BTreeSet<String> {
         .flat_map(toml::Table::keys)
         .map(|name| name.replace('-', "_"))
         .collect()
-}
-
-/// Rust files below a folder of the project, sorted.
-fn files_below(folder: &str) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![PathBuf::from(folder)];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(project().join(&folder)).unwrap().map(Result::unwrap) {
-            let path = folder.join(entry.file_name());
-            if entry.file_type().unwrap().is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    files
-}
-
-fn project() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 mod the_check_itself {

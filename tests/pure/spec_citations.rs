@@ -6,6 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::sources::{files_below, project};
+
 const FOLDERS: [&str; 9] =
     ["src", "tests", "benches", "fuzz/fuzz_targets", "examples", "config", "dbc", "docs", "systemd"];
 const SINGLE_FILES: [&str; 4] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "Cargo.toml"];
@@ -180,13 +182,7 @@ fn anchor_of(heading: &str) -> String {
 /// Every file that may cite, relative to the project.
 fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = SINGLE_FILES.iter().map(PathBuf::from).collect();
-    let mut folders: Vec<PathBuf> = FOLDERS.iter().map(PathBuf::from).collect();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(project().join(&folder)).unwrap().map(Result::unwrap) {
-            let path = folder.join(entry.file_name());
-            if entry.file_type().unwrap().is_dir() { folders.push(path) } else { files.push(path) }
-        }
-    }
+    files.extend(FOLDERS.iter().flat_map(|folder| files_below(folder)));
     files.sort();
     files
 }
@@ -194,10 +190,6 @@ fn files() -> Vec<PathBuf> {
 fn read(path: &Path) -> String {
     let bytes = fs::read(project().join(path)).unwrap_or_default();
     String::from_utf8_lossy(&bytes).into_owned()
-}
-
-fn project() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 mod the_check_itself {

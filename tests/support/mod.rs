@@ -19,6 +19,7 @@ pub(crate) mod rows;
 pub(crate) mod rtps;
 pub(crate) mod service_manager;
 pub(crate) mod slcan;
+pub(crate) mod sources;
 pub(crate) mod terminal;
 pub(crate) mod tmpfs;
 pub(crate) mod tmux;

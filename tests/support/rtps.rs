@@ -6,8 +6,6 @@ use std::time::Duration;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
-use super::waiting::{let_pass, wait_for};
-
 /// The participant that the packets pretend to come from.
 const PREFIX: [u8; 12] = [1, 0x10, 0xBA, 0xD0, 0xBA, 0xD0, 1, 2, 3, 4, 5, 6];
 /// Where that is in a packet.
@@ -162,26 +160,20 @@ impl Target {
         Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
     }
 
-    /// What the participants send to one that announces itself, as if it came from that one. There is one packet at least.
+    /// What the participants send to one that announces itself, as if it came from that one.
     pub(crate) fn capture(&self) -> Vec<Vec<u8>> {
-        self.socket.set_nonblocking(true).unwrap();
-        let (mut count, mut buffer) = (0, vec![0; 65536]);
-        let mut receive = || loop {
-            let length = self.socket.recv(&mut buffer).ok()?;
-            let packet = &mut buffer[..length];
+        self.socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+        self.send(&announcement(self.own_port(), 1));
+        let (mut packets, mut packet) = (Vec::new(), vec![0; 65536]);
+        while let Ok(length) = self.socket.recv(&mut packet)
+            && packets.len() < 100
+        {
+            let mut packet = packet[..length].to_vec();
             if packet.starts_with(b"RTPS") && length > PREFIX_AT.end {
                 packet[PREFIX_AT].copy_from_slice(&PREFIX);
-                return Some(packet.to_vec());
+                packets.push(packet);
             }
-        };
-        let first = wait_for("an answer to an announcement", || {
-            count += 1;
-            self.send(&announcement(self.own_port(), count));
-            receive()
-        });
-        let_pass(Duration::from_millis(500), "more answers come");
-        let packets = std::iter::once(first).chain(std::iter::from_fn(receive)).take(100).collect();
-        self.socket.set_nonblocking(false).unwrap();
+        }
         packets
     }
 

@@ -9,16 +9,13 @@ use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use socketcan::{CanDataFrame, CanInterface, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 
 use super::prerequisite::{Missing, Prerequisite};
+use super::process::DEADLINE;
 use super::vcan::can_interfaces;
-use super::waiting::{Pace, wait_until};
-
-/// Looks in a row at a queue that takes nothing, after which it is full.
-const FULL_LOOKS: u32 = 20;
 
 /// An adapter, plugged in and up. Dropping it unplugs it.
 pub(crate) struct Adapter {
@@ -33,7 +30,6 @@ pub(crate) struct Adapter {
 struct Shared {
     /// Lines that the adapter got for the bus, as the protocol encodes them.
     lines: Mutex<Vec<String>>,
-    is_to_stall: AtomicBool,
     is_stalled: AtomicBool,
     over: AtomicBool,
 }
@@ -68,26 +64,31 @@ impl Adapter {
     /// Takes nothing more, until the queue of the interface is full; gives how many frames of somebody
     /// else that took.
     pub(crate) fn stall(&self) -> usize {
-        self.shared.is_to_stall.store(true, Ordering::SeqCst);
-        wait_until("the adapter to take nothing more", || self.shared.is_stalled.load(Ordering::SeqCst));
+        self.shared.is_stalled.store(true, Ordering::SeqCst);
         let socket = CanSocket::open(&self.name).unwrap();
         let frame = CanDataFrame::new(StandardId::new(0x555).unwrap(), &[0; 8]).unwrap();
-        let (mut count, mut full_looks) = (0, 0);
-        wait_until("a full queue", || {
-            let taken = (0..10_000).take_while(|_| socket.write_frame(&frame).is_ok()).count();
-            count += taken;
-            // What is still on its way to the line makes room for some more.
-            full_looks = if taken == 0 { full_looks + 1 } else { 0 };
-            full_looks == FULL_LOOKS
-        });
-        println!("the queue is full after {count} frames");
-        count
+        let mut count = 0;
+        let begun = Instant::now();
+        loop {
+            match socket.write_frame(&frame) {
+                Ok(()) => count += 1,
+                Err(error) => {
+                    let full = error.to_string();
+                    // What the adapter still had in hand makes room for some more.
+                    std::thread::sleep(Duration::from_millis(20));
+                    if socket.write_frame(&frame).is_err() {
+                        println!("the queue is full after {count} frames: {full}");
+                        return count;
+                    }
+                }
+            }
+            assert!(begun.elapsed() < DEADLINE, "the queue is never full");
+        }
     }
 
     /// Takes all again.
     pub(crate) fn go_on(&self) {
         self.shared.is_stalled.store(false, Ordering::SeqCst);
-        self.shared.is_to_stall.store(false, Ordering::SeqCst);
     }
 
     /// The data of all frames with this 29-bit identifier it was given.
@@ -111,14 +112,10 @@ impl Drop for Adapter {
 
 /// The adapter's life: reads a bit at a time, so that it can stop at once.
 fn take(mut far: File, shared: &Shared) {
-    let (mut rest, mut pace) = (String::new(), Pace::every(Duration::from_millis(1)));
+    let mut rest = String::new();
     while !shared.over.load(Ordering::SeqCst) {
-        if shared.is_to_stall.load(Ordering::SeqCst) {
-            shared.is_stalled.store(true, Ordering::SeqCst);
-            pace.wait();
-            continue;
-        }
-        if !is_readable(&far) {
+        if shared.is_stalled.load(Ordering::SeqCst) || !is_readable(&far) {
+            std::thread::sleep(Duration::from_millis(1));
             continue;
         }
         let mut some = [0; 64];

@@ -9,7 +9,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use socketcan::{CanDataFrame, CanInterface, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 
 use super::prerequisite::{Missing, Prerequisite};
-use super::waiting::Pace;
 
 /// Wall-clock nanoseconds before and after something.
 pub(crate) type Window = std::ops::RangeInclusive<i64>;
@@ -99,14 +98,13 @@ impl Sender {
         let shared = Arc::new(Mutex::new(sending));
         let (sending, interface) = (Arc::clone(&shared), vcan.name);
         let thread = std::thread::spawn(move || {
-            let mut pace = Pace::every(Duration::from_millis(50));
             while !sending.lock().unwrap().over {
                 let frames = sending.lock().unwrap().frames.clone();
                 // Down or gone: nothing is sent.
                 let sent = frames.into_iter().filter_map(|(id, data)| send(interface, id, data).ok());
                 let sent: Vec<_> = sent.collect();
                 sending.lock().unwrap().windows.extend(sent);
-                pace.wait();
+                std::thread::sleep(Duration::from_millis(50));
             }
         });
         Self { shared, thread: Some(thread) }

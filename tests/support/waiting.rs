@@ -48,19 +48,6 @@ pub(crate) fn described(text: impl Fn() -> String) -> impl Display {
     Described(text)
 }
 
-/// Gives something `time` to happen by itself before it is brought about by force, and returns whether it has happened. No
-/// test may depend on the result.
-pub(crate) fn grant(time: Duration, mut has_happened: impl FnMut() -> bool) -> bool {
-    let begun = Instant::now();
-    while begun.elapsed() < time {
-        if has_happened() {
-            return true;
-        }
-        thread::sleep(LOOK_INTERVAL);
-    }
-    has_happened()
-}
-
 /// Lets time pass in which something must *not* happen, or a fault must last, so that there is no event to wait for.
 /// Whoever calls it may only assert what is true however slow the machine was meanwhile. `purpose` says what the time is for.
 pub(crate) fn let_pass(time: Duration, purpose: &str) {

@@ -1,7 +1,6 @@
 //! The daemon with `transport = "zenoh"`: what it logs, and what its status tells.
 
 use std::process::Command;
-use std::time::Duration;
 
 use serde_json::{Value, json};
 use signal_gateway::io::ros::type_hashes::type_hash;
@@ -10,6 +9,7 @@ use super::peer::{Peer, free_port, router, session};
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process};
+use crate::support::waiting::wait_for;
 
 const CONFIGURATION: &str = "\
 [ros]
@@ -26,18 +26,13 @@ map = \"crossroads.osm\"
 
 /// The daemon's connections, once its status has them as required.
 fn links(folder: &Folder, is_it: impl Fn(&Value) -> bool) -> Value {
-    for _ in 0..600 {
+    wait_for("connections as they are required", || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
         command.current_dir(folder.path()).args(["status", "--json", "--socket", "status.sock"]);
         let output = command.output().unwrap();
         let status = serde_json::from_slice::<Value>(&output.stdout).unwrap_or_default();
-        let links = &status["process"]["ros"]["links"];
-        if is_it(links) {
-            return links.clone();
-        }
-        std::thread::sleep(Duration::from_millis(100));
-    }
-    panic!("its connections are not as required");
+        Some(status["process"]["ros"]["links"].clone()).filter(|links| is_it(links))
+    })
 }
 
 #[test]

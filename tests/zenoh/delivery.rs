@@ -46,22 +46,17 @@ fn a_late_reader_gets_the_report_that_stands_and_nothing_after_its_withdrawal() 
     late.token(mark, "delete", &[token["key"].as_str().unwrap()]);
     let renewed = late.token(mark, "put", &["/MP/", "turn_indicators_status"]);
     assert_ne!(renewed["gid"], token["gid"]);
-    let withdrawn = late.mark();
+    let withdrawn = late.moment();
     let later = require!(Peer::start(domain, &session(port)));
     later.token(Mark::START, "put", &["/MP/", "turn_indicators_status"]);
     later.read("turn", "turn", &key, true);
     gateway.next_during(SILENCE);
     assert_eq!(later.samples(Mark::START, "turn"), Vec::<serde_json::Value>::new());
-    assert_eq!(late.samples(withdrawn, "turn"), Vec::<serde_json::Value>::new());
+    assert_eq!(late.unexpected(&withdrawn, "turn"), Vec::<serde_json::Value>::new());
     // Both hear the next one.
     gateway.send("turn left 9");
     for reader in [&late, &later] {
-        let sample = reader.sample(withdrawn_or_start(reader, &late, withdrawn), "turn", |_| true);
-        assert_eq!(sample["data"]["stamp"]["sec"], 9);
+        let sample = reader.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == 9);
         assert_eq!(sample["gid"], renewed["gid"]);
     }
-}
-
-fn withdrawn_or_start(reader: &Peer, late: &Peer, withdrawn: Mark) -> Mark {
-    if reader.id() == late.id() { withdrawn } else { Mark::START }
 }

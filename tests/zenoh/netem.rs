@@ -12,6 +12,7 @@ use crate::session::Role;
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
 use crate::support::prerequisite::{Missing, Prerequisite, require};
+use crate::support::waiting::{Bystander, Pace};
 
 const REPORTS: u32 = 200;
 /// The longest time after which the newest report is there: some lost packets in a row, each sent again after a second
@@ -44,9 +45,10 @@ fn a_slow_link_that_loses_packets_brings_no_wrong_and_no_stale_report() {
     reader.token(Mark::START, "put", &["/MP/", "turn_indicators_status"]);
     reader.read("turn", "turn", &turn_key(domain), true);
     let report = |number: u32| if number.is_multiple_of(2) { ("left", 2) } else { ("off", 1) };
+    let (bystander, mut pace) = (Bystander::start(), Pace::every(Duration::from_millis(50)));
     for number in 1..=REPORTS {
         gateway.send(&format!("turn {} {number}", report(number).0));
-        gateway.next_during(Duration::from_millis(50));
+        pace.wait();
     }
     reader.sample(Mark::START, "turn", |line| second(line) == u64::from(REPORTS));
     let samples = reader.samples(Mark::START, "turn");
@@ -55,6 +57,7 @@ fn a_slow_link_that_loses_packets_brings_no_wrong_and_no_stale_report() {
     for (sample, number) in samples.iter().zip(&numbers) {
         assert_eq!(sample["data"]["report"], report(u32::try_from(*number).unwrap()).1, "report {number}");
     }
+    let lateness = bystander.finish();
     let late = |line: &Value| (line["at"].as_i64().unwrap() - line["sent"].as_i64().unwrap()) / 1_000_000;
     let mut late: Vec<_> = samples.iter().map(late).collect();
     late.sort_unstable();
@@ -68,18 +71,18 @@ fn a_slow_link_that_loses_packets_brings_no_wrong_and_no_stale_report() {
         of(95),
         of(100)
     );
-    assert!(u128::from(of(100).unsigned_abs()) < LATE.as_millis(), "{late:?}");
+    lateness.assert_gap("from a report to its arrival", Duration::from_millis(of(100).unsigned_abs()), LATE);
     // What was on its way when it was withdrawn arrives; then nothing does, for nobody.
     let mark = reader.mark();
     gateway.send("turn withdraw");
     reader.token(mark, "delete", &["/MP/", "turn_indicators_status"]);
     reader.token(mark, "put", &["/MP/", "turn_indicators_status"]);
-    let withdrawn = reader.mark();
+    let withdrawn = reader.moment();
     let later = require!(Peer::start_inside(host, domain, &session(port)));
     later.token(Mark::START, "put", &["/MP/", "turn_indicators_status"]);
     later.read("turn", "turn", &turn_key(domain), true);
     gateway.next_during(Duration::from_secs(5));
-    assert_eq!(reader.samples(withdrawn, "turn"), Vec::<Value>::new());
+    assert_eq!(reader.unexpected(&withdrawn, "turn"), Vec::<Value>::new());
     assert_eq!(later.samples(Mark::START, "turn"), Vec::<Value>::new());
     gateway.send("turn left 999");
     later.sample(Mark::START, "turn", |line| second(line) == 999);

@@ -1,25 +1,26 @@
 //! Routers, sessions and links that fail: when data is back, and that none of it is wrong.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
 
 use super::delivery::turn_key;
 use super::peer::{Peer, free_port, router, session};
-use crate::session::{Gateway, Role};
+use crate::session::Role;
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
+use crate::support::waiting::Bystander;
 
 /// The longest time until data is back.
 const BACK: Duration = Duration::from_secs(3);
 
-/// Sends a report, and gives the time until the reader has it.
-fn arrival(gateway: &Gateway, reader: &Peer, sec: u32) -> Duration {
-    let (mark, begin) = (reader.mark(), Instant::now());
-    gateway.send(&format!("turn left {sec}"));
-    reader.sample(mark, "turn", |line| line["data"]["stamp"]["sec"] == sec);
-    begin.elapsed()
+/// Waits until the reader has the report of this second, and asserts that it has it in time.
+fn assert_back(reader: &Peer, sec: u32, when: &str) {
+    let bystander = Bystander::start();
+    reader.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == sec);
+    let took = bystander.assert_in_time(format_args!("{when}: the report"), BACK);
+    println!("{when}: the report was there after {took:?}");
 }
 
 /// No report is older than one before, nor one that was never sent.
@@ -38,25 +39,17 @@ fn a_router_that_comes_later_or_is_killed_keeps_nobody_apart() {
     assert_eq!(gateway.status()["readers"][0], 0, "nobody knows of each other without a router");
     reader.read("turn", "turn", &turn_key(domain), true);
     let first = require!(Peer::start(domain, &router(port)));
-    let begin = Instant::now();
-    reader.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == 1);
-    let took = begin.elapsed();
-    println!("a router came: the report was there after {took:?}");
-    assert!(took < BACK, "{took:?}");
+    assert_back(&reader, 1, "a router came");
     first.kill();
     for sec in 2..20 {
-        let took = arrival(&gateway, &reader, sec);
-        assert!(took < BACK, "without its router: {took:?}");
+        gateway.send(&format!("turn left {sec}"));
+        assert_back(&reader, sec, "without its router");
     }
     // A reader that comes while there is no router finds nothing, and everything once there is one again.
     let later = require!(Peer::start(domain, &session(port)));
     later.read("turn", "turn", &turn_key(domain), true);
     let _second = require!(Peer::start(domain, &router(port)));
-    let begin = Instant::now();
-    later.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == 19);
-    let took = begin.elapsed();
-    println!("the router came back: the report was there after {took:?}");
-    assert!(took < BACK, "{took:?}");
+    assert_back(&later, 19, "the router came back");
     assert_in_order(&reader.samples(Mark::START, "turn"));
     assert_in_order(&later.samples(Mark::START, "turn"));
 }
@@ -83,20 +76,16 @@ mod slow {
         gateway.send("turn left 1");
         reader.sample(Mark::START, "turn", |_| true);
         gateway.stand_still(PAUSE);
-        let took = arrival(&gateway, &reader, 2);
-        println!("the publisher stood still for {PAUSE:?}: data was back after {took:?}");
-        assert!(took < BACK, "{took:?}");
+        gateway.send("turn left 2");
+        assert_back(&reader, 2, "the publisher stood still");
         signal(reader.id(), "-STOP");
         gateway.next_during(PAUSE / 2);
         gateway.send("turn left 3");
         gateway.next_during(PAUSE / 2);
         signal(reader.id(), "-CONT");
-        let begin = Instant::now();
-        reader.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == 3);
-        let took = begin.elapsed();
-        println!("the reader stood still for {PAUSE:?}: data was back after {took:?}");
-        assert!(took < BACK, "{took:?}");
-        assert!(arrival(&gateway, &reader, 4) < BACK);
+        assert_back(&reader, 3, "the reader stood still");
+        gateway.send("turn left 4");
+        assert_back(&reader, 4, "afterwards");
         assert_in_order(&reader.samples(Mark::START, "turn"));
     }
 }

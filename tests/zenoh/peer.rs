@@ -9,6 +9,14 @@ use serde_json::{Value, json};
 use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::inside;
 use crate::support::prerequisite::{Missing, peer_python};
+use crate::support::vcan::wall;
+
+/// A moment in the output of a peer.
+pub(crate) struct Moment {
+    mark: Mark,
+    /// The wall clock, nanoseconds.
+    wall: i64,
+}
 
 /// A session of the peer.
 pub(crate) struct Peer(JsonProcess);
@@ -70,6 +78,25 @@ impl Peer {
         self.0.lines(mark).into_iter().map(|(_, line)| line).filter(|line| is_sample(line, name)).collect()
     }
 
+    /// The present moment.
+    pub(crate) fn moment(&self) -> Moment {
+        Moment { mark: self.mark(), wall: wall() }
+    }
+
+    /// The samples of a name that came after a moment at which it was withdrawn already: those that were sent later, or come
+    /// again. What was on its way is none of them.
+    pub(crate) fn unexpected(&self, withdrawn: &Moment, name: &str) -> Vec<Value> {
+        let all = self.samples(Mark::START, name);
+        let later = self.samples(withdrawn.mark, name);
+        let (before, later) = all.split_at(all.len() - later.len());
+        let is_repeated = |sample: &Value| {
+            before.iter().any(|known| ["gid", "number"].iter().all(|key| known[key] == sample[key]))
+        };
+        let is_unexpected =
+            |sample: &&Value| sample["sent"].as_i64().unwrap() > withdrawn.wall || is_repeated(sample);
+        later.iter().filter(is_unexpected).cloned().collect()
+    }
+
     /// Ends it without a word.
     pub(crate) fn kill(self) {
         self.0.kill();
@@ -85,10 +112,11 @@ pub(crate) fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// A session that looks for a router at this port.
+/// A session that looks for a router at this port as often as the shipped configurations do.
 pub(crate) fn session(port: u16) -> String {
     format!(
-        "{{ mode: 'peer', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'], timeout_ms: -1, exit_on_failure: false }}, \
+        "{{ mode: 'peer', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'], timeout_ms: -1, exit_on_failure: false, \
+         retry: {{ period_init_ms: 200, period_max_ms: 1000, period_increase_factor: 2 }} }}, \
          listen: {{ endpoints: ['tcp/127.0.0.1:0'] }}, timestamping: {{ enabled: true }}, \
          scouting: {{ multicast: {{ enabled: false }} }} }}"
     )

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedBus, RecordedMessage};
@@ -13,9 +13,8 @@ use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::WallStamp;
 use crate::io::ros::topics::{Durability, Topics};
+use crate::waiting::{DEADLINE, described, wait_until};
 
-/// Far more than any of these steps needs.
-const PATIENCE: Duration = Duration::from_secs(60);
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 fn encoder() -> Encoder {
@@ -96,7 +95,7 @@ fn start(folder: &Path, total_bytes: u64) -> McapRecorder {
 fn record_one(recorder: &McapRecorder, second: i64) {
     let (input, at) = input(second);
     recorder.received(input, at);
-    recorder.stop(PATIENCE);
+    recorder.stop(DEADLINE);
 }
 
 /// The bags of a folder, by the number in their names.
@@ -117,12 +116,8 @@ fn each_start_begins_a_bag_and_the_oldest_make_room() {
     let recorder = start(folder.path(), 1);
     let (input, at) = input(9);
     recorder.received(input, at);
-    let begun = Instant::now();
-    while bags_of() != ["000004"] {
-        assert!(begun.elapsed() < PATIENCE, "{:?}", recorder.state());
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    recorder.stop(PATIENCE);
+    wait_until(described(|| format!("one bag: {:?}", recorder.state())), || bags_of() == ["000004"]);
+    recorder.stop(DEADLINE);
     let state = recorder.state();
     assert_eq!((state.messages, state.lost, state.failures, state.is_failing), (1, 0, 0, false));
     assert_eq!(state.files, 1, "the only file of the newest bag stays, whatever its size");
@@ -139,14 +134,10 @@ fn folder_that_cannot_be_made_costs_what_is_recorded_and_is_told_of() {
         recorder.received(input, at);
     };
     record(0);
-    let begun = Instant::now();
-    while recorder.state().lost == 0 {
-        assert!(begun.elapsed() < PATIENCE, "{:?}", recorder.state());
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_until(described(|| format!("a loss: {:?}", recorder.state())), || recorder.state().lost > 0);
     record(1);
     record(2);
-    recorder.stop(PATIENCE);
+    recorder.stop(DEADLINE);
     let state = recorder.state();
     assert_eq!((state.messages, state.lost, state.is_failing), (0, 3, true));
     // Still the first cause, though the folder is not tried again for each message.

@@ -1,16 +1,13 @@
 //! The recorder in folders that work, and in folders that do not.
 
 use std::process::Command;
-use std::time::Instant;
 
 use super::*;
 use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
 use crate::core::time::{Now, WallStamp};
 use crate::io::mcap::encoder::RecordedBus;
 use crate::io::ros::topics::{Durability, Topics};
-
-/// Far more than a write needs.
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::waiting::{DEADLINE, described, wait_until};
 
 /// A recording of a fault at `seconds` since 1970.
 fn recording(seconds: i64) -> Recording {
@@ -38,11 +35,8 @@ fn save(recorder: &Recorder, recordings: impl IntoIterator<Item = Recording>) ->
 }
 
 fn wait_for(recorder: &Recorder, is_there: impl Fn(&RecorderState) -> bool) {
-    let begun = Instant::now();
-    while !is_there(&recorder.state()) {
-        assert!(begun.elapsed() < PATIENCE, "{:?}", recorder.state());
-        thread::sleep(Duration::from_millis(1));
-    }
+    let what = described(|| format!("another state than {:?}", recorder.state()));
+    wait_until(what, || is_there(&recorder.state()));
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -144,9 +138,12 @@ fn slow_disk_never_blocks_and_what_it_loses_is_counted() {
     let state = recorder.state();
     assert_eq!((state.failures, state.is_failing), (3, true), "one waits, three are lost");
     assert!(state.last_error.unwrap().contains("too slow"));
-    let started = Instant::now();
-    recorder.stop(Duration::from_millis(20));
-    assert!(started.elapsed() < PATIENCE);
+    let stopping = thread::spawn(move || {
+        recorder.stop(Duration::from_millis(20));
+        recorder
+    });
+    wait_until("a stop that leaves the disk alone", || stopping.is_finished());
+    let recorder = stopping.join().unwrap();
     // The thread goes on when the disk does.
     drop(File::open(&pipe).unwrap());
     wait_for(&recorder, |state| state.written == 1);
@@ -157,7 +154,7 @@ fn stop_waits_for_what_was_handed_over() {
     let folder = tempfile::tempdir().unwrap();
     let mut recorder = start(folder.path(), 5);
     recorder.save(recording(1));
-    recorder.stop(PATIENCE);
+    recorder.stop(DEADLINE);
     assert_eq!(counters(folder.path()), ["000001"]);
 }
 

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::{Source, files_below};
+use super::Source;
+use crate::support::sources::files_of_kind;
 
 /// Rooms of `config`, top to bottom; a file imports from its own room and from those below.
 const ROOMS_OF_CONFIG: &[&[&str]] = &[
@@ -19,7 +20,7 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
 
 #[test]
 fn rooms_of_config_import_downhill_and_none_of_its_files_import_each_other() {
-    let sources: Vec<_> = files_below("src/config").iter().map(|path| Source::read(path)).collect();
+    let sources: Vec<_> = files_of_kind("src/config", "rs").iter().map(|path| Source::read(path)).collect();
     assert!(sources.len() > 10, "the sources were not found");
     let mut breaches = Vec::new();
     for (file, imported) in

@@ -117,6 +117,7 @@ fn failure(status: ExitStatus) -> NetworkFailure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::waiting::wait_for;
 
     #[test]
     fn the_end_of_a_process_names_its_cause() {
@@ -133,11 +134,8 @@ mod tests {
             |program: &str| Host::start(&Isolation::Process { program: program.into(), memory_limit_mb: 64 });
         assert!(start("/nowhere/signal-gateway").is_err());
         let (mut host, _link) = start("/bin/false").unwrap();
-        let mut looks = (0..60_000).map(|_| {
-            thread::sleep(std::time::Duration::from_millis(1));
-            host.end()
-        });
-        assert_eq!(looks.find_map(|end| end), Some(NetworkFailure::Exited(1)));
+        let end = wait_for("the end of the program", || host.end());
+        assert_eq!(end, NetworkFailure::Exited(1));
     }
 
     #[test]

@@ -62,9 +62,8 @@ impl LoopbackAnnouncer {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
+    use crate::waiting::DEADLINE;
 
     /// A domain that no other test is in.
     const DOMAIN: u16 = 231;
@@ -81,7 +80,7 @@ mod tests {
         assert_ne!(ports[0], ports[1], "each has a port of its own");
         let peer = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, announcer.group.port())).unwrap();
         peer.join_multicast_v4(&GROUP, &Ipv4Addr::LOCALHOST).unwrap();
-        peer.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        peer.set_read_timeout(Some(DEADLINE)).unwrap();
 
         let (own, foreign) = ([1; 12], [2; 12]);
         let sender = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
