@@ -202,6 +202,7 @@ fn dds_logs_only_when_rust_log_names_it() {
                 "turn_indicators: ",
                 "hazard_lights: ",
                 "log: ",
+                "wall_clock: ",
                 "ros: ",
                 "no-such-can",
                 "Demo vehicle",

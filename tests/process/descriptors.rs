@@ -1,11 +1,12 @@
 //! What comes and goes leaves no descriptor open: clients, requests, reloads.
 
 use std::io::{BufRead as _, BufReader};
+use std::net::SocketAddr;
 use std::os::unix::net::UnixStream;
-use std::path::Path;
 
-use super::metrics_endpoint::Gateway;
-use crate::support::waiting::{described, wait_until};
+use super::metrics_endpoint::{ask, free_address};
+use crate::support::process::{Folder, Process};
+use crate::support::waiting::{described, wait_for, wait_until};
 
 /// What the process has open, by what each descriptor leads to.
 fn open(process: u32) -> Vec<String> {
@@ -18,29 +19,34 @@ fn open(process: u32) -> Vec<String> {
 }
 
 /// A client of each kind comes and goes, and the configuration is read again.
-fn come_and_go(gateway: &mut Gateway, round: usize) {
+fn come_and_go(gateway: &mut Process, folder: &Folder, address: SocketAddr, round: usize) {
     for path in ["/metrics", "/", "/nothing"] {
-        gateway.get(path);
+        wait_for("an answer", || ask(address, &format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n")));
     }
-    let socket: &Path = &gateway.folder().join("status.sock");
-    let client = BufReader::new(UnixStream::connect(socket).unwrap());
+    let socket = folder.path().join("status.sock");
+    let client = BufReader::new(UnixStream::connect(&socket).unwrap());
     assert!(client.lines().next().is_some_and(|line| line.is_ok()), "the status socket");
     // One that leaves without reading.
-    drop(UnixStream::connect(socket));
-    gateway.process().signal("HUP");
-    gateway.process().wait_for_logs("configuration reloaded", round);
+    drop(UnixStream::connect(&socket));
+    gateway.signal("HUP");
+    gateway.wait_for_logs("configuration reloaded", round);
 }
 
 #[test]
 fn clients_and_reloads_leave_no_descriptor_open() {
-    let mut gateway = Gateway::run("[status]\nsocket = \"status.sock\"\n");
+    let address = free_address();
+    let keys = format!(
+        "[status]\nsocket = \"status.sock\"\n[ros]\nenabled = false\n[http]\naddress = \"{address}\"\n"
+    );
+    let folder = Folder::with_demo_vehicle("no-such-can", &keys);
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("no-such-can is missing");
     // What is opened by the first of each stays.
-    come_and_go(&mut gateway, 1);
-    let process = gateway.process().id();
-    let before = open(process).len();
+    come_and_go(&mut gateway, &folder, address, 1);
+    let before = open(gateway.id()).len();
     for round in 2..12 {
-        come_and_go(&mut gateway, round);
+        come_and_go(&mut gateway, &folder, address, round);
     }
-    let what = described(|| format!("{before} descriptors again, not {:#?}", open(process)));
-    wait_until(what, || open(process).len() <= before);
+    let what = described(|| format!("{before} descriptors again, not {:#?}", open(gateway.id())));
+    wait_until(what, || open(gateway.id()).len() <= before);
 }

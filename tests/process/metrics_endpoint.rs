@@ -13,7 +13,7 @@ use crate::support::waiting::{DEADLINE, described, wait_for, wait_until};
 pub(super) struct Gateway {
     process: Process,
     pub(super) address: SocketAddr,
-    folder: Folder,
+    _folder: Folder,
 }
 
 /// An address that nobody uses at the moment.
@@ -31,19 +31,11 @@ impl Gateway {
         );
         let folder = Folder::with_demo_vehicle("can0", &keys);
         let process = Process::run(&folder);
-        let gateway = Self { process, address, folder };
+        let gateway = Self { process, address, _folder: folder };
         wait_until(described(|| format!("metrics: {:?}", gateway.process.log())), || {
             gateway.get("/metrics").starts_with("HTTP/1.1 200 ")
         });
         gateway
-    }
-
-    pub(super) fn process(&mut self) -> &mut Process {
-        &mut self.process
-    }
-
-    pub(super) fn folder(&self) -> &Path {
-        self.folder.path()
     }
 
     pub(super) fn get(&self, path: &str) -> String {
