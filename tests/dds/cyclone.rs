@@ -1,7 +1,6 @@
 //! Cases that need Cyclone DDS: quality of service, and a gateway that stood still.
 
 use std::process::Command;
-use std::thread;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -11,6 +10,7 @@ use super::session::Role;
 use crate::support::json_process::JsonProcess;
 use crate::support::peer::{Cyclone, Reading, domain};
 use crate::support::prerequisite::require;
+use crate::support::waiting::Bystander;
 
 fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
     cyclone.reader(domain, &[Reading { kind, topic, durability }])
@@ -40,13 +40,22 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).volatile().start();
+    let early = reader(&cyclone, domain, "turn", TURN, "volatile");
+    gateway.wait_until("the early reader", |status| status["readers"][0] == 1);
+    early.next("a match", is_match);
     gateway.send("turn left 1");
-    thread::sleep(2 * SILENCE); // the first seconds' repetitions are over
+    let sent = |line: &Value| line["sent"].as_i64().unwrap();
+    let first = sent(&early.next("the report", is_report(2, 1)));
+    // The last one of the repetitions in the first seconds.
+    early.next("the report, 3 s later", |line| is_report(2, 1)(line) && sent(line) - first > 2_990_000_000);
     let late = reader(&cyclone, domain, "turn", TURN, "volatile");
     let matched = late.next("a match", is_match);
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
-    assert_eq!(samples(&late.next_during(SILENCE)), Vec::<&Value>::new());
-    gateway.wait_until("the late joiner", |status| status["readers"][0] == 1);
+    gateway.wait_until("the late joiner", |status| status["readers"][0] == 2);
+    let received = late.next_during(SILENCE);
+    if gateway.is_undisturbed() {
+        assert_eq!(samples(&received), Vec::<&Value>::new());
+    }
     gateway.send("turn right 2");
     late.next("the next report", is_report(3, 2));
     gateway.send("turn withdraw");
@@ -78,7 +87,7 @@ fn a_gateway_that_was_stopped_joins_the_graph_again() {
     gateway.send("turn left 1");
     turn.next("a report", is_report(2, 1));
     gateway.stand_still(Duration::from_secs(3));
-    gateway.wait_until("a new participant", |status| status["rebuilds"] == 1);
+    gateway.wait_until("a new participant", |status| status["rebuilds"].as_u64() >= Some(1));
     gateway.send("turn right 2");
     turn.next("the next report", is_report(3, 2));
 }
@@ -105,9 +114,10 @@ fn a_gateway_that_is_killed_leaves_the_graph_long_before_its_lease_ends() {
     let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
     gateway.send("turn left 1");
     let sample = turn.next("a report", is_report(2, 1));
+    let beside = Bystander::start();
     assert!(Command::new("kill").args(["-KILL", &gateway.id().to_string()]).status().unwrap().success());
     let gone = turn.next("the leave", |line| line["event"] == "unmatched");
-    let seconds = gone["at"].as_f64().unwrap() - sample["at"].as_f64().unwrap();
-    println!("gone {seconds:.1} s after the last report");
-    assert!(seconds < 20.0, "{seconds}");
+    let took = Duration::from_secs_f64(gone["at"].as_f64().unwrap() - sample["at"].as_f64().unwrap());
+    println!("gone {took:?} after the last report");
+    beside.finish().assert_gap("the leave of a gateway that was killed", took, Duration::from_secs(20));
 }

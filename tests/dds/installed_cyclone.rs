@@ -8,7 +8,7 @@ use std::process::Command;
 
 use super::session::Role;
 use crate::support::json_process::JsonProcess;
-use crate::support::peer::domain;
+use crate::support::peer::{PATIENT, domain};
 use crate::support::prerequisite::{Missing, Prerequisite, require};
 
 /// Compiles `tests/peer/cyclone_reader.c`; gives the program.
@@ -41,7 +41,7 @@ fn samples_of_every_length_reach_the_cyclone_of_the_system() {
     let domain = domain();
     let gateway = Role::new(domain).start();
     let mut command = Command::new(program);
-    command.arg(domain.to_string()).env_remove("CYCLONEDDS_URI");
+    command.arg(domain.to_string()).env("CYCLONEDDS_URI", PATIENT);
     let reader = JsonProcess::start("the reader", &mut command);
     reader.next("its start", |line| line["event"] == "ready");
     reader.next("a match", |line| line["event"] == "matched");

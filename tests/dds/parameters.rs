@@ -1,23 +1,52 @@
 //! The services for parameters, as clients of both middlewares of ROS 2 use them.
 
+use std::time::Duration;
+
 use serde_json::{Value, json};
 
 use super::fast_dds::client;
 use super::session::Role;
-use crate::support::json_process::JsonProcess;
+use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::{Cyclone, Reading, domain};
 use crate::support::prerequisite::require;
+use crate::support::waiting::wait_until;
 
 const NODE: &str = "vehicle/gateway_under_test";
 const NAMES: [&str; 3] = ["ros.domain_id", "ros.only_networks", "use_sim_time"];
 
-/// Sends a request as the `number`th line; gives the answer to it.
-fn answer(client: &JsonProcess, number: u64, request: &str) -> Value {
-    client.send(request);
-    let is_it = |line: &Value| line["event"] == "answer" && line["number"] == number;
-    let answer = client.next(&format!("the answer to {request}"), is_it);
-    assert!(request.starts_with(answer["service"].as_str().unwrap()), "{answer}");
-    answer["data"].clone()
+/// A client that counts its requests.
+struct Client {
+    process: JsonProcess,
+    sent: u64,
+}
+
+impl Client {
+    /// A client that is known to the node as well: the node leaves requests unanswered whose sender it does not know within 2 s.
+    fn start(cyclone: &Cyclone, domain: u16) -> Self {
+        let process = cyclone.start("parameter_client.py", domain, &[NODE]);
+        let mut sent = 0;
+        let send = || {
+            process.send("list_parameters 0");
+            sent += 1;
+        };
+        let is_answer = |line: &Value| line["event"] == "answer";
+        process.wait_while_doing(Mark::START, "an answer", Duration::from_secs(1), send, is_answer);
+        Self { process, sent }
+    }
+
+    fn send(&mut self, request: &str) {
+        self.process.send(request);
+        self.sent += 1;
+    }
+
+    fn answer(&mut self, request: &str) -> Value {
+        self.send(request);
+        let number = self.sent;
+        let is_it = |line: &Value| line["event"] == "answer" && line["number"] == number;
+        let answer = self.process.next(&format!("the answer to {request}"), is_it);
+        assert!(request.starts_with(answer["service"].as_str().unwrap()), "{answer}");
+        answer["data"].clone()
+    }
 }
 
 #[test]
@@ -25,35 +54,37 @@ fn parameters_are_listed_read_described_and_not_set() {
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let gateway = Role::new(domain).only_on("127.0.0.1").with_parameters().start();
-    let client = cyclone.start("parameter_client.py", domain, &[NODE]);
-    assert_eq!(answer(&client, 1, "list_parameters 0"), json!({"names": NAMES, "prefixes": ["ros"]}));
-    let values =
-        answer(&client, 2, "get_parameters ros.domain_id nothing ros.only_networks")["values"].clone();
+    let mut client = Client::start(&cyclone, domain);
+    assert_eq!(client.answer("list_parameters 0"), json!({"names": NAMES, "prefixes": ["ros"]}));
+    let values = client.answer("get_parameters ros.domain_id nothing ros.only_networks")["values"].clone();
     assert_eq!((&values[0]["type"], &values[0]["integer_value"]), (&json!(2), &json!(domain)));
     assert_eq!(values[1]["type"], 0, "not set");
     assert_eq!(values[2]["string_array_value"], json!(["127.0.0.1"]));
-    let types = answer(&client, 3, "get_parameter_types use_sim_time ros.only_networks");
+    let types = client.answer("get_parameter_types use_sim_time ros.only_networks");
     assert_eq!(types, json!({"types": [1, 9]}));
-    let described = answer(&client, 4, "describe_parameters use_sim_time")["descriptors"].clone();
+    let described = client.answer("describe_parameters use_sim_time")["descriptors"].clone();
     assert_eq!((&described[0]["name"], &described[0]["read_only"]), (&json!("use_sim_time"), &json!(true)));
-    let set = answer(&client, 5, "set_parameters use_sim_time x")["results"].clone();
-    let atomically = answer(&client, 6, "set_parameters_atomically use_sim_time");
+    let set = client.answer("set_parameters use_sim_time x")["results"].clone();
+    let atomically = client.answer("set_parameters_atomically use_sim_time");
     for result in [&set[0], &set[1], &atomically] {
         assert_eq!(result["successful"], false);
         assert!(result["reason"].as_str().unwrap().contains("read-only"), "{result}");
     }
 
     // What is no request is counted, and the next one is answered.
+    let before = gateway.status()["unanswered"].as_u64().unwrap();
     for length in [5, 9, 70_000] {
         client.send(&format!("nonsense {length}"));
     }
-    gateway.wait_until("three refusals", |status| status["unanswered"] == 3);
-    let again = answer(&client, 10, "get_parameters use_sim_time");
+    let unanswered = |status: &Value| status["unanswered"].as_u64().unwrap() - before;
+    let status = gateway.wait_until("three refusals", |status| unanswered(status) >= 3);
+    assert!(unanswered(&status) == 3 || !gateway.is_undisturbed(), "{status}");
+    let again = client.answer("get_parameters use_sim_time");
     assert_eq!(again["values"][0]["bool_value"], true);
 
     // Another configuration is told, and shows in the answers; nobody knows which of them is the first.
     gateway.send("parameters");
-    let event = client.next("the event", |line| line["event"] == "changed")["data"].clone();
+    let event = client.process.next("the event", |line| line["event"] == "changed")["data"].clone();
     let names = |list: &str| {
         let list = event[list].as_array().unwrap();
         list.iter().map(|one| one["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
@@ -65,8 +96,7 @@ fn parameters_are_listed_read_described_and_not_set() {
         names("changed_parameters").is_empty() && event["stamp"]["sec"].as_i64().unwrap() > 1_700_000_000
     );
     let others = json!({"names": ["reports.rate_hz"], "prefixes": ["reports"]});
-    let shows = (11..1000).any(|number| answer(&client, number, "list_parameters 0") == others);
-    assert!(shows, "the parameters of before");
+    wait_until("the other parameters", || client.answer("list_parameters 0") == others);
 }
 
 #[test]
@@ -87,19 +117,18 @@ fn the_graph_lists_the_services_with_the_node() {
     let kind = if cfg!(feature = "humble") { "gid24" } else { "gid16" };
     let graph = Reading { kind, topic: "ros_discovery_info", durability: "transient_local" };
     let reader = cyclone.reader(domain, &[graph]);
-    let count = |gateway: Role| {
-        let _gateway = gateway.only_on("127.0.0.1").start();
-        let line = reader.next("the node", |line| {
-            line["event"] == "sample"
-                && line["data"]["node_entities_info_seq"][0]["node_name"] == "gateway_under_test"
-        });
-        let node = &line["data"]["node_entities_info_seq"][0];
+    let node = |line: &Value| {
+        let node = line["data"]["node_entities_info_seq"][0].clone();
+        (line["event"] == "sample" && node["node_name"] == "gateway_under_test").then_some(node)
+    };
+    let counts = |node: &Value| {
         [&node["reader_gid_seq"], &node["writer_gid_seq"]].map(|gids| gids.as_array().unwrap().len())
     };
-    let [readers, writers] = count(Role::new(domain));
-    assert_eq!(
-        count(Role::new(domain).with_parameters()),
-        [readers + 6, writers + 7],
-        "services, and events"
-    );
+    let gateway = Role::new(domain).only_on("127.0.0.1").start();
+    let [readers, writers] = counts(&reader.find(Mark::START, "the node", |(_, line)| node(line)));
+    drop(gateway);
+    let _gateway = Role::new(domain).with_parameters().only_on("127.0.0.1").start();
+    reader.find(Mark::START, "the node with six services, and events", |(_, line)| {
+        node(line).filter(|node| counts(node) == [readers + 6, writers + 7])
+    });
 }

@@ -1,11 +1,8 @@
 //! Published traffic lights: types, contents, quality of service, late joiners, large messages.
 
-use std::thread;
-use std::time::Duration;
-
 use serde_json::{Value, json};
 
-use super::session::Role;
+use super::session::{Gateway, Role};
 use crate::support::json_process::JsonProcess;
 use crate::support::peer::{Cyclone, Reading, domain};
 use crate::support::prerequisite::require;
@@ -80,17 +77,28 @@ fn a_late_joiner_of_a_stream_gets_the_newest_at_once_and_what_follows() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
+    let markers = reader(&cyclone, domain, "markers", "rt/traffic_light/marker", "transient_local");
     // First nobody has read the earlier emissions, then somebody who is gone.
     for round in [100, 200] {
         gateway.send(&format!("lights v2i {round} 1 20"));
         gateway.next("the end of the stream", |line| line["event"] == "sent");
+        wait_until_written(&gateway, &markers, round);
         let late = reader(&cyclone, domain, "groups", V2I, "transient_local");
         assert_eq!(sec(&late.next("the newest", is_sample)), round + 19);
         gateway.send("lights v2i 7");
-        assert_eq!(sec(&late.next("the next", is_sample)), 7);
+        let next = late.next("the next", |line| is_sample(line) && sec(line) != round + 19);
+        assert_eq!(sec(&next), 7);
         drop(late);
         gateway.wait_until("the reader's leave", |status| status["lights"][2] == 0);
     }
+}
+
+/// Waits until the network side has what was sent before: an emission on another topic follows on the same way.
+fn wait_until_written(gateway: &Gateway, markers: &JsonProcess, number: i64) {
+    gateway.send(&format!("lights markers {number}"));
+    markers.next("the emission that follows", |line| {
+        is_sample(line) && line["data"]["markers"][0]["header"]["stamp"]["sec"] == number
+    });
 }
 
 /// With a history that would take seconds to hand over: the joiner is not made to wait for it, and who
@@ -100,27 +108,29 @@ fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
-    let cyclone = cyclone.keeping(1000);
     let early = reader(&cyclone, domain, "groups", V2I, "transient_local");
     gateway.wait_until("a reader", |status| status["lights"][2] == 1);
     gateway.send("lights v2i 1 101 90"); // three seconds, 7 kB each
     gateway.next("the end of the stream", |line| line["event"] == "sent");
-    let (mut newest, mut missed) = (0, 0);
-    while newest < 90 {
-        let received = sec(&early.next("the stream", is_sample));
-        assert!(received > newest, "{received} came after {newest}");
-        missed += received - newest - 1;
-        newest = received;
+    let mut received = Vec::new();
+    while received.last() != Some(&90) {
+        received.push(sec(&early.next("the stream", is_sample)));
     }
+    if gateway.is_undisturbed() {
+        assert!(received.is_sorted_by(|one, next| one < next), "{received:?}");
+    }
+    received.sort_unstable();
+    received.dedup();
     // A machine too slow for the stream leaves some out on purpose.
-    assert_eq!(gateway.status()["overtaken"], missed, "the early reader missed something");
+    let missed = 90 - received.len();
+    assert_eq!(gateway.status()["overtaken"], missed, "the early reader missed something: {received:?}");
     let late = reader(&cyclone, domain, "groups", V2I, "transient_local");
     let mut handed_over = 1;
     while sec(&late.next("the newest", is_sample)) != 90 {
         handed_over += 1;
     }
     println!("the late joiner was handed {handed_over} samples");
-    assert!(handed_over < 45, "{handed_over} of 90 samples came before the newest");
+    gateway.assert_brief("handing over less than half of 90 samples", handed_over < 45);
     gateway.wait_until("both readers", |status| status["lights"][2] == 2);
     gateway.send("lights v2i 91");
     for reader in [&early, &late] {
@@ -142,9 +152,8 @@ fn ten_thousand_groups_thirty_times_a_second_go_through() {
     let status = gateway.status();
     println!("{sent}, {status}");
     assert_eq!(status["write_errors"], 0, "{status}");
-    assert_eq!(status["rebuilds"], 0, "{status}");
+    gateway.expect_rebuilds(0);
     // The session goes on as before.
-    thread::sleep(Duration::from_millis(100));
     gateway.send("lights v2i 77");
     reader.next("what follows", |line| is_sample(line) && sec(line) == 77);
 }

@@ -55,7 +55,7 @@ from messages import Header, Pose, Quaternion, Time, Turn, Vector
 
 NOTHING = Vector(0.0, 0.0, 0.0)
 # Nobody waits longer for the other side.
-PATIENCE_S = 40
+PATIENCE_S = 120
 # The first cycle is published so often once commands come, so that all of it is known.
 REPEATS = 5
 
@@ -181,7 +181,7 @@ def quality(kept):
     return Qos(
         Policy.Reliability.Reliable(duration(seconds=10)),
         Policy.Durability.TransientLocal if kept else Policy.Durability.Volatile,
-        Policy.History.KeepLast(200),
+        Policy.History.KeepLast(1000),
     )
 
 
@@ -206,6 +206,13 @@ def receive(readers, received, ended):
 def keep_up(received, published):
     """Whether commands on every topic follow the last but one of the cycles that were published."""
     return len(published) < 2 or all(commands[-1][0] > published[-2] for commands in received.values())
+
+
+def has_followed(received, stamp):
+    """Whether commands on every topic are newer than a time, and the report, if it is read, says what the last one does."""
+    if not all(commands[-1][0] > stamp for commands in received.values()):
+        return False
+    return "report" not in received or received["report"][-1][1] == received["turn"][-1][1]
 
 
 def wait_until(is_it, what, meanwhile=lambda: None, pause=0.1):
@@ -256,6 +263,8 @@ def main():
         published.append(time.time_ns())
         autoware.publish(cycle)
     # What follows from the last cycle.
+    if pace == "paced":
+        wait_until(lambda: has_followed(received, published[-1]), "commands of the last cycle", pause=0.005)
     time.sleep(0.4)
     ended.set()
     listener.join()

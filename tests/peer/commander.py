@@ -149,7 +149,7 @@ def main():
     participant = DomainParticipant(int(sys.argv[1]))
     senders = {kind: TopicSender(participant, kind, sys.argv[2]) for kind in SENT_TYPES}
     readers = {kind: open_reader(participant, *topic, 1) for kind, topic in REPORTED.items()}
-    readers["diagnostics"] = open_reader(participant, "rt/diagnostics", DiagnosticArray, 20)
+    readers["diagnostics"] = open_reader(participant, "rt/diagnostics", DiagnosticArray, 1000)
     emit("ready")
     lock, ended = threading.Lock(), threading.Event()
     worker = threading.Thread(target=run_topics, args=[senders, readers, lock, ended])

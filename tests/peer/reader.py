@@ -4,8 +4,9 @@ Usage: reader.py DOMAIN KIND TOPIC DURABILITY [KIND TOPIC DURABILITY]...
 KIND is one of messages.py, factors, sections (markers), gid16 or gid24 (the ROS graph with identifiers of that length), or
 `endpoints` (every writer in the domain, whatever its topic; TOPIC and DURABILITY mean nothing);
 `KIND=NAME` where several are of one kind. DURABILITY is transient_local or volatile. Prints a line
-of JSON for each event: `ready`, and with the kind or its name `matched` and `unmatched` (with the
-writer's QoS), `sample` (with the writer's time of day, nanoseconds). Samples that wait for us: 10, or
+of JSON for each event: `ready` (with the time of day since which it reads, nanoseconds), and with the kind or its name
+`matched` and `unmatched` (with the writer's QoS), `sample` (with the writer's time of day). What arrived on a topic before
+a sample of one that is named behind it is printed before that sample. Samples that wait for us: 10, or
 SIGNAL_GATEWAY_PEER_DEPTH. The node they belong to: SIGNAL_GATEWAY_PEER_NODE, or none. Ends when standard input does.
 """
 
@@ -45,9 +46,21 @@ def offered(endpoint):
 def watch(readers, ended):
     matched = {kind: {} for kind in readers}
     while not ended.is_set():
+        # What is taken last is printed first.
+        taken = {kind: take_all(reader) for kind, reader in reversed(readers.items())}
         for kind, reader in readers.items():
             poll_matches(kind, reader, matched[kind])
+            for sample in taken[kind]:
+                if sample.sample_info.valid_data:
+                    emit("sample", kind=kind, sent=sample.sample_info.source_timestamp, data=shown(sample))
         time.sleep(0.005)
+
+
+def take_all(reader):
+    samples = []
+    while len(more := list(reader.take(N=100))) == 100:
+        samples += more
+    return samples + more
 
 
 def poll_matches(kind, reader, matched):
@@ -59,10 +72,6 @@ def poll_matches(kind, reader, matched):
             emit("matched", kind=kind, **matched[handle])
     for handle in matched.keys() - handles:
         emit("unmatched", kind=kind, **matched.pop(handle))
-    for sample in reader.take(N=100):
-        if sample.sample_info.valid_data:
-            sent = sample.sample_info.source_timestamp
-            emit("sample", kind=kind, sent=sent, data=shown(sample))
 
 
 def shown(sample):
@@ -92,13 +101,14 @@ def open_reader(participant, name, topic_name, durability):
 
 def main():
     domain, *arguments = sys.argv[1:]
+    since = time.time_ns()
     participant = DomainParticipant(int(domain))
     triples = zip(*[iter(arguments)] * 3)
     readers = {
         triple[0].rpartition("=")[2]: open_reader(participant, *triple) for triple in triples
     }
     _graph = ros_graph.join(participant, readers=readers.values())
-    emit("ready")
+    emit("ready", since=since)
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[readers, ended])
     watcher.start()

@@ -1,10 +1,12 @@
 //! Cyclone DDS as a peer: scripts of `tests/peer`, each in a process of its own.
 
 use std::cell::RefCell;
+use std::net::UdpSocket;
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
 
 use serde_json::Value;
 
@@ -16,24 +18,39 @@ pub(crate) const LOOPBACK: &str = "<CycloneDDS><Domain><General><AllowMulticast>
     <NetworkInterface name=\"lo\"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>\
     <Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
+/// A `CYCLONEDDS_URI` that goes before the others: a peer that a busy machine keeps from announcing itself for seconds is
+/// not taken for gone, and one that is killed is forgotten before a gateway misses its acknowledgements.
+pub(crate) const PATIENT: &str = "<CycloneDDS><Domain><Discovery><LeaseDuration>40s</LeaseDuration>\
+    <SPDPInterval>1s</SPDPInterval></Discovery></Domain></CycloneDDS>";
+
 /// A DDS domain that no other test on this machine uses until the test's thread ends, with ports below
 /// the ephemeral range.
 ///
-/// A domain is held by a socket of its name, so that tests of other programs and working copies see it.
+/// A domain is held by a socket of its name, so that tests of other programs and working copies see it. One in which a
+/// process of an earlier test still has to leave is not taken.
 pub(crate) fn domain() -> u16 {
+    const COUNT: u16 = 80;
+    static NEXT: AtomicU16 = AtomicU16::new(0);
     thread_local! {
         static HELD: RefCell<Vec<UnixDatagram>> = const { RefCell::new(Vec::new()) };
     }
     let hold = |domain: u16| {
         let name = SocketAddr::from_abstract_name(format!("signal-gateway-test-domain-{domain}")).unwrap();
-        let socket = UnixDatagram::bind_addr(&name).ok()?;
+        let socket = UnixDatagram::bind_addr(&name).ok().filter(|_| is_left(domain))?;
         HELD.with_borrow_mut(|held| held.push(socket));
         Some(domain)
     };
     // Far from the default domain first; different programs begin apart.
-    let begin = u16::try_from(std::process::id() % 80).unwrap();
-    let free = (0..80).find_map(|step| hold(20 + (begin + step) % 80));
+    let begin = u16::try_from(std::process::id() % u32::from(COUNT)).unwrap();
+    let next = || NEXT.fetch_add(1, Ordering::Relaxed) % COUNT;
+    let free = (0..COUNT).find_map(|_| hold(20 + (begin + next()) % COUNT));
     free.unwrap_or_else(|| panic!("no DDS domain is free"))
+}
+
+/// True if nobody listens on the ports of a domain: those of multicast, and those of the first participants.
+fn is_left(domain: u16) -> bool {
+    let base = 7400 + 250 * domain;
+    [0, 1].into_iter().chain(10..30).all(|offset| UdpSocket::bind(("0.0.0.0", base + offset)).is_ok())
 }
 
 /// A topic that a peer reads.
@@ -70,24 +87,25 @@ pub(crate) struct Cyclone {
 }
 
 impl Cyclone {
-    /// On every interface, with Cyclone's own settings.
+    /// On every interface, with Cyclone's own settings but for its lease. Readers and writers keep so many samples that none
+    /// is lost on a busy machine.
     pub(crate) fn with_defaults() -> Result<Self, Missing> {
-        Ok(Self { python: peer_python()?, uri: String::new(), depth: 10, namespace: None })
+        Ok(Self { python: peer_python()?, uri: PATIENT.to_owned(), depth: 1000, namespace: None })
     }
 
-    /// On the loopback alone. Readers keep so many samples that none is lost on a busy machine.
+    /// On the loopback alone.
     pub(crate) fn on_loopback() -> Result<Self, Missing> {
-        Self::with_defaults().map(|cyclone| cyclone.configured(LOOPBACK).keeping(1000))
+        Self::with_defaults().map(|cyclone| cyclone.configured(LOOPBACK))
     }
 
-    /// The same with readers that keep so many samples.
+    /// The same with readers and writers that keep so many samples.
     pub(crate) fn keeping(&self, depth: u32) -> Self {
         Self { depth, ..self.clone() }
     }
 
-    /// The same with another `CYCLONEDDS_URI`.
+    /// The same with this `CYCLONEDDS_URI`, whose settings replace those before.
     pub(crate) fn configured(&self, uri: &str) -> Self {
-        Self { uri: uri.to_owned(), ..self.clone() }
+        Self { uri: format!("{PATIENT},{uri}"), ..self.clone() }
     }
 
     /// The same in a network namespace.
@@ -100,10 +118,7 @@ impl Cyclone {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer").join(script);
         let mut command = inside(self.namespace.as_deref(), &self.python);
         command.arg(script).arg(domain.to_string());
-        command.env("SIGNAL_GATEWAY_PEER_DEPTH", self.depth.to_string()).env_remove("CYCLONEDDS_URI");
-        if !self.uri.is_empty() {
-            command.env("CYCLONEDDS_URI", &self.uri);
-        }
+        command.env("SIGNAL_GATEWAY_PEER_DEPTH", self.depth.to_string()).env("CYCLONEDDS_URI", &self.uri);
         command
     }
 

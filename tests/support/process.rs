@@ -66,18 +66,6 @@ pub(crate) fn ros_in(domain: u16) -> String {
     format!("[ros]\nenabled = {enabled}\ndomain_id = {domain}\nonly_networks = [\"127.0.0.1\"]\n")
 }
 
-/// Asserts that something took no longer than `limit`; longer only by what other work on the machine takes
-/// from it, which matters in a process that does next to nothing.
-pub(crate) fn assert_in_time(what: &str, took: Duration, limit: Duration) {
-    if took <= limit {
-        return;
-    }
-    let begun = Instant::now();
-    Command::new(env!("CARGO_BIN_EXE_signal-gateway")).arg("--version").output().unwrap();
-    let slack = 20 * begun.elapsed();
-    assert!(took <= limit + slack, "{what} took {took:?}, not {limit:?}, nor {slack:?} more");
-}
-
 /// A running gateway. Killed at the latest when the test ends, which prints its log if it failed.
 pub(crate) struct Process {
     child: Child,

@@ -6,6 +6,8 @@ use std::time::Duration;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
+use super::waiting::{let_pass, wait_for};
+
 /// The participant that the packets pretend to come from.
 const PREFIX: [u8; 12] = [1, 0x10, 0xBA, 0xD0, 0xBA, 0xD0, 1, 2, 3, 4, 5, 6];
 /// Where that is in a packet.
@@ -160,21 +162,34 @@ impl Target {
         Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
     }
 
-    /// What the participants send to one that announces itself, as if it came from that one.
+    /// What the participants send to one that announces itself, as if it came from that one. Waits until there is a
+    /// participant that sends something.
     pub(crate) fn capture(&self) -> Vec<Vec<u8>> {
-        self.socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
-        self.send(&announcement(self.own_port(), 1));
-        let (mut packets, mut packet) = (Vec::new(), vec![0; 65536]);
-        while let Ok(length) = self.socket.recv(&mut packet)
-            && packets.len() < 100
-        {
-            let mut packet = packet[..length].to_vec();
-            if packet.starts_with(b"RTPS") && length > PREFIX_AT.end {
-                packet[PREFIX_AT].copy_from_slice(&PREFIX);
-                packets.push(packet);
-            }
+        self.socket.set_nonblocking(true).unwrap();
+        let mut count = 0;
+        let first = wait_for("an answer to an announcement", || {
+            count += 1;
+            self.send(&announcement(self.own_port(), count));
+            let_pass(Duration::from_millis(100), "for the way there and back");
+            self.receive()
+        });
+        let_pass(Duration::from_millis(500), "for what follows the first packet, as far as it comes");
+        let rest = std::iter::from_fn(|| self.receive()).take(100);
+        let mut packets: Vec<_> = std::iter::once(first).chain(rest).collect();
+        self.socket.set_nonblocking(false).unwrap();
+        packets.retain(|packet| packet.starts_with(b"RTPS") && packet.len() > PREFIX_AT.end);
+        for packet in &mut packets {
+            packet[PREFIX_AT].copy_from_slice(&PREFIX);
         }
         packets
+    }
+
+    /// The next packet, if there is one.
+    fn receive(&self) -> Option<Vec<u8>> {
+        let mut packet = vec![0; 65536];
+        let length = self.socket.recv(&mut packet).ok()?;
+        packet.truncate(length);
+        Some(packet)
     }
 
     /// The port that packets come from.

@@ -9,13 +9,13 @@ use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use socketcan::{CanDataFrame, CanInterface, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 
 use super::prerequisite::{Missing, Prerequisite};
-use super::process::DEADLINE;
 use super::vcan::can_interfaces;
+use super::waiting::{let_pass, wait_for};
 
 /// An adapter, plugged in and up. Dropping it unplugs it.
 pub(crate) struct Adapter {
@@ -68,22 +68,19 @@ impl Adapter {
         let socket = CanSocket::open(&self.name).unwrap();
         let frame = CanDataFrame::new(StandardId::new(0x555).unwrap(), &[0; 8]).unwrap();
         let mut count = 0;
-        let begun = Instant::now();
-        loop {
-            match socket.write_frame(&frame) {
-                Ok(()) => count += 1,
-                Err(error) => {
-                    let full = error.to_string();
-                    // What the adapter still had in hand makes room for some more.
-                    std::thread::sleep(Duration::from_millis(20));
-                    if socket.write_frame(&frame).is_err() {
-                        println!("the queue is full after {count} frames: {full}");
-                        return count;
-                    }
+        let full = wait_for("a full queue", || {
+            let full = loop {
+                match socket.write_frame(&frame) {
+                    Ok(()) => count += 1,
+                    Err(full) => break full.to_string(),
                 }
-            }
-            assert!(begun.elapsed() < DEADLINE, "the queue is never full");
-        }
+            };
+            // What is still in hand makes room for some more.
+            let_pass(Duration::from_millis(20), "until the line is full as well");
+            socket.write_frame(&frame).is_err().then_some(full)
+        });
+        println!("the queue is full after {count} frames: {full}");
+        count
     }
 
     /// Takes all again.
@@ -115,7 +112,7 @@ fn take(mut far: File, shared: &Shared) {
     let mut rest = String::new();
     while !shared.over.load(Ordering::SeqCst) {
         if shared.is_stalled.load(Ordering::SeqCst) || !is_readable(&far) {
-            std::thread::sleep(Duration::from_millis(1));
+            let_pass(Duration::from_millis(1), "in which the adapter takes nothing");
             continue;
         }
         let mut some = [0; 64];

@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use socketcan::{CanDataFrame, CanInterface, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 
 use super::prerequisite::{Missing, Prerequisite};
+use super::waiting::Pace;
 
 /// Wall-clock nanoseconds before and after something.
 pub(crate) type Window = std::ops::RangeInclusive<i64>;
@@ -98,13 +99,18 @@ impl Sender {
         let shared = Arc::new(Mutex::new(sending));
         let (sending, interface) = (Arc::clone(&shared), vcan.name);
         let thread = std::thread::spawn(move || {
-            while !sending.lock().unwrap().over {
-                let frames = sending.lock().unwrap().frames.clone();
+            let mut pace = Pace::every(Duration::from_millis(50));
+            loop {
+                // Held until the frames are noted, since a report of them may come before.
+                let mut sending = sending.lock().unwrap();
+                if sending.over {
+                    return;
+                }
+                let frames = sending.frames.clone().into_iter();
                 // Down or gone: nothing is sent.
-                let sent = frames.into_iter().filter_map(|(id, data)| send(interface, id, data).ok());
-                let sent: Vec<_> = sent.collect();
-                sending.lock().unwrap().windows.extend(sent);
-                std::thread::sleep(Duration::from_millis(50));
+                sending.windows.extend(frames.filter_map(|(id, data)| send(interface, id, data).ok()));
+                drop(sending);
+                pace.wait();
             }
         });
         Self { shared, thread: Some(thread) }

@@ -1,18 +1,19 @@
 //! The turn signal decider on ROS: an independent Autoware drives the shipped scenarios in real time, and
 //! the daemon's commands come at the positions where the scenarios expect them.
 
+mod deviations;
 mod verdict;
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::Duration;
 
 use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
@@ -22,126 +23,13 @@ use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{Folder, Process, ros_in};
+use crate::support::waiting::Bystander;
+use deviations::{DEVIATIONS, Deviation};
 use verdict::{Driven, Figures, Kind, summary};
 
 /// Driven each time: one of each kind. All others are driven in the slow part.
 const REPRESENTATIVE: &[&str] =
     &["crossing_left.toml", "lane_change_left.toml", "pull_out_left.toml", "roundabout_first_exit.toml"];
-
-/// A drive of which planning factors carry less than the scenario holds.
-struct Deviation {
-    name: &'static str,
-    modes: &'static [DeciderCompat],
-    why: &'static str,
-    /// Tolerance that is enough, metres; `None` = the commands are others.
-    within_m: Option<f64>,
-}
-
-const OUT_AND_BACK: &str = "one factor for lines out and back: where they meet is taken from the path";
-const GAP: &str =
-    "one factor for lines out and back: the first one ends a little early, so that it is dark between";
-
-const NOT_COMPARED: &str =
-    "from the random drives, positions to a cycle: what factors make of it has not been looked at";
-
-const fn not_compared(name: &'static str) -> Deviation {
-    Deviation { name, modes: &COMPATS, why: NOT_COMPARED, within_m: None }
-}
-
-const DEVIATIONS: &[Deviation] = &[
-    not_compared("avoidances_around_a_ring.toml"),
-    not_compared("exit_three_metres_apart.toml"),
-    not_compared("gap_gives_way_to_another.toml"),
-    not_compared("lane_change_beside_an_exit.toml"),
-    not_compared("lane_change_past_own_entry.toml"),
-    Deviation {
-        name: "avoidance_narrow_road.toml",
-        modes: &[DeciderCompat::Improved],
-        why: OUT_AND_BACK,
-        within_m: Some(4.0),
-    },
-    Deviation {
-        name: "avoidance_narrow_road.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: GAP,
-        within_m: None,
-    },
-    Deviation {
-        name: "avoidance_out_and_back.toml",
-        modes: &[DeciderCompat::Improved],
-        why: OUT_AND_BACK,
-        within_m: Some(4.0),
-    },
-    Deviation {
-        name: "avoidance_out_and_back.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: GAP,
-        within_m: None,
-    },
-    Deviation {
-        name: "front_on_required_start.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: "one sample with the front exactly on a start: poses are rounded, and cycles are not those of odometry",
-        within_m: None,
-    },
-    Deviation {
-        name: "lane_change_then_back.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: "the factor of the second lane change has begun when the vehicle is in range only, so that the first is not \
-              replaced from the start",
-        within_m: None,
-    },
-    Deviation {
-        name: "gap_before_required_avoidance.toml",
-        modes: &[DeciderCompat::Improved],
-        why: "the first cycle is repeated, so that the minimum time of the signal is over when the drive begins",
-        within_m: None,
-    },
-    Deviation {
-        name: "helix_lane_changes.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: "levels are taken for each other, and from the factors the first lane change is seen a metre later",
-        within_m: None,
-    },
-    Deviation {
-        name: "hazard_erased.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: "offsets are published as one: that of the pull-out passes for that of the avoidance",
-        within_m: None,
-    },
-    Deviation {
-        name: "lane_change_displaced.toml",
-        modes: &[DeciderCompat::Improved],
-        why: "in the scenario both required sections end between two cycles; over ROS the cycles are others, and the lane \
-              change goes on behind the turn",
-        within_m: None,
-    },
-    Deviation {
-        name: "lane_change_masked.toml",
-        modes: &[DeciderCompat::Improved],
-        why: "the scenario gives the position at which the bound is crossed, but its path stays in the lane: the turn lies \
-              within the lane change",
-        within_m: None,
-    },
-    Deviation {
-        name: "reroute_stale_start.toml",
-        modes: &[DeciderCompat::Improved],
-        why: "shift lines are published without ids: on another route the line ends elsewhere and is another one",
-        within_m: None,
-    },
-    Deviation {
-        name: "side_shift.toml",
-        modes: &[DeciderCompat::Improved],
-        why: "side shifts are not published: that of the path passes for the avoidance's",
-        within_m: Some(12.0),
-    },
-    Deviation {
-        name: "side_shift.toml",
-        modes: &[DeciderCompat::Upstream],
-        why: "side shifts are not published, so that they erase nothing",
-        within_m: None,
-    },
-];
 
 const TURN: Kind<TurnCommand> = Kind {
     name: "turn",
@@ -161,9 +49,9 @@ const LONG_AGE_LIMITS: &str = "[turn_signal.age_limits]\nodometry_ms = 60000\npl
     manoeuvre_ms = 60000\nscenario_ms = 60000\n\
     hazard_request_ms = 60000\n";
 
-/// A machine that leaves both sides waiting for longer spoils a drive, seconds.
+/// A machine that leaves both sides waiting for longer, or as long in all within some seconds, spoils a drive, seconds.
 const STALL_S: f64 = 0.15;
-/// A spoilt drive is driven again so often.
+/// A spoilt drive is driven so often, and is not judged when all of them were spoilt.
 const ATTEMPTS: u32 = 3;
 
 fn drives() -> PathBuf {
@@ -254,6 +142,26 @@ struct Report {
     figures: Figures,
     objections: Vec<String>,
     stall_s: f64,
+    stretch_s: f64,
+    /// How long it was to take, and how long it took.
+    durations: [Duration; 2],
+}
+
+impl Report {
+    /// Nothing to object yet.
+    fn new(driven: &Driven<'_>) -> Self {
+        Self {
+            stall_s: driven.stall_s(),
+            stretch_s: driven.stretch_s(),
+            durations: driven.durations(),
+            ..Self::default()
+        }
+    }
+
+    /// True if the machine kept the scenario from being driven as planned.
+    fn is_spoilt(&self) -> bool {
+        self.stall_s.max(self.stretch_s) >= STALL_S
+    }
 }
 
 /// A scenario in both modes at once, each with a gateway of its own.
@@ -278,7 +186,7 @@ fn scenario(bench: &Bench, name: &str) -> Report {
     let script = Script::new(&simulation);
     let line = bench.drive(&script, 2, pace, &topics);
     let driven = Driven::new(&script.steps, &line, 1.0 / simulation.file().planning_hz);
-    let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
+    let mut report = Report::new(&driven);
     for (index, mode) in COMPATS.into_iter().enumerate() {
         let deviation =
             DEVIATIONS.iter().find(|deviation| deviation.name == name && deviation.modes.contains(&mode));
@@ -310,17 +218,34 @@ fn scenario(bench: &Bench, name: &str) -> Report {
     report
 }
 
-/// Drives, again if the machine kept it from being driven as planned.
+/// Drives, again if the machine kept it from being driven as planned. It is the machine if a thread that only sleeps was late too.
 fn undisturbed(name: &str, drive: impl Fn() -> Report) -> Report {
-    for _ in 1..ATTEMPTS {
-        let report = drive();
-        if report.objections.is_empty() || report.stall_s < STALL_S {
+    for attempt in 1.. {
+        let beside = Bystander::start();
+        let mut report = drive();
+        let lateness = beside.finish();
+        let [planned, took] = report.durations;
+        lateness.assert_span(
+            format!("the drive {name}"),
+            took,
+            planned + planned / 10 + Duration::from_secs(1),
+        );
+        if report.objections.is_empty() || !report.is_spoilt() {
             return report;
         }
-        let objections = report.objections.join("\n");
-        println!("{name}: again, the machine stalled for {:.2} s:\n{objections}", report.stall_s);
+        let (objections, Report { stall_s, stretch_s, .. }) = (report.objections.join("\n"), &report);
+        println!(
+            "{name}: the machine stalled for {stall_s:.2} s, and {stretch_s:.2} s in all:\n{objections}"
+        );
+        if attempt == ATTEMPTS {
+            let (stall, limit) = (Duration::from_secs_f64(*stall_s), Duration::from_secs_f64(STALL_S));
+            lateness.assert_gap(format!("a message or a cycle of the drive {name}"), stall, limit);
+            println!("{name}: not judged, since the machine is too busy");
+            report.objections.clear();
+            return report;
+        }
     }
-    drive()
+    unreachable!("the attempts are counted")
 }
 
 #[test]
@@ -386,29 +311,36 @@ fn the_systems_hazard_request_is_joined_with_the_planners() {
         let _gateway = gateway(&bench, simulation.file(), "enabled = true\n", LONG_AGE_LIMITS);
         let line = bench.drive(&script, 1, Pace::Paced, &topics.map(str::to_owned));
         let driven = Driven::new(&steps, &line, 0.1);
-        let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
+        let mut report = Report::new(&driven);
         report.objections = driven.judge(0, &TURN, "turn", 0.0, &mut report.figures);
         report.objections.extend(driven.judge(0, &HAZARD, "hazard", 0.0, &mut report.figures));
         report
     });
     assert!(report.objections.is_empty(), "{}", report.objections.join("\n"));
     // Left from 37 m on; on and off again.
-    assert_eq!(report.figures.off_m.len(), 3);
+    assert!(report.figures.off_m.len() == 3 || report.is_spoilt(), "{:?}", report.figures);
 }
 
-/// Autoware's own decider commands what ours would, but for 2 s of the wrong side.
+/// Autoware's own decider commands what ours would, but for some seconds of the wrong side.
 #[test]
 fn a_shadow_publishes_nothing_and_reports_its_agreement() {
+    /// Cycles with the wrong side, longer than a busy machine keeps the gateway from seeing them.
+    const WRONG: std::ops::Range<usize> = 42..108;
+    /// What a disagreement may last until it counts, and what may be off at its ends.
+    const TOLERANCE_S: f64 = 0.5;
+    const SLACK: Duration = Duration::from_millis(600);
     let bench = require!(Bench::new());
-    let simulation = first_part("crossing_left.toml", 80.0);
+    let simulation = first_part("crossing_left.toml", 114.0);
     let (_folder, mut process) = gateway(&bench, simulation.file(), "shadow = true\n", LONG_AGE_LIMITS);
-    let reader = Reader::start(&bench.cyclone, bench.domain, &[DIAGNOSTICS, ENDPOINTS]);
+    let reader = Reader::start(&bench.cyclone, bench.domain, &[ENDPOINTS, DIAGNOSTICS]);
     let mut script = Script::new(&simulation);
     script.add("own_turn", |index, step| {
-        Some(if (50..70).contains(&index) { TurnCommand::Right as u8 } else { step.decided[0].0 as u8 })
+        Some(if WRONG.contains(&index) { TurnCommand::Right as u8 } else { step.decided[0].0 as u8 })
     });
     script.add("own_hazard", |_, step| Some(step.decided[0].1 as u8));
-    bench.drive(&script, 1, Pace::Paced, &[]);
+    let beside = Bystander::start();
+    let line = bench.drive(&script, 1, Pace::Paced, &[]);
+    let lateness = beside.finish();
     let status = |key: &str, mark| {
         reader.status(mark, "turn_signal_decider", key, |value, _| value != "nothing compared")
     };
@@ -419,9 +351,17 @@ fn a_shadow_publishes_nothing_and_reports_its_agreement() {
     };
     let last = status("turn_agreement_percent", reader.mark());
     assert_eq!(value(&last, "role"), "shadow");
-    let percent: f64 = value(&last, "turn_agreement_percent").parse().unwrap();
-    println!("{percent} %, {}", value(&last, "turn_compared"));
-    assert!((75.0..90.0).contains(&percent), "{percent}");
+    let [percent, compared] = ["turn_agreement_percent", "turn_compared"].map(|key| value(&last, key));
+    println!("{percent} %, {compared}");
+    let counts: Vec<f64> = compared.split(' ').filter_map(|word| word.parse().ok()).collect();
+    let [alike, tolerated, different, _] = counts[..] else { panic!("{compared}") };
+    let share = 100.0 * (alike + tolerated) / (alike + tolerated + different);
+    assert_eq!(percent, format!("{share:.2}"));
+    // Ten cycles a second.
+    let at_s = |index: usize| Duration::from_nanos(line["cycles"][index].as_u64().unwrap()).as_secs_f64();
+    let expected_s = at_s(WRONG.end) - at_s(WRONG.start) - TOLERANCE_S;
+    let off = Duration::from_secs_f64((different / 10.0 - expected_s).abs());
+    lateness.assert_gap(format!("a difference of {expected_s:.1} s, {different} cycles"), off, SLACK);
     assert_eq!(value(&last, "hazard_agreement_percent"), "100.00");
     let warned = reader.status(Mark::START, "turn_signal_decider", "turn_disagreement", |value, level| {
         level == 1 && value.starts_with("LEFT here, RIGHT of Autoware")
@@ -448,7 +388,9 @@ fn sections_are_published_as_markers_and_as_a_planning_factor() {
     );
     let (_folder, mut process) = gateway(&bench, simulation.file(), "shadow = true\n", &outputs);
     let reader = Reader::start(&bench.cyclone, bench.domain, &[SECTIONS, FACTORS]);
+    let beside = Bystander::start();
     bench.drive(&Script::new(&simulation), 1, Pace::Paced, &[]);
+    let lateness = beside.finish();
     let x_of = |marker: &Value| marker["pose"]["position"]["x"].as_f64().unwrap();
     let arrows = reader.wait(Mark::START, "sections", "the turn that is signalled", |data| {
         let [deleted, markers @ ..] = &data["markers"].as_array().unwrap()[..] else { return None };
@@ -464,7 +406,9 @@ fn sections_are_published_as_markers_and_as_a_planning_factor() {
         assert_eq!((&factor["module"], &factor["behavior"]), (&"signal_gateway".into(), &6.into()), "{data}");
         factor["control_points"][0]["distance"].as_f64()
     });
-    // Signalled from 37 m on, the front 3.79 m ahead.
-    assert!((50.0..60.0).contains(&distance_m), "{distance_m}");
+    // Signalled from 37 m on, the front 3.79 m ahead, at 10 m/s.
+    assert!(distance_m < 60.0, "{distance_m}");
+    let late = Duration::from_secs_f64((60.0 - distance_m) / 10.0);
+    lateness.assert_gap(format!("the first section, {distance_m} m ahead"), late, Duration::from_secs(1));
     process.stop("TERM");
 }

@@ -57,6 +57,15 @@ fn every_sample_that_a_peer_receives_is_in_the_recording_in_the_same_order() {
             // What is current is sent again for a reader that has joined.
             received.dedup();
         }
+        if super::stood_still(&gateway) {
+            // Two participants have sent what was current meanwhile.
+            let all = received.clone();
+            let mut position = 0;
+            received.retain(|sample| {
+                position += 1;
+                !all[..position - 1].contains(sample)
+            });
+        }
         let of_topic = messages.iter().filter(|message| message["topic"] == format!("/{topic}"));
         let recorded: Vec<_> = of_topic.map(|message| &message["fields"]).collect();
         println!("{name}: {} received, {} recorded", received.len(), recorded.len());

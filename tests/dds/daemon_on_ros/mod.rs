@@ -55,6 +55,13 @@ impl Bench {
     }
 }
 
+/// True if the machine held up a gateway for so long that it continued with another participant, or another network process,
+/// as its log has it: then some messages come twice, and the histories for late joiners begin anew.
+fn stood_still(gateway: &Process) -> bool {
+    let signs = ["stood_still=true", "has ended (no answer)"];
+    gateway.log().iter().any(|line| signs.iter().any(|sign| line.contains(sign)))
+}
+
 /// A configuration beside the crossroads and their scenario.
 fn folder(configuration: &str) -> Folder {
     let folder = Folder::with_configuration(configuration);

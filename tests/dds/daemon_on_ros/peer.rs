@@ -1,8 +1,10 @@
 //! The other side: readers and writers of Cyclone DDS on the loopback.
 
+use std::time::Duration;
+
 use serde_json::Value;
 
-use crate::support::json_process::{JsonProcess, Mark};
+use crate::support::json_process::{JsonProcess, Line, Mark};
 use crate::support::peer::{Cyclone, Reading, Writing};
 
 /// A topic to read: kind of `tests/peer/messages.py`, name for the test, topic.
@@ -58,6 +60,18 @@ impl Reader {
         lines.filter(|line| is_sample(line, name)).collect()
     }
 
+    /// True if there is a sample of `name` after `mark` that `is_it`.
+    pub(crate) fn has(&self, mark: Mark, name: &str, is_it: impl Fn(&Value) -> bool) -> bool {
+        self.samples(mark, name).iter().any(|line| is_it(&line["data"]))
+    }
+
+    /// True if a sample of `name` after `mark` that `is_it` comes in time, so that the caller need not try once more.
+    pub(crate) fn comes(&self, mark: Mark, name: &str, is_it: impl Fn(&Value) -> bool) -> bool {
+        const PATIENCE: Duration = Duration::from_secs(10);
+        let find = |(_, line): &Line| (is_sample(line, name) && is_it(&line["data"])).then_some(());
+        self.0.find_within(PATIENCE, mark, find).is_some()
+    }
+
     /// Waits for the first sample of `name` after `mark` for which `find` returns a value.
     pub(crate) fn wait<T>(
         &self,
@@ -99,14 +113,23 @@ impl Reader {
         key: &str,
         accept: impl Fn(&str, u8) -> bool,
     ) -> Value {
-        let name = format!("signal_gateway: {task}");
-        self.wait(mark, "diagnostics", &format!("{key} of {task}"), |data| {
-            let status = data["status"].as_array()?.iter().find(|status| status["name"] == name.as_str())?;
-            let value = status["values"].as_array()?.iter().find(|value| value["key"] == key)?;
-            let level = u8::try_from(status["level"].as_u64()?).ok()?;
-            accept(value["value"].as_str()?, level).then(|| status.clone())
-        })
+        let find = |data: &Value| status_in(data, task, key, &accept);
+        self.wait(mark, "diagnostics", &format!("{key} of {task}"), find)
     }
+}
+
+/// The status of a task in a message of the diagnostics, if its level and a value of it satisfy `accept`.
+pub(crate) fn status_in(
+    data: &Value,
+    task: &str,
+    key: &str,
+    accept: impl Fn(&str, u8) -> bool,
+) -> Option<Value> {
+    let name = format!("signal_gateway: {task}");
+    let status = data["status"].as_array()?.iter().find(|status| status["name"] == name.as_str())?;
+    let value = status["values"].as_array()?.iter().find(|value| value["key"] == key)?;
+    let level = u8::try_from(status["level"].as_u64()?).ok()?;
+    accept(value["value"].as_str()?, level).then(|| status.clone())
 }
 
 fn is_sample(line: &Value, name: &str) -> bool {

@@ -1,7 +1,6 @@
 //! A recording that `run` plays: commands over ROS 2 are followed in a dry run, with what is wrong on their topics.
 
-use std::thread;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::light_command::TurnCommand;
@@ -12,7 +11,8 @@ use signal_gateway::io::ros::session::{RosSession, RosSettings, Topics};
 use crate::support::command_vehicle::{DBC, PROFILE};
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
-use crate::support::process::{DEADLINE, Folder, Process, ros_in};
+use crate::support::process::{Folder, Process, ros_in};
+use crate::support::waiting::{Pace, wait_until};
 
 const TURN_COMMANDS: &str = "/control/command/turn_indicators_cmd";
 
@@ -34,7 +34,7 @@ fn on_recording(domain: u16) -> (Folder, Process) {
 #[test]
 fn commands_are_followed_in_the_dry_run_of_a_recording() {
     let domain = domain();
-    let (_folder, gateway) = on_recording(domain);
+    let (_folder, mut gateway) = on_recording(domain);
     let autoware = RosSession::start(RosSettings {
         node: "autoware".to_owned(),
         domain_id: domain,
@@ -43,16 +43,16 @@ fn commands_are_followed_in_the_dry_run_of_a_recording() {
         ..RosSettings::default()
     })
     .unwrap();
-    let begun = Instant::now();
-    while !gateway.log().iter().any(|line| line.contains("left commanded, not sent: dry run")) {
-        assert!(begun.elapsed() < DEADLINE, "the command was never followed: {:#?}", gateway.log());
+    let mut pace = Pace::every(Duration::from_millis(50));
+    wait_until("a command that is followed", || {
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
         let stamp = WallStamp::from_nanos(now.as_nanos().try_into().unwrap());
         autoware
             .send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
-        thread::sleep(Duration::from_millis(50));
-    }
-    assert!(gateway.log().iter().any(|line| line.contains("would send 130#")), "{:#?}", gateway.log());
+        pace.wait();
+        gateway.log().iter().any(|line| line.contains("left commanded, not sent: dry run"))
+    });
+    gateway.wait_for_log("would send 130#");
     autoware.stop();
 }
 

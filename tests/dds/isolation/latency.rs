@@ -1,7 +1,5 @@
 //! What the boundary of the process costs.
 
-use std::sync::Arc;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use signal_gateway::core::command::input::CommandInput;
@@ -13,14 +11,13 @@ use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::session::{
     Isolation, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
 };
+use tokio::time::timeout;
 
-use crate::support::json_process::PATIENCE;
 use crate::support::peer::domain;
+use crate::support::waiting::{DEADLINE, Pace, wait_until};
 
 /// Messages in each direction.
 const COUNT: i64 = 2_000;
-/// How long one may take, or is lost.
-const LIMIT: Duration = Duration::from_secs(5);
 
 fn session(domain_id: u16, node: &str, isolation: Isolation, topics: Topics, reads: &[&str]) -> RosSession {
     let settings = RosSettings {
@@ -50,21 +47,27 @@ fn sender(domain_id: u16, name: &str, isolation: Isolation) -> RosSession {
     session(domain_id, name, isolation, topics, &[])
 }
 
-/// The time until a command of this number has been received, polled with hardly a pause.
-fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Duration> {
+/// The time until a command of this number has been received; `None` when a network side was replaced meanwhile.
+async fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Duration> {
     let stamp = WallStamp::from_nanos(number);
-    let sent = Instant::now();
+    let (sent, restarts) = (Instant::now(), session.status().network.restarts);
     session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
-    while sent.elapsed() < LIMIT {
-        match inbox.try_take() {
-            Some((_, Input::Command(CommandInput::Turn { stamp: arrived, .. }))) if arrived == stamp => {
+    let arrival = async {
+        while let Some((_, input)) = inbox.take().await {
+            if matches!(input, Input::Command(CommandInput::Turn { stamp: arrived, .. }) if arrived == stamp)
+            {
                 return Some(sent.elapsed());
             }
-            Some(_) => {}
-            None => thread::sleep(Duration::from_micros(5)),
         }
-    }
-    None
+        None
+    };
+    let arrived = timeout(DEADLINE, arrival).await.ok().flatten();
+    assert!(
+        arrived.is_some() || session.status().network.restarts > restarts,
+        "message {number} is lost: {:?}",
+        session.status()
+    );
+    arrived
 }
 
 fn percentiles(mut times: Vec<Duration>) -> (Duration, Duration) {
@@ -83,27 +86,29 @@ fn the_boundary_of_the_process_adds_little_to_a_message() {
     let senders = [sender(domain, "thread", Isolation::Thread), sender(domain, "process", process)];
     let receiver =
         session(domain, "receiver", Isolation::Thread, Topics::default(), &["/thread", "/process"]);
-    let inbox: Arc<Inbox> = receiver.inbox();
-    let begun = Instant::now();
-    while !receiver.status().incoming.iter().all(|topic| topic.writers == 1)
-        || !senders.iter().all(|sender| sender.status().outgoing.iter().any(|topic| topic.readers == 1))
-    {
-        assert!(begun.elapsed() < PATIENCE, "the sessions do not find each other");
-        thread::sleep(Duration::from_millis(50));
-    }
-    let (mut times, mut lost) = ([Vec::new(), Vec::new()], [0, 0]);
+    let inbox = receiver.inbox();
+    let meet = || {
+        wait_until("the sessions to find each other", || {
+            receiver.status().incoming.iter().all(|topic| topic.writers == 1)
+                && senders
+                    .iter()
+                    .all(|sender| sender.status().outgoing.iter().any(|topic| topic.readers == 1))
+        });
+    };
+    meet();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+    let (mut times, mut pace) = ([Vec::new(), Vec::new()], Pace::every(Duration::from_micros(500)));
     for number in 1..=COUNT {
-        for (index, sender) in senders.iter().enumerate() {
-            match travel(sender, &inbox, number) {
-                Some(time) => times[index].push(time),
-                None => lost[index] += 1,
+        for (sender, times) in senders.iter().zip(&mut times) {
+            match runtime.block_on(travel(sender, &inbox, number)) {
+                Some(time) => times.push(time),
+                None => meet(),
             }
-            thread::sleep(Duration::from_micros(500));
+            pace.wait();
         }
     }
     for (place, times) in ["thread", "process"].iter().zip(times) {
         let (middle, late) = percentiles(times);
         println!("network side in a {place}: p50 {middle:?}, p99 {late:?}");
     }
-    assert_eq!(lost, [0, 0], "messages lost");
 }

@@ -6,18 +6,18 @@ mod memory;
 
 use std::fs;
 use std::process::Command;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
 use super::delivery::{TURN, is_report};
 use super::session::{Gateway, Role};
-use crate::support::json_process::{Mark, PATIENCE};
+use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, Reading, domain};
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process, ros_in};
 use crate::support::rtps::{Attack, Mutations, Target, announcement};
+use crate::support::waiting::{Pace, wait_for, wait_until};
 
 /// Packets of each attack, one each 50 ms.
 const ATTACKS: u32 = 40;
@@ -38,14 +38,7 @@ fn network_process(parent: u32) -> Option<u32> {
 
 /// Waits for another network process than `before`.
 fn next_network_process(parent: u32, before: Option<u32>) -> u32 {
-    let start = Instant::now();
-    loop {
-        if let Some(process) = network_process(parent).filter(|process| Some(*process) != before) {
-            return process;
-        }
-        assert!(start.elapsed() < PATIENCE, "no other network process is started");
-        thread::sleep(Duration::from_millis(5));
-    }
+    wait_for("another network process", || network_process(parent).filter(|process| Some(*process) != before))
 }
 
 fn signal(name: &str, process: u32) {
@@ -54,9 +47,14 @@ fn signal(name: &str, process: u32) {
 
 /// A number of `/proc/PROCESS/status`.
 fn status_of(process: u32, key: &str) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':')).unwrap();
-    line.split_whitespace().next().unwrap().parse().unwrap()
+    status_if_there(process, key).unwrap()
+}
+
+/// Likewise; `None` when the process is gone.
+fn status_if_there(process: u32, key: &str) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 fn is_up(status: &Value) -> bool {
@@ -77,14 +75,14 @@ fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_c
     gateway.send("turn left 1");
     early.next("a report", is_report(2, 1));
     let mut process = next_network_process(gateway.id(), None);
-    for (count, name) in [(1, "-KILL"), (2, "-STOP"), (3, "-ABRT")] {
-        let start = Instant::now();
+    for name in ["-KILL", "-STOP", "-ABRT"] {
+        let (start, before) = (Instant::now(), restarts(&gateway));
         let mark = early.mark();
         signal(name, process);
         process = next_network_process(gateway.id(), Some(process));
         let replaced = start.elapsed();
-        let status =
-            gateway.wait_until("another network side", |status| status["restarts"] == count && is_up(status));
+        let is_another = |status: &Value| status["restarts"].as_u64().unwrap() > before && is_up(status);
+        let status = gateway.wait_until("another network side", is_another);
         early.wait_for(mark, "the report again", is_report(2, 1));
         println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", start.elapsed());
         let late = cyclone.reader(domain, &turn);
@@ -105,10 +103,9 @@ fn a_network_process_ends_after_its_gateway() {
     signal("-STOP", process);
     signal("-KILL", gateway.id());
     let start = Instant::now();
-    while fs::read_to_string(format!("/proc/{process}/stat")).is_ok_and(|stat| !stat.contains(") Z ")) {
-        assert!(start.elapsed() < PATIENCE, "it goes on");
-        thread::sleep(Duration::from_millis(5));
-    }
+    wait_until("the end of the network process", || {
+        fs::read_to_string(format!("/proc/{process}/stat")).map_or(true, |stat| stat.contains(") Z "))
+    });
     println!("it ended {:?} after the gateway", start.elapsed());
 }
 
@@ -117,6 +114,7 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
     let domain = domain();
     let gateway = Role::new(domain).only_on("127.0.0.1").isolated().start();
     gateway.send("turn left 1");
+    gateway.wait_until("a network side", is_up);
     let target = Target::new(domain);
     let before = status_of(gateway.id(), "VmRSS");
     for (attack, is_announced) in
@@ -124,12 +122,10 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
     {
         let (begun, first) = (Instant::now(), restarts(&gateway));
         let mut slowest = Duration::ZERO;
+        let mut pace = Pace::every(Duration::from_millis(50));
         for count in 1..=ATTACKS {
-            if is_announced {
-                target.send(&announcement(target.own_port(), count));
-            }
-            target.send(&attack.packet(count));
-            thread::sleep(Duration::from_millis(50));
+            strike(&target, attack, is_announced, count);
+            pace.wait();
             let start = Instant::now();
             gateway.status();
             slowest = slowest.max(start.elapsed());
@@ -145,10 +141,25 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
             status_of(gateway.id(), "VmRSS")
         );
     }
-    assert!(restarts(&gateway) > 0, "RustDDS bears all of this now; is a process of its own still needed?");
+    let (mut count, mut pace) = (ATTACKS, Pace::every(Duration::from_millis(50)));
+    wait_until("the end of a network process: does RustDDS bear all of this now?", || {
+        count += 1;
+        strike(&target, Attack::Heartbeat, true, count);
+        pace.wait();
+        restarts(&gateway) > 0
+    });
+    gateway.wait_until("a network side", is_up);
     let after = status_of(gateway.id(), "VmRSS");
     assert!(after < before + MAX_GROWTH, "memory of the gateway: {before} kB, then {after} kB");
     println!("stop: {:?}", gateway.stop());
+}
+
+/// One attack of a series.
+fn strike(target: &Target, attack: Attack, is_announced: bool, count: u32) {
+    if is_announced {
+        target.send(&announcement(target.own_port(), count));
+    }
+    target.send(&attack.packet(count));
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! The gateway's side of tests with traffic lights and subscriptions: its topics, what it sends, and
 //! its reports of received messages.
 
-use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::{Value, json};
@@ -26,6 +25,7 @@ use signal_gateway::io::ros::session::{
 };
 
 use super::autoware_topics;
+use crate::support::waiting::Pace;
 
 const RED: Bulb = Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle };
 
@@ -54,7 +54,8 @@ pub(crate) fn subscriptions() -> Vec<Subscription> {
         kind,
         reliability,
         durability,
-        depth: 10,
+        // However long the machine keeps the session from taking them.
+        depth: 1000,
     };
     vec![
         subscription("/groups", groups, Reliability::Reliable, Durability::Volatile),
@@ -77,10 +78,12 @@ pub(crate) fn send(session: &RosSession, command: &str) {
     let count = arguments.get(3).map_or(1, |count| count.parse().unwrap());
     let times = arguments.get(4).map_or(1, |times| times.parse().unwrap());
     let (topic, content) = content(topic, count);
-    let begin = Instant::now();
+    let mut pace = Pace::every(Duration::from_secs(1) / 30);
     let mut longest = Duration::ZERO;
     for (number, sec) in (0_u32..times).zip(first..) {
-        thread::sleep((Duration::from_secs(1) / 30 * number).saturating_sub(begin.elapsed()));
+        if number > 0 {
+            pace.wait();
+        }
         let content = content.clone();
         let stamp = WallStamp::from_nanos(sec * 1_000_000_000);
         let (output, sent_at) = (

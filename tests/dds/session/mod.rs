@@ -7,16 +7,18 @@ mod autoware_topics;
 mod lights;
 mod process;
 
-use std::process::Command;
-use std::thread;
-use std::time::{Duration, Instant};
+use std::cell::RefCell;
+use std::fmt;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
 pub(crate) use autoware_topics::KINDS;
 
-use crate::support::json_process::{JsonProcess, Mark, PATIENCE};
+use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::inside;
+use crate::support::waiting::{Bystander, Lateness, let_pass, wait_for};
 
 /// The environment variable that makes [`process::session_process`] a session, with a [`Role`].
 const ROLE: &str = "SIGNAL_GATEWAY_TEST_SESSION";
@@ -108,7 +110,7 @@ impl Role {
         let (_, module) = module_path!().split_once("::").unwrap();
         let test = format!("{module}::process::session_process");
         command.args(["--exact", &test, "--nocapture", "--test-threads=1"]);
-        command.env(ROLE, self.settings.to_string());
+        command.env(ROLE, self.settings.to_string()).stderr(Stdio::piped());
         let process = JsonProcess::start("the gateway", &mut command);
         // What arrives before that is not passed over.
         process.wait_for(Mark::START, "its start", |line| line["event"] == "ready");
@@ -116,8 +118,26 @@ impl Role {
     }
 }
 
+/// Time that an orderly end may take.
+const STOP_LIMIT: Duration = Duration::from_millis(500);
+/// A network side that stood still for so long continues with a new participant, since peers may have given up the old one.
+const STANDSTILL: Duration = Duration::from_secs(2);
+/// A report is repeated for so long by a writer that is new, for volatile readers that have not met it yet.
+const REPEATED: Duration = Duration::from_secs(3);
+/// Time after which a report is sent again that was to arrive by itself.
+const AGAIN: Duration = Duration::from_secs(30);
+
 /// A running session, which takes the commands of [`process::session_process`].
 pub(crate) struct Gateway(JsonProcess);
+
+/// What a wait is for, and the status that was seen last.
+struct Awaited<'a>(&'a str, RefCell<Value>);
+
+impl fmt::Display for Awaited<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} of the gateway, whose status was {}", self.0, self.1.borrow())
+    }
+}
 
 impl Gateway {
     /// The id of its process.
@@ -140,9 +160,24 @@ impl Gateway {
         self.0.wait_for(mark, what, is_it).1
     }
 
+    /// Waits for a line that `is_it`, and meanwhile has something sent ten times a second.
+    pub(crate) fn wait_while_sending(
+        &self,
+        what: &str,
+        send: impl FnMut(),
+        is_it: impl Fn(&Value) -> bool,
+    ) -> Value {
+        self.0.wait_while_doing(Mark::START, what, Duration::from_millis(100), send, is_it).1
+    }
+
     /// The lines of that time.
     pub(crate) fn next_during(&self, time: Duration) -> Vec<Value> {
         self.0.next_during(time)
+    }
+
+    /// True once it has sent a whole stream.
+    pub(crate) fn has_sent(&self) -> bool {
+        self.0.lines(Mark::START).iter().any(|(_, line)| line["event"] == "sent")
     }
 
     /// Its present status.
@@ -153,7 +188,8 @@ impl Gateway {
 
     /// Waits until its status is as required.
     pub(crate) fn wait_until(&self, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
-        self.wait_while_doing(what, is_it, || thread::sleep(Duration::from_millis(20)))
+        let look = || let_pass(Duration::from_millis(20), "between two looks at a status");
+        self.wait_while_doing(what, is_it, look)
     }
 
     /// Likewise, and does something between two looks.
@@ -163,14 +199,88 @@ impl Gateway {
         is_it: impl Fn(&Value) -> bool,
         mut meanwhile: impl FnMut(),
     ) -> Value {
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            let status = self.status();
-            if is_it(&status) {
-                return status;
+        let (awaited, mut is_first) = (Awaited(what, RefCell::default()), true);
+        wait_for(&awaited, || {
+            if !std::mem::take(&mut is_first) {
+                meanwhile();
             }
-            assert!(Instant::now() < deadline, "the gateway: waited for {what}: {status}");
-            meanwhile();
+            let status = self.status();
+            awaited.1.replace(status.clone());
+            is_it(&status).then_some(status)
+        })
+    }
+
+    /// Waits until so many participants have been replaced; gives the status. Those that stood still do not count: peers may
+    /// have given them up, and their successors meet everybody anew, also those that were missing. In a session without a
+    /// process of its own for the network, a thread that only sleeps must then have been late as well.
+    pub(crate) fn expect_rebuilds(&self, count: u64) -> Value {
+        let is_it = |status: &Value| {
+            let (rebuilds, standstills) = (status["rebuilds"].as_u64().unwrap(), self.standstills());
+            let least = if standstills > 0 { standstills } else { count };
+            status["restarts"] != 0 || (least..=count + standstills).contains(&rebuilds)
+        };
+        let status = self.wait_until(&format!("{count} participants that were replaced"), is_it);
+        assert_no_restart(&status);
+        if self.standstills() > 0 && status["isolated"] == false {
+            lateness(&status).assert_gap("a round of the network side", STANDSTILL, STANDSTILL / 2);
+        }
+        status
+    }
+
+    /// Number of participants that were replaced because the machine let the network side stand still, as its log has it.
+    pub(crate) fn standstills(&self) -> u64 {
+        let lines = self.0.lines(Mark::START).into_iter();
+        let is_it = |line: &Value| {
+            let text = line["text"].as_str().unwrap_or_default();
+            let others = ["new_address", "unacknowledged", "write_failed", "worn_out"];
+            text.contains("stood_still=true") && others.iter().all(|it| text.contains(&format!("{it}=false")))
+        };
+        lines.filter(|(_, line)| line["event"] == "log" && is_it(line)).count().try_into().unwrap()
+    }
+
+    /// True if it still has its first participant. One that the machine held up continues with another one, which does
+    /// everything once more; [`expect_rebuilds`](Self::expect_rebuilds) sees to it that nothing else makes it do so.
+    pub(crate) fn is_undisturbed(&self) -> bool {
+        let status = self.status();
+        let is_undisturbed = status["rebuilds"] == 0 && status["restarts"] == 0;
+        if !is_undisturbed {
+            println!("the machine held up the gateway: {status}");
+        }
+        is_undisturbed
+    }
+
+    /// Asserts what holds unless something that RustDDS does every 6 s is a second late; a thread that only sleeps must then
+    /// have been late as well.
+    pub(crate) fn assert_brief(&self, what: &str, holds: bool) {
+        if !holds {
+            let limit = Duration::from_secs(1);
+            lateness(&self.status()).assert_gap(what, limit, limit / 2);
+        }
+    }
+
+    /// Sends a report, and waits until a volatile reader has it, see [`expect_by_itself`](Self::expect_by_itself).
+    pub(crate) fn expect_at(&self, reader: &JsonProcess, command: &str, is_it: impl Fn(&Value) -> bool) {
+        let beside = Bystander::start();
+        self.send(command);
+        self.expect_by_itself(reader, command, beside, is_it);
+    }
+
+    /// Waits until a volatile reader has a report that was sent. A reader that the machine keeps from meeting a new writer for
+    /// longer than that repeats its report misses it: then it is sent again, and a thread that only sleeps must have been
+    /// late as well.
+    pub(crate) fn expect_by_itself(
+        &self,
+        reader: &JsonProcess,
+        command: &str,
+        beside: Bystander,
+        is_it: impl Fn(&Value) -> bool,
+    ) {
+        let is_there = reader.next_within(AGAIN, &is_it).is_some();
+        let lateness = beside.finish();
+        if !is_there {
+            self.send(command);
+            reader.next(command, is_it);
+            lateness.assert_gap("meeting a new writer", REPEATED, REPEATED * 2 / 3);
         }
     }
 
@@ -181,7 +291,7 @@ impl Gateway {
             assert!(Command::new("kill").args([name, &process]).status().unwrap().success());
         };
         signal("-STOP");
-        thread::sleep(pause);
+        let_pass(pause, "in which the process stands still");
         signal("-CONT");
     }
 
@@ -189,6 +299,24 @@ impl Gateway {
     pub(crate) fn stop(self) -> Duration {
         self.send("stop");
         let line = self.0.next("its end", |line| line["event"] == "stopped");
-        Duration::from_millis(line["millis"].as_u64().unwrap())
+        let took = Duration::from_millis(line["millis"].as_u64().unwrap());
+        lateness(&line).assert_span("the end of the session", took, STOP_LIMIT);
+        took
     }
+}
+
+/// Asserts that a gateway's network process was not replaced; one that the machine lets wait for 5 s may be.
+pub(crate) fn assert_no_restart(status: &Value) {
+    if status["restarts"] != 0 {
+        assert_eq!(status["failure"], "no answer", "{status}");
+        let limit = Duration::from_secs(5);
+        lateness(status).assert_gap("an answer of the network process", limit, limit / 2);
+    }
+}
+
+/// How late a thread was that only slept in the process of a gateway.
+fn lateness(line: &Value) -> Lateness {
+    let [worst, total] =
+        ["worst_us", "total_us"].map(|key| Duration::from_micros(line[key].as_u64().unwrap()));
+    Lateness { worst, total }
 }

@@ -21,11 +21,13 @@ use signal_gateway::io::ros::session::{
 };
 
 use super::{ROLE, autoware_topics, lights};
+use crate::support::waiting::{Bystander, Lateness};
 
 /// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
 /// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
 /// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `value TEXT` (diagnostics
 /// that end with this text), `warn TEXT` (for `/rosout`), `parameters` (others than before), `status`, `stop`; and those of [`lights::send`].
+/// Its log, and that of its network process, are on standard error.
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };
@@ -62,6 +64,10 @@ fn session_process() {
             Isolation::Thread
         },
     };
+    let filter = "off,signal_gateway=info";
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(false).init();
+    let is_isolated = matches!(settings.isolation, Isolation::Process { .. });
+    let mut beside = Beside::default();
     let session = RosSession::start(settings).unwrap();
     let inbox = session.inbox();
     thread::spawn(move || lights::print_arrivals(&inbox));
@@ -70,6 +76,7 @@ fn session_process() {
         match line.as_str() {
             "status" => {
                 let status = session.status();
+                let Lateness { worst, total } = beside.look();
                 println!(
                     "{}",
                     json!({"event": "status", "running": status.running, "rebuilds": status.rebuilds,
@@ -80,6 +87,7 @@ fn session_process() {
                             "received": topic.received, "undecodable": topic.undecodable,
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
                         "missing": status.missing_peers, "probe": status.has_probe,
+                        "isolated": is_isolated, "worst_us": worst.as_micros(), "total_us": total.as_micros(),
                         "write_errors": status.write_errors,
                         "unanswered": status.unanswered_requests,
                         "overtaken": status.overtaken_lights,
@@ -89,9 +97,14 @@ fn session_process() {
                 );
             }
             "stop" => {
-                let requested_at = Instant::now();
+                let (stopping, requested_at) = (Bystander::start(), Instant::now());
                 session.stop();
-                println!("{}", json!({"event": "stopped", "millis": requested_at.elapsed().as_millis()}));
+                let (took, Lateness { worst, total }) = (requested_at.elapsed(), stopping.finish());
+                println!(
+                    "{}",
+                    json!({"event": "stopped", "millis": took.as_millis(), "worst_us": worst.as_micros(),
+                        "total_us": total.as_micros()})
+                );
                 return;
             }
             "parameters" => {
@@ -105,6 +118,27 @@ fn session_process() {
             command if command.starts_with("lights") => lights::send(&session, command),
             command => session.send(&output(command)),
         }
+    }
+}
+
+/// A thread of this process that only sleeps.
+struct Beside {
+    thread: Bystander,
+    so_far: Lateness,
+}
+
+impl Default for Beside {
+    fn default() -> Self {
+        Self { thread: Bystander::start(), so_far: Lateness::default() }
+    }
+}
+
+impl Beside {
+    /// How late it was from the start until now.
+    fn look(&mut self) -> Lateness {
+        let Lateness { worst, total } = std::mem::replace(&mut self.thread, Bystander::start()).finish();
+        self.so_far = Lateness { worst: self.so_far.worst.max(worst), total: self.so_far.total + total };
+        self.so_far
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::dds::delivery::is_match;
 use crate::dds::network::Net;
-use crate::dds::outage::{SHORT, has_report, recover_from_outages, turn_reader, with_lease};
+use crate::dds::outage::{has_report, recover_from_outages, turn_reader, with_lease};
 use crate::dds::session::Role;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
@@ -14,8 +14,8 @@ use crate::support::prerequisite::require;
 fn without_multicast_too_reports_flow_again_after_an_outage_and_others_miss_nothing() {
     let unicast = "<ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\" PruneDelay=\"inf\"/></Peers></Discovery>\
         <General><AllowMulticast>false</AllowMulticast></General><Discovery>";
-    let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, unicast));
-    recover_from_outages(&require!(Net::new(3)), &cyclone);
+    let cyclone = require!(Cyclone::with_defaults());
+    recover_from_outages(&require!(Net::new(3)), &cyclone, unicast);
 }
 
 /// The peer forgot us, we did not forget the peer. RustDDS has a lease of 50 s.
@@ -42,8 +42,7 @@ fn after_an_outage_longer_than_our_lease_but_not_the_peers_reports_flow_again() 
     let up = Instant::now();
     readers[0].next("the current report", has_report(3, 2));
     println!("our lease: recovered in {:?}, {}", up.elapsed(), gateway.status());
-    gateway.send("turn left 3");
-    for reader in &readers {
-        reader.next("the next report", has_report(2, 3));
-    }
+    let [transient, volatile] = &readers;
+    gateway.expect_at(volatile, "turn left 3", has_report(2, 3));
+    transient.next("the next report", has_report(2, 3));
 }

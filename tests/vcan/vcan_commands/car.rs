@@ -18,7 +18,7 @@ impl Car {
         let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
         command.args(["vehicle", "--json", "--interface", interface, "--profile"]);
         command.arg(folder.path().join("car.toml")).args(options).current_dir(folder.path());
-        Self(JsonProcess::start("the vehicle", &mut command))
+        Self(JsonProcess::start("the vehicle", &mut command).killed_in_the_end())
     }
 
     /// Sends a request to its standard input.

@@ -1,11 +1,11 @@
 //! Autoware, as far as a vehicle can tell: Cyclone DDS in a process of its own, which sends the commands
 //! that it is given and receives the gateway's diagnostics.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::support::json_process::{JsonProcess, Line, Mark, PATIENCE};
+use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::Cyclone;
 
 /// Levels of `DiagnosticStatus`.
@@ -76,16 +76,10 @@ impl Commander {
     /// Carries out a line that sends single messages, again and again until diagnostics show it: with depth
     /// 1 the next message may replace one that has not been read yet.
     pub(crate) fn send_until(&self, line: &str, task: &str, level: u8, part: &str) {
-        let (begun, mark) = (Instant::now(), self.mark());
-        let has_come = |lines: &[Line]| lines.iter().any(|(_, line)| is_status_like(line, task, level, part));
-        while !has_come(&self.0.lines(mark)) {
-            assert!(begun.elapsed() < PATIENCE, "{line:?} never made {task} {part:?} with level {level}");
-            self.send(line);
-            let sent = Instant::now();
-            while !has_come(&self.0.lines(mark)) && sent.elapsed() < Duration::from_millis(500) {
-                std::thread::sleep(Duration::from_millis(20));
-            }
-        }
+        let what = format!("{task} {part:?} with level {level}");
+        let send = || _ = self.send(line);
+        let is_it = |line: &Value| is_status_like(line, task, level, part);
+        self.0.wait_while_doing(self.mark(), &what, Duration::from_millis(500), send, is_it);
     }
 
     /// Waits until a value of a task is this.

@@ -1,8 +1,8 @@
 //! Commands over ROS 2 become frames on a real CAN interface: the built binary, the shipped vehicles that
 //! take commands (and an invented one), an independent sender of commands, and the simulated vehicle.
 //!
-//! The guest of `tests/with-vcan` has one slow CPU: nothing here depends on how fast something comes, except
-//! that a stop takes less than a second. What is measured is printed.
+//! The guest of `tests/with-vcan` has one slow CPU: nothing here depends on how fast something comes. What is measured
+//! is printed.
 
 mod bytes;
 pub(crate) mod car;
@@ -29,6 +29,7 @@ use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Folder, Process};
 use crate::support::vcan::{self, Sender, Vcan};
+use crate::support::waiting::{Pace, wait_until};
 use recording::{BusTime, Recording};
 
 /// The command message of the vehicle.
@@ -76,14 +77,14 @@ impl Commander {
 
     /// Sends it again and again, as command topics require, until `done`.
     fn send_until(&self, turn: TurnCommand, hazard: HazardCommand, done: impl Fn() -> bool) {
-        let start = std::time::Instant::now();
-        while !done() {
-            assert!(start.elapsed() < process::DEADLINE, "{turn} {hazard} never came through");
+        let mut pace = Pace::every(std::time::Duration::from_millis(50));
+        wait_until(format!("{turn} and {hazard} to come through"), || {
             let stamp = WallStamp::from_nanos(vcan::wall());
             self.0.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: turn, stamp }));
             self.0.send(&Output::TurnSignal(TurnSignalOutput::HazardCommand { command: hazard, stamp }));
-            std::thread::sleep(std::time::Duration::from_millis(50));
-        }
+            pace.wait();
+            done()
+        });
     }
 }
 

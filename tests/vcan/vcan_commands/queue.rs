@@ -5,8 +5,9 @@ use super::vehicles::{Change, NEW_EAGLE, PATIENT};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
-use crate::support::process::{self, DEADLINE, Process};
+use crate::support::process::{self, Process};
 use crate::support::slcan::Adapter;
+use crate::support::waiting::wait_until;
 
 /// Ten failures in a row take half a second: long enough for a warning before the error.
 const SLOWLY_AGAIN: (&str, &str) = ("period_ms = 50", "period_ms = 50\nmin_send_interval_ms = 50");
@@ -26,12 +27,8 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     let since = commander.send("mode 1 10; turn 2 10; hazard 1 10");
     commander.status(since, TRANSMISSION, OK, "control mode AUTONOMOUS");
     let wait = |request: &str| {
-        let begun = std::time::Instant::now();
         let newest = || adapter.frames(NEW_EAGLE.command()).last().map(|data| NEW_EAGLE.request(data));
-        while newest() != Some(request) {
-            assert!(begun.elapsed() < DEADLINE, "{request} never came: {:?}", newest());
-            std::thread::sleep(std::time::Duration::from_millis(20));
-        }
+        wait_until(format!("{request} on the line"), || newest() == Some(request));
     };
     wait("left");
 

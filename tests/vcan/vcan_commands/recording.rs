@@ -1,14 +1,16 @@
 //! Every frame on an interface with the time at which the kernel had it, recorded by a socket that is
 //! not the gateway's.
 
-use std::sync::{Arc, Condvar, Mutex, OnceLock};
+use std::os::unix::net::UnixStream;
+use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, UNIX_EPOCH};
 
+use rustix::event::{PollFd, PollFlags, poll};
 use socketcan::{CanFrame, CanSocket, EmbeddedFrame as _, Id, Socket as _, SocketOptions as _};
 
-use crate::support::process::DEADLINE;
 use crate::support::vcan::wall;
+use crate::support::waiting::{DEADLINE, let_pass};
 
 /// A frame that was on the bus.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,7 +41,8 @@ impl BusTime {
 /// A listener on one interface.
 pub(crate) struct Recording {
     frames: Frames,
-    end: Arc<OnceLock<Duration>>,
+    /// Its thread ends when this is dropped.
+    end: Option<UnixStream>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -47,31 +50,31 @@ impl Recording {
     /// From now on.
     pub(crate) fn of(interface: &str) -> Self {
         let socket = CanSocket::open(interface).unwrap();
-        socket.set_read_timeout(Duration::from_millis(50)).unwrap();
+        socket.set_nonblocking(true).unwrap();
         socket.set_recv_timestamp(true).unwrap();
         // Room for whatever comes while a slow machine does something else.
         socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, 8 << 20).unwrap();
-        let (frames, end) = (Frames::default(), Arc::<OnceLock<Duration>>::default());
-        let (recorded, last) = (Arc::clone(&frames), Arc::clone(&end));
+        let frames = Frames::default();
+        let recorded = Arc::clone(&frames);
+        let (end, ended) = UnixStream::pair().unwrap();
         let thread = std::thread::spawn(move || {
-            loop {
-                match socket.read_frame_with_timestamp() {
-                    Ok((CanFrame::Data(frame), at)) => {
-                        let at = at.duration_since(UNIX_EPOCH).unwrap();
-                        if last.get().is_some_and(|last| at > *last) {
-                            return;
-                        }
-                        let frame = RecordedFrame { at, id: number(frame.id()), data: frame.data().to_vec() };
-                        recorded.0.lock().unwrap().push(frame);
-                        recorded.1.notify_all();
-                    }
-                    Err(_) if last.get().is_some() => return,
-                    // Silence, or a link that is down: listen on.
-                    _ => {}
+            let mut is_over = false;
+            while !is_over {
+                let (readable, gone) = (PollFlags::IN, PollFlags::empty());
+                let mut events = [PollFd::new(&socket, readable), PollFd::new(&ended, gone)];
+                poll(&mut events, None).unwrap();
+                is_over = !events[1].revents().is_empty();
+                // A link that is down is an error once.
+                while let Ok((frame, at)) = socket.read_frame_with_timestamp() {
+                    let CanFrame::Data(frame) = frame else { continue };
+                    let at = at.duration_since(UNIX_EPOCH).unwrap();
+                    let frame = RecordedFrame { at, id: number(frame.id()), data: frame.data().to_vec() };
+                    recorded.0.lock().unwrap().push(frame);
+                    recorded.1.notify_all();
                 }
             }
         });
-        Self { frames, end, thread: Some(thread) }
+        Self { frames, end: Some(end), thread: Some(thread) }
     }
 
     /// The number of frames with this identifier.
@@ -100,7 +103,10 @@ impl Recording {
 
     /// Ends, with all that was on the bus up to now.
     pub(crate) fn finish(&mut self) {
-        let _again = self.end.set(BusTime::now().0);
+        if let Some(end) = self.end.take() {
+            let_pass(Duration::from_millis(50), "in which frames that were sent arrive");
+            drop(end);
+        }
         let _ended = self.thread.take().map(JoinHandle::join);
     }
 }

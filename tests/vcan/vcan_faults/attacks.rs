@@ -3,9 +3,6 @@
 //! It prints the table of docs/reliability.md, and writes it there with `UPDATE_DOCS=1`.
 
 use std::fs;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::support::docs_section;
@@ -15,6 +12,7 @@ use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{Folder, Process, ros_in};
 use crate::support::rtps::{Attack, Mutations, Target, announcement, announcement_of};
 use crate::support::vcan::Vcan;
+use crate::support::waiting::{Bystander, Pace, let_pass};
 use crate::vcan::vcan_commands::car::Car;
 use crate::vcan::vcan_commands::commander::{Commander, Durability};
 use crate::vcan::vcan_commands::recording::{BusTime, Recording};
@@ -82,32 +80,29 @@ impl Scene {
         // One frame before the attack and one after it: the gaps between cover all of it, however short it is.
         self.recording
             .wait(from, NEW_EAGLE.command(), "a frame before the attack", |frames| !frames.is_empty());
-        let idler = Idler::start();
+        let beside = Bystander::start();
         attack(&self.target);
         let (ended, mark) = (Instant::now(), self.reader.mark());
         let (came, _) = self.reader.sample(mark, "turn", |_| true);
-        let beside = idler.finish();
         let to = BusTime::now();
         self.recording.wait(to, NEW_EAGLE.command(), "a frame after the attack", |frames| !frames.is_empty());
+        let beside = beside.finish();
         let frames = self.recording.since(from, NEW_EAGLE.command());
         let gaps = frames.windows(2).map(|pair| pair[1].at.saturating_sub(pair[0].at));
-        let late = gaps.max().unwrap().saturating_sub(PERIOD);
+        let gap = gaps.max().unwrap();
         let (lost, after) = (self.network_processes_lost() - lost, self.memory_kb());
         let ms = |time: Duration| time.as_secs_f64() * 1e3;
         let row = format!(
             "| {name} | {lost} | {:.0} ms | {:.0} ms | {:.1} s | {} to {} kB |\n",
-            ms(late),
-            ms(beside),
+            ms(gap.saturating_sub(PERIOD)),
+            ms(beside.worst),
             came.saturating_duration_since(ended).as_secs_f64(),
             memory,
             after,
         );
         print!("{row}");
         assert!(self.gateway.is_running());
-        assert!(
-            late <= MAX_LATE + beside,
-            "{name}: a command frame was late by {late:?}, a thread by {beside:?}"
-        );
+        beside.assert_gap(format!("{name}: command frames"), gap, PERIOD + MAX_LATE);
         assert!(after <= memory + MAX_GROWTH, "{name}: from {memory} to {after} kB");
         row
     }
@@ -123,43 +118,15 @@ impl Scene {
     }
 }
 
-/// A thread that would do something every 10 ms: how late it is tells what the machine takes from everybody.
-struct Idler {
-    is_over: Arc<AtomicBool>,
-    thread: JoinHandle<Duration>,
-}
-
-impl Idler {
-    fn start() -> Self {
-        let is_over = Arc::<AtomicBool>::default();
-        let over = Arc::clone(&is_over);
-        let thread = thread::spawn(move || {
-            let (step, mut latest) = (Duration::from_millis(10), Duration::ZERO);
-            while !over.load(Ordering::Relaxed) {
-                let begun = Instant::now();
-                thread::sleep(step);
-                latest = latest.max(begun.elapsed().saturating_sub(step));
-            }
-            latest
-        });
-        Self { is_over, thread }
-    }
-
-    /// How late it was at most.
-    fn finish(self) -> Duration {
-        self.is_over.store(true, Ordering::Relaxed);
-        self.thread.join().unwrap()
-    }
-}
-
 /// A packet every 50 ms for 2 s.
 fn repeat(target: &Target, attack: Attack, is_announced: bool) {
+    let mut pace = Pace::every(Duration::from_millis(50));
     for count in 1..=40 {
         if is_announced {
             target.send(&announcement(target.own_port(), count));
         }
         target.send(&attack.packet(count));
-        thread::sleep(Duration::from_millis(50));
+        pace.wait();
     }
 }
 
@@ -178,7 +145,7 @@ mod slow {
     fn attacks_on_the_network_process_leave_the_bus_and_the_gateway_alone_and_reports_come_back() {
         let mut scene = require!(Scene::new());
         let mut table = HEAD.to_owned();
-        table += &scene.attack("none, for 2 s", |_| thread::sleep(Duration::from_secs(2)));
+        table += &scene.attack("none, for 2 s", |_| let_pass(Duration::from_secs(2), "without an attack"));
         for (name, attack, is_announced) in [
             ("HEARTBEAT of 2⁶² samples, announced", Attack::Heartbeat, true),
             ("GAP of 2⁶² samples, announced", Attack::Gap, true),

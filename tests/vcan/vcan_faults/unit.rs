@@ -7,6 +7,7 @@ use std::time::Duration;
 use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 
 use crate::support::vcan::{Window, wall};
+use crate::support::waiting::Pace;
 use crate::vcan::vcan_commands::j1850;
 
 pub(crate) const TURN: u16 = 0x100;
@@ -21,7 +22,7 @@ BO_ 257 HAZARD: 1 X
  SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X
 ";
 
-/// Both messages are sent every 50 ms and believed for a second: the guest is slow.
+/// Both messages are sent every 50 ms and believed for a second.
 pub(crate) const PROFILE: &str = "\
 name = \"Bench\"
 [bus.body]
@@ -82,7 +83,7 @@ impl Unit {
         let state = Arc::new(Mutex::new(state));
         let shared = Arc::clone(&state);
         let thread = std::thread::spawn(move || {
-            let mut counter = 0_u8;
+            let (mut counter, mut pace) = (0_u8, Pace::every(Duration::from_millis(50)));
             loop {
                 // Held until the frame is noted, since its report may come before its socket is closed.
                 let mut state = shared.lock().unwrap();
@@ -103,7 +104,7 @@ impl Unit {
                     state.sent.push((code, before..=wall()));
                 }
                 drop(state);
-                std::thread::sleep(Duration::from_millis(50));
+                pace.wait();
             }
         });
         Self { state, thread: Some(thread) }

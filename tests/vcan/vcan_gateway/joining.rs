@@ -17,14 +17,21 @@ fn a_late_joiner_gets_the_one_current_report_and_none_once_publishing_has_stoppe
     let start = Mark::START;
     // Whether others have read and left, or nobody was there: the reports before are nobody's business.
     let mut gateway = Process::run(&bench.folder);
-    gateway.wait_for_log("turn_indicators: ENABLE_RIGHT");
-    for (data, report) in [(LEFT, ENABLE_LEFT), (RIGHT, ENABLE_RIGHT), (LEFT, ENABLE_LEFT)] {
+    let observer = bench.observer();
+    observer.published(start, "ENABLE_RIGHT");
+    for (data, report, name) in [
+        (LEFT, ENABLE_LEFT, "ENABLE_LEFT"),
+        (RIGHT, ENABLE_RIGHT, "ENABLE_RIGHT"),
+        (LEFT, ENABLE_LEFT, "ENABLE_LEFT"),
+    ] {
+        let mark = observer.mark();
         sender.set(TURN, data);
+        observer.published(mark, name);
         let late = bench.reader();
         late.report(start, "turn", report);
         late.refreshes(late.mark(), REFRESHES);
         let samples = late.samples(start, "turn");
-        // It may have come before the change did; the current report may be repeated.
+        // The current report may be repeated.
         let mut reports: Vec<_> = samples.iter().map(|sample| &sample["data"]["report"]).collect();
         reports.dedup();
         assert_eq!(reports, [report], "{samples:?}");
@@ -36,6 +43,7 @@ fn a_late_joiner_gets_the_one_current_report_and_none_once_publishing_has_stoppe
     let mark = early.mark();
     sender.set(TURN, NOT_AVAILABLE);
     early.status(mark, "turn_indicators", 2, "not available");
+    early.refreshes(early.mark(), 1);
     let late = bench.reader();
     late.matched("turn");
     late.refreshes(late.mark(), REFRESHES);

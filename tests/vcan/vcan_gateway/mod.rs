@@ -2,7 +2,7 @@
 //! make.
 //!
 //! Everything happens on the loopback. The guest of `tests/with-vcan` has one slow CPU: nothing here depends
-//! on how fast something comes, except that a stop takes less than a second.
+//! on how fast something comes.
 
 mod black_box;
 mod joining;
@@ -65,6 +65,11 @@ impl Bench {
 
     fn reader(&self) -> Reader {
         Reader::start(&self.cyclone, self.domain)
+    }
+
+    /// A reader of the diagnostics alone.
+    fn observer(&self) -> Reader {
+        Reader::of_diagnostics(&self.cyclone, self.domain)
     }
 
     /// A reader, started first so that it receives everything, and the gateway.

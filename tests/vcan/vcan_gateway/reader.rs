@@ -5,20 +5,23 @@ use serde_json::Value;
 use crate::support::json_process::{JsonProcess, Line, Mark};
 use crate::support::peer::{Cyclone, Reading};
 
+const DIAGNOSTICS: Reading<'_> =
+    Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" };
+
 /// A running reader of both reports and the diagnostics.
 pub(crate) struct Reader(JsonProcess);
 
 impl Reader {
     pub(crate) fn start(cyclone: &Cyclone, domain: u16) -> Self {
-        let topics = [
-            ("turn", "rt/vehicle/status/turn_indicators_status", "transient_local"),
-            ("hazard", "rt/vehicle/status/hazard_lights_status", "transient_local"),
-            ("diagnostics", "rt/diagnostics", "volatile"),
-        ];
-        Self(
-            cyclone
-                .reader(domain, &topics.map(|(kind, topic, durability)| Reading { kind, topic, durability })),
-        )
+        let (turn, hazard) =
+            ("rt/vehicle/status/turn_indicators_status", "rt/vehicle/status/hazard_lights_status");
+        let report = |kind, topic| Reading { kind, topic, durability: "transient_local" };
+        Self(cyclone.reader(domain, &[report("turn", turn), report("hazard", hazard), DIAGNOSTICS]))
+    }
+
+    /// A reader of the diagnostics alone.
+    pub(crate) fn of_diagnostics(cyclone: &Cyclone, domain: u16) -> Self {
+        Self(cyclone.reader(domain, &[DIAGNOSTICS]))
     }
 
     /// Kills the reader before it can announce that it leaves.
@@ -52,6 +55,19 @@ impl Reader {
             };
             line["data"]["status"].as_array()?.iter().find(is_it).cloned()
         })
+    }
+
+    /// Waits until the diagnostics after `mark` show the turn report as published, and once more. What they show was sent before
+    /// them, on the same way to the network.
+    pub(crate) fn published(&self, mark: Mark, report: &str) {
+        let mut seen = 0;
+        self.0.find(mark, &format!("{report} in the diagnostics"), |(_, line)| {
+            let is_turn = |status: &&Value| status["name"] == "signal_gateway: turn_indicators";
+            let status = line["data"]["status"].as_array()?.iter().find(is_turn)?;
+            let values = status["values"].as_array()?.iter();
+            seen += values.filter(|value| value["key"] == "report" && value["value"] == report).count();
+            (seen >= 2).then_some(())
+        });
     }
 
     /// The quality of service of the first writer matched.
@@ -95,17 +111,25 @@ impl Reader {
         refreshes
     }
 
-    /// Once what is on its way has arrived, nothing more of `kinds` comes; gives the beginning of the
-    /// silence.
+    /// From the next refresh of the diagnostics on, by the times at which they were sent, nothing more of `kinds` comes; gives
+    /// the beginning of the silence.
     pub(crate) fn expect_silence(&self, kinds: &[&str]) -> Mark {
-        self.refreshes(self.mark(), 1);
+        let before = self.mark();
+        let from = sent(&self.refreshes(before, 1)[0]);
         let mark = self.mark();
         self.refreshes(mark, 2);
         for kind in kinds {
-            assert_eq!(self.samples(mark, kind), Vec::<Value>::new());
+            let mut samples = self.samples(before, kind);
+            samples.retain(|sample| sent(sample) > from);
+            assert_eq!(samples, Vec::<Value>::new());
         }
         mark
     }
+}
+
+/// The time at which a sample was sent, nanoseconds.
+fn sent(line: &Value) -> i64 {
+    line["sent"].as_i64().unwrap()
 }
 
 /// The stamp of a report, nanoseconds.

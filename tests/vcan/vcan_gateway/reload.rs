@@ -5,13 +5,13 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::os::unix::net::{UnixDatagram, UnixStream};
 use std::path::Path;
 use std::process::Command;
-use std::time::Instant;
 
 use serde_json::Value;
 
 use super::{Bench, DISABLE, ENABLE_LEFT, LEFT, OFF, TURN};
 use crate::support::prerequisite::require;
-use crate::support::process::{DEADLINE, Process};
+use crate::support::process::Process;
+use crate::support::waiting::{DEADLINE, wait_for};
 
 /// What every test needs of the configuration.
 const STATUS: &str = "[status]\nsocket = \"status.sock\"\n";
@@ -35,23 +35,21 @@ impl Manager {
 
     fn wait_until_ready(&self) {
         let mut buffer = [0; 4096];
-        let end = Instant::now() + DEADLINE;
-        loop {
+        wait_for("the end of a start or a reload", || {
             let length = self.0.recv(&mut buffer).unwrap();
-            if buffer[..length].starts_with(b"READY=1") {
-                return;
-            }
-            assert!(Instant::now() < end);
-        }
+            buffer[..length].starts_with(b"READY=1").then_some(())
+        });
     }
 }
 
-/// The present snapshot of the gateway in this folder.
+/// The present snapshot of the gateway in this folder, which a busy gateway does not hand out for some seconds.
 fn status(folder: &Path) -> Value {
-    let mut line = String::new();
-    let stream = UnixStream::connect(folder.join("status.sock")).unwrap();
-    BufReader::new(stream).read_line(&mut line).unwrap();
-    serde_json::from_str(&line).unwrap()
+    wait_for("a snapshot", || {
+        let mut line = String::new();
+        let stream = UnixStream::connect(folder.join("status.sock")).unwrap();
+        BufReader::new(stream).read_line(&mut line).unwrap();
+        serde_json::from_str(&line).ok()
+    })
 }
 
 /// A file that is slow to read, such as one on a network, keeps a reload waiting and nothing else.
@@ -96,28 +94,27 @@ mod slow {
 
     use super::super::reader::stamp;
     use super::super::{ENABLE_RIGHT, HAZARD, HAZARD_OFF, turn};
-    use super::{Bench, DEADLINE, ENABLE_LEFT, Manager, STATUS, TURN, Value, require, status};
+    use super::{Bench, ENABLE_LEFT, Manager, STATUS, TURN, Value, require, status, wait_for};
     use crate::support::json_process::Mark;
+    use crate::support::waiting::{Bystander, Pace, let_pass};
 
     /// Reloads of a good configuration; each eighth is followed by one of a bad configuration.
     const RELOADS: u64 = 1_000;
-    /// A machine that is too slow for all of them does what it can in this time; the last line says how many.
+    /// A machine that is too slow for all of them does what it can in this time, and these at least.
     const LONGEST: Duration = Duration::from_secs(150);
-    /// Frames in one millisecond, half of them of each message.
-    const FRAMES_PER_MS: u64 = 2;
+    const LEAST: u64 = 40;
     /// Frames that may be unread: half of what the receive buffer holds, which is 9,300. A machine that is so busy
     /// that neither is read nor sent for a while catches up in steps that fit.
     const UNREAD: u64 = 4_000;
-    /// A gateway that stood still for 2 s has its peers meet it anew, with other writers and some reports twice.
-    const STANDSTILL: Duration = Duration::from_secs(1);
+    /// A gateway that stood still for so long has its peers meet it anew, with other writers and some reports twice.
+    const STANDSTILL: Duration = Duration::from_secs(2);
 
-    /// Sends the frames of a vehicle, 2,000 in each second as far as they are read, and counts them.
+    /// Sends the frames of a vehicle, two in each millisecond as far as they are read, and counts them.
     struct Traffic {
         turn: Arc<AtomicU8>,
         sent: Arc<AtomicU64>,
         over: Arc<AtomicBool>,
-        /// Gives the longest time that one millisecond took.
-        thread: std::thread::JoinHandle<Duration>,
+        thread: std::thread::JoinHandle<()>,
         started: Instant,
     }
 
@@ -133,37 +130,31 @@ mod slow {
                 let (state, sent, over) = shared;
                 let socket = CanSocket::open(interface).unwrap();
                 let id = |id: u32| StandardId::new(u16::try_from(id).unwrap()).unwrap();
-                let (mut read, mut longest) = (0, Duration::ZERO);
+                let (mut read, mut pace) = (0, Pace::every(Duration::from_millis(1)));
                 while !over.load(Ordering::Relaxed) {
+                    pace.wait();
                     if sent.load(Ordering::Relaxed) >= read + UNREAD {
                         let bus = status(&folder)["buses"][0].take();
                         // Those that are lost are not waited for.
                         read = ["frames", "drops"].map(|key| bus[key].as_u64().unwrap()).iter().sum();
+                        continue;
                     }
-                    let due = u64::try_from(started.elapsed().as_millis()).unwrap() * FRAMES_PER_MS;
-                    let due = due.min(read + UNREAD);
-                    while sent.load(Ordering::Relaxed) < due {
-                        let turn = turn(state.load(Ordering::Relaxed));
-                        for (id, data) in [(id(TURN), turn), (id(HAZARD), HAZARD_OFF)] {
-                            socket.write_frame(&CanDataFrame::new(id, &data).unwrap()).unwrap();
-                            sent.fetch_add(1, Ordering::Relaxed);
-                        }
+                    let turn = turn(state.load(Ordering::Relaxed));
+                    for (id, data) in [(id(TURN), turn), (id(HAZARD), HAZARD_OFF)] {
+                        socket.write_frame(&CanDataFrame::new(id, &data).unwrap()).unwrap();
+                        sent.fetch_add(1, Ordering::Relaxed);
                     }
-                    let asleep = Instant::now();
-                    std::thread::sleep(Duration::from_millis(1));
-                    longest = longest.max(asleep.elapsed());
                 }
-                longest
             });
             Self { turn: state, sent, over, thread, started }
         }
 
-        /// Ends it; gives the number of frames, their mean rate, and the longest time that the machine stood still.
-        fn end(self) -> (u64, u64, Duration) {
+        /// Ends it; gives the number of frames, and their mean rate.
+        fn end(self) -> (u64, u64) {
             self.over.store(true, Ordering::Relaxed);
-            let longest = self.thread.join().unwrap();
+            self.thread.join().unwrap();
             let sent = self.sent.load(Ordering::Relaxed);
-            (sent, sent * 1_000 / u64::try_from(self.started.elapsed().as_millis()).unwrap(), longest)
+            (sent, sent * 1_000 / u64::try_from(self.started.elapsed().as_millis()).unwrap())
         }
     }
 
@@ -183,6 +174,13 @@ mod slow {
         let (manager, gateway) = Manager::start(&bench);
         while status(folder)["buses"][0]["link"] != "up" {}
 
+        let beside = Bystander::start();
+        let is_late = Arc::<AtomicBool>::default();
+        let clock = Arc::clone(&is_late);
+        std::thread::spawn(move || {
+            let_pass(LONGEST, "in which there are as many reloads as go");
+            clock.store(true, Ordering::Relaxed);
+        });
         let traffic = Traffic::start(bench.vcan.name, folder.to_owned());
         reader.report(Mark::START, "turn", ENABLE_LEFT);
         reader.sample(Mark::START, "hazard", |_| true);
@@ -193,7 +191,7 @@ mod slow {
         };
         let mut expected = vec![ENABLE_LEFT];
         let (mut number, mut refused) = (0, 0);
-        while number < RELOADS && traffic.started.elapsed() < LONGEST {
+        while number < RELOADS && (number < LEAST || !is_late.load(Ordering::Relaxed)) {
             bench.folder.write("demo_vehicle.toml", &thresholds[usize::from(number % 2 == 0)]);
             reload();
             if number % 8 == 7 {
@@ -212,15 +210,14 @@ mod slow {
             }
             number += 1;
         }
-        assert!(number >= 40, "{number} reloads");
-        let (sent, rate, standstill) = traffic.end();
-        let end = Instant::now() + DEADLINE;
-        let shown = loop {
+        let (sent, rate) = traffic.end();
+        let lateness = beside.finish();
+        let shown = wait_for(format!("{sent} frames that are read or lost"), || {
             let shown = status(folder);
-            if shown["buses"][0]["frames"] == sent || Instant::now() > end {
-                break shown;
-            }
-        };
+            let bus = &shown["buses"][0];
+            let counts = ["frames", "drops"].map(|key| bus[key].as_u64().unwrap());
+            (counts.iter().sum::<u64>() == sent).then_some(shown)
+        });
         let bus = &shown["buses"][0];
         assert_eq!((&bus["frames"], &bus["drops"]), (&sent.into(), &0.into()), "{bus}");
         let configuration = &shown["process"]["configuration"];
@@ -235,8 +232,12 @@ mod slow {
             "{number} reloads, {refused} refused, {sent} frames, {rate} a second, {} turn reports",
             samples.len()
         );
-        if standstill > STANDSTILL {
-            println!("the machine stood still for {standstill:?}: peers may have met the gateway anew");
+        let log = gateway.log();
+        let is_anew =
+            |line: &&String| line.contains("stood_still=true") || line.contains("has ended (no answer)");
+        if let Some(line) = log.iter().find(is_anew) {
+            lateness.assert_gap(line, STANDSTILL, STANDSTILL / 2);
+            println!("peers have met the gateway anew: {line}");
             return;
         }
         let mut changes: Vec<_> =

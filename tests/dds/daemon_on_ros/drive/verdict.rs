@@ -1,6 +1,7 @@
 //! Compares received commands with the drive: their order, and the positions at which they come.
 
 use std::fmt::{Debug, Write as _};
+use std::time::Duration;
 
 use serde_json::Value;
 use signal_gateway::config::drive::ExpectedDecision;
@@ -15,6 +16,8 @@ const SPACING_M: f64 = 1.0;
 
 /// Number of cycles that are affected by a delay.
 const LINGERS: usize = 5;
+/// Number of cycles over which small delays add up, where a decision follows a time after an event: the longest one is 3 s.
+const ADDS_UP: usize = 50;
 
 /// A command as it was received; times of day, nanoseconds.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +43,9 @@ pub(super) struct Driven<'a> {
     received: &'a Value,
     /// Longest delay around each cycle, seconds.
     late_s: Vec<f64>,
+    /// Delays of the cycles before each cycle, added up, seconds.
+    stretch_s: Vec<f64>,
+    period_s: f64,
 }
 
 /// One of the two commands.
@@ -56,10 +62,17 @@ impl<'a> Driven<'a> {
         let published: Vec<i64> =
             line["cycles"].as_array().unwrap().iter().map(|at| at.as_i64().unwrap()).collect();
         assert_eq!(published.len(), steps.len());
-        let mut driven =
-            Self { steps, published, received: &line["received"], late_s: vec![0.0; steps.len()] };
+        let (late_s, stretch_s) = (vec![0.0; steps.len()], stretch_s(&published, period_s));
+        let mut driven = Self { steps, published, received: &line["received"], late_s, stretch_s, period_s };
         driven.measure(period_s);
         driven
+    }
+
+    /// How long the drive was to take, and how long it took.
+    pub(super) fn durations(&self) -> [Duration; 2] {
+        let cycles = u32::try_from(self.published.len() - 1).unwrap();
+        let took_s = seconds(self.published[self.published.len() - 1] - self.published[0]);
+        [f64::from(cycles) * self.period_s, took_s].map(Duration::from_secs_f64)
     }
 
     /// Notes the delays of the peer's cycles, the gateways' cycles and the messages.
@@ -113,6 +126,11 @@ impl<'a> Driven<'a> {
         self.late_s.iter().copied().fold(0.0, f64::max)
     }
 
+    /// The most that small delays of some cycles add up to, seconds.
+    pub(super) fn stretch_s(&self) -> f64 {
+        self.stretch_s.iter().copied().fold(0.0, f64::max)
+    }
+
     /// The last cycle that was published at a time.
     fn step(&self, stamp: i64) -> usize {
         self.published.partition_point(|published| *published <= stamp).max(1) - 1
@@ -133,7 +151,7 @@ impl<'a> Driven<'a> {
     fn slack_m(&self, step: usize, more_m: f64) -> f64 {
         let near = &self.steps[step.saturating_sub(2)..self.steps.len().min(step + 4)];
         let fastest_mps = near.iter().map(|step| step.speed_mps.abs()).fold(0.0, f64::max);
-        fastest_mps * (LATENCY_S + self.late_s[step]) + SPACING_M + more_m
+        fastest_mps * (LATENCY_S + self.late_s[step] + self.stretch_s[step]) + SPACING_M + more_m
     }
 
     /// Objections to the commands of a mode, with `more_m` metres of additional tolerance.
@@ -230,6 +248,19 @@ pub(super) fn summary(values: &[f64]) -> String {
     values.sort_by(|one, other| one.abs().total_cmp(&other.abs()));
     let at = |index: usize| values.get(index).copied().unwrap_or_default();
     format!("{}: median {:.2}, worst {:.2}", values.len(), at(values.len() / 2), at(values.len().max(1) - 1))
+}
+
+/// The delays of cycles up to each of them, added up from wherever that is the most.
+fn stretch_s(published: &[i64], period_s: f64) -> Vec<f64> {
+    let delays: Vec<f64> = published.windows(2).map(|pair| seconds(pair[1] - pair[0]) - period_s).collect();
+    let most = |end: usize| {
+        let sums = delays[end.saturating_sub(ADDS_UP)..end].iter().rev().scan(0.0, |sum, delay| {
+            *sum += delay;
+            Some(*sum)
+        });
+        sums.fold(0.0, f64::max)
+    };
+    (0..published.len()).map(most).collect()
 }
 
 #[allow(clippy::cast_precision_loss)] // of a drive
