@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 const MAX_WAITING: usize = 256 * 1024;
 /// Pause before what a reader that is not ready did not take is offered again.
 const RETRY: Duration = Duration::from_millis(10);
+/// Longest part of a wait that is counted at once.
+const STEP: Duration = Duration::from_millis(10);
 
 /// Text on its way to one reader. Clones share it.
 #[derive(Debug, Clone)]
@@ -103,17 +105,19 @@ impl OutputQueue {
         Ok(())
     }
 
-    /// Waits until everything is written, at most for `patience`; true if it is.
+    /// Waits until everything is written, at most for `patience`; true if it is. Of a time in which the machine lets the
+    /// process stand still, only one [`STEP`] counts, so that the last lines are not lost for it.
     pub fn flush(&self, patience: Duration) -> bool {
-        let end = Instant::now() + patience;
+        let mut left = patience;
         let mut state = self.0.lock();
         while state.is_writing || !state.waiting.is_empty() {
-            let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return false;
             }
-            let waited = self.0.changed.wait_timeout(state, left);
+            let begun = Instant::now();
+            let waited = self.0.changed.wait_timeout(state, left.min(STEP));
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            left = left.saturating_sub(begun.elapsed().min(STEP));
         }
         true
     }

@@ -20,6 +20,14 @@ fn recording(keys: &str) -> Folder {
     )
 }
 
+/// A recording that is over at once, without ROS.
+fn short_recording() -> Folder {
+    let keys = "source = \"recording\"\n[recording]\nfile = \"short.log\"\n[ros]\nenabled = false\n";
+    let folder = Folder::with_demo_vehicle("can0", keys);
+    folder.write("short.log", "(1000.000000) can0 2A5#0000000000000000\n");
+    folder
+}
+
 #[test]
 fn the_service_manager_is_notified_of_start_watchdog_periods_and_end() {
     // Diagnostics every 500 ms, and a second of the recording takes 100 s: neither feeds the watchdog.
@@ -55,7 +63,7 @@ fn the_service_manager_is_notified_of_start_watchdog_periods_and_end() {
 #[test]
 fn sigterm_and_sigint_end_it_in_time_whatever_it_is_doing() {
     let folders = [
-        ("at the end of a recording", recording("speed = 1000.0")),
+        ("at the end of a recording", short_recording()),
         ("in a recording", recording("repeat = true")),
         ("in one that is always behind its time", recording("speed = 1000.0\nrepeat = true")),
         ("in one that is hardly moving", recording("speed = 0.01")),
@@ -204,6 +212,7 @@ fn dds_logs_only_when_rust_log_names_it() {
                 "log: ",
                 "wall_clock: ",
                 "ros: ",
+                "wall_clock: ",
                 "no-such-can",
                 "Demo vehicle",
                 "stopped",

@@ -7,14 +7,21 @@ use std::process::Stdio;
 use crate::support::process::{Folder, Process};
 use crate::support::service_manager::ServiceManager;
 
-/// The demo recording over and over, as fast as it goes: a flood of changes.
+/// Left and off in turn, over and over, as fast as it goes: a flood of changes.
 fn flood() -> Folder {
-    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
-    let keys = format!(
-        "source = \"recording\"\n[recording]\nfile = \"{recording}\"\nspeed = 1000.0\nrepeat = true\n\
-         [ros]\nenabled = false\n"
-    );
-    Folder::with_demo_vehicle("no-such-can", &keys)
+    let keys = "source = \"recording\"\n[recording]\nfile = \"flood.log\"\nspeed = 1000.0\nrepeat = true\n\
+                [ros]\nenabled = false\n";
+    let folder = Folder::with_demo_vehicle("can0", keys);
+    let line = |frame: u32| {
+        format!(
+            "({}.{:02}0000) can0 2A5#0000{:02X}0000000000\n",
+            1000 + frame / 50,
+            frame % 50 * 2,
+            frame % 2 * 2
+        )
+    };
+    folder.write("flood.log", &(0..500).map(line).collect::<String>());
+    folder
 }
 
 /// Runs with this standard error until the loop has fed the watchdog often, then stops in order.
