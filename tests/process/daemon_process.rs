@@ -212,7 +212,6 @@ fn dds_logs_only_when_rust_log_names_it() {
                 "log: ",
                 "wall_clock: ",
                 "ros: ",
-                "wall_clock: ",
                 "no-such-can",
                 "Demo vehicle",
                 "stopped",
