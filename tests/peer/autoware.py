@@ -21,6 +21,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import matches
 from autoware_messages import KEPT, SAMPLES, HazardCommand, TurnCommand, large_path, nonsense_type
 
 RECEIVED = {"commanded_turn": TurnCommand, "commanded_hazard": HazardCommand}
@@ -53,8 +54,8 @@ def watch(writers, readers, ended):
     matched = False
     while not ended.is_set():
         if not matched:
-            matched = all(writer.get_matched_subscriptions() for writer in writers) and all(
-                reader.get_matched_publications() for reader in readers.values()
+            matched = all(matches.subscriptions(writer) for writer in writers) and all(
+                matches.publications(reader) for reader in readers.values()
             )
             if matched:
                 emit("matched")

@@ -26,6 +26,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import matches
 from autoware_messages import (
     COVARIANCE,
     KEPT,
@@ -237,9 +238,9 @@ def main():
     received = {name: [] for name in readers}
     wait_until(
         lambda: all(
-            len(writer.get_matched_subscriptions()) >= int(gateways) for writer in autoware.writers.values()
+            len(matches.subscriptions(writer)) >= int(gateways) for writer in autoware.writers.values()
         )
-        and all(reader.get_matched_publications() for reader in readers.values()),
+        and all(matches.publications(reader) for reader in readers.values()),
         "the gateways",
     )
     ended = threading.Event()

@@ -27,6 +27,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import matches
 from autoware_messages import ControlMode, HazardCommand, TurnCommand
 from messages import DiagnosticArray, Hazard, Time, Turn
 
@@ -86,7 +87,7 @@ class TopicSender:
         self.writer.write(self.message(Time(*divmod(stamp, 1_000_000_000)), value))
 
     def poll_matches(self):
-        matched = bool(self.writer.get_matched_subscriptions())
+        matched = bool(matches.subscriptions(self.writer))
         if matched != self.matched:
             self.matched = matched
             emit("matched" if matched else "unmatched", topic=self.kind)

@@ -25,6 +25,8 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import matches
+
 MESSAGE = "rcl_interfaces::msg::dds_::"
 QOS = Qos(
     Policy.Reliability.Reliable(duration(milliseconds=100)),
@@ -151,7 +153,7 @@ class Service:
         self.reader = DataReader(participant, replies, qos=QOS)
 
     def is_matched(self):
-        return self.writer.get_matched_subscriptions() and self.reader.get_matched_publications()
+        return matches.subscriptions(self.writer) and matches.publications(self.reader)
 
     def ask(self, client, number, arguments):
         if self.name == "list_parameters":
@@ -180,8 +182,8 @@ def main():
     events = DataReader(participant, changes, qos=events_qos)
     while not (
         all(s.is_matched() for s in services.values())
-        and nonsense.get_matched_subscriptions()
-        and events.get_matched_publications()
+        and matches.subscriptions(nonsense)
+        and matches.publications(events)
     ):
         time.sleep(0.01)
     emit("ready")

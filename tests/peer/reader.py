@@ -24,6 +24,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import matches
 import ros_graph
 from autoware_messages import PlanningFactorArray
 from messages import TYPES, graph_types
@@ -64,7 +65,7 @@ def take_all(reader):
 
 
 def poll_matches(kind, reader, matched):
-    handles = set(reader.get_matched_publications())
+    handles = set(matches.publications(reader))
     for handle in handles - matched.keys():
         endpoint = reader.get_matched_publication_data(handle)
         if endpoint is not None:

@@ -22,6 +22,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import matches
 import ros_graph
 from messages import TYPES, Clock, Element, Group, GroupArray, Text, Time
 
@@ -54,7 +55,7 @@ def watch(writers, ended):
     matched = [set() for _ in writers]
     while not ended.is_set():
         for number, writer in enumerate(writers):
-            now = set(writer.get_matched_subscriptions())
+            now = set(matches.subscriptions(writer))
             for _ in now - matched[number]:
                 emit("matched", topic=number)
             for _ in matched[number] - now:
