@@ -170,6 +170,12 @@ impl Gateway {
         self.0.wait_while_doing(Mark::START, what, Duration::from_millis(100), send, is_it).1
     }
 
+    /// All lines so far.
+    #[allow(dead_code)] // the tests of Zenoh do not use it
+    pub(crate) fn lines(&self) -> Vec<Value> {
+        self.0.lines(Mark::START).into_iter().map(|(_, line)| line).collect()
+    }
+
     /// The lines of that time.
     pub(crate) fn next_during(&self, time: Duration) -> Vec<Value> {
         self.0.next_during(time)
