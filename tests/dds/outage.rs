@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::delivery::{TURN, is_match};
 use super::network::Net;
 use super::session::{Gateway, Role};
+use super::two_hosts::UNICAST;
 use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::{Cyclone, LOOPBACK, Reading, Writing, domain};
 use crate::support::prerequisite::require;
@@ -226,6 +227,32 @@ fn after_an_outage_commands_are_received_again_and_none_twice() {
         groups |= line["what"]["sec"] == 5;
     }
     near.assert_each_arrived_once();
+}
+
+/// The peer, which knows the gateway's address and hears no multicast, meets new participants late. Until then it
+/// writes for the first one.
+#[test]
+fn two_new_addresses_in_a_row_lose_no_command_of_a_peer_without_multicast() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(UNICAST);
+    let net = require!(Net::new(3));
+    net.plug();
+    net.stop_multicast();
+    let domain = domain();
+    let gateway = Role::new(domain).with_lights().alert().inside(net.name(0)).start();
+    let commands =
+        Writing { kind: "text", topic: "rt/commands", reliability: "reliable", durability: "volatile" };
+    let writer = cyclone.inside(net.name(1)).writer(domain, &[commands]);
+    gateway.wait_until("the writer", |status| status["incoming"][1]["writers"] == 1);
+    let mut commands = Commands::new(&gateway, writer, 1);
+    for number in 1..=2 {
+        net.ip(0, &format!("addr add 10.77.0.1{number}/24 dev cable"));
+        let is_rebuilt = |status: &Value| rebuilds(status) >= number;
+        gateway.wait_while_doing("a new participant", is_rebuilt, || commands.send());
+    }
+    for _ in 0..AFTERWARDS {
+        commands.send();
+    }
+    commands.assert_each_arrived_once();
 }
 
 /// A volatile writer hands nothing to a reader it has just met; here the reader is an old acquaintance.

@@ -13,7 +13,7 @@ use crate::support::prerequisite::require;
 use crate::support::waiting::wait_for;
 
 /// Cyclone as a host has it that knows the gateway's address, and sends no multicast.
-const UNICAST: &str = "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General><Discovery>\
+pub(crate) const UNICAST: &str = "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General><Discovery>\
     <ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
 /// Packets that have left over the interface.

@@ -26,8 +26,8 @@
 //!   `DiscoveryProbe`. The peer is new to it, so it can find it.
 //! * When it does, and only then, the probe becomes our participant: it gets writers with what is
 //!   current on them, and readers, and the old participant leaves when all its peers have found the
-//!   new one. Nobody else misses a sample; some get one twice. What we receive twice is recognised by its
-//!   number (`reception.rs`).
+//!   new one, which may have been replaced in turn meanwhile. Nobody else misses a sample; some get one
+//!   twice. What we receive twice is recognised by its number (`reception.rs`).
 //! * A peer that was killed costs the probe's two idle threads until it is given up after a day.
 //! * An interface or address that was not there when the participant was made replaces the
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only

@@ -31,6 +31,8 @@ const OVERLAP: Duration = Duration::from_secs(1);
 /// Longest such time, when some of its readers have not found the successor: without multicast Cyclone
 /// asks a port that was silent every 30 s.
 const MAX_OVERLAP: Duration = Duration::from_secs(35);
+/// Replaced participants that stay at the same time; they are few, since most leave within a second.
+const MAX_PREDECESSORS: usize = 3;
 /// Writers that a participant replaces before it is itself replaced, see [`Participant::replaced_writers`].
 const MAX_REPLACED_WRITERS: u32 = 1000;
 /// A round that takes longer means that the process was stopped. Peers may have given its participant up, and it does
@@ -50,8 +52,8 @@ pub(super) struct Worker {
     participant: Participant,
     /// `None` where the loopback is not used.
     announcer: Option<LoopbackAnnouncer>,
-    /// With the time it was replaced.
-    predecessor: Option<(Participant, Instant)>,
+    /// Participants that were replaced, oldest first, each with the time of that.
+    predecessors: Vec<(Participant, Instant)>,
     /// With the interfaces it was made with.
     probe: Option<(DiscoveryProbe, Interfaces)>,
     missing: Missing,
@@ -109,7 +111,7 @@ impl Worker {
             link,
             waker: Waker::from(Arc::clone(&wakeup)),
             wakeup,
-            predecessor: None,
+            predecessors: Vec::new(),
             probe: None,
             missing: Missing::default(),
             own: vec![participant.prefix()],
@@ -197,19 +199,19 @@ impl Worker {
         Ok(received.stop)
     }
 
-    /// Drops the predecessor once all its readers read the successor too.
+    /// Drops each predecessor once all its peers have met our participant too.
     fn retire(&mut self) {
-        let Some((predecessor, since)) = &mut self.predecessor else { return };
-        // Peers that it loses are not missing: the successor has met them or never will.
-        predecessor.observe(&mut Missing::default(), &self.own);
-        let overlap = since.elapsed();
-        if overlap >= MAX_OVERLAP || (overlap >= OVERLAP && self.participant.serves_all_of(predecessor)) {
-            self.predecessor = None;
-        }
+        let Self { participant, predecessors, own, .. } = self;
+        predecessors.retain_mut(|(predecessor, since)| {
+            // Peers that it loses are not missing: our participant has met them or never will.
+            predecessor.observe(&mut Missing::default(), own);
+            let overlap = since.elapsed();
+            overlap < OVERLAP || (overlap < MAX_OVERLAP && !participant.serves_all_of(predecessor))
+        });
     }
 
-    /// Hands received samples on to the gateway while it takes them, those of the predecessor first: it reads on until
-    /// its successor has met all writers.
+    /// Hands received samples on to the gateway while it takes them, those of predecessors first: they read on until
+    /// our participant has met all writers.
     fn receive(&mut self) {
         let Self { link, waker, .. } = self;
         let mut hand_over = |subscription: u16, taken: Taken| {
@@ -226,7 +228,7 @@ impl Worker {
             link.waiting() < MAX_WAITING
         };
         let mut is_more = false;
-        if let Some((predecessor, _)) = &self.predecessor {
+        for (predecessor, _) in &self.predecessors {
             is_more |= predecessor.take(waker, &mut hand_over);
         }
         is_more |= self.participant.take(waker, &mut hand_over);
@@ -237,7 +239,7 @@ impl Worker {
     }
 
     fn set_parameters(&mut self, parameters: Parameters) {
-        let participants = self.predecessor.iter_mut().map(|(predecessor, _)| predecessor);
+        let participants = self.predecessors.iter_mut().map(|(predecessor, _)| predecessor);
         for participant in participants.chain([&mut self.participant]) {
             participant.set_parameters(&parameters);
         }
@@ -246,7 +248,7 @@ impl Worker {
 
     /// Answers requests for parameters.
     fn serve(&mut self) {
-        let participants = self.predecessor.iter_mut().map(|(predecessor, _)| predecessor);
+        let participants = self.predecessors.iter_mut().map(|(predecessor, _)| predecessor);
         for participant in participants.chain([&mut self.participant]) {
             self.unanswered_requests += participant.serve(&self.waker);
         }
@@ -264,10 +266,9 @@ impl Worker {
         }
     }
 
-    /// Does it with our participant and, while that is being replaced, with its predecessor: some readers know only one
-    /// of them.
+    /// Does it with our participant and its predecessors: some readers know only one of them.
     fn each(&mut self, mut act: impl FnMut(&mut Participant) -> Result<(), String>) {
-        if let Some((predecessor, _)) = &mut self.predecessor {
+        for (predecessor, _) in &mut self.predecessors {
             let _ = act(predecessor);
         }
         let done = act(&mut self.participant);
@@ -363,7 +364,10 @@ impl Worker {
         let carry_out = |(position, order)| successor.carry_out(position, order);
         let done = self.current.iter().enumerate().map(carry_out).fold(Ok(()), Result::and);
         let predecessor = std::mem::replace(&mut self.participant, successor);
-        self.predecessor = Some((predecessor, Instant::now()));
+        if self.predecessors.len() >= MAX_PREDECESSORS {
+            self.predecessors.remove(0);
+        }
+        self.predecessors.push((predecessor, Instant::now()));
         self.interfaces = interfaces;
         self.probe = None;
         self.missing.clear();
