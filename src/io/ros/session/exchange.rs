@@ -205,15 +205,23 @@ impl Exchange {
                     status: NetworkStatus::default(),
                 }));
             }
-            Err(error) => match self.starter.take() {
-                Some(starter) => {
-                    // Nobody waits any more: then nobody needs to know.
-                    let _ = starter.send(Err(error.into()));
-                    self.phase = Phase::Refused;
+            Err(error) => {
+                let failure = NetworkFailure::NotStarted(error.to_string());
+                if !self.refuse(error.into()) {
+                    self.note_end(failure, None, now);
                 }
-                None => self.note_end(NetworkFailure::NotStarted(error.to_string()), None, now),
-            },
+            }
         }
+    }
+
+    /// Ends with this error if the start still waits for the first network side. False if it does not: the next one may
+    /// do better.
+    fn refuse(&mut self, error: RosError) -> bool {
+        let is_refused = self.starter.take().is_some_and(|starter| starter.send(Err(error)).is_ok());
+        if is_refused {
+            self.phase = Phase::Refused;
+        }
+        is_refused
     }
 
     fn exchange(&mut self, now: Instant) {
@@ -228,14 +236,14 @@ impl Exchange {
             Over::Closed => None,
             Over::Failed(failure) => Some(failure),
         };
-        if let (Some(NetworkFailure::NotStarted(reason)), Some(starter)) = (&failure, self.starter.take()) {
-            let refused = match self.settings.transport {
+        if let Some(NetworkFailure::NotStarted(reason)) = &failure {
+            let error = match self.settings.transport {
                 Transport::Dds => RosError::Dds(reason.clone()),
                 Transport::Zenoh(_) => RosError::Zenoh(reason.clone()),
             };
-            let _ = starter.send(Err(refused));
-            self.phase = Phase::Refused;
-            return;
+            if self.refuse(error) {
+                return;
+            }
         }
         if failure == Some(NetworkFailure::NoAnswer) && !had_echo {
             self.silent += 1;

@@ -204,6 +204,8 @@ fn warn_of_other_distribution() {
 
 #[cfg(test)]
 mod tests {
+    use tokio::time::sleep;
+
     use super::*;
 
     fn refusal(change: impl FnOnce(&mut RosSettings)) -> String {
@@ -228,5 +230,32 @@ mod tests {
         };
         assert!(refusal(|s| s.subscriptions.push(commands("commands", 1))).contains("`commands`"));
         assert!(refusal(|s| s.subscriptions.push(commands("/c", 0))).contains("depth of 0"));
+    }
+
+    #[test]
+    fn a_network_that_is_refused_when_the_start_waits_no_more_is_joined_again() {
+        let (starter, start) = channel();
+        drop(start);
+        let zenoh =
+            ZenohSettings { config: Some("no configuration".to_owned()), type_hashes: TypeHashes::Rihs01 };
+        let settings = RosSettings {
+            transport: Transport::Zenoh(zenoh),
+            isolation: Isolation::Thread,
+            ..RosSettings::default()
+        };
+        let mailbox = Arc::new(Mailbox::default());
+        let exchange = Exchange::new(settings, Arc::clone(&mailbox), Arc::default(), starter);
+        let runtime = Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let restarted = async {
+                while mailbox.status().network.restarts == 0 {
+                    sleep(Duration::from_millis(5)).await;
+                }
+            };
+            tokio::select! {
+                () = exchange.run() => panic!("it has ended: {:?}", mailbox.status()),
+                () = restarted => {}
+            }
+        });
     }
 }
