@@ -12,6 +12,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -93,16 +94,20 @@ int main(int count, char** words) {
         // No prefix, any depth: an empty sequence, padding, and a number of eight bytes.
         Payload request{0, 1, 0, 0};
         request.resize(4 + 16, 0);
-        rtps::WriteParams parameters;
-        parameters.related_sample_identity().writer_guid() = reader->guid();
-        writer->write(&request, parameters);
-        const auto number = parameters.sample_identity().sequence_number();
-        while (!ended) {
+        std::set<rtps::SequenceNumber_t> numbers;
+        // Every 2 s, since a node that does not know the client within 2 s does not answer.
+        for (int look = 0; !ended; ++look) {
+            if (look % 400 == 0) {
+                rtps::WriteParams parameters;
+                parameters.related_sample_identity().writer_guid() = reader->guid();
+                writer->write(&request, parameters);
+                numbers.insert(parameters.sample_identity().sequence_number());
+            }
             Payload payload;
             fast::SampleInfo info;
             while (reader->take_next_sample(&payload, &info) == ReturnCode_t::RETCODE_OK) {
                 const auto& related = info.related_sample_identity;
-                const bool is_ours = related.writer_guid() == reader->guid() && related.sequence_number() == number;
+                const bool is_ours = related.writer_guid() == reader->guid() && numbers.count(related.sequence_number()) > 0;
                 std::cout << R"({"event":"answer","is_ours":)" << (is_ours ? "true" : "false") << R"(,"names":)"
                           << names(payload) << "}" << std::endl;
             }

@@ -12,8 +12,8 @@ use super::waiting::{self, Bystander, wait_for};
 /// The same as [`waiting::DEADLINE`], for tests/dds and tests/vcan.
 pub(crate) const DEADLINE: Duration = waiting::DEADLINE;
 
-/// Longest time of an orderly end.
-const STOP_LIMIT: Duration = Duration::from_secs(1);
+/// Longest time of an orderly end; systemd kills the service after 5 s.
+const STOP_LIMIT: Duration = Duration::from_secs(4);
 
 /// A folder with a configuration; it goes when the test ends.
 pub(crate) struct Folder(tempfile::TempDir);

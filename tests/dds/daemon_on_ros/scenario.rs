@@ -12,6 +12,7 @@ use crate::dds::daemon_on_ros::peer::{
 };
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
+use crate::support::processor::waited;
 use crate::support::waiting::{Bystander, Lateness, wait_until};
 
 const SECOND: i64 = 1_000_000_000;
@@ -176,7 +177,7 @@ fn a_scenario_comes_out_on_every_topic_with_its_type_its_quality_of_service_and_
             reader.wait_for_state(Mark::START, name, state);
         }
     }
-    let lateness = beside.finish();
+    let (lateness, waited) = (beside.finish(), waited(gateway.id()));
 
     // Neither an arbiter nor the reports of a vehicle.
     expect_types(
@@ -208,9 +209,12 @@ fn a_scenario_comes_out_on_every_topic_with_its_type_its_quality_of_service_and_
     let slack = schedule.error + SECOND / 4;
     assert!((-slack..slack + gap(&v2i[change..change + 2])).contains(&late), "{late}");
     markers(&reader, &shown, &schedule, changed);
+    println!("beside: {lateness:?}; the gateway waited for a processor for up to {waited:?}");
     assert_rhythm("camera", &camera, 33_333_333, lateness);
     assert_rhythm("v2i", before, SECOND / 10, lateness);
     assert_rhythm("v2i at 25 Hz", after, SECOND / 25, lateness);
+    let longest = Duration::from_nanos(camera.windows(2).map(gap).max().unwrap().unsigned_abs());
+    lateness.assert_gap("frames of the camera", longest, Duration::from_millis(500) + waited);
     for (what, samples) in [("ground truth", truth), ("markers", shown)] {
         assert_period(what, &samples.iter().map(sent).collect::<Vec<_>>(), 33_333_333, lateness);
     }

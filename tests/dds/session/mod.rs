@@ -18,6 +18,7 @@ pub(crate) use autoware_topics::KINDS;
 
 use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::inside;
+use crate::support::processor::waited;
 use crate::support::waiting::{Bystander, Lateness, let_pass, wait_for};
 
 /// The environment variable that makes [`process::session_process`] a session, with a [`Role`].
@@ -228,7 +229,7 @@ impl Gateway {
         let status = self.wait_until(&format!("{count} participants that were replaced"), is_it);
         assert_no_restart(&status);
         if self.standstills() > 0 && status["isolated"] == false {
-            lateness(&status).assert_gap("a round of the network side", STANDSTILL, STANDSTILL / 2);
+            assert_gap(&status, "a round of the network side", STANDSTILL);
         }
         status
     }
@@ -259,8 +260,7 @@ impl Gateway {
     /// have been late as well.
     pub(crate) fn assert_brief(&self, what: &str, holds: bool) {
         if !holds {
-            let limit = Duration::from_secs(1);
-            lateness(&self.status()).assert_gap(what, limit, limit / 2);
+            assert_gap(&self.status(), what, Duration::from_secs(1));
         }
     }
 
@@ -286,7 +286,8 @@ impl Gateway {
         if !is_there {
             self.send(command);
             reader.next(command, is_it);
-            lateness.assert_gap("meeting a new writer", REPEATED, REPEATED * 2 / 3);
+            let waited = waited(reader.id()).max(waited(self.id()));
+            lateness.assert_gap("meeting a new writer", REPEATED, REPEATED * 2 / 3 + waited);
         }
     }
 
@@ -306,7 +307,8 @@ impl Gateway {
         self.send("stop");
         let line = self.0.next("its end", |line| line["event"] == "stopped");
         let took = Duration::from_millis(line["millis"].as_u64().unwrap());
-        lateness(&line).assert_span("the end of the session", took, STOP_LIMIT);
+        let Measured { lateness, waited } = Measured::of(&line);
+        lateness.assert_span("the end of the session", took, STOP_LIMIT + waited);
         took
     }
 }
@@ -315,14 +317,30 @@ impl Gateway {
 pub(crate) fn assert_no_restart(status: &Value) {
     if status["restarts"] != 0 {
         assert_eq!(status["failure"], "no answer", "{status}");
-        let limit = Duration::from_secs(5);
-        lateness(status).assert_gap("an answer of the network process", limit, limit / 2);
+        assert_gap(status, "an answer of the network process", Duration::from_secs(5));
     }
 }
 
-/// How late a thread was that only slept in the process of a gateway.
-fn lateness(line: &Value) -> Lateness {
-    let [worst, total] =
-        ["worst_us", "total_us"].map(|key| Duration::from_micros(line[key].as_u64().unwrap()));
-    Lateness { worst, total }
+/// Asserts that a process of a gateway may have been held up for so long: a thread that only sleeps was late as well, or
+/// another one has waited for a processor for half of it.
+fn assert_gap(status: &Value, what: &str, gap: Duration) {
+    let Measured { lateness, waited } = Measured::of(status);
+    lateness.assert_gap(what, gap, gap / 2 + waited);
+}
+
+/// What the machine took from the process of a gateway.
+struct Measured {
+    /// How late a thread was that only slept.
+    lateness: Lateness,
+    /// The longest time that a thread has waited for a processor.
+    waited: Duration,
+}
+
+impl Measured {
+    /// Reads what a line of it says.
+    fn of(line: &Value) -> Self {
+        let time = |key: &str| Duration::from_micros(line[key].as_u64().unwrap());
+        let lateness = Lateness { worst: time("worst_us"), total: time("total_us") };
+        Self { lateness, waited: time("waited_us") }
+    }
 }

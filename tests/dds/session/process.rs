@@ -21,6 +21,7 @@ use signal_gateway::io::ros::session::{
 };
 
 use super::{ROLE, autoware_topics, lights};
+use crate::support::processor::waited;
 use crate::support::waiting::{Bystander, Lateness};
 
 /// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
@@ -88,6 +89,7 @@ fn session_process() {
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
                         "missing": status.missing_peers, "probe": status.has_probe,
                         "isolated": is_isolated, "worst_us": worst.as_micros(), "total_us": total.as_micros(),
+                        "waited_us": waited(std::process::id()).as_micros(),
                         "write_errors": status.write_errors,
                         "unanswered": status.unanswered_requests,
                         "overtaken": status.overtaken_lights,
@@ -103,7 +105,7 @@ fn session_process() {
                 println!(
                     "{}",
                     json!({"event": "stopped", "millis": took.as_millis(), "worst_us": worst.as_micros(),
-                        "total_us": total.as_micros()})
+                        "total_us": total.as_micros(), "waited_us": waited(std::process::id()).as_micros()})
                 );
                 return;
             }

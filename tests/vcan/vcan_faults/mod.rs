@@ -23,6 +23,7 @@ use crate::support::docs_section;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::Missing;
 use crate::support::process::{self, Folder, Process};
+use crate::support::processor::waited;
 use crate::support::vcan::Vcan;
 use crate::support::waiting::{Bystander, let_pass, wait_for};
 use unit::{DBC, LEFT, Manner, PROFILE, RIGHT, TURN, UNDEFINED, Unit, send};
@@ -85,7 +86,7 @@ impl Bench {
         self.unit.set(LEFT, Manner::Sound);
         let start = self.reader.mark();
         self.reader.report(start, "turn", LEFT + 1);
-        let (mark, beside) = (self.reader.mark(), Bystander::start());
+        let (mark, beside, waited) = (self.reader.mark(), Bystander::start(), self.waited());
         let begun = Instant::now();
         begin();
         let noticed = noticed.map(|part| {
@@ -110,7 +111,12 @@ impl Bench {
         let oldest = Duration::from_nanos(samples.iter().map(age).max().unwrap_or(0).max(0).cast_unsigned());
         let beside = beside.finish();
         if !self.may_be_late.get() {
-            beside.assert_gap(format!("{name}: the age of a report when it was sent"), oldest, MAX_AGE);
+            let waited = self.waited().saturating_sub(waited);
+            beside.assert_gap(
+                format!("{name}: the age of a report when it was sent"),
+                oldest,
+                MAX_AGE + waited,
+            );
         }
         let times = samples.iter().filter_map(|sample| sample["at"].as_f64()).collect::<Vec<_>>();
         let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
@@ -124,6 +130,11 @@ impl Bench {
         };
         println!("{}", row.markdown());
         row
+    }
+
+    /// The time for which the gateway has waited for a processor.
+    fn waited(&self) -> Duration {
+        self.gateway.borrow().as_ref().map_or(Duration::ZERO, |gateway| waited(gateway.id()))
     }
 
     fn is_right(&self, sample: &Value) -> bool {

@@ -96,6 +96,7 @@ mod slow {
     use super::super::{ENABLE_RIGHT, HAZARD, HAZARD_OFF, turn};
     use super::{Bench, ENABLE_LEFT, Manager, STATUS, TURN, Value, require, status, wait_for};
     use crate::support::json_process::Mark;
+    use crate::support::processor::waited;
     use crate::support::waiting::{Bystander, Pace, let_pass};
 
     /// Reloads of a good configuration; each eighth is followed by one of a bad configuration.
@@ -236,7 +237,7 @@ mod slow {
         let is_anew =
             |line: &&String| line.contains("stood_still=true") || line.contains("has ended (no answer)");
         if let Some(line) = log.iter().find(is_anew) {
-            lateness.assert_gap(line, STANDSTILL, STANDSTILL / 2);
+            lateness.assert_gap(line, STANDSTILL, STANDSTILL / 2 + waited(gateway.id()));
             println!("peers have met the gateway anew: {line}");
             return;
         }

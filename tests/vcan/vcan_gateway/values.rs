@@ -16,6 +16,7 @@ use super::{
 };
 use crate::support::prerequisite::{can_utils, require};
 use crate::support::process;
+use crate::support::processor::waited;
 use crate::support::vcan::{Window, wall};
 use crate::support::waiting::Bystander;
 
@@ -127,7 +128,7 @@ fn a_drive_played_by_canplayer_gives_the_same_reports() {
         if states != expected {
             // Where it has to wait, a report is replaced by the next one.
             let what = format!("the reports of {kind} {states:?} instead of {expected:?}");
-            lateness.assert_gap(&what, SCENE, SCENE / 2);
+            lateness.assert_gap(&what, SCENE, SCENE / 2 + waited(gateway.id()));
             let mut rest = expected.iter();
             assert!(states.iter().all(|state| rest.any(|next| next == state)), "{what}");
         }

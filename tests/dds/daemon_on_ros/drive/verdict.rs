@@ -1,7 +1,6 @@
 //! Compares received commands with the drive: their order, and the positions at which they come.
 
 use std::fmt::{Debug, Write as _};
-use std::time::Duration;
 
 use serde_json::Value;
 use signal_gateway::config::drive::ExpectedDecision;
@@ -45,7 +44,6 @@ pub(super) struct Driven<'a> {
     late_s: Vec<f64>,
     /// Delays of the cycles before each cycle, added up, seconds.
     stretch_s: Vec<f64>,
-    period_s: f64,
 }
 
 /// One of the two commands.
@@ -63,16 +61,9 @@ impl<'a> Driven<'a> {
             line["cycles"].as_array().unwrap().iter().map(|at| at.as_i64().unwrap()).collect();
         assert_eq!(published.len(), steps.len());
         let (late_s, stretch_s) = (vec![0.0; steps.len()], stretch_s(&published, period_s));
-        let mut driven = Self { steps, published, received: &line["received"], late_s, stretch_s, period_s };
+        let mut driven = Self { steps, published, received: &line["received"], late_s, stretch_s };
         driven.measure(period_s);
         driven
-    }
-
-    /// How long the drive was to take, and how long it took.
-    pub(super) fn durations(&self) -> [Duration; 2] {
-        let cycles = u32::try_from(self.published.len() - 1).unwrap();
-        let took_s = seconds(self.published[self.published.len() - 1] - self.published[0]);
-        [f64::from(cycles) * self.period_s, took_s].map(Duration::from_secs_f64)
     }
 
     /// Notes the delays of the peer's cycles, the gateways' cycles and the messages.
