@@ -106,7 +106,7 @@ impl OutputQueue {
     }
 
     /// Waits until everything is written, at most for `patience`; true if it is. Of a time in which the machine lets the
-    /// process stand still, only one [`STEP`] counts, so that the last lines are not lost for it.
+    /// process stand still, only 10 ms count, so that the last lines are not lost for it.
     pub fn flush(&self, patience: Duration) -> bool {
         let mut left = patience;
         let mut state = self.0.lock();

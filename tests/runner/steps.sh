@@ -130,7 +130,7 @@ show_errors() {
         sed -nE '/^(error|Diff in )/,$p' "$1" "$1.err" | head -n 60
     else
         cat "$1" "$1.err" | grep -vE '^ +(Compiling|Checking|Downloaded|Documenting) |^\{' | tail -n 40
-    fi | sed 's/^/    | /'
+    fi | cut -c 1-300 | sed 's/^/    | /'
 }
 
 # step [--again] NAME COMMAND...: a check that is not a test program. Exit code 77 is "not possible here", its last line of

@@ -9,9 +9,6 @@ use std::time::{Duration, Instant};
 
 use super::waiting::{self, Bystander, wait_for};
 
-/// The same as [`waiting::DEADLINE`], for tests/dds and tests/vcan.
-pub(crate) const DEADLINE: Duration = waiting::DEADLINE;
-
 /// Longest time of an orderly end; systemd kills the service after 5 s.
 const STOP_LIMIT: Duration = Duration::from_secs(4);
 
