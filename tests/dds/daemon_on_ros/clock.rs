@@ -157,10 +157,8 @@ fn the_camera_of_a_peer_is_merged_and_not_repeated_when_it_stops() {
     let red = "34806: red on circle 0.75";
     let clock = (&others, CLOCK_TOPIC);
     for begin_s in [100, 110] {
-        // V2I is published with the first frame, and shows that it is this time.
-        set_until(&others, CLOCK_TOPIC, begin_s * 1_000 + 50, "the time", || {
-            reader.has(Mark::START, "arbiter", |data| nanos(data) >= begin_s * SECOND)
-        });
+        begin(&reader, &others, begin_s * 1_000, "0");
+        a_second(&reader);
         let mark = reader.mark();
         others.send(CAMERA_TOPIC, &format!("{begin_s} 34806 1 1 2 0.75"));
         reader.wait_for_state(mark, "arbiter", red);

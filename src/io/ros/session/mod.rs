@@ -204,7 +204,7 @@ fn warn_of_other_distribution() {
 
 #[cfg(test)]
 mod tests {
-    use tokio::time::sleep;
+    use tokio::task::yield_now;
 
     use super::*;
 
@@ -249,7 +249,7 @@ mod tests {
         runtime.block_on(async {
             let restarted = async {
                 while mailbox.status().network.restarts == 0 {
-                    sleep(Duration::from_millis(5)).await;
+                    yield_now().await;
                 }
             };
             tokio::select! {
