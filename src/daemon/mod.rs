@@ -248,10 +248,12 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
     // Until when the last frames to the vehicle may go out, and how it ends: once a stop was requested, or something failed.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
+        // Read first: what is due until the end is sent before it, however long that takes.
+        let looked = Instant::now();
         gateway_io.emit_live(&mut live, &transmitters, &clock);
         gateway_io.show(live.gateway(), clock.now());
         let mut reason = gateway_io.take_failure().filter(|_| ending.is_none()).map(Err);
-        if ending.as_ref().is_some_and(|(end, _)| live.is_finished() || Instant::now() >= *end)
+        if ending.as_ref().is_some_and(|(end, _)| live.is_finished() || looked >= *end)
             && let Some((_, outcome)) = ending
         {
             break outcome;
