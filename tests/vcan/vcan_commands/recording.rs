@@ -7,7 +7,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, UNIX_EPOCH};
 
 use rustix::event::{PollFd, PollFlags, poll};
-use socketcan::{CanFrame, CanSocket, EmbeddedFrame as _, Id, Socket as _, SocketOptions as _};
+use socketcan::{
+    CanDataFrame, CanFrame, CanSocket, EmbeddedFrame as _, ExtendedId, Id, Socket as _, SocketOptions as _,
+};
 
 use crate::support::vcan::wall;
 use crate::support::waiting::{DEADLINE, let_pass};
@@ -38,8 +40,12 @@ impl BusTime {
     }
 }
 
+/// The identifier of the frame that ends a recording.
+const LAST: u32 = 1 << 31 | 0x1FFF_FFFF;
+
 /// A listener on one interface.
 pub(crate) struct Recording {
+    interface: String,
     frames: Frames,
     /// Its thread ends when this is dropped.
     end: Option<UnixStream>,
@@ -74,7 +80,7 @@ impl Recording {
                 }
             }
         });
-        Self { frames, end: Some(end), thread: Some(thread) }
+        Self { interface: interface.to_owned(), frames, end: Some(end), thread: Some(thread) }
     }
 
     /// The number of frames with this identifier.
@@ -101,12 +107,22 @@ impl Recording {
         assert!(!timeout.timed_out(), "{what} never came; the last frame: {last:?}");
     }
 
-    /// Ends, with all that was on the bus up to now.
+    /// Ends, with all that was on the bus up to now: up to a frame of its own, which it leaves out.
     pub(crate) fn finish(&mut self) {
-        if let Some(end) = self.end.take() {
-            let_pass(Duration::from_millis(50), "in which frames that were sent arrive");
-            drop(end);
+        let Some(end) = self.end.take() else { return };
+        let_pass(Duration::from_millis(50), "in which frames of other processors arrive");
+        let last = CanDataFrame::new(ExtendedId::MAX, &[]).unwrap();
+        let sent = CanSocket::open(&self.interface).and_then(|socket| socket.write_frame(&last));
+        // An interface that is down has no frame on its way.
+        if sent.is_ok() {
+            let frames = self.frames.0.lock().unwrap();
+            let lacks = |frames: &mut Vec<RecordedFrame>| frames.iter().all(|frame| frame.id != LAST);
+            let (mut frames, timeout) = self.frames.1.wait_timeout_while(frames, DEADLINE, lacks).unwrap();
+            frames.retain(|frame| frame.id != LAST);
+            let is_in_time = !timeout.timed_out() || std::thread::panicking();
+            assert!(is_in_time, "the recording never reached its end");
         }
+        drop(end);
         let _ended = self.thread.take().map(JoinHandle::join);
     }
 }
