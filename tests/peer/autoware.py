@@ -50,8 +50,9 @@ def open_reader(participant, name):
     return DataReader(participant, Topic(participant, f"rt/{name}", RECEIVED[name], qos=qos), qos=qos)
 
 
-def watch(writers, readers, ended):
+def watch(participant, writers, readers, ended):
     matched = False
+    changes = matches.Changes(participant, readers=readers.values())
     while not ended.is_set():
         if not matched:
             matched = all(matches.subscriptions(writer) for writer in writers) and all(
@@ -63,7 +64,7 @@ def watch(writers, readers, ended):
             for sample in reader.take(N=100):
                 if sample.sample_info.valid_data:
                     emit("received", topic=name, data=asdict(sample))
-        time.sleep(0.005)
+        changes.wait()
 
 
 def send_paths(writer, points, bound, times):
@@ -90,7 +91,7 @@ def main():
     readers = {name: open_reader(participant, name) for name in RECEIVED}
     emit("ready")
     ended = threading.Event()
-    watcher = threading.Thread(target=watch, args=[[*writers.values(), *foreign.values()], readers, ended])
+    watcher = threading.Thread(target=watch, args=[participant, [*writers.values(), *foreign.values()], readers, ended])
     watcher.start()
     for line in sys.stdin:
         command, *arguments = line.split()

@@ -193,7 +193,8 @@ def open_reader(participant, name, topic):
     return DataReader(participant, Topic(participant, f"rt{topic}", message, qos=qos), qos=qos)
 
 
-def receive(readers, received, ended):
+def receive(participant, readers, received, ended):
+    changes = matches.Changes(participant, readers=readers.values())
     while not ended.is_set():
         for name, reader in readers.items():
             for sample in reader.take(N=100):
@@ -201,7 +202,7 @@ def receive(readers, received, ended):
                     stamp = sample.stamp.sec * 1_000_000_000 + sample.stamp.nanosec
                     value = sample.report if isinstance(sample, Turn) else sample.command
                     received[name].append([stamp, value, time.time_ns()])
-        time.sleep(0.005)
+        changes.wait()
 
 
 def keep_up(received, published):
@@ -244,7 +245,7 @@ def main():
         "the gateways",
     )
     ended = threading.Event()
-    listener = threading.Thread(target=receive, args=[readers, received, ended], daemon=True)
+    listener = threading.Thread(target=receive, args=[participant, readers, received, ended], daemon=True)
     listener.start()
     wait_until(
         lambda: all(any(command for _, command, _ in commands) for commands in received.values()),

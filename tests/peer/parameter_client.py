@@ -190,6 +190,8 @@ def main():
     client, ended = int.from_bytes(os.urandom(7), "little"), threading.Event()
 
     def watch():
+        readers = [events, *(service.reader for service in services.values())]
+        changes = matches.Changes(participant, readers=readers)
         while not ended.is_set():
             for sample in events.take(N=100):
                 if sample.sample_info.valid_data and sample.node == f"/{node}":
@@ -200,7 +202,7 @@ def main():
                         data = asdict(sample)
                         if data.pop("client") == client:
                             emit("answer", service=service.name, number=data.pop("number"), data=data)
-            time.sleep(0.005)
+            changes.wait()
 
     watcher = threading.Thread(target=watch)
     watcher.start()

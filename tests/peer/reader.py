@@ -44,8 +44,9 @@ def offered(endpoint):
     return {"writer": endpoint.key.bytes.hex(), "qos": " ".join(kinds)}
 
 
-def watch(readers, ended):
+def watch(participant, readers, ended):
     matched = {kind: {} for kind in readers}
+    changes = matches.Changes(participant, readers=readers.values())
     while not ended.is_set():
         # What is taken last is printed first.
         taken = {kind: take_all(reader) for kind, reader in reversed(readers.items())}
@@ -54,7 +55,7 @@ def watch(readers, ended):
             for sample in taken[kind]:
                 if sample.sample_info.valid_data:
                     emit("sample", kind=kind, sent=sample.sample_info.source_timestamp, data=shown(sample))
-        time.sleep(0.005)
+        changes.wait()
 
 
 def take_all(reader):
@@ -111,7 +112,7 @@ def main():
     _graph = ros_graph.join(participant, readers=readers.values())
     emit("ready", since=since)
     ended = threading.Event()
-    watcher = threading.Thread(target=watch, args=[readers, ended])
+    watcher = threading.Thread(target=watch, args=[participant, readers, ended])
     watcher.start()
     sys.stdin.read()
     ended.set()

@@ -51,8 +51,9 @@ def group(words):
     return Group(int(words[0]), elements, [])
 
 
-def watch(writers, ended):
+def watch(participant, writers, ended):
     matched = [set() for _ in writers]
+    changes = matches.Changes(participant, writers=writers)
     while not ended.is_set():
         for number, writer in enumerate(writers):
             now = set(matches.subscriptions(writer))
@@ -61,7 +62,7 @@ def watch(writers, ended):
             for _ in matched[number] - now:
                 emit("unmatched", topic=number)
             matched[number] = now
-        time.sleep(0.005)
+        changes.wait()
 
 
 def open_writer(participant, kind, topic_name, reliability, durability):
@@ -89,7 +90,7 @@ def main():
     _graph = ros_graph.join(participant, writers=writers)
     emit("ready")
     ended = threading.Event()
-    watcher = threading.Thread(target=watch, args=[writers, ended])
+    watcher = threading.Thread(target=watch, args=[participant, writers, ended])
     watcher.start()
     for line in sys.stdin:
         number, text = line.rstrip("\n").split(" ", 1) if len(topics) > 1 else ("0", line.rstrip("\n"))
