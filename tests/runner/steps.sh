@@ -109,7 +109,8 @@ run() {
     local patience=$1 log begin=$SECONDS TIMEFORMAT='%U %S'
     log=$(log_of "$2")
     shift 2
-    { time watched "$patience" "$log" "$@"; } 2>"$log.cpu"
+    # In a shell of its own: the time of a shell has that of every child, and so of lanes that end meanwhile.
+    ({ time watched "$patience" "$log" "$@"; } 2>"$log.cpu")
     code=$?
     seconds=$((SECONDS - begin))
     cpu=$(tail -n 1 "$log.cpu" | awk '{ print $1 + $2 }')
