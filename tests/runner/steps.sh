@@ -1,6 +1,6 @@
 # Steps of a test run: each is run into a log of its own, watched, timed and recorded. Sourced by tests/run.
 # shellcheck shell=bash
-# shellcheck disable=SC2154 # full, logs, patterns: set by tests/run
+# shellcheck disable=SC2154 # full, release, logs, patterns: set by tests/run
 #
 # Steps may run beside each other (`lane`), so a step's result is a line in the file $results, never a variable.
 
@@ -190,7 +190,7 @@ program_of() { sed -nE "s#.*\"executable\":\"([^\"]*/$2-[0-9a-f]*)\".*#\1#p" "$(
 # tests NAME COMMAND... -- ARGUMENT...: a program of libtest, perhaps behind a command that runs it. Counts its tests; one
 # that says it is skipped has not passed. Slow ones are left to full runs and to names.
 tests() {
-    local name=$1 log command=() arguments=() chosen program ok bad skipped listed left_out verdict code seconds cpu
+    local name=$1 log command=() arguments=() chosen program ok bad skipped listed later left_out verdict code seconds cpu
     shift
     while [[ $1 != -- ]]; do command+=("$1") && shift; done
     shift
@@ -200,10 +200,12 @@ tests() {
         arguments+=("${patterns[@]}")
         chosen=$("$program" --list --format terse "${arguments[@]}" 2>/dev/null | grep -c ': test$')
         ((chosen)) || return 0
-    elif ((${#patterns[@]} == 0)) && ! $full; then
-        listed=$("$program" --list --format terse "${arguments[@]}" ::slow:: 2>/dev/null | grep -c ': test$')
+    elif ((${#patterns[@]} == 0)) && ! $release; then
+        later=::exhaustive::
+        $full || later=::slow::
+        listed=$("$program" --list --format terse "${arguments[@]}" "$later" 2>/dev/null | grep -c ': test$')
         record slow_left "$listed"
-        arguments+=(--skip ::slow::)
+        arguments+=(--skip "$later")
     fi
     log=$(log_of "$name")
     run "$test_patience" "$name" "${command[@]}" --show-output "${arguments[@]}"
@@ -340,7 +342,7 @@ closing() {
     echo
     recorded skip | sed 's/^/skipped: /'
     missing_prerequisites
-    ((slow == 0)) || echo "$slow slow tests are left to tests/run --full"
+    if ((slow)); then echo "$slow slow tests are left to tests/run $($full && echo --release || echo --full)"; fi
     recorded unsteady | sed 's/^/unsteady: /'
     recorded failed | sed 's/^/failed: /'
     recorded time

@@ -28,7 +28,7 @@ use crate::support::waiting::Bystander;
 use deviations::{DEVIATIONS, Deviation};
 use verdict::{Driven, Figures, Kind, summary};
 
-/// Driven each time: one of each kind. All others are driven in the slow part.
+/// Driven each time: one of each kind. Others are driven in the slow part.
 const REPRESENTATIVE: &[&str] =
     &["crossing_left.toml", "lane_change_left.toml", "pull_out_left.toml", "roundabout_first_exit.toml"];
 
@@ -251,6 +251,11 @@ pub(crate) fn shipped() -> Vec<String> {
         assert!(names.iter().any(|shipped| shipped == name), "{name} is not shipped");
     }
     names
+}
+
+/// True for a scenario whose inputs fail for a while.
+pub(crate) fn is_disturbed(name: &str) -> bool {
+    !file(name).disturbances.is_empty()
 }
 
 /// Drives scenarios, so many at a time; each is a peer and two gateways.
