@@ -9,8 +9,11 @@ use std::path::{Path, PathBuf};
 use super::built_in;
 use crate::io::standard_input;
 
-/// The largest file that is read, bytes: a file named by mistake must not fill memory.
-const MAX_BYTES: u64 = 1 << 30;
+/// The largest file that is read as a whole, as configurations, profiles and DBC files are, bytes: a file named by mistake
+/// must not fill memory.
+const MAX_WHOLE: u64 = 64 << 20;
+/// The largest file that is read piece by piece, as maps are, bytes.
+const MAX_PIECES: u64 = 1 << 30;
 
 /// A source of files, by path.
 pub trait Files {
@@ -49,23 +52,12 @@ pub struct Disk;
 impl Files for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        self.open(path)?.read_to_end(&mut bytes)?;
+        open_limited(path, MAX_WHOLE)?.read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
-        if let Some(path) = built_in::project_path(path) {
-            return Embedded.open(&path);
-        }
-        if standard_input::is_named(path) {
-            let content = Cursor::new(standard_input::content(MAX_BYTES)?);
-            return Ok(Box::new(Limited { file: content, left: MAX_BYTES }));
-        }
-        let file = File::open(path)?;
-        if file.metadata()?.is_dir() {
-            return Err(io::ErrorKind::IsADirectory.into());
-        }
-        Ok(Box::new(Limited { file, left: MAX_BYTES }))
+        open_limited(path, MAX_PIECES)
     }
 
     fn is_folder(&self, path: &Path) -> io::Result<bool> {
@@ -74,6 +66,22 @@ impl Files for Disk {
         }
         Ok(path.metadata()?.is_dir())
     }
+}
+
+/// Opens a file that fails when more than `most` bytes are read.
+fn open_limited(path: &Path, most: u64) -> io::Result<Box<dyn Read>> {
+    if let Some(path) = built_in::project_path(path) {
+        return Embedded.open(&path);
+    }
+    if standard_input::is_named(path) {
+        let content = Cursor::new(standard_input::content(most)?);
+        return Ok(Box::new(Limited::new(content, most)));
+    }
+    let file = File::open(path)?;
+    if file.metadata()?.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    Ok(Box::new(Limited::new(file, most)))
 }
 
 /// [`Disk`], with a list of the files that were read there.
@@ -111,17 +119,26 @@ impl Files for ListedDisk {
     }
 }
 
-/// A file that fails when more than this is read.
+/// A file that fails when more than the most is read, bytes.
 struct Limited<R> {
     file: R,
+    most: u64,
     left: u64,
+}
+
+impl<R> Limited<R> {
+    fn new(file: R, most: u64) -> Self {
+        Self { file, most, left: most }
+    }
 }
 
 impl<R: Read> Read for Limited<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = self.file.read(buffer)?;
-        let too_large =
-            || io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {MAX_BYTES} bytes"));
+        let too_large = || {
+            let text = format!("it has more than {} bytes", self.most);
+            io::Error::new(io::ErrorKind::FileTooLarge, text)
+        };
         self.left = self.left.checked_sub(read as u64).ok_or_else(too_large)?;
         Ok(read)
     }
@@ -148,7 +165,7 @@ mod tests {
     fn a_file_above_the_limit_is_refused() {
         let read = |bytes: u64| {
             let file = io::repeat(b'x').take(bytes);
-            Limited { file, left: 100 }.read_to_end(&mut Vec::new())
+            Limited::new(file, 100).read_to_end(&mut Vec::new())
         };
         assert_eq!(read(100).unwrap(), 100);
         assert_eq!(read(u64::MAX).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
