@@ -11,7 +11,7 @@ use super::status::{SOCKET, UNREACHABLE, remedy, unreachable};
 use super::{Failure, messages};
 use crate::core::gateway::configuration::{ConfigurationState, Reload};
 use crate::core::gateway::snapshot::Snapshot;
-use crate::io::hangup::hang_up;
+use crate::io::hangup::{hang_up, refuses_hangup};
 use crate::io::snapshots::client::{ClientError, StatusClient};
 use crate::report::text::escaped;
 
@@ -45,6 +45,10 @@ pub(super) fn run(args: &ReloadArgs) -> Result<ExitCode, Failure> {
     let (mut client, before) = match (connected, args.pid) {
         (Ok(connected), _) => connected,
         (Err(_), Some(pid)) => {
+            if let Some(reason) = refuses_hangup(pid) {
+                messages::error(&format!("process {pid} does not reload: {reason}"), "restart it");
+                return Ok(ExitCode::from(UNREACHABLE));
+            }
             hang_up(pid)?;
             return Ok(ExitCode::SUCCESS);
         }

@@ -114,6 +114,11 @@ impl GatewayIo {
         self.configuration = self.reload.is_taken().then(|| ConfigurationState::new(settings.effective()));
     }
 
+    /// Reloads nothing, since what is played is of the configuration at its start.
+    pub(super) fn keep_configuration(&mut self) {
+        self.reload.refuse();
+    }
+
     /// Takes over what another configuration says of the process itself; the rest of it is in effect already.
     pub(super) fn reconfigure(&mut self, settings: &Settings) {
         if let Some(faults) = &mut self.faults {
@@ -368,9 +373,6 @@ impl GatewayIo {
             tokio::select! {
                 biased;
                 () = self.stop.requested() => return Ok(Woken::Stopped),
-                () = self.reload.requested() => {
-                    tracing::warn!("SIGHUP: while a recording is played, only a restart changes the configuration");
-                }
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
                 () = self.watching.due() => return Ok(Woken::Watched),
                 input = &mut received => return Ok(Woken::Received(input)),

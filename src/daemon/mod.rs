@@ -158,6 +158,7 @@ pub fn play(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut gateway_io = GatewayIo::open(&settings, view, json)?;
+        gateway_io.keep_configuration();
         // On the heap: the settings make it large.
         let outcome = Box::pin(play_on(settings, &mut gateway_io, (name, reopen, routes), playback)).await;
         gateway_io.close();

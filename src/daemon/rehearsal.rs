@@ -22,6 +22,7 @@ pub fn rehearse(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut gateway_io = GatewayIo::open(settings, view, None)?;
+        gateway_io.keep_configuration();
         gateway_io.ready(rehearsal.gateway(), rehearsal.now());
         let clock = Clock::start();
         let outcome = loop {

@@ -6,6 +6,8 @@ use std::task::Poll;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
+use crate::io::hangup::ignore_hangup;
+
 /// The signals that request an orderly stop, and those that would end the process at once if they were not ignored.
 ///
 /// SIGHUP requests a stop when a terminal is among the standard streams, since it says that the terminal was closed. A
@@ -31,11 +33,10 @@ const IGNORED: [(&str, i32); 9] = [
 impl StopSignals {
     /// Those of a command.
     pub(super) fn listen() -> io::Result<Self> {
-        let mut signals = Self::of_service()?;
         if !has_terminal() {
-            signals.ignored.push(("SIGHUP", signal(SignalKind::hangup())?));
+            ignore_hangup();
         }
-        Ok(signals)
+        Self::of_service()
     }
 
     /// Those of a process that takes SIGHUP otherwise where it has no terminal.
@@ -74,6 +75,13 @@ impl ReloadSignal {
     pub(super) fn listen() -> io::Result<Self> {
         let hangup = (!has_terminal()).then(|| signal(SignalKind::hangup()));
         Ok(Self(hangup.transpose()?))
+    }
+
+    /// Takes no such requests from now on, in a process whose configuration cannot change; others see that.
+    pub(super) fn refuse(&mut self) {
+        if self.0.take().is_some() {
+            ignore_hangup();
+        }
     }
 
     /// True if the process takes such requests.

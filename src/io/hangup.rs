@@ -1,6 +1,6 @@
 //! SIGHUP, the request to reload the configuration: sent to another process, or not meant for this one.
 
-use std::io;
+use std::{fs, io};
 
 /// Sends SIGHUP.
 ///
@@ -15,7 +15,30 @@ pub fn hang_up(pid: u32) -> io::Result<()> {
     if unsafe { libc::kill(pid, libc::SIGHUP) } < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
-/// Ignores SIGHUP from now on, in a process that has no configuration of its own.
+/// Why a process would not reload its configuration at SIGHUP; `None` where it would, or where nobody can tell.
+pub fn refuses_hangup(pid: u32) -> Option<&'static str> {
+    let is_in = |set: &str| {
+        let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+        let mask = status.lines().find_map(|line| line.strip_prefix(set)?.strip_prefix(':'))?;
+        let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+        Some(mask & (1 << (libc::SIGHUP - 1)) != 0)
+    };
+    let stream = |number: u8| fs::read_link(format!("/proc/{pid}/fd/{number}")).ok();
+    let is_terminal = |number| {
+        stream(number).is_some_and(|path| path.starts_with("/dev/pts") || path.starts_with("/dev/tty"))
+    };
+    if is_in("SigIgn")? {
+        Some("it plays a recording, or is no gateway with a configuration of its own")
+    } else if !is_in("SigCgt")? {
+        Some("it has no answer to SIGHUP, which would end it")
+    } else if (0..3).any(is_terminal) {
+        Some("it runs on a terminal, where SIGHUP stops it")
+    } else {
+        None
+    }
+}
+
+/// Ignores SIGHUP from now on, in a process that has no configuration of its own, or none that can change.
 #[allow(unsafe_code)]
 pub fn ignore_hangup() {
     // SAFETY: no handler is installed.

@@ -133,6 +133,36 @@ fn many_requests_at_once_leave_the_last_file_in_effect() {
 }
 
 #[test]
+fn a_gateway_that_plays_a_recording_says_by_its_process_alone_that_it_does_not_reload() {
+    let folder = Folder::with_demo_vehicle("no-such-can", KEYS);
+    let mut playing = Process::start(folder.path(), |command| {
+        command.args(["demo", "--plain", "--repeat"]);
+    });
+    let reload = |pid: u32| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        let arguments = format!("reload --socket none.sock --pid {pid}");
+        command.current_dir(folder.path()).args(arguments.split(' '));
+        command.output().unwrap()
+    };
+    wait_until("a reload that is refused", || {
+        let output = reload(playing.id());
+        let text = String::from_utf8(output.stderr).unwrap();
+        output.status.code() == Some(8) && text.contains("does not reload: it plays a recording")
+    });
+    playing.stop("TERM");
+
+    let live = Gateway::run();
+    assert_eq!(reload(live.process.id()).status.code(), Some(0));
+    live.manager.wait_for("RELOADING=1\nMONOTONIC_USEC=");
+    // A process without a handler would end.
+    let mut sleeper = Command::new("sleep").arg("600").spawn().unwrap();
+    wait_until("a refusal for its sake", || reload(sleeper.id()).status.code() == Some(8));
+    assert!(sleeper.try_wait().unwrap().is_none());
+    sleeper.kill().unwrap();
+    sleeper.wait().unwrap();
+}
+
+#[test]
 fn without_a_gateway_a_comparison_says_so() {
     let folder = Folder::with_demo_vehicle("no-such-can", KEYS);
     let output = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
