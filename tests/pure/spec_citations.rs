@@ -32,10 +32,55 @@ fn what_comments_cite_is_there() {
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
 }
 
+/// A page that speaks of all weaknesses names the last one, as the specification lists them.
+#[test]
+fn the_last_weakness_is_named_everywhere_alike() {
+    let listed = |text: &str| {
+        let labels = text.lines().filter_map(|line| line.strip_prefix("| W")?.split(' ').next());
+        labels.filter_map(|number| number.parse::<u32>().ok()).max()
+    };
+    let last = listed(&read(Path::new("docs/spec/turn-signal-decider.md"))).expect("a list of weaknesses");
+    let mut counted = 0;
+    for page in pages() {
+        for rest in read(&page).split("W1 to W").skip(1) {
+            let number: String = rest.chars().take_while(char::is_ascii_digit).collect();
+            assert_eq!(number, last.to_string(), "{}: W1 to W{number}", page.display());
+            counted += 1;
+        }
+    }
+    assert!(counted > 0, "nothing speaks of all weaknesses");
+}
+
+/// What a feature of Cargo.toml builds in, no page denies.
+#[test]
+fn no_page_denies_what_can_be_built_in() {
+    let manifest = read(Path::new("Cargo.toml"));
+    let (_, features) = manifest.split_once("[features]").unwrap();
+    let features = features.lines().take_while(|line| !line.starts_with("[dep")).filter_map(|line| {
+        let name = line.split_once(" = ")?.0;
+        name.chars().all(char::is_alphabetic).then_some(name)
+    });
+    for feature in features.filter(|name| *name != "default") {
+        for page in pages() {
+            let text = read(&page).to_lowercase().split_whitespace().collect::<Vec<_>>().join(" ");
+            for denial in [
+                format!("has no {feature}"),
+                format!("no {feature} engine"),
+                format!("without a {feature} engine"),
+            ] {
+                assert!(!text.contains(&denial), "{}: {denial}", page.display());
+            }
+        }
+    }
+}
+
+fn pages() -> Vec<PathBuf> {
+    files().into_iter().filter(|path| path.extension().is_some_and(|end| end == "md")).collect()
+}
+
 #[test]
 fn links_of_pages_lead_somewhere() {
-    let pages: Vec<PathBuf> =
-        files().into_iter().filter(|path| path.extension().is_some_and(|end| end == "md")).collect();
+    let pages = pages();
     let mut breaches = Vec::new();
     for page in &pages {
         let text = read(page);
