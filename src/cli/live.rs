@@ -92,10 +92,13 @@ pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosA
     let read = read?;
     if !read.unknown.is_empty() {
         let known = ros_arguments::PARAMETERS;
-        tracing::warn!(
+        tracing::info!(
             "parameters without effect: {}; this node has {known}",
             escaped(&read.unknown.join(", "))
         );
+    }
+    if !read.without_effect.is_empty() {
+        tracing::info!("arguments of ROS 2 without effect: {}", escaped(&read.without_effect.join(", ")));
     }
     Ok(read)
 }

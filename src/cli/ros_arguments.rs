@@ -10,11 +10,14 @@ use super::Failure;
 use crate::config::files::Files;
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{NodeNames, Remapping, is_name, is_namespace, is_topic};
-use crate::config::ros_parameters::read_parameters;
+use crate::config::ros_parameters::{ParameterValue, read_parameters, read_value};
+use crate::core::near_miss::mistyped;
 use crate::report::text::escaped;
 
 const BEGIN: &str = "--ros-args";
 /// The parameters of this node.
+const NAMES: [&str; 3] = ["config", "profile", "use_sim_time"];
+/// The same for people.
 pub(super) const PARAMETERS: &str = "config, profile and use_sim_time";
 
 /// The arguments of ROS 2 on the command line of a node.
@@ -36,8 +39,10 @@ pub(super) struct RosArguments {
     pub(super) config: Option<PathBuf>,
     /// The parameter `profile`: as `--profile`, which comes first.
     pub(super) profile: Option<PathBuf>,
-    /// Parameters of this node that it does not have.
+    /// Parameters that this node was given and does not have, as those that a launch file gives to all.
     pub(super) unknown: Vec<String>,
+    /// Options of ROS 2 that are taken and change nothing here, with what to do instead.
+    pub(super) without_effect: Vec<String>,
 }
 
 /// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`.
@@ -65,11 +70,21 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
             }
             "--enable-rosout-logs" => found.overrides.rosout = Some(true),
             "--disable-rosout-logs" => found.overrides.rosout = Some(false),
-            "--disable-stdout-logs" => return Err(usage(&option, "use --log-level fatal to log less")),
-            "-e" | "--enclave" => {
-                return Err(usage(&option, "this node has no DDS security; see docs/security.md"));
+            "--disable-stdout-logs" => {
+                found.without_effect.push(format!("{option} (--log-level fatal logs less)"));
             }
-            "--log-config-file" => return Err(usage(&option, "set --log-level, or the variable RUST_LOG")),
+            "-e" | "--enclave" => {
+                let enclave = value("an enclave")?;
+                found.without_effect.push(format!("{option} {enclave} (this node has no DDS security)"));
+            }
+            "--log-config-file" => {
+                let file = value("a file")?;
+                found.without_effect.push(format!("{option} {file} (set --log-level or RUST_LOG)"));
+            }
+            "--log-file-name" => {
+                let name = value("a name")?;
+                found.without_effect.push(format!("{option} {name} (the log goes to standard error)"));
+            }
             _ => {
                 let known = "-r, -p, --params-file and --log-level";
                 return Err(usage(
@@ -182,13 +197,13 @@ impl RosArguments {
 
     fn adopt_file(&mut self, files: &dyn Files, path: &Path, names: NodeNames<'_>) -> Result<(), Failure> {
         for parameter in read_parameters(files, path, names)? {
-            let value = parameter.value.as_deref().unwrap_or_default();
-            let is_known = self.set(&parameter.name, value).map_err(|reason| {
+            let wrong = |reason: &str| {
                 usage(&format!("--params-file {}: {}", path.display(), parameter.name), reason)
-            })?;
+            };
+            let is_known = self.set(&parameter.name, parameter.value.as_ref()).map_err(wrong)?;
             // What a pattern says is meant for whoever has such a parameter.
             if !is_known && parameter.is_for_this_node {
-                self.unknown.push(parameter.name);
+                self.adopt_unknown(&parameter.name).map_err(|reason| wrong(&reason))?;
             }
         }
         Ok(())
@@ -201,18 +216,30 @@ impl RosArguments {
         if node.is_some_and(|node| node != names.node) {
             return Ok(());
         }
-        if !self.set(name, value).map_err(wrong)? {
-            return Err(wrong(&format!("no such parameter; this node has {PARAMETERS}")));
+        if !self.set(name, read_value(value)?.as_ref()).map_err(wrong)? {
+            self.adopt_unknown(name).map_err(|reason| wrong(&reason))?;
         }
         Ok(())
     }
 
+    /// Notes a parameter that this node does not have, unless it is one of its own with a typo.
+    fn adopt_unknown(&mut self, name: &str) -> Result<(), String> {
+        if let Some(meant) = mistyped(name, NAMES) {
+            return Err(format!("no such parameter; did you mean {meant}?"));
+        }
+        self.unknown.push(name.to_owned());
+        Ok(())
+    }
+
     /// Sets a parameter; false if there is none of this name.
-    fn set(&mut self, name: &str, value: &str) -> Result<bool, &'static str> {
-        let path = || (!value.is_empty()).then(|| PathBuf::from(value)).ok_or("give a path or a name");
+    fn set(&mut self, name: &str, value: Option<&ParameterValue>) -> Result<bool, &'static str> {
+        let path = || {
+            let given = value.filter(|value| !value.text.is_empty());
+            given.map(|value| PathBuf::from(&value.text)).ok_or("give a path or a name")
+        };
         match name {
             "use_sim_time" => {
-                let is_on = value.parse().map_err(|_| "expected true or false")?;
+                let is_on = value.and_then(ParameterValue::as_bool).ok_or("expected true or false")?;
                 self.overrides.use_sim_time = Some(is_on);
             }
             "config" => self.config = Some(path()?),
@@ -271,8 +298,22 @@ mod tests {
             config: Some("x.toml".into()),
             profile: Some("kia".into()),
             unknown: vec!["colour".into()],
+            without_effect: vec![],
         };
         assert_eq!(read, expected);
+    }
+
+    #[test]
+    fn what_a_launch_tree_gives_to_all_nodes_is_taken() {
+        let read = of(
+            "-p use_sim_time:=False -p wheel_radius:=0.383 -p vehicle_info.sizes:=[1,2] --log-file-name a \
+             --disable-stdout-logs -e /car --log-config-file b",
+        )
+        .unwrap();
+        assert_eq!(read.overrides.use_sim_time, Some(false));
+        assert_eq!(read.unknown, ["wheel_radius", "vehicle_info.sizes"]);
+        let names: Vec<_> = read.without_effect.iter().map(|text| text.split(" (").next().unwrap()).collect();
+        assert_eq!(names, ["--log-file-name a", "--disable-stdout-logs", "-e /car", "--log-config-file b"]);
     }
 
     #[test]
@@ -284,15 +325,13 @@ mod tests {
             ("-r __node:=1", "a node's name has"),
             ("-r __ns:=car", "write a namespace as / or /vehicle"),
             ("-p use_sim_time:=1", "expected true or false"),
-            (
-                "-p volume:=1",
-                "-p volume:=1: no such parameter; this node has config, profile and use_sim_time",
-            ),
+            ("-p confg:=a", "-p confg:=a: no such parameter; did you mean config?"),
+            ("-p use_sim_time:='true'", "expected true or false"),
+            ("-p config:=[", "--param"),
             ("-p config:=", "give a path"),
             ("--params-file none.yaml", "none.yaml: there is no such file"),
             ("--log-level loud", "expected debug, info, warn, error or fatal, found \"loud\""),
-            ("-e /car", "-e: this node has no DDS security"),
-            ("--log-config-file x", "RUST_LOG"),
+            ("-e", "-e: give an enclave after it"),
             ("--colour", "--colour: not an argument of ROS 2 that this node follows"),
         ] {
             let refused = of(line).unwrap_err();

@@ -1,4 +1,5 @@
-//! Files of parameters, as `--params-file` names them: nodes, and below `ros__parameters` their parameters.
+//! Files of parameters, as `--params-file` names them: nodes, and below `ros__parameters` their parameters. Values of
+//! `--param` as well, which are YAML too.
 
 use std::path::Path;
 
@@ -7,20 +8,39 @@ use super::reading::checker::Checker;
 use super::reading::location::{Location, Text};
 use super::reading::problem::Refused;
 use super::reading::value::{Entry, Kind, Value};
-use super::reading::yaml_text::from_yaml;
+use super::reading::yaml_text::from_rcl_yaml;
 use super::ros_names::NodeNames;
 
 /// The key below which a node's parameters are.
 const PARAMETERS: &str = "ros__parameters";
 const SEE: &str = "";
 
+/// A value that is neither a list nor a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ParameterValue {
+    /// As it is written.
+    pub text: String,
+    /// It stands in quotes, or is tagged as a text.
+    pub is_quoted: bool,
+}
+
+impl ParameterValue {
+    /// The value of a parameter that is on or off, in the words of `rcl_yaml_param_parser`.
+    pub fn as_bool(&self) -> Option<bool> {
+        const ON: [&str; 11] = ["y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"];
+        const OFF: [&str; 11] = ["n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"];
+        let is_one_of = |words: [&str; 11]| !self.is_quoted && words.contains(&self.text.as_str());
+        (is_one_of(ON) || is_one_of(OFF)).then(|| is_one_of(ON))
+    }
+}
+
 /// A parameter of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileParameter {
     /// Name, with a dot for each level.
     pub name: String,
-    /// Value as it is written; `None` for a list.
-    pub value: Option<String>,
+    /// Its value; `None` for a list or nothing.
+    pub value: Option<ParameterValue>,
     /// True if the file names the node, and not all nodes of a pattern.
     pub is_for_this_node: bool,
 }
@@ -35,7 +55,10 @@ pub fn read_parameters(
     names: NodeNames<'_>,
 ) -> Result<Vec<FileParameter>, Refused> {
     let text = Text::read(path, files.read(path), "give the path of a YAML file with parameters")?;
-    let root = from_yaml(&text)?;
+    // Launch files write an empty one for a node without parameters.
+    let Some(root) = from_rcl_yaml(&text)?.filter(|root| !matches!(root.kind, Kind::Null)) else {
+        return Ok(Vec::new());
+    };
     let mut reader =
         Reader { checker: Checker::new(&text.file, SEE), node: names.full_name(), found: Vec::new() };
     for entry in reader.entries(&root) {
@@ -43,6 +66,24 @@ pub fn read_parameters(
     }
     let Reader { checker, found, .. } = reader;
     checker.finish(Some(found)).map_err(Refused)
+}
+
+/// Reads the value of a parameter on the command line; `None` for a list, a table or nothing.
+///
+/// # Errors
+/// What is not YAML.
+pub fn read_value(given: &str) -> Result<Option<ParameterValue>, Refused> {
+    let text = Text::new(Path::new("--param"), given.into())?;
+    Ok(from_rcl_yaml(&text)?.and_then(|value| scalar(&value.kind)))
+}
+
+fn scalar(kind: &Kind) -> Option<ParameterValue> {
+    match kind {
+        Kind::Scalar { text, is_quoted } => {
+            Some(ParameterValue { text: text.clone(), is_quoted: *is_quoted })
+        }
+        Kind::Null | Kind::List(_) | Kind::Map(_) => None,
+    }
 }
 
 struct Reader {
@@ -80,15 +121,12 @@ impl Reader {
     fn parameters(&mut self, above: &str, value: &Value, is_for_this_node: bool) {
         for entry in self.entries(value) {
             let name = format!("{above}{}", entry.key);
-            let value = match &entry.value.kind {
-                Kind::Map(_) => {
-                    self.parameters(&format!("{name}."), &entry.value, is_for_this_node);
-                    continue;
-                }
-                Kind::Scalar { text, .. } => Some(text.clone()),
-                Kind::Null | Kind::List(_) => None,
-            };
-            self.found.push(FileParameter { name, value, is_for_this_node });
+            if matches!(entry.value.kind, Kind::Map(_)) {
+                self.parameters(&format!("{name}."), &entry.value, is_for_this_node);
+            } else {
+                let value = scalar(&entry.value.kind);
+                self.found.push(FileParameter { name, value, is_for_this_node });
+            }
         }
     }
 
@@ -136,7 +174,8 @@ mod tests {
             read_parameters(&Yaml(text), Path::new("p.yaml"), names).map_err(|error| error.to_string())?;
         let shown = |parameter: FileParameter| {
             let mark = if parameter.is_for_this_node { "!" } else { "" };
-            format!("{}={}{mark}", parameter.name, parameter.value.unwrap_or("[]".into()))
+            let value = parameter.value.map_or("[]".into(), |value| value.text);
+            format!("{}={value}{mark}", parameter.name)
         };
         Ok(read.into_iter().map(shown).collect())
     }
@@ -154,13 +193,32 @@ mod tests {
     }
 
     #[test]
+    fn what_rcl_takes_is_taken() {
+        for (text, expected) in [
+            ("", ""),
+            ("# nothing\n---\n", ""),
+            ("/**: {ros__parameters: !!map {a: !!str 1, b: !other [1]}}", "a=1 b=[]"),
+            ("/**: {ros__parameters: {a: 1}}\n/**: {ros__parameters: {a: 2}}", "a=1 a=2"),
+            ("/**: {ros__parameters: {}}", ""),
+        ] {
+            assert_eq!(read(text).unwrap().join(" "), expected, "{text}");
+        }
+        let as_bool = |text: &str| read_value(text).unwrap().and_then(|value| value.as_bool());
+        let (on, off) = ("true True TRUE on On ON yes Yes YES y Y", "false False off no n");
+        assert!(on.split(' ').all(|text| as_bool(text) == Some(true)));
+        assert!(off.split(' ').all(|text| as_bool(text) == Some(false)));
+        assert!(
+            ["1", "'true'", "!!str true", "[true]", "", "tRue"].iter().all(|text| as_bool(text).is_none())
+        );
+    }
+
+    #[test]
     fn what_is_not_a_file_of_parameters_is_refused_with_its_place() {
         for (text, expected) in [
             ("ros__parameters: {a: 1}", "p.yaml:1:1: ros__parameters: parameters without a node"),
             ("- a", "expected a table"),
             ("/**: 1", "expected a table"),
             ("/**: {ros__parameters: 1}", "expected a table"),
-            ("", "the file is empty"),
             ("a: [", "p.yaml:"),
         ] {
             let refused = read(text).unwrap_err();

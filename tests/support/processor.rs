@@ -9,6 +9,15 @@ use std::time::Duration;
 /// The longest time that a thread of a process, or of one that it has started, has waited so far. Zero where the kernel
 /// does not count it.
 pub(crate) fn waited(process: u32) -> Duration {
+    waits(process).into_iter().max().unwrap_or_default()
+}
+
+/// The time that all these threads together have waited so far.
+pub(crate) fn waited_in_all(process: u32) -> Duration {
+    waits(process).into_iter().sum()
+}
+
+fn waits(process: u32) -> Vec<Duration> {
     let own = threads(process).map(|thread| {
         let times =
             fs::read_to_string(format!("/proc/{process}/task/{thread}/schedstat")).unwrap_or_default();
@@ -20,7 +29,7 @@ pub(crate) fn waited(process: u32) -> Duration {
         let listed = fs::read_to_string(path).unwrap_or_default();
         listed.split_whitespace().filter_map(|child| child.parse().ok()).collect::<Vec<u32>>()
     });
-    own.chain(children.map(waited)).max().unwrap_or_default()
+    own.chain(children.flat_map(waits)).collect()
 }
 
 fn threads(process: u32) -> impl Iterator<Item = String> {

@@ -12,12 +12,35 @@ use super::value::{Entry, Kind, Value};
 /// The key whose value is a table, or a list of tables, with further entries.
 const MERGE_KEY: &str = "<<";
 
+/// Which YAML is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// Plain data: no tags, and each key of a table once.
+    Strict,
+    /// As `rcl_yaml_param_parser` reads it: a tag says at most that a value is a text, and keys may be repeated.
+    OfRcl,
+}
+
 /// Reads the one document of a YAML text.
 ///
 /// # Errors
 /// The first breach of YAML, anything but plain data, nesting that is too deep, or too many values.
 pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
-    let mut builder = Builder { text, root: None, open: Vec::new(), anchors: BTreeMap::new(), nodes: 0 };
+    let root = document(text, Form::Strict)?;
+    root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
+}
+
+/// Reads the one document of a YAML text as the libraries of ROS 2 do, with tags and repeated keys; `None` when it is empty.
+///
+/// # Errors
+/// The first breach of YAML, nesting that is too deep, or too many values.
+pub(crate) fn from_rcl_yaml(text: &Text) -> Result<Option<Value>, Problem> {
+    document(text, Form::OfRcl)
+}
+
+fn document(text: &Text, form: Form) -> Result<Option<Value>, Problem> {
+    let anchors = BTreeMap::new();
+    let mut builder = Builder { text, form, root: None, open: Vec::new(), anchors, nodes: 0 };
     for event in Parser::new_from_str(&text.content) {
         let (event, span) = event.map_err(|error| {
             let position = (error.marker().line(), error.marker().col() + 1);
@@ -25,7 +48,7 @@ pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
         })?;
         builder.take(event, position(span))?;
     }
-    builder.root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
+    Ok(builder.root)
 }
 
 fn position(span: Span) -> (usize, usize) {
@@ -34,6 +57,7 @@ fn position(span: Span) -> (usize, usize) {
 
 struct Builder<'a> {
     text: &'a Text,
+    form: Form,
     root: Option<Value>,
     /// Collections that have not ended, the outermost first.
     open: Vec<Open>,
@@ -68,9 +92,14 @@ impl Builder<'_> {
             | Event::DocumentEnd => Ok(()),
             Event::Scalar(_, _, _, Some(_))
             | Event::SequenceStart(_, Some(_))
-            | Event::MappingStart(_, Some(_)) => self.refuse(position, "a tag (`!…`)", "remove it"),
-            Event::Scalar(content, style, anchor, None) => {
-                let is_quoted = style != ScalarStyle::Plain;
+            | Event::MappingStart(_, Some(_))
+                if self.form == Form::Strict =>
+            {
+                self.refuse(position, "a tag (`!…`)", "remove it")
+            }
+            Event::Scalar(content, style, anchor, tag) => {
+                let is_text = tag.is_some_and(|tag| tag.is_yaml_core_schema() && tag.suffix == "str");
+                let is_quoted = style != ScalarStyle::Plain || is_text;
                 let is_null = !is_quoted && ["", "~", "null", "Null", "NULL"].contains(&&*content);
                 let kind = if is_null && !self.awaits_key() {
                     Kind::Null
@@ -82,8 +111,8 @@ impl Builder<'_> {
                 self.remember(anchor, &value, 1);
                 self.put(value)
             }
-            Event::SequenceStart(anchor, None) => self.start(Content::List(Vec::new()), anchor, position),
-            Event::MappingStart(anchor, None) => {
+            Event::SequenceStart(anchor, _) => self.start(Content::List(Vec::new()), anchor, position),
+            Event::MappingStart(anchor, _) => {
                 let content = Content::Map { entries: Vec::new(), keys: BTreeSet::new(), pending: None };
                 self.start(content, anchor, position)
             }
@@ -205,7 +234,7 @@ impl Builder<'_> {
                 let Kind::Scalar { text, .. } = value.kind else {
                     return self.refuse(position, "a key that is a list or a table", "use a text");
                 };
-                if !keys.insert(text.clone()) {
+                if !keys.insert(text.clone()) && self.form == Form::Strict {
                     let reason = format!("the key {text:?} is given twice");
                     return Err(self.text.problem(position, &reason, "keep one"));
                 }

@@ -15,6 +15,7 @@ fn a_launch_file_names_the_node_and_its_topics() {
         "/**:\n  ros__parameters:\n    use_sim_time: false\n    wheel_radius: 0.4\n\
          /car/lights:\n  ros__parameters:\n    config: gateway.toml\n    colour: red\n",
     );
+    bench.folder.write("empty.yaml", "");
     let truth = ("array_v1", "truth", "car/truth");
     let camera = ("groups", "camera", "car/lights/camera");
     let reader = bench.reader(&[truth, camera, DIAGNOSTICS]);
@@ -22,6 +23,10 @@ fn a_launch_file_names_the_node_and_its_topics() {
         command.args(["run", "--ros-args", "-r", "__node:=lights", "-r", "__ns:=/car"]);
         command.args(["-r", "/simulation/traffic_lights:=truth", "-r", "nothing:=else"]);
         command.args(["--params-file", "launch.yaml", "--log-level", "info"]);
+        // What launch files give to every node.
+        let all = "-p use_sim_time:=False -p wheel_radius:=0.383 --params-file empty.yaml --log-file-name x \
+            --disable-stdout-logs -e /car --log-config-file y";
+        command.args(all.split_whitespace());
     });
     for name in ["truth", "camera"] {
         reader.wait(Mark::START, name, "a sample", |_| Some(()));
@@ -30,7 +35,9 @@ fn a_launch_file_names_the_node_and_its_topics() {
         let name = data["status"].as_array()?.first()?["name"].as_str()?;
         name.starts_with("lights: ").then_some(())
     });
-    gateway.wait_for_log("parameters without effect: colour; this node has config, profile and use_sim_time");
+    let own = "this node has config, profile and use_sim_time";
+    gateway.wait_for_log(&format!("parameters without effect: colour, wheel_radius; {own}"));
+    gateway.wait_for_log("without effect: --log-file-name x (");
     gateway.wait_for_log("-r nothing:=else has no effect: this node has no topic nothing");
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
 }
