@@ -22,8 +22,12 @@ impl Net {
             if !made.is_ok_and(|output| output.status.success()) {
                 return Err(Prerequisite::NetworkNamespaces.missing("needs root and iproute2"));
             }
+            let entered = Command::new("ip").args(["-n", &name, "link", "set", "lo", "up"]).output().unwrap();
             net.names.push(name);
-            net.ip(host, "link set lo up");
+            if !entered.status.success() {
+                let why = String::from_utf8_lossy(&entered.stderr).trim().replace('\n', "; ");
+                return Err(Prerequisite::NetworkNamespaces.missing(&why));
+            }
         }
         Ok(net)
     }

@@ -144,6 +144,13 @@ fn a_gateway_that_plays_a_recording_says_by_its_process_alone_that_it_does_not_r
         command.current_dir(folder.path()).args(arguments.split(' '));
         command.output().unwrap()
     };
+    // Before, a SIGHUP that the test's own parent ignores is ignored as well.
+    let status = format!("/proc/{}/status", playing.id());
+    wait_until("its handlers of signals", || {
+        let status = std::fs::read_to_string(&status).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap().trim();
+        u64::from_str_radix(caught, 16).unwrap() & (1 << (libc::SIGTERM - 1)) != 0
+    });
     wait_until("a reload that is refused", || {
         let output = reload(playing.id());
         let text = String::from_utf8(output.stderr).unwrap();
