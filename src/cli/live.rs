@@ -14,6 +14,8 @@ use crate::config::files::Disk;
 use crate::config::gateway::DEFAULT_NODE;
 use crate::daemon;
 use crate::io::process_log::LogForm;
+#[cfg(feature = "ros")]
+use crate::io::ros::network::process;
 use crate::report::text::escaped;
 use crate::report::view::View;
 
@@ -106,8 +108,12 @@ pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosA
 /// The network side of another process.
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
+    let closed = process::close_inherited();
     messages::start_log(&args.log_level, LogForm::Timed)?;
-    match crate::io::ros::network::process::run(args.memory_limit_mb) {
+    if let Err(error) = closed {
+        tracing::warn!("descriptors of the parent stay open: {error}");
+    }
+    match process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),

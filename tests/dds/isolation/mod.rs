@@ -4,10 +4,11 @@ mod busy;
 mod latency;
 mod memory;
 
-use std::fs;
+use std::fs::{self, File};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use rustix::io::FdFlags;
 use serde_json::Value;
 
 use super::delivery::{TURN, is_report};
@@ -200,7 +201,11 @@ fn the_daemon_reports_its_network_process_which_has_few_privileges_left() {
     let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));
     let diagnostics = [Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" }];
     let reader = cyclone.reader(domain, &diagnostics);
+    // As a shell may leave it to whatever it starts.
+    let left_open = File::open(folder.path().join("gateway.toml")).unwrap();
+    rustix::io::fcntl_setfd(&left_open, FdFlags::empty()).unwrap();
     let mut gateway = Process::run(&folder);
+    drop(left_open);
     let ros = |mark: Mark, what: &str, is_it: &dyn Fn(&Value) -> bool| {
         reader.find(mark, what, |(_, line)| {
             let statuses = line["data"]["status"].as_array()?;
@@ -215,6 +220,11 @@ fn the_daemon_reports_its_network_process_which_has_few_privileges_left() {
     println!("{limits}");
     assert_eq!(status_of(process, "Seccomp"), 2);
     assert_eq!(status_of(process, "NoNewPrivs"), 1);
+    for set in ["CapInh", "CapPrm", "CapEff", "CapAmb"] {
+        assert_eq!(status_of(process, set), 0, "{set}");
+    }
+    let has_left_open = |process| descriptors(process).iter().any(|link| link.ends_with("gateway.toml"));
+    assert!(has_left_open(gateway.id()) && !has_left_open(process), "{:?}", descriptors(process));
     let score = fs::read_to_string(format!("/proc/{process}/oom_score_adj")).unwrap();
     assert_eq!(score.trim(), "500");
     for key in ["VmPeak", "VmData", "VmRSS", "Threads", "FDSize"] {
@@ -233,9 +243,13 @@ fn the_daemon_reports_its_network_process_which_has_few_privileges_left() {
 
 /// The sockets that a process has open.
 fn sockets(process: u32) -> Vec<String> {
+    descriptors(process).into_iter().filter(|link| link.starts_with("socket:")).collect()
+}
+
+/// What the descriptors of a process stand for.
+fn descriptors(process: u32) -> Vec<String> {
     let links = fs::read_dir(format!("/proc/{process}/fd")).unwrap();
-    let links = links.filter_map(|link| fs::read_link(link.ok()?.path()).ok()?.to_str().map(str::to_owned));
-    links.filter(|link| link.starts_with("socket:")).collect()
+    links.filter_map(|link| fs::read_link(link.ok()?.path()).ok()?.to_str().map(str::to_owned)).collect()
 }
 
 /// Nobody reads standard error; only the network process has something to write.

@@ -2,28 +2,33 @@
 //!
 //! - It goes on when its parent ends, should it have been stopped, so as to end as well. It is the first that the kernel takes when memory is short, and leaves no core dump.
 //! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`), since
-//!   threads and allocators reserve much more address space than they use.
-//! - System calls that it never needs fail: to run a program or to fork, to open a file for writing or to change the
-//!   file system, to look into other processes or to send them signals, and sockets other than IP, the kernel's list of
-//!   interfaces, and what the C library opens to ask for one. So it reaches neither CAN nor the service manager. What
-//!   is refused is listed, and all else is let through: what a kernel or a C library to come may ask for cannot be
-//!   listed, and a network side that fails on a new computer protects nobody.
+//!   threads and allocators reserve much more address space than they use; memory that it would not count, which is shared or in
+//!   files, cannot be had.
+//! - It has no capability, not even where root started it, and none of the descriptors that its parent did not mean for it.
+//! - Once the gateway has said which engine is to run, the system calls that this engine needs are all that is left, and of
+//!   those with many meanings the meanings that it needs. All others fail with `EPERM`, and kill nobody. So it can neither run a
+//!   program nor open a file (with Zenoh: to write), look into other processes, set their limits or priorities, have signals
+//!   sent to them, or open sockets other than IP and the kernel's list of interfaces: it reaches neither CAN nor the service
+//!   manager. With DDS it has no streams, and so no TCP.
 
 use std::collections::BTreeMap;
 use std::fs;
 
 use rustix::process::{Resource, Rlimit, Signal, set_parent_process_death_signal, setrlimit};
+use rustix::thread::{CapabilitySet, CapabilitySets, clear_ambient_capability_set, set_capabilities};
 use seccompiler::{
     BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
     apply_filter_all_threads,
 };
+
+use crate::io::ros::settings::Transport;
 
 /// Open descriptors. A participant has 60 and some for each interface; now and then there are two.
 const DESCRIPTORS: u64 = 1024;
 /// Likelihood to be taken when memory is short, from -1000 to 1000.
 const OOM_SCORE: &str = "500";
 
-/// Gives up what is not needed, and all private writable memory beyond so many bytes; gives what the system would not let
+/// Gives up what no engine needs, and all private writable memory beyond so many bytes; gives what the system would not let
 /// go, as texts.
 pub(super) fn confine(memory: u64) -> Vec<String> {
     let limit = |resource, limit| {
@@ -31,6 +36,7 @@ pub(super) fn confine(memory: u64) -> Vec<String> {
             .map_err(|error| error.to_string())
     };
     let outcomes = [
+        ("capabilities", drop_capabilities().map_err(|error| error.to_string())),
         (
             "a signal of the parent's end",
             set_parent_process_death_signal(Some(Signal::CONT)).map_err(|error| error.to_string()),
@@ -39,79 +45,122 @@ pub(super) fn confine(memory: u64) -> Vec<String> {
         ("memory limit", limit(Resource::Data, memory)),
         ("descriptor limit", limit(Resource::Nofile, DESCRIPTORS)),
         ("core dumps", limit(Resource::Core, 0)),
-        ("system calls", refuse_system_calls(|program| apply_filter_all_threads(program))),
     ];
     let refused =
         |(what, outcome): (&str, Result<(), String>)| outcome.err().map(|why| format!("{what}: {why}"));
     outcomes.into_iter().filter_map(refused).collect()
 }
 
+/// Gives up the system calls that an engine does not need, in all threads; the error is what the system would not let go.
+pub(super) fn confine_to(engine: &Transport) -> Result<(), String> {
+    allow_only(&allowed(engine)?, |program| apply_filter_all_threads(program))
+        .map_err(|error| format!("system calls: {error}"))
+}
+
+fn drop_capabilities() -> rustix::io::Result<()> {
+    let none = CapabilitySet::empty();
+    clear_ambient_capability_set()?;
+    set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })
+}
+
+/// System calls that are let through, each in these cases; in all without any.
+type Calls = BTreeMap<i64, Vec<SeccompRule>>;
+
 /// Applies filters that also forbid whom they are applied to, for ever, to gain privileges.
-fn refuse_system_calls(apply: impl Fn(&BpfProgram) -> seccompiler::Result<()>) -> Result<(), String> {
-    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it.
+fn allow_only(allowed: &Calls, apply: impl Fn(&BpfProgram) -> seccompiler::Result<()>) -> Result<(), String> {
+    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A filter that came
+    // before says more than one that lets through.
     let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
-    for (calls, errno) in [(refused()?, libc::EPERM), (clone3, libc::ENOSYS)] {
-        let errno = SeccompAction::Errno(errno.unsigned_abs());
+    let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
+    for (calls, other, listed) in [
+        (&clone3, SeccompAction::Allow, errno(libc::ENOSYS)),
+        (allowed, errno(libc::EPERM), SeccompAction::Allow),
+    ] {
         let arch = std::env::consts::ARCH.try_into().map_err(text)?;
-        let filter = SeccompFilter::new(calls, SeccompAction::Allow, errno, arch).map_err(text)?;
+        let filter = SeccompFilter::new(calls.clone(), other, listed, arch).map_err(text)?;
         let program: BpfProgram = filter.try_into().map_err(text)?;
         apply(&program).map_err(text)?;
     }
     Ok(())
 }
 
-/// The system calls that fail, each with the cases in which it does; always without any.
-fn refused() -> Result<BTreeMap<i64, Vec<SeccompRule>>, String> {
-    let mut calls: BTreeMap<_, _> = always().iter().map(|call| (*call, Vec::new())).collect();
-    calls.insert(libc::SYS_openat, writing(2)?);
-    #[cfg(target_arch = "x86_64")]
-    calls.insert(libc::SYS_open, writing(1)?);
-    let is_process = SeccompCmpOp::MaskedEq(number(libc::CLONE_THREAD));
-    calls.insert(libc::SYS_clone, vec![rule(&[(0, is_process, 0)])?]);
+/// What an engine needs.
+fn allowed(engine: &Transport) -> Result<Calls, String> {
+    let mut calls: Calls = always().iter().map(|call| (*call, Vec::new())).collect();
+    // Threads, and no processes.
+    let thread = number(libc::CLONE_THREAD);
+    calls.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(thread), thread)])?]);
+    // A name, and none of its other meanings.
+    calls.insert(libc::SYS_prctl, one_of(0, &[number(libc::PR_SET_NAME)])?);
     // `abort` is a signal to oneself.
-    let own = u64::from(std::process::id());
-    for call in [libc::SYS_kill, libc::SYS_tgkill, libc::SYS_rt_sigqueueinfo, libc::SYS_rt_tgsigqueueinfo] {
-        calls.insert(call, vec![rule(&[(0, SeccompCmpOp::Ne, own)])?]);
+    let own = (0, SeccompCmpOp::Eq, u64::from(std::process::id()));
+    calls.insert(libc::SYS_tgkill, vec![rule(&[own])?]);
+    // One's own limits, to be read.
+    calls.insert(libc::SYS_prlimit64, vec![rule(&[(0, SeccompCmpOp::Eq, 0), (2, SeccompCmpOp::Eq, 0)])?]);
+    let commands = [libc::F_GETFD, libc::F_SETFD, libc::F_GETFL, libc::F_DUPFD_CLOEXEC].map(number);
+    let mut descriptor = one_of(1, &commands)?;
+    // Not to be told of events by signals.
+    let is_silent = (2, SeccompCmpOp::MaskedEq(number(libc::O_ASYNC)), 0);
+    descriptor.push(rule(&[(1, SeccompCmpOp::Eq, number(libc::F_SETFL)), is_silent])?);
+    calls.insert(libc::SYS_fcntl, descriptor);
+    calls.insert(libc::SYS_ioctl, one_of(1, &REQUESTS)?);
+    // Memory that counts for the limit.
+    let private = (3, SeccompCmpOp::MaskedEq(MAP_TYPE), number(libc::MAP_PRIVATE));
+    // What is loaded is loaded; but the C library may look up names by a library of its own.
+    let no_code = (2, SeccompCmpOp::MaskedEq(number(libc::PROT_EXEC)), 0);
+    let is_dds = matches!(engine, Transport::Dds);
+    let memory = if is_dds { rule(&[private, no_code.clone()])? } else { rule(&[private])? };
+    calls.insert(libc::SYS_mmap, vec![memory]);
+    calls.insert(libc::SYS_mprotect, if is_dds { vec![rule(&[no_code])?] } else { Vec::new() });
+    let streams = [(0, SeccompCmpOp::Eq, number(libc::AF_UNIX)), kind(libc::SOCK_STREAM)];
+    calls.insert(libc::SYS_socketpair, vec![rule(&streams)?]);
+    calls.insert(libc::SYS_socket, sockets(is_dds)?);
+    if !is_dds {
+        for call in [libc::SYS_listen, libc::SYS_accept4, libc::SYS_lseek, libc::SYS_pread64, libc::SYS_statx]
+        {
+            calls.insert(call, Vec::new());
+        }
+        calls.insert(libc::SYS_newfstatat, Vec::new());
+        // Certificates and names of hosts, to be read.
+        let changing = number(libc::O_ACCMODE | libc::O_CREAT | libc::O_TRUNC | O_TMPFILE);
+        let reading = |flags: u8| rule(&[(flags, SeccompCmpOp::MaskedEq(changing), 0)]);
+        calls.insert(libc::SYS_openat, vec![reading(2)?]);
+        #[cfg(target_arch = "x86_64")]
+        calls.insert(libc::SYS_open, vec![reading(1)?]);
     }
-    calls.insert(libc::SYS_socket, sockets()?);
     Ok(calls)
 }
 
-/// An open for writing, by the position of its flags.
-fn writing(flags: u8) -> Result<Vec<SeccompRule>, String> {
-    let mode = SeccompCmpOp::MaskedEq(number(libc::O_ACCMODE));
-    let create = SeccompCmpOp::MaskedEq(number(libc::O_CREAT));
-    Ok(vec![
-        rule(&[(flags, mode.clone(), number(libc::O_WRONLY))])?,
-        rule(&[(flags, mode, number(libc::O_RDWR))])?,
-        rule(&[(flags, create, number(libc::O_CREAT))])?,
-    ])
-}
+/// The part of the flags of `mmap` that says whose the memory is.
+const MAP_TYPE: u64 = 0xF;
+/// The flag of `open` that stands for a file without a name.
+const O_TMPFILE: libc::c_int = 0o20_000_000;
+/// Requests of `ioctl` that an engine needs: `FIONBIO`, `FIONREAD`, `FIOCLEX`, `TCGETS` (is this a terminal?), `SIOCGIFNAME` and
+/// `SIOCGIFINDEX`. In libc, their type differs between C libraries.
+const REQUESTS: [u64; 6] = [0x5421, 0x541B, 0x5451, 0x5401, 0x8910, 0x8933];
 
-/// Sockets but for IP, `NETLINK_ROUTE`, and unconnected ones within the computer.
-fn sockets() -> Result<Vec<SeccompRule>, String> {
-    let families = [libc::AF_INET, libc::AF_INET6, libc::AF_NETLINK, libc::AF_UNIX];
-    let other = families.map(|family| (0, SeccompCmpOp::Ne, number(family)));
-    let netlink = (0, SeccompCmpOp::Eq, number(libc::AF_NETLINK));
-    let not_routes = (2, SeccompCmpOp::Ne, number(libc::NETLINK_ROUTE));
-    let unix = (0, SeccompCmpOp::Eq, number(libc::AF_UNIX));
-    // The rest of the type are flags.
-    let not_datagrams =
-        [libc::SOCK_STREAM, libc::SOCK_SEQPACKET].map(|kind| (1, SeccompCmpOp::MaskedEq(0xF), number(kind)));
-    let raw = [libc::AF_INET, libc::AF_INET6].map(|family| {
-        rule(&[
-            (0, SeccompCmpOp::Eq, number(family)),
-            (1, SeccompCmpOp::MaskedEq(0xF), number(libc::SOCK_RAW)),
-        ])
-    });
-    let mut rules = vec![rule(&other)?, rule(&[netlink, not_routes])?];
-    for kind in not_datagrams {
-        rules.push(rule(&[unix.clone(), kind])?);
-    }
-    for rule in raw {
-        rules.push(rule?);
+/// IP datagrams, `NETLINK_ROUTE`, and IP streams but for DDS.
+fn sockets(is_dds: bool) -> Result<Vec<SeccompRule>, String> {
+    let family = |family| (0, SeccompCmpOp::Eq, number(family));
+    let routes = (2, SeccompCmpOp::Eq, number(libc::NETLINK_ROUTE));
+    let mut rules = vec![rule(&[family(libc::AF_NETLINK), routes])?];
+    for ip in [libc::AF_INET, libc::AF_INET6] {
+        rules.push(rule(&[family(ip), kind(libc::SOCK_DGRAM)])?);
+        if !is_dds {
+            rules.push(rule(&[family(ip), kind(libc::SOCK_STREAM)])?);
+        }
     }
     Ok(rules)
+}
+
+/// The kind of a socket; the rest of the argument are flags.
+fn kind(kind: libc::c_int) -> (u8, SeccompCmpOp, u64) {
+    (1, SeccompCmpOp::MaskedEq(0xF), number(kind))
+}
+
+/// The cases in which an argument has one of these values.
+fn one_of(argument: u8, values: &[u64]) -> Result<Vec<SeccompRule>, String> {
+    values.iter().map(|value| rule(&[(argument, SeccompCmpOp::Eq, *value)])).collect()
 }
 
 /// A case in which all conditions hold: position of the argument, comparison, value.
@@ -122,83 +171,80 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
     SeccompRule::new(conditions.collect::<Result<_, _>>()?).map_err(text)
 }
 
-/// System calls that a network side never needs.
+/// System calls that every engine needs, in all cases: of the C library, the libraries of Rust, RustDDS and Zenoh.
 fn always() -> Vec<i64> {
     let mut calls = vec![
-        // Programs and other processes.
-        libc::SYS_execve,
-        libc::SYS_execveat,
-        libc::SYS_ptrace,
-        libc::SYS_process_vm_readv,
-        libc::SYS_process_vm_writev,
-        libc::SYS_process_madvise,
-        libc::SYS_kcmp,
-        libc::SYS_pidfd_getfd,
-        libc::SYS_pidfd_send_signal,
-        libc::SYS_tkill,
-        // The file system.
-        libc::SYS_openat2,
-        libc::SYS_unlinkat,
-        libc::SYS_renameat,
-        libc::SYS_renameat2,
-        libc::SYS_mkdirat,
-        libc::SYS_mknodat,
-        libc::SYS_linkat,
-        libc::SYS_symlinkat,
-        libc::SYS_fchmodat,
-        libc::SYS_fchownat,
-        libc::SYS_truncate,
-        libc::SYS_setxattr,
-        libc::SYS_removexattr,
-        libc::SYS_open_by_handle_at,
-        libc::SYS_mount,
-        libc::SYS_umount2,
-        libc::SYS_pivot_root,
-        libc::SYS_chroot,
-        libc::SYS_move_mount,
-        libc::SYS_fsopen,
-        libc::SYS_open_tree,
-        // The system.
-        libc::SYS_unshare,
-        libc::SYS_setns,
-        libc::SYS_bpf,
-        libc::SYS_perf_event_open,
-        libc::SYS_userfaultfd,
-        libc::SYS_io_uring_setup,
-        libc::SYS_io_uring_enter,
-        libc::SYS_io_uring_register,
-        libc::SYS_add_key,
-        libc::SYS_request_key,
-        libc::SYS_keyctl,
-        libc::SYS_init_module,
-        libc::SYS_finit_module,
-        libc::SYS_delete_module,
-        libc::SYS_kexec_load,
-        libc::SYS_reboot,
-        libc::SYS_settimeofday,
-        libc::SYS_clock_settime,
-        libc::SYS_sethostname,
-        libc::SYS_swapon,
-        libc::SYS_quotactl,
+        // Memory.
+        libc::SYS_brk,
+        libc::SYS_munmap,
+        libc::SYS_mremap,
+        libc::SYS_madvise,
+        libc::SYS_membarrier,
+        // Threads, and the end.
+        libc::SYS_clone3,
+        libc::SYS_set_robust_list,
+        libc::SYS_rseq,
+        libc::SYS_futex,
+        libc::SYS_sched_yield,
+        libc::SYS_sched_getaffinity,
+        libc::SYS_getcpu,
+        libc::SYS_gettid,
+        libc::SYS_getpid,
+        libc::SYS_exit,
+        libc::SYS_exit_group,
+        libc::SYS_restart_syscall,
+        // Signals to itself.
+        libc::SYS_rt_sigaction,
+        libc::SYS_rt_sigprocmask,
+        libc::SYS_rt_sigreturn,
+        libc::SYS_sigaltstack,
+        // Time and chance.
+        libc::SYS_clock_gettime,
+        libc::SYS_clock_getres,
+        libc::SYS_clock_nanosleep,
+        libc::SYS_nanosleep,
+        libc::SYS_gettimeofday,
+        libc::SYS_timerfd_create,
+        libc::SYS_timerfd_settime,
+        libc::SYS_getrandom,
+        // Descriptors.
+        libc::SYS_read,
+        libc::SYS_write,
+        libc::SYS_readv,
+        libc::SYS_writev,
+        libc::SYS_close,
+        libc::SYS_fstat,
+        libc::SYS_dup,
+        libc::SYS_pipe2,
+        libc::SYS_eventfd2,
+        libc::SYS_ppoll,
+        libc::SYS_epoll_create1,
+        libc::SYS_epoll_ctl,
+        libc::SYS_epoll_pwait,
+        libc::SYS_epoll_pwait2,
+        // Sockets that are open.
+        libc::SYS_bind,
+        libc::SYS_connect,
+        libc::SYS_getsockname,
+        libc::SYS_getpeername,
+        libc::SYS_getsockopt,
+        libc::SYS_setsockopt,
+        libc::SYS_sendto,
+        libc::SYS_sendmsg,
+        libc::SYS_sendmmsg,
+        libc::SYS_recvfrom,
+        libc::SYS_recvmsg,
+        libc::SYS_recvmmsg,
+        libc::SYS_shutdown,
+        // What computer this is.
+        libc::SYS_uname,
+        libc::SYS_sysinfo,
+        libc::SYS_getuid,
+        libc::SYS_geteuid,
     ];
+    // The same in older words.
     #[cfg(target_arch = "x86_64")]
-    calls.extend([
-        libc::SYS_fork,
-        libc::SYS_vfork,
-        libc::SYS_creat,
-        libc::SYS_unlink,
-        libc::SYS_rename,
-        libc::SYS_mkdir,
-        libc::SYS_rmdir,
-        libc::SYS_mknod,
-        libc::SYS_link,
-        libc::SYS_symlink,
-        libc::SYS_chmod,
-        libc::SYS_chown,
-        libc::SYS_lchown,
-        libc::SYS_ioperm,
-        libc::SYS_iopl,
-    ]);
+    calls.extend([libc::SYS_poll, libc::SYS_epoll_wait, libc::SYS_time]);
     calls
 }
 
@@ -216,42 +262,102 @@ fn text(error: impl ToString) -> String {
 mod tests {
     use std::fs::{File, OpenOptions};
     use std::io;
-    use std::net::UdpSocket;
+    use std::net::{TcpListener, TcpStream, UdpSocket};
     use std::os::unix::net::{UnixDatagram, UnixStream};
     use std::process::Command;
     use std::thread;
 
-    use rustix::process::{getpid, getppid, test_kill_process};
     use socketcan::{CanSocket, Socket as _};
 
     use super::*;
+    use crate::io::ros::settings::ZenohSettings;
+
+    /// What somebody who has taken the process over might try.
+    struct Attacker {
+        /// A file that was opened before.
+        file: File,
+        socket: UdpSocket,
+    }
+
+    type Attack = (&'static str, fn(&Attacker) -> io::Result<()>);
+
+    const ATTACKS: [Attack; 27] = [
+        ("to make a file", |_| File::create(std::env::temp_dir().join("signal-gateway-confined")).map(drop)),
+        ("to write a file", |_| OpenOptions::new().write(true).open("/dev/null").map(drop)),
+        ("to empty a file that is only read", |_| {
+            call(libc::SYS_openat, [libc::AT_FDCWD.into(), path(), 0o1000, 0])
+        }),
+        ("to make a folder", |_| fs::create_dir(std::env::temp_dir().join("signal-gateway-confined"))),
+        ("to remove a file", |_| fs::remove_file(std::env::temp_dir().join("signal-gateway-confined"))),
+        ("to change a file's permissions", |a| call(libc::SYS_fchmod, [fd(&a.file), 0o777, 0, 0])),
+        ("to change a file's owner", |a| call(libc::SYS_fchown, [fd(&a.file), 0, 0, 0])),
+        ("to change a file's times", |a| call(libc::SYS_utimensat, [fd(&a.file), 0, 0, 0])),
+        ("to run a program", |_| Command::new("/bin/true").status().map(drop)),
+        ("CAN", |_| CanSocket::open_iface(1).map(drop)),
+        ("a service of the computer", |_| UnixStream::connect("/run/none").map(drop)),
+        ("the service manager", |_| UnixDatagram::unbound().map(drop)),
+        ("packets", |_| call(libc::SYS_socket, [libc::AF_PACKET.into(), libc::SOCK_RAW.into(), 0, 0])),
+        ("raw IP", |_| call(libc::SYS_socket, [libc::AF_INET.into(), libc::SOCK_RAW.into(), 1, 0])),
+        ("to send the parent a signal", |_| call(libc::SYS_kill, [parent(), 0, 0, 0])),
+        ("to have signals sent to the parent", |a| {
+            call(libc::SYS_fcntl, [fd(&a.socket), F_SETOWN, parent(), 0])
+        }),
+        ("another signal for events", |a| call(libc::SYS_fcntl, [fd(&a.socket), F_SETSIG, 9, 0])),
+        ("signals for events", |a| call(libc::SYS_fcntl, [fd(&a.socket), F_SETFL, libc::O_ASYNC.into(), 0])),
+        ("the same by another call", |a| call(libc::SYS_ioctl, [fd(&a.socket), 0x8901, 0, 0])),
+        ("the parent's limits", |_| call(libc::SYS_prlimit64, [parent(), libc::RLIMIT_NOFILE.into(), 0, 0])),
+        ("limits of its own", |_| call(libc::SYS_prlimit64, [0, libc::RLIMIT_DATA.into(), path(), 0])),
+        ("a priority", |_| call(libc::SYS_setpriority, [libc::PRIO_PROCESS.into(), parent(), 19, 0])),
+        ("a scheduler", |_| {
+            call(libc::SYS_sched_setscheduler, [parent(), libc::SCHED_IDLE.into(), path(), 0])
+        }),
+        ("an affinity", |_| call(libc::SYS_sched_setaffinity, [parent(), 8, path(), 0])),
+        ("memory that does not count", |_| call(libc::SYS_memfd_create, [path(), 0, 0, 0])),
+        ("memory that is shared", |_| {
+            let flags = libc::MAP_SHARED | libc::MAP_ANONYMOUS;
+            call(libc::SYS_mmap, [0, 4096, libc::PROT_READ.into(), flags.into()])
+        }),
+        ("a clone", |_| call(libc::SYS_clone, [libc::SIGCHLD.into(), 0, 0, 0])),
+    ];
+    const F_SETOWN: libc::c_long = 8;
+    const F_SETSIG: libc::c_long = 10;
+    const F_SETFL: libc::c_long = 4;
+
+    #[allow(unsafe_code)]
+    fn call(number: libc::c_long, [a, b, c, d]: [libc::c_long; 4]) -> io::Result<()> {
+        // SAFETY: a filter refuses it; pointers are those of texts, or null.
+        if unsafe { libc::syscall(number, a, b, c, d, -1, 0) } < 0 {
+            Err(io::Error::last_os_error())
+        } else {
+            Ok(())
+        }
+    }
+
+    fn path() -> libc::c_long {
+        libc::c_long::try_from(c"/dev/null".as_ptr().addr()).unwrap()
+    }
+
+    fn fd(of: &impl std::os::fd::AsRawFd) -> libc::c_long {
+        of.as_raw_fd().into()
+    }
+
+    fn parent() -> libc::c_long {
+        std::os::unix::process::parent_id().into()
+    }
+
+    fn attacker() -> Attacker {
+        Attacker { file: File::open("/dev/null").unwrap(), socket: UdpSocket::bind("127.0.0.1:0").unwrap() }
+    }
+
+    fn is_refused(outcome: io::Result<()>) -> bool {
+        outcome.is_err_and(|error| error.raw_os_error() == Some(libc::EPERM))
+    }
 
     /// In a thread of its own, since what is given up is never given back.
-    #[test]
-    fn what_is_listed_is_refused_and_the_network_works() {
-        let confined = thread::spawn(|| {
-            refuse_system_calls(|program| seccompiler::apply_filter(program)).unwrap();
-            let is_refused = |outcome: io::Result<()>| {
-                outcome.is_err_and(|error| error.raw_os_error() == Some(libc::EPERM))
-            };
-            let dir = std::env::temp_dir();
-            for (what, outcome) in [
-                ("a new file", File::create(dir.join("signal-gateway-confined")).map(drop)),
-                ("to write", OpenOptions::new().write(true).open("/dev/null").map(drop)),
-                ("a folder", fs::create_dir(dir.join("signal-gateway-confined"))),
-                ("to remove", fs::remove_file(dir.join("signal-gateway-confined"))),
-                ("a program", Command::new("/bin/true").status().map(drop)),
-                ("CAN", CanSocket::open_iface(1).map(drop)),
-                ("a service of the computer", UnixStream::connect("/run/none").map(drop)),
-                ("the parent", getppid().map_or(Ok(()), test_kill_process).map_err(io::Error::from)),
-            ] {
-                assert!(is_refused(outcome), "{what} is not refused");
-            }
-            UdpSocket::bind("127.0.0.1:0").unwrap();
-            UnixDatagram::unbound().unwrap();
-            fs::read("/proc/self/status").unwrap();
-            test_kill_process(getpid()).unwrap();
-            thread::spawn(|| assert!(is_confined())).join().unwrap();
+    fn confined(engine: Transport, then: impl FnOnce() + Send + 'static) {
+        let confined = thread::spawn(move || {
+            allow_only(&allowed(&engine).unwrap(), |program| seccompiler::apply_filter(program)).unwrap();
+            then();
         });
         confined.join().unwrap();
         assert!(!is_confined(), "other threads are not concerned");
@@ -260,5 +366,39 @@ mod tests {
     fn is_confined() -> bool {
         let status = fs::read_to_string("/proc/thread-self/status").unwrap();
         status.lines().any(|line| line.starts_with("Seccomp:") && line.ends_with('2'))
+    }
+
+    #[test]
+    fn what_is_not_needed_is_refused_and_the_network_works() {
+        for engine in [Transport::Dds, Transport::Zenoh(ZenohSettings::default())] {
+            let attacker = attacker();
+            let is_dds = matches!(engine, Transport::Dds);
+            confined(engine, move || {
+                for (what, attack) in ATTACKS {
+                    assert!(is_refused(attack(&attacker)), "{what} is not refused");
+                }
+                let stream = TcpStream::connect("127.0.0.1:1").map(drop);
+                assert_eq!(is_refused(stream), is_dds);
+                assert_eq!(is_refused(TcpListener::bind("127.0.0.1:0").map(drop)), is_dds);
+                assert_eq!(is_refused(fs::read("/proc/self/status").map(drop)), is_dds);
+                UdpSocket::bind("127.0.0.1:0").unwrap();
+                UnixStream::pair().unwrap();
+                thread::spawn(thread::yield_now).join().unwrap();
+                assert!(!if_addrs::get_if_addrs().unwrap().is_empty());
+            });
+        }
+    }
+
+    /// Otherwise a refusal would not be the filter's.
+    #[test]
+    fn without_a_filter_such_attacks_succeed() {
+        let attacker = attacker();
+        for (what, attack) in ATTACKS {
+            let is_harmless =
+                ["signal", "memory", "to run", "service manager"].iter().any(|word| what.contains(word));
+            if is_harmless && !what.contains("parent") {
+                assert!(attack(&attacker).is_ok(), "{what} fails anyhow");
+            }
+        }
     }
 }

@@ -17,6 +17,18 @@ pub const PANICKED: i32 = 101;
 /// Time to leave the network in order after the gateway has ended without a word.
 const TIME_TO_LEAVE: Duration = Duration::from_secs(1);
 
+/// Closes whatever the parent had open without knowing, such as what a shell left it. Standard streams stay. To be called
+/// before anything is opened here.
+///
+/// # Errors
+/// That of the kernel: `ENOSYS` before Linux 5.9.
+#[allow(unsafe_code)]
+pub fn close_inherited() -> io::Result<()> {
+    // SAFETY: no pointers are passed, and nothing has been opened here yet.
+    let closed = unsafe { libc::syscall(libc::SYS_close_range, 3, libc::c_uint::MAX, 0) };
+    if closed < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+}
+
 /// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
 /// `confinement` says, to this much private writable memory in MB.
 pub fn run(memory_mb: u32) -> io::Result<()> {
@@ -28,11 +40,13 @@ pub fn run(memory_mb: u32) -> io::Result<()> {
     socket.peer_addr()?;
     // As lists of processes show it; without a name of its own it would be that of the link to the program.
     let _ = rustix::thread::set_name(c"signal-gw-net");
+    let note =
+        |refused: &str| tracing::warn!("the network process is not confined as it should be: {refused}");
     for refused in confinement::confine(u64::from(memory_mb) << 20) {
-        tracing::warn!("the network process is not confined as it should be: {refused}");
+        note(&refused);
     }
     end_after_the_gateway(socket.try_clone()?)?;
-    serve(socket)
+    serve(socket, |engine| confinement::confine_to(engine).unwrap_or_else(|refused| note(&refused)))
 }
 
 /// Ends the process a little after the gateway has closed its end of the socket, should it not have left by itself until

@@ -39,9 +39,9 @@ impl Host {
             Isolation::Process { program, memory_limit_mb } => {
                 Self::Process(spawn(program, *memory_limit_mb, theirs)?)
             }
-            Isolation::Thread => {
-                Self::Thread(thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs))?)
-            }
+            Isolation::Thread => Self::Thread(
+                thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs, |_| ()))?,
+            ),
         };
         Ok((host, ours))
     }
