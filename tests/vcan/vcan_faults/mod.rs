@@ -6,6 +6,7 @@
 //! measured, and not judged.
 
 mod attacks;
+mod clock;
 mod unit;
 
 use std::cell::{Cell, RefCell};

@@ -50,6 +50,7 @@ mod participant;
 mod pings;
 mod recent_samples;
 mod sample;
+mod set_back;
 mod topic_reader;
 mod topic_writer;
 mod type_check;

@@ -16,6 +16,7 @@ use super::interfaces::Interfaces;
 use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
+use super::set_back::SetBack;
 use super::topic_reader::Taken;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
@@ -38,6 +39,8 @@ const MAX_REPLACED_WRITERS: u32 = 1000;
 /// A round that takes longer means that the process was stopped. Peers may have given its participant up, and it does
 /// not find them again.
 const STANDSTILL: Duration = Duration::from_secs(2);
+/// Shortest time between two participants when the wall clock is set back again and again.
+const SET_BACK_INTERVAL: Duration = Duration::from_secs(1);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
 const MAX_OWN: usize = 32;
 /// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's depth.
@@ -68,6 +71,8 @@ pub(super) struct Worker {
     ack_timeout: AckTimeout,
     last_round: Instant,
     stood_still: bool,
+    wall_clock: SetBack,
+    was_set_back: bool,
     write_failed: bool,
     /// The current order of each topic that is written, but for those delivered once.
     current: Vec<Order>,
@@ -124,6 +129,8 @@ impl Worker {
             ack_timeout: AckTimeout::default(),
             last_round: now,
             stood_still: false,
+            wall_clock: SetBack::watch(),
+            was_set_back: false,
             write_failed: false,
             current: settings.written.iter().map(|_| Order::Withdraw).collect(),
             pings: Pings::new(settings.echo_is_proven),
@@ -165,6 +172,7 @@ impl Worker {
             self.count_write_error(settled);
             self.participant.observe(&mut self.missing, &self.own);
             self.probe_discovery();
+            self.follow_wall_clock();
             if self.last_slow.elapsed() >= self.settings.recovery.check_interval {
                 self.last_slow = Instant::now();
                 self.check_network();
@@ -297,6 +305,19 @@ impl Worker {
                     self.replace(probe.into_participant(), interfaces);
                 }
             }
+        }
+    }
+
+    /// Goes on with a new participant at once when the wall clock was set back: see [`SetBack`].
+    fn follow_wall_clock(&mut self) {
+        self.was_set_back |= self.wall_clock.is_new();
+        if self.was_set_back
+            && self.last_made.elapsed() >= SET_BACK_INTERVAL
+            && let Some(participant) = self.make()
+        {
+            tracing::info!("the wall clock was set back: continuing with a new DDS participant");
+            self.was_set_back = false;
+            self.replace(participant, self.last_interfaces.clone());
         }
     }
 
