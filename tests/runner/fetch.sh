@@ -28,9 +28,9 @@ apt() {
     until output=$(DEBIAN_FRONTEND=noninteractive timeout 900 apt-get -y -qq -o Acquire::Retries=$download_repeats "$@" 2>&1 </dev/null); do
         printf '%s\n' "$output" >>"$logs/apt.log"
         if grep -qE '(Could not get|Unable to (acquire|lock)|Could not open) .*(lock|directory)' <<<"$output"; then
-            ((SECONDS < end)) || return 1
             $noted || echo "note  apt is locked by another process; waiting for it"
             noted=true
+            ((SECONDS < end)) || return 1
         elif ((++failures > download_repeats)); then
             return 1
         fi
