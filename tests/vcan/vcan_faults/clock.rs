@@ -1,6 +1,6 @@
 //! Commands while the wall clock is set, in a guest whose clock is nobody else's.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::step_clock;
 use crate::support::json_process::Mark;
@@ -37,24 +37,22 @@ fn commands_are_followed_and_no_process_is_ended_after_a_step_of_the_wall_clock(
         frames.iter().any(|frame| PACMOD.request(&frame.data) == "left")
     });
     // Frames have times of the clock that is set, so their number tells which are new.
-    let followed = |command: &str, lights: &str| {
-        let (before, begun) = (recording.count(PACMOD.command()), Instant::now());
+    let follow = |step_s: i64, command: &str, lights: &str| {
+        let (before, waited_before) = (recording.count(PACMOD.command()), waited(gateway.id()));
+        let beside = Bystander::start();
         commander.send(command);
         recording.wait(BusTime::START, PACMOD.command(), lights, |frames| {
             frames.iter().skip(before).any(|frame| PACMOD.request(&frame.data) == lights)
         });
-        begun.elapsed()
+        let waited = waited(gateway.id()).saturating_sub(waited_before);
+        let took = beside.assert_in_time(format_args!("{command} after {step_s} s"), LIMIT + waited);
+        println!("{step_s} s, {command}: {took:?}");
     };
     for step_s in STEPS_S {
-        let (beside, before) = (Bystander::start(), waited(gateway.id()));
         step_clock(step_s);
-        let at_once = followed("turn 3 10", "right");
+        follow(step_s, "turn 3 10", "right");
         let_pass(Duration::from_secs(5), "in which a network process that does not answer would be ended");
-        let later = followed("turn 2 10", "left");
-        println!("{step_s} s: {at_once:?}, later {later:?}");
-        let waited = waited(gateway.id()).saturating_sub(before);
-        let what = format!("a command after {step_s} s");
-        beside.finish().assert_gap(what, at_once.max(later), LIMIT + waited);
+        follow(step_s, "turn 2 10", "left");
     }
     let ends: Vec<_> = gateway.log().into_iter().filter(|line| line.contains("network side")).collect();
     assert!(ends.is_empty(), "{ends:?}");
