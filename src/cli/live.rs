@@ -93,7 +93,7 @@ pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosA
     messages::start_log(level, LogForm::Timed)?;
     let read = read?;
     if !read.unknown.is_empty() {
-        let known = ros_arguments::PARAMETERS;
+        let known = ros_arguments::parameters();
         tracing::info!(
             "parameters without effect: {}; this node has {known}",
             escaped(&read.unknown.join(", "))

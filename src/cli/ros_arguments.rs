@@ -17,8 +17,12 @@ use crate::report::text::escaped;
 const BEGIN: &str = "--ros-args";
 /// The parameters of this node.
 const NAMES: [&str; 3] = ["config", "profile", "use_sim_time"];
+
 /// The same for people.
-pub(super) const PARAMETERS: &str = "config, profile and use_sim_time";
+pub(super) fn parameters() -> String {
+    let [first, second, last] = NAMES;
+    format!("{first}, {second} and {last}")
+}
 
 /// The arguments of ROS 2 on the command line of a node.
 #[derive(Debug, Args)]

@@ -28,7 +28,7 @@ pub fn refuses_hangup(pid: u32) -> Option<&'static str> {
         stream(number).is_some_and(|path| path.starts_with("/dev/pts") || path.starts_with("/dev/tty"))
     };
     if is_in("SigIgn")? {
-        Some("it plays a recording, or is no gateway with a configuration of its own")
+        Some("it plays a recording, or is not a gateway with a configuration of its own")
     } else if !is_in("SigCgt")? {
         Some("it has no answer to SIGHUP, which would end it")
     } else if (0..3).any(is_terminal) {
