@@ -89,15 +89,19 @@ def main():
             f'[recording]\nfile = "{PROJECT}/config/demo.log.gz"\nspeed = 100.0\n[ros]\nenabled = false\n'
         )
         values = defaults | {"config": str(folder / "gateway.toml"), "name": "lights", "namespace": "/car"}
-        line = command_line(share, root, values, folder / "launch_params.yaml")
+        # A parameter that a tree of launch files gives to every node is a note.
+        line = [*command_line(share, root, values, folder / "launch_params.yaml"), "-p", "wheel_radius:=0.383"]
         print("started:", " ".join(line))
         process = subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
-        found = next((text for text in process.stderr if "has ended" in text), None)
+        log = []
+        while not log or log[-1] and "has ended" not in log[-1]:
+            log.append(process.stderr.readline())
         process.terminate()
-        rest, code = process.stderr.read(), process.wait(timeout=10)
-        assert found and code == 0, f"exit code {code}: {found} {rest}"
-        wrong = subprocess.run([*line, "-p", "volume:=1"], capture_output=True, text=True, timeout=10)
-        assert wrong.returncode == 2 and "volume" in wrong.stderr, wrong
+        log.append(process.stderr.read())
+        code = process.wait(timeout=60)
+        assert log[-2] and code == 0 and any("wheel_radius" in text for text in log), f"exit code {code}: {log}"
+        wrong = subprocess.run([*line, "-p", "use_sim_tim:=true"], capture_output=True, text=True, timeout=60)
+        assert wrong.returncode == 2 and "use_sim_time" in wrong.stderr, wrong
     yaml.safe_load((share / "config/diagnostic_aggregator.yaml").read_text())
     graph = yaml.safe_load((share / "config/autoware_diagnostic_graph.yaml").read_text())["units"]
     paths = {unit["path"] for unit in graph}

@@ -259,7 +259,7 @@ judge_failures() {
     while read -r name; do
         printf '    %s\n' "$name"
         output_of "$name" "$log" >"$(log_of "unsteady $name").first"
-        head -n 30 "$(log_of "unsteady $name").first" | sed 's/^/    | /'
+        head -n 30 "$(log_of "unsteady $name").first" | cut -c 1-300 | sed 's/^/    | /'
         if ((count > max_repeats)); then
             record failed "$name"
         elif [[ $name =~ $never_unsteady && ! $name =~ $may_be_unsteady ]]; then
