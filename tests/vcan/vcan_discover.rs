@@ -187,47 +187,47 @@ mod slow {
         let some: Vec<_> = profiles.iter().step_by(profiles.len().div_ceil(MAX_AT_ONCE)).cloned().collect();
         require!(discover_live(&some));
     }
-}
 
-mod exhaustive {
-    use super::{MAX_AT_ONCE, discover_live, require, shipped_profiles};
+    mod exhaustive {
+        use super::{MAX_AT_ONCE, discover_live, require, shipped_profiles};
 
-    /// Number of tests that share the shipped profiles, so that each ends within minutes.
-    const PARTS: usize = 6;
+        /// Number of tests that share the shipped profiles, so that each ends within minutes.
+        const PARTS: usize = 6;
 
-    fn discover_part(part: usize) {
-        let profiles: Vec<_> = shipped_profiles().into_iter().skip(part).step_by(PARTS).collect();
-        assert!(profiles.len() <= MAX_AT_ONCE, "{profiles:?}");
-        require!(discover_live(&profiles));
-    }
+        fn discover_part(part: usize) {
+            let profiles: Vec<_> = shipped_profiles().into_iter().skip(part).step_by(PARTS).collect();
+            assert!(profiles.len() <= MAX_AT_ONCE, "{profiles:?}");
+            require!(discover_live(&profiles));
+        }
 
-    #[test]
-    fn every_shipped_vehicle_is_discovered_live_1() {
-        discover_part(0);
-    }
+        #[test]
+        fn every_shipped_vehicle_is_discovered_live_1() {
+            discover_part(0);
+        }
 
-    #[test]
-    fn every_shipped_vehicle_is_discovered_live_2() {
-        discover_part(1);
-    }
+        #[test]
+        fn every_shipped_vehicle_is_discovered_live_2() {
+            discover_part(1);
+        }
 
-    #[test]
-    fn every_shipped_vehicle_is_discovered_live_3() {
-        discover_part(2);
-    }
+        #[test]
+        fn every_shipped_vehicle_is_discovered_live_3() {
+            discover_part(2);
+        }
 
-    #[test]
-    fn every_shipped_vehicle_is_discovered_live_4() {
-        discover_part(3);
-    }
+        #[test]
+        fn every_shipped_vehicle_is_discovered_live_4() {
+            discover_part(3);
+        }
 
-    #[test]
-    fn every_shipped_vehicle_is_discovered_live_5() {
-        discover_part(4);
-    }
+        #[test]
+        fn every_shipped_vehicle_is_discovered_live_5() {
+            discover_part(4);
+        }
 
-    #[test]
-    fn every_shipped_vehicle_is_discovered_live_6() {
-        discover_part(5);
+        #[test]
+        fn every_shipped_vehicle_is_discovered_live_6() {
+            discover_part(5);
+        }
     }
 }
