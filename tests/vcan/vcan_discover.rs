@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use socketcan::{CanSocket, Socket as _};
+use socketcan::{CanFdSocket, Socket as _};
 
 use crate::support::prerequisite::{Missing, require};
 use crate::support::processor::waited;
@@ -42,7 +42,7 @@ fn action(line: &str, before: &mut &'static str) -> Option<&'static str> {
 }
 
 /// Waits for the first frame of the vehicle, whose silence would end the session.
-fn await_frame(bus: &CanSocket, car: &mut Child) {
+fn await_frame(bus: &CanFdSocket, car: &mut Child) {
     while bus.read_frame_timeout(Duration::from_millis(100)).is_err() {
         assert!(car.try_wait().unwrap().is_none(), "the vehicle has ended");
     }
@@ -51,7 +51,7 @@ fn await_frame(bus: &CanSocket, car: &mut Child) {
 /// Runs a session; returns what it printed, with its exit code, and how long the vehicle waited for a processor.
 fn session(profile: &str, interface: &str, folder: &Path) -> (Option<i32>, String, Duration) {
     let gateway = || Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    let bus = CanSocket::open(interface).unwrap();
+    let bus = CanFdSocket::open(interface).unwrap();
     let mut car = gateway()
         .args(["vehicle", "--profile", profile, "--interface", interface])
         .stdin(Stdio::piped())

@@ -43,6 +43,7 @@ use wall_clock::WallClock;
 
 pub mod black_box;
 pub mod configuration;
+pub mod confinement;
 pub mod event;
 pub mod live_time;
 pub mod network;

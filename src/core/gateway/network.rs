@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::confinement::Confinement;
 use super::process_status::LostLines;
 use crate::core::diagnostics::{Level, Status};
 
@@ -28,6 +29,8 @@ pub struct NetworkState {
     pub age: Option<Duration>,
     /// Memory in use by its process, bytes; `None` where that is not known.
     pub memory_bytes: Option<u64>,
+    /// How its process is confined; `None` for a thread, and before it has said so.
+    pub confinement: Option<Confinement>,
     /// Log lines that its processes did not write since the session's start.
     pub lost_lines: LostLines,
     /// Its connections; `None` with DDS, which has none.
@@ -94,6 +97,10 @@ impl NetworkState {
         let own_samples = if self.has_echo { "come back" } else { "do not come back" };
         values.extend(self.age.map(|_| ("own_samples", own_samples.to_owned())));
         values.extend(self.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
+        if let Some(confinement) = &self.confinement {
+            values.push(("confinement", confinement.layers()));
+            values.push(("refused_calls", confinement.refused_calls()));
+        }
         values.push(("transport", self.transport().to_owned()));
         if let Some(ZenohLinks { routers, peers, lost }) = self.links {
             values.push(("zenoh_routers", routers.to_string()));

@@ -5,6 +5,7 @@
 //! gateway trusts nothing that the network side sends; a message that breaks the rules is a [`Violation`].
 
 mod bytes;
+pub mod confinement_report;
 mod frame;
 mod message;
 mod settings;

@@ -10,6 +10,8 @@ use rustix::event::{PollFd, PollFlags, poll};
 
 use super::{confinement, serve};
 use crate::io::hangup::ignore_hangup;
+use crate::io::ros::link::confinement_report;
+use crate::io::ros::settings::Transport;
 
 /// Exit code of a process that had a panic in one of its threads.
 pub const PANICKED: i32 = 101;
@@ -30,8 +32,9 @@ pub fn close_inherited() -> io::Result<()> {
 }
 
 /// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
-/// `confinement` says, to this much private writable memory in MB.
-pub fn run(memory_mb: u32) -> io::Result<()> {
+/// `confinement` says, to this much private writable memory in MB. `confined` is called once that is so, before anything of the
+/// network is there.
+pub fn run(memory_mb: u32, confined: impl FnOnce(&Transport)) -> io::Result<()> {
     end_with_any_panic();
     // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
     ignore_hangup();
@@ -40,13 +43,21 @@ pub fn run(memory_mb: u32) -> io::Result<()> {
     socket.peer_addr()?;
     // As lists of processes show it; without a name of its own it would be that of the link to the program.
     let _ = rustix::thread::set_name(c"signal-gw-net");
-    let note =
-        |refused: &str| tracing::warn!("the network process is not confined as it should be: {refused}");
-    for refused in confinement::confine(u64::from(memory_mb) << 20) {
-        note(&refused);
-    }
-    end_after_the_gateway(socket.try_clone()?)?;
-    serve(socket, |engine| confinement::confine_to(engine).unwrap_or_else(|refused| note(&refused)))
+    let mut missing = confinement::confine(u64::from(memory_mb) << 20);
+    let end = socket.try_clone()?;
+    let mut outcome = Ok(());
+    serve(socket, |engine| {
+        let listener = confinement::confine_to(engine, &mut missing);
+        for (layer, reason) in &missing.0 {
+            tracing::info!("the network process is confined without {layer}: {reason}");
+        }
+        // Whoever started it by hand does not listen.
+        let _ = confinement_report::send(io::stdout(), missing.layers(), listener.as_ref());
+        // Not before, so that it is confined as well; until then the end is read.
+        outcome = end_after_the_gateway(end);
+        confined(engine);
+    })?;
+    outcome
 }
 
 /// Ends the process a little after the gateway has closed its end of the socket, should it not have left by itself until

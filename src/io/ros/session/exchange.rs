@@ -406,11 +406,16 @@ impl Exchange {
         });
         if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
-            let (memory_bytes, lost_lines) = match &self.phase {
-                Phase::Active(active) => (active.host.memory_bytes(), active.lost_lines()),
-                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (None, LostLines::default()),
+            let lost_lines = match &self.phase {
+                Phase::Active(active) => active.lost_lines(),
+                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => LostLines::default(),
             };
-            self.state.memory_bytes = memory_bytes;
+            let host = match &self.phase {
+                Phase::Active(active) => Some(&active.host),
+                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
+            };
+            self.state.memory_bytes = host.and_then(Host::memory_bytes);
+            self.state.confinement = host.and_then(Host::confinement);
             self.state.links = self.state.links.map(|_| seen.links.unwrap_or_default());
             self.state.lost_lines = self.lost_lines.plus(lost_lines);
             self.noted = Some((self.state.clone(), now));

@@ -6,13 +6,17 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus};
 use std::thread::{self, JoinHandle};
 
+use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use tracing::level_filters::LevelFilter;
 
+use super::confinement_watch::ConfinementWatch;
 use super::threads::Threads;
+use crate::core::gateway::confinement::Confinement;
 use crate::core::gateway::network::NetworkFailure;
+use crate::io::ros::link::confinement_report;
 use crate::io::ros::network::process::PANICKED;
 use crate::io::ros::network::serve;
 use crate::io::ros::settings::Isolation;
@@ -25,8 +29,8 @@ const ARENAS: &str = "2";
 /// A running network side.
 #[derive(Debug)]
 pub(super) enum Host {
-    /// A process.
-    Process(Child),
+    /// A process, and what is known of its confinement.
+    Process(Child, ConfinementWatch),
     /// A thread, which cannot be ended from outside.
     Thread(JoinHandle<io::Result<()>>),
 }
@@ -37,7 +41,9 @@ impl Host {
         let (ours, theirs) = UnixStream::pair()?;
         let host = match isolation {
             Isolation::Process { program, memory_limit_mb } => {
-                Self::Process(spawn(program, *memory_limit_mb, theirs)?)
+                let (watched, reporting) = confinement_report::pair()?;
+                let child = spawn(program, *memory_limit_mb, theirs, reporting)?;
+                Self::Process(child, ConfinementWatch::start(watched)?)
             }
             Isolation::Thread => Self::Thread(
                 thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs, |_| ()))?,
@@ -48,12 +54,12 @@ impl Host {
 
     /// True for a process of its own.
     pub(super) fn is_isolated(&self) -> bool {
-        matches!(self, Self::Process(_))
+        matches!(self, Self::Process(..))
     }
 
     /// Ends it at once, if it can be ended.
     pub(super) fn kill(&mut self) {
-        if let Self::Process(child) = self {
+        if let Self::Process(child, _) = self {
             // One that has ended by itself was waited for by us, or still will be.
             let _ = child.kill();
         }
@@ -62,7 +68,7 @@ impl Host {
     /// The cause of its end; `None` while it has not ended, or cannot be waited for.
     pub(super) fn end(&mut self) -> Option<NetworkFailure> {
         match self {
-            Self::Process(child) => child.try_wait().ok().flatten().map(failure),
+            Self::Process(child, _) => child.try_wait().ok().flatten().map(failure),
             Self::Thread(thread) if !thread.is_finished() => None,
             // The panic of a thread that has ended is reported by its hook.
             Self::Thread(_) => Some(NetworkFailure::Panicked),
@@ -72,14 +78,22 @@ impl Host {
     /// The threads of its own process; `None` if they cannot be read.
     pub(super) fn threads(&self) -> Option<Threads> {
         match self {
-            Self::Process(child) => Threads::read(child.id()),
+            Self::Process(child, _) => Threads::read(child.id()),
+            Self::Thread(_) => None,
+        }
+    }
+
+    /// How its own process is confined; `None` as long as it has not said so.
+    pub(super) fn confinement(&self) -> Option<Confinement> {
+        match self {
+            Self::Process(_, watch) => watch.heard(),
             Self::Thread(_) => None,
         }
     }
 
     /// Memory of its own process that is in use, bytes.
     pub(super) fn memory_bytes(&self) -> Option<u64> {
-        let Self::Process(child) = self else { return None };
+        let Self::Process(child, _) = self else { return None };
         let status = fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
         let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
@@ -87,8 +101,10 @@ impl Host {
     }
 }
 
-/// Starts the program with its end of the link as standard input. All other descriptors of ours close by themselves.
-fn spawn(program: &Path, memory_limit_mb: u32, socket: UnixStream) -> io::Result<Child> {
+/// Starts the program with its end of the link as standard input, and of the report of its confinement as standard output. All
+/// other descriptors of ours close by themselves. From now on no process of our user looks into our memory.
+fn spawn(program: &Path, memory_limit_mb: u32, socket: UnixStream, report: OwnedFd) -> io::Result<Child> {
+    set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
     let kept = KEPT.into_iter().filter_map(|name| std::env::var_os(name).map(|value| (name, value)));
     Command::new(program)
         .arg0("signal-gateway")
@@ -98,7 +114,7 @@ fn spawn(program: &Path, memory_limit_mb: u32, socket: UnixStream) -> io::Result
         .env("MALLOC_ARENA_MAX", ARENAS)
         .current_dir("/")
         .stdin(OwnedFd::from(socket))
-        .stdout(Stdio::null())
+        .stdout(report)
         // Signals of a terminal are for the gateway, which tells the other side to leave.
         .process_group(0)
         .spawn()
@@ -116,6 +132,8 @@ fn failure(status: ExitStatus) -> NetworkFailure {
 
 #[cfg(test)]
 mod tests {
+    use std::process::Stdio;
+
     use super::*;
     use crate::waiting::wait_for;
 
@@ -141,12 +159,13 @@ mod tests {
     #[test]
     fn a_process_has_memory_of_its_own_until_it_is_killed() {
         let child = Command::new("cat").stdin(Stdio::piped()).spawn().unwrap();
-        let mut host = Host::Process(child);
+        let (watched, _reporting) = confinement_report::pair().unwrap();
+        let mut host = Host::Process(child, ConfinementWatch::start(watched).unwrap());
         assert!(
             host.is_isolated() && host.memory_bytes().is_some_and(|bytes| bytes > 0 && bytes % 1024 == 0)
         );
         host.kill();
-        let Host::Process(child) = &mut host else { panic!("it was a process") };
+        let Host::Process(child, _) = &mut host else { panic!("it was a process") };
         child.wait().unwrap();
         assert_eq!((host.end(), host.memory_bytes()), (Some(NetworkFailure::Signalled(9)), None));
         let thread = Host::Thread(thread::spawn(|| Ok(())));

@@ -8,6 +8,7 @@
 //! for a second in which it could run is killed, and so is one that breaks the rules of the link. The next one starts
 //! after a delay, gets what is current on each topic, and announces it as a new participant does.
 
+mod confinement_watch;
 mod exchange;
 mod host;
 mod liveness;

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use signal_gateway::core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
+use signal_gateway::core::gateway::confinement::Confinement;
 use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
 use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
 use signal_gateway::core::time::WallStamp;
@@ -47,6 +48,7 @@ fn network(reported: &mut Reported) {
         is_up: true,
         age: Some(Duration::from_secs(seconds)),
         memory_bytes: Some(30_000_000),
+        confinement: Some(Confinement::default()),
         ..failed.clone()
     };
     let alone = NetworkState { links: Some(ZenohLinks::default()), ..joined(60) };

@@ -1,0 +1,134 @@
+//! How the network process is confined, as far as diagnostics tell of it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// One of the means by which the kernel confines the network process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Layer {
+    /// It has no capability.
+    Capabilities,
+    /// It goes on when its parent ends, should it have been stopped.
+    ParentsEnd,
+    /// It is the first to go when memory is short.
+    OomScore,
+    /// Its private writable memory is limited.
+    MemoryLimit,
+    /// Its open descriptors are limited.
+    DescriptorLimit,
+    /// It leaves no core dump.
+    CoreDumps,
+    /// Landlock refuses files, ports, sockets and signals.
+    Landlock,
+    /// A filter refuses system calls that its engine does not need.
+    SystemCalls,
+    /// The gateway is told which calls were refused.
+    CallNames,
+}
+
+impl Layer {
+    /// All of them, each in the place of its number.
+    pub const ALL: [Self; 9] = [
+        Self::Capabilities,
+        Self::ParentsEnd,
+        Self::OomScore,
+        Self::MemoryLimit,
+        Self::DescriptorLimit,
+        Self::CoreDumps,
+        Self::Landlock,
+        Self::SystemCalls,
+        Self::CallNames,
+    ];
+
+    fn bit(self) -> u16 {
+        1 << (self as u16)
+    }
+}
+
+impl fmt::Display for Layer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Capabilities => "dropped capabilities",
+            Self::ParentsEnd => "a signal of the gateway's end",
+            Self::OomScore => "OOM score",
+            Self::MemoryLimit => "memory limit",
+            Self::DescriptorLimit => "descriptor limit",
+            Self::CoreDumps => "forbidden core dumps",
+            Self::Landlock => "all of Landlock",
+            Self::SystemCalls => "a filter of system calls",
+            Self::CallNames => "names of refused calls",
+        })
+    }
+}
+
+/// A set of layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Layers(u16);
+
+impl Layers {
+    /// From the bits that another process sent; those without a meaning are dropped.
+    pub fn from_bits(bits: u16) -> Self {
+        Self(bits & Layer::ALL.into_iter().fold(0, |all, layer| all | layer.bit()))
+    }
+
+    /// The bits, to be sent.
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+}
+
+impl FromIterator<Layer> for Layers {
+    fn from_iter<T: IntoIterator<Item = Layer>>(layers: T) -> Self {
+        Self(layers.into_iter().fold(0, |bits, layer| bits | layer.bit()))
+    }
+}
+
+/// The confinement of a network process.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Confinement {
+    /// Layers that this system does not have, or refused.
+    pub missing: Layers,
+    /// System calls that were refused, with how often.
+    pub refused: BTreeMap<&'static str, u64>,
+}
+
+impl Confinement {
+    /// The layers that are missing, for people.
+    pub fn layers(&self) -> String {
+        let missing = Layer::ALL.into_iter().filter(|layer| self.missing.0 & layer.bit() != 0);
+        let missing: Vec<_> = missing.map(|layer| layer.to_string()).collect();
+        if missing.is_empty() { "complete".to_owned() } else { format!("without {}", missing.join(", ")) }
+    }
+
+    /// The calls that were refused, for people.
+    pub fn refused_calls(&self) -> String {
+        let refused: Vec<_> = self.refused.iter().map(|(name, count)| format!("{name} {count}")).collect();
+        if refused.is_empty() { "none".to_owned() } else { refused.join(", ") }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_survive_their_bits_and_bits_without_a_meaning_do_not() {
+        for layer in Layer::ALL {
+            let layers: Layers = [layer].into_iter().collect();
+            assert_eq!(Layers::from_bits(layers.bits() | 0x8000), layers, "{layer}");
+            let confinement = Confinement { missing: layers, ..Confinement::default() };
+            assert_eq!(confinement.layers(), format!("without {layer}"));
+        }
+        assert_eq!(Layers::from_bits(!0), Layer::ALL.into_iter().collect());
+    }
+
+    #[test]
+    fn what_is_complete_and_what_was_refused_is_said() {
+        let mut confinement = Confinement::default();
+        assert_eq!((confinement.layers(), confinement.refused_calls()), ("complete".into(), "none".into()));
+        confinement.missing = [Layer::CallNames, Layer::Landlock].into_iter().collect();
+        confinement.refused = BTreeMap::from([("socket", 1), ("openat", 3)]);
+        assert_eq!(confinement.layers(), "without all of Landlock, names of refused calls");
+        assert_eq!(confinement.refused_calls(), "openat 3, socket 1");
+    }
+}
