@@ -168,4 +168,49 @@ mod slow {
         scene.gateway.stop("TERM");
         drop((scene.folder, scene.vcan));
     }
+    mod exhaustive {
+        use std::time::Instant;
+
+        use super::*;
+        use crate::vcan::vcan_faults::Chance;
+
+        /// Memory may grow until then.
+        const SETTLING: Duration = Duration::from_secs(60);
+
+        /// One after another, in a row of their own, for as long as is asked for.
+        #[test]
+        fn mixed_attacks_leave_the_bus_and_the_gateway_alone() {
+            let mut scene = require!(Scene::new());
+            let mut chance = Chance::default();
+            let (begin, mut settled_kb) = (Instant::now(), None);
+            print!("{HEAD}");
+            while begin.elapsed() < Chance::minutes() {
+                let (kind, count) = (chance.below(6), chance.below(20_000));
+                let _row = match kind {
+                    0 => scene.attack("HEARTBEAT", |target| repeat(target, Attack::Heartbeat, true)),
+                    1 => scene.attack("GAP", |target| repeat(target, Attack::Gap, true)),
+                    2 => scene.attack("DATA_FRAG", |target| repeat(target, Attack::Fragment, true)),
+                    3 => scene.attack("participants", |target| {
+                        for participant in 0..200 {
+                            target.send(&announcement_of(participant, target.own_port()));
+                        }
+                    }),
+                    4 => scene.attack("mutated packets", |target| {
+                        mutate(target, u32::try_from(count).unwrap());
+                    }),
+                    _ => scene.attack("none", |_| let_pass(Duration::from_secs(1), "without an attack")),
+                };
+                if begin.elapsed() > SETTLING {
+                    let memory_kb = scene.memory_kb();
+                    let settled_kb = *settled_kb.get_or_insert(memory_kb);
+                    assert!(memory_kb <= settled_kb + MAX_GROWTH, "from {settled_kb} to {memory_kb} kB");
+                }
+            }
+            let mark = scene.commander.mark();
+            scene.commander.send("mode 1 10; turn 3 10; hazard 1 10");
+            scene.commander.report(mark, "turn", 3);
+            scene.gateway.stop("TERM");
+            drop((scene.folder, scene.vcan));
+        }
+    }
 }

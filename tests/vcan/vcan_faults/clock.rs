@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::step_clock;
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
-use crate::support::prerequisite::require;
+use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{self, Process};
 use crate::support::processor::waited;
 use crate::support::vcan::Vcan;
@@ -21,10 +21,47 @@ const STEPS_S: [i64; 6] = [-40, 40, -3600, -5, 1800, 1805];
 /// Longest time until a command is on the bus, beside what the machine takes from everybody.
 const LIMIT: Duration = Duration::from_secs(2);
 
+/// What a busy machine may need between two commands, and a network process that does not answer to be ended.
+const PAUSE: Duration = Duration::from_secs(5);
+
 #[test]
 fn commands_are_followed_and_no_process_is_ended_after_a_step_of_the_wall_clock() {
-    let vcan = require!(Vcan::new("vcan-set-back"));
-    let cyclone = require!(Cyclone::on_loopback());
+    require!(follow_after(STEPS_S.into_iter().map(|step_s| (step_s, PAUSE))));
+}
+
+mod slow {
+    mod exhaustive {
+        use std::time::Instant;
+
+        use super::super::{Duration, follow_after, require};
+        use crate::vcan::vcan_faults::Chance;
+
+        /// Within two hours of the true time, for as long as is asked for.
+        #[test]
+        fn commands_are_followed_while_the_wall_clock_steps_at_random() {
+            let mut chance = Chance::default();
+            let (mut offset_s, end) = (0_i64, Instant::now() + Chance::minutes());
+            let steps = std::iter::from_fn(|| {
+                let to_s = if Instant::now() < end {
+                    chance.below(14_400) - 7_200
+                } else if offset_s != 0 {
+                    0
+                } else {
+                    return None;
+                };
+                let step_s = to_s - offset_s;
+                offset_s = to_s;
+                Some((step_s, Duration::from_millis(chance.below(6_000).unsigned_abs())))
+            });
+            require!(follow_after(steps));
+        }
+    }
+}
+
+/// Follows a command after each of these steps, in seconds, and another one after a pause.
+fn follow_after(steps: impl Iterator<Item = (i64, Duration)>) -> Result<(), Missing> {
+    let vcan = Vcan::new("vcan-set-back")?;
+    let cyclone = Cyclone::on_loopback()?;
     let domain = domain();
     let folder = PACMOD.folder(vcan.name, &format!("{PATIENT}{}", process::ros_in(domain)), &Change::NONE);
     let recording = Recording::of(vcan.name);
@@ -48,12 +85,13 @@ fn commands_are_followed_and_no_process_is_ended_after_a_step_of_the_wall_clock(
         let took = beside.assert_in_time(format_args!("{command} after {step_s} s"), LIMIT + waited);
         println!("{step_s} s, {command}: {took:?}");
     };
-    for step_s in STEPS_S {
+    for (step_s, pause) in steps {
         step_clock(step_s);
         follow(step_s, "turn 3 10", "right");
-        let_pass(Duration::from_secs(5), "in which a network process that does not answer would be ended");
+        let_pass(pause, "in which a network process that does not answer would be ended");
         follow(step_s, "turn 2 10", "left");
     }
     let ends: Vec<_> = gateway.log().into_iter().filter(|line| line.contains("network side")).collect();
     assert!(ends.is_empty(), "{ends:?}");
+    Ok(())
 }

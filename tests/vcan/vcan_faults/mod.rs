@@ -16,6 +16,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng as _;
 use serde_json::Value;
 use socketcan::{CanErrorFrame, CanFrame, CanSocket, Socket as _};
 
@@ -36,6 +38,28 @@ const BLACK_BOX: &str = "[black_box]\nfolder = \"box\"\nbefore_s = 1\nafter_s = 
 
 /// How long a fault lasts that the gateway need not notice.
 const WHILE: Duration = Duration::from_secs(3);
+
+/// What comes in a long test, in the same order in each run.
+struct Chance(Pcg32);
+
+impl Default for Chance {
+    fn default() -> Self {
+        Self(Pcg32::new(1, 0x5EED))
+    }
+}
+
+impl Chance {
+    /// How long it goes on: `SIGNAL_GATEWAY_MINUTES`, ten without.
+    fn minutes() -> Duration {
+        let minutes = std::env::var("SIGNAL_GATEWAY_MINUTES").map_or(10, |minutes| minutes.parse().unwrap());
+        Duration::from_secs(60 * minutes)
+    }
+
+    /// From 0 to below `limit`.
+    fn below(&mut self, limit: u32) -> i64 {
+        i64::from(self.0.next_u32() % limit)
+    }
+}
 
 struct Bench {
     vcan: Vcan,
