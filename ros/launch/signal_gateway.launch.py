@@ -4,7 +4,6 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
 TURN_INDICATORS = "/vehicle/status/turn_indicators_status"
 HAZARD_LIGHTS = "/vehicle/status/hazard_lights_status"
@@ -34,8 +33,8 @@ def generate_launch_description():
         name=value["name"],
         namespace=value["namespace"],
         arguments=["run", "--config", value["config"]],
-        ros_arguments=["--log-level", value["log_level"]],
-        parameters=[{"use_sim_time": ParameterValue(value["use_sim_time"], value_type=bool)}],
+        # use_sim_time here: what a tree of launch files sets for all nodes comes behind it, and wins.
+        ros_arguments=["--log-level", value["log_level"], "-p", ["use_sim_time:=", value["use_sim_time"]]],
         remappings=[
             (TURN_INDICATORS, value["turn_indicators_status"]),
             (HAZARD_LIGHTS, value["hazard_lights_status"]),

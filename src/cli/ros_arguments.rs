@@ -57,7 +57,6 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
     let mut found = RosArguments::default();
     let mut rules = Vec::new();
     let mut parameters = Vec::new();
-    let mut parameter_files = Vec::new();
     let mut rest = ros.iter().map(|argument| argument.to_string_lossy());
     while let Some(option) = rest.next() {
         let mut value = |form: &str| {
@@ -66,8 +65,8 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
         };
         match &*option {
             "-r" | "--remap" => rules.push(Rule::read(&value("FROM:=TO")?)?),
-            "-p" | "--param" => parameters.push(value("NAME:=VALUE")?),
-            "--params-file" => parameter_files.push(PathBuf::from(value("a file")?)),
+            "-p" | "--param" => parameters.push(Parameters::Value(value("NAME:=VALUE")?)),
+            "--params-file" => parameters.push(Parameters::File(PathBuf::from(value("a file")?))),
             "--log-level" => found.set_log_level(&value("a level")?, default_node)?,
             // No library writes to the log.
             BEGIN | "--enable-stdout-logs" | "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
@@ -105,14 +104,21 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
         namespace: overrides.namespace.as_deref().unwrap_or("/"),
         remappings: &[],
     };
-    for path in &parameter_files {
-        found.adopt_file(files, path, names)?;
-    }
-    // Those of the command line come last, so that they win.
-    for parameter in &parameters {
-        found.adopt_parameter(parameter, names)?;
+    // The last one wins, as in rcl: launch files give what is for all nodes before what is for this one.
+    for given in &parameters {
+        match given {
+            Parameters::File(path) => found.adopt_file(files, path, names)?,
+            Parameters::Value(parameter) => found.adopt_parameter(parameter, names)?,
+        }
     }
     Ok(found)
+}
+
+/// Parameters, in the order of the command line.
+enum Parameters {
+    File(PathBuf),
+    /// `NAME:=VALUE`.
+    Value(String),
 }
 
 /// A rule of `--remap`.
@@ -231,7 +237,9 @@ impl RosArguments {
         if let Some(meant) = mistyped(name, NAMES) {
             return Err(format!("no such parameter; did you mean {meant}?"));
         }
-        self.unknown.push(name.to_owned());
+        if !self.unknown.iter().any(|known| known == name) {
+            self.unknown.push(name.to_owned());
+        }
         Ok(())
     }
 
@@ -272,8 +280,97 @@ mod tests {
                 Some("p.yaml") => Ok(b"/**: {ros__parameters: {use_sim_time: true, wheel_radius: 0.4}}\n\
                     /car/left: {ros__parameters: {profile: mazda_2017, colour: red}}"
                     .to_vec()),
+                // What launch_ros writes for `parameters` of a node, by Python's YAML.
+                Some("own.yaml") => {
+                    Ok(b"/car/left:\n  ros__parameters:\n    list: !!python/tuple\n    - 1\n    - 2\n    \
+                    nested.x: 1.5\n    s: 'yes'\n    use_sim_time: true\n"
+                        .to_vec())
+                }
+                // For a node without a name.
+                Some("any.yaml") => Ok(b"/**:\n  ros__parameters:\n    use_sim_time: false\n".to_vec()),
+                // Files of Autoware.
+                Some("vehicle_info.yaml") => {
+                    Ok(b"/**:\n  ros__parameters:\n    wheel_radius: 0.383 # m\n    \
+                    wheel_base: 2.79\n    footprint: [1.0, 0.5]\n    mirror: {left: .nan, right: -.inf}\n    \
+                    qos_overrides: {/tf: {publisher: {depth: 1}}}\n"
+                        .to_vec())
+                }
+                Some("others.yaml") => Ok(b"/car/other:\n  ros__parameters: {use_sim_time: true}\n\
+                    /**/converter:\n  ros__parameters: {use_sim_time: true}\n\
+                    /car/:\n  left:\n    ros__parameters: {profile: kia}\n"
+                    .to_vec()),
                 _ => Err(io::ErrorKind::NotFound.into()),
             }
+        }
+    }
+
+    /// What nodes are given in a tree of launch files, as `launch_ros` puts it together: arguments, and what
+    /// this node makes of them. What a global parameter is for all nodes comes first, then the node's own.
+    const LAUNCH_TREE: [(&str, &str); 14] = [
+        // A container of composable nodes beside this node changes nothing of it, and has the same global parameters.
+        ("--ros-args|-r|__node:=left|-r|__ns:=/car/interface", "/car/interface left"),
+        ("--log-level|info|--ros-args|-r|__node:=left|-r|__ns:=/", "/ left log=info"),
+        // SetParameter(name, value): Python's own texts of numbers, truth values, tuples and strings.
+        ("-p|wheel_radius:=0.383|-p|use_sim_time:=False", "sim=false unknown=wheel_radius"),
+        ("-p|use_sim_time:=True|-p|sizes:=(1, 2)|-p|names:=('a', 'b')", "sim=true unknown=sizes,names"),
+        (
+            "-p|title:=a: b|-p|empty:=|-p|tilde:=~|-p|p:=/opt/a b|-p|n:=-1e-3|-p|b:=!!binary YQ==",
+            "unknown=title,empty,tilde,p,n,b",
+        ),
+        // Parameter(name, value): a document of YAML.
+        (
+            "-p|use_sim_time:=true\n...\n|-p|text:=x y\n...\n|-p|list:=- 1\n- 2\n",
+            "sim=true unknown=text,list",
+        ),
+        // Those of rclcpp and rclpy, for each node.
+        (
+            "-p|start_type_description_service:=False|-p|use_intra_process_comms:=true|-p|qos_overrides./tf.publisher.depth:=1",
+            "unknown=start_type_description_service,use_intra_process_comms,qos_overrides./tf.publisher.depth",
+        ),
+        // SetParametersFromFile: a pattern is for whoever has such a parameter.
+        ("--params-file|vehicle_info.yaml|-p|wheel_radius:=0.4|-p|wheel_radius:=0.5", "unknown=wheel_radius"),
+        // The node's own come later, and win; as in rcl, whatever the form.
+        (
+            "-r|__node:=left|-r|__ns:=/car|-p|use_sim_time:=False|--params-file|own.yaml",
+            "/car left sim=true unknown=list,nested.x,s",
+        ),
+        ("-p|use_sim_time:=True|--params-file|any.yaml", "sim=false"),
+        ("--params-file|any.yaml|-p|use_sim_time:=True", "sim=true"),
+        ("-r|__node:=left|-r|__ns:=/car|--params-file|others.yaml", "/car left profile=kia"),
+        // SetRemap: the first one wins.
+        (
+            "-r|/tf:=tf|-r|~/input/odometry:=/localization/kinematic_state|-r|a/b:=~/c|-r|rosservice://~/get:=/g",
+            "/tf>tf ~/input/odometry>/localization/kinematic_state a/b>~/c",
+        ),
+        (
+            "-p|a:=1|--ros-args|--enable-rosout-logs|--log-level|rcl:=DEBUG|--log-level|signal_gateway:=WARN",
+            "log=warn unknown=a",
+        ),
+    ];
+
+    fn summary(read: &RosArguments) -> String {
+        let RosOverrides { node, namespace, remappings, use_sim_time, .. } = &read.overrides;
+        let remapped = remappings.iter().map(|rule| format!("{}>{}", rule.from, rule.to));
+        let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+        let unknown = (!read.unknown.is_empty()).then(|| read.unknown.join(","));
+        let named = [
+            ("sim", use_sim_time.map(|is_on| is_on.to_string())),
+            ("log", read.log_level.map(str::to_owned)),
+            ("config", path(&read.config)),
+            ("profile", path(&read.profile)),
+            ("unknown", unknown),
+        ];
+        let named = named.into_iter().filter_map(|(name, value)| Some(format!("{name}={}", value?)));
+        let names = [namespace, node].into_iter().flatten().cloned();
+        names.chain(remapped).chain(named).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn arguments_of_a_tree_of_launch_files_are_followed() {
+        for (line, expected) in LAUNCH_TREE {
+            let arguments: Vec<_> = line.split('|').map(OsString::from).collect();
+            let read = read(&Yaml, &arguments, "signal_gateway").map_err(|failure| failure.to_string());
+            assert_eq!(read.as_ref().map(summary), Ok(expected.to_owned()), "{line}");
         }
     }
 

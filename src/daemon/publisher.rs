@@ -15,6 +15,7 @@ use crate::core::gateway::network::NetworkState;
 use crate::core::gateway::snapshot::RosSnapshot;
 #[cfg(feature = "ros")]
 use crate::core::gateway::snapshot::TopicSnapshot;
+use crate::core::near_miss::mistyped;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::parameters::Parameters;
@@ -72,9 +73,13 @@ impl Publisher {
         if !settings.ros.enabled {
             return Ok(Self::off());
         }
-        for rule in unused_rules(settings) {
-            let Remapping { from, to } = rule;
-            tracing::warn!("-r {from}:={to} has no effect: this node has no topic {from}");
+        for (Remapping { from, to }, meant) in unused_rules(settings) {
+            let reason = format!("-r {from}:={to} has no effect: this node has no topic {from}");
+            // Launch files have rules for all their nodes.
+            match meant {
+                Some(meant) => tracing::warn!("{reason}; did you mean {meant}?"),
+                None => tracing::info!("{reason}"),
+            }
         }
         let ros = ros_settings(settings)?;
         if let Some(name) = loop_topic(&ros) {
@@ -217,14 +222,16 @@ fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     subscriptions
 }
 
-/// Rules of remapping about topics that this node does not have.
-fn unused_rules(settings: &Settings) -> Vec<&Remapping> {
+/// Rules of remapping about topics that this node does not have, each with the topic that was probably meant.
+fn unused_rules(settings: &Settings) -> Vec<(&Remapping, Option<String>)> {
     let (names, mut topics) = (names(settings), configured_topics(settings));
     let mut known: Vec<_> = topics.names_mut().map(|name| name.clone()).collect();
     known.extend(settings.ros.rosout.clone());
     known.extend(configured_subscriptions(settings).into_iter().map(|topic| topic.name));
     let rules = settings.ros.remappings.iter();
-    rules.filter(|rule| !known.iter().any(|topic| names.concerns(rule, topic))).collect()
+    let unused = rules.filter(|rule| !known.iter().any(|topic| names.concerns(rule, topic)));
+    let meant = |rule: &Remapping| mistyped(&rule.from, known.iter().map(String::as_str)).map(str::to_owned);
+    unused.map(|rule| (rule, meant(rule))).collect()
 }
 
 /// A topic that is written as well as read.

@@ -18,7 +18,6 @@ PROJECT = pathlib.Path(sys.argv[1])
 KNOWN = {
     "arg": {"name", "default", "description"},
     "node": {"pkg", "exec", "name", "namespace", "args", "ros_args", "output", "respawn", "respawn_delay"},
-    "param": {"name", "value"},
     "remap": {"from", "to"},
 }
 
@@ -52,8 +51,27 @@ def launch_arguments(share):
     return root, {name: default for name, default, _ in declared}
 
 
-def command_line(share, root, values, parameters):
-    """The command line of the node, put together as launch_ros does it."""
+# What a tree of launch files such as Autoware's has for all nodes: files, SetParameter and SetRemap.
+GLOBAL_FILE = """/**:
+  ros__parameters:
+    wheel_base: 2.79 # m
+    mirrors: {left: 0.1, right: 0.1}
+    footprint: !!python/tuple [1.0, 0.5]
+/**/converter:
+  ros__parameters: {use_sim_time: yes}
+"""
+GLOBAL_PARAMETERS = {
+    "use_sim_time": False,
+    "wheel_radius": 0.383,
+    "sizes": (1, 2),
+    "vehicle_model": "sample vehicle",
+    "start_type_description_service": True,
+}
+GLOBAL_REMAPS = [("/tf", "tf"), ("~/input/odometry", "/localization/kinematic_state")]
+
+
+def command_line(share, root, values, global_file):
+    """The command line of the node in such a tree, put together as launch_ros does it (compared with launch_ros 0.28)."""
 
     def filled(text):
         for name, value in values.items():
@@ -64,13 +82,14 @@ def command_line(share, root, values, parameters):
     node = root.find("node")
     program = share.parent.parent / "lib" / node.get("pkg") / node.get("exec")
     line = [str(program), *filled(node.get("args")).split(), "--ros-args", *filled(node.get("ros_args")).split()]
-    line += ["-r", f"__node:={values['name']}", "-r", f"__ns:={values['namespace']}"]
-    written = {param.get("name"): yaml.safe_load(filled(param.get("value"))) for param in node.iter("param")}
-    full_name = f"{values['namespace']}/{values['name']}"
-    parameters.write_text(yaml.safe_dump({full_name: {"ros__parameters": written}}))
-    line += ["--params-file", str(parameters)]
-    for remap in node.iter("remap"):
-        line += ["-r", f"{filled(remap.get('from'))}:={filled(remap.get('to'))}"]
+    line += ["--ros-args", "-r", f"__node:={values['name']}", "-r", f"__ns:={values['namespace']}"]
+    global_file.write_text(GLOBAL_FILE)
+    line += ["--params-file", str(global_file)]
+    for name, value in GLOBAL_PARAMETERS.items():
+        line += ["-p", f"{name}:={value}"]
+    own_remaps = [(filled(remap.get("from")), filled(remap.get("to"))) for remap in node.iter("remap")]
+    for source, target in GLOBAL_REMAPS + own_remaps:
+        line += ["-r", f"{source}:={target}"]
     return line
 
 
@@ -89,8 +108,7 @@ def main():
             f'[recording]\nfile = "{PROJECT}/config/demo.log.gz"\nspeed = 100.0\n[ros]\nenabled = false\n'
         )
         values = defaults | {"config": str(folder / "gateway.toml"), "name": "lights", "namespace": "/car"}
-        # A parameter that a tree of launch files gives to every node is a note.
-        line = [*command_line(share, root, values, folder / "launch_params.yaml"), "-p", "wheel_radius:=0.383"]
+        line = command_line(share, root, values, folder / "vehicle_info.param.yaml")
         print("started:", " ".join(line))
         process = subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
         log = []
@@ -99,7 +117,9 @@ def main():
         process.terminate()
         log.append(process.stderr.read())
         code = process.wait(timeout=60)
-        assert log[-2] and code == 0 and any("wheel_radius" in text for text in log), f"exit code {code}: {log}"
+        assert log[-2] and code == 0, f"exit code {code}: {log}"
+        foreign = ", ".join(name for name in GLOBAL_PARAMETERS if name != "use_sim_time")
+        assert any(f"parameters without effect: {foreign};" in text for text in log), log
         wrong = subprocess.run([*line, "-p", "use_sim_tim:=true"], capture_output=True, text=True, timeout=60)
         assert wrong.returncode == 2 and "use_sim_time" in wrong.stderr, wrong
     yaml.safe_load((share / "config/diagnostic_aggregator.yaml").read_text())

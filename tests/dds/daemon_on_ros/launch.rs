@@ -22,6 +22,7 @@ fn a_launch_file_names_the_node_and_its_topics() {
     let mut gateway = Process::start(bench.folder.path(), |command| {
         command.args(["run", "--ros-args", "-r", "__node:=lights", "-r", "__ns:=/car"]);
         command.args(["-r", "/simulation/traffic_lights:=truth", "-r", "nothing:=else"]);
+        command.args(["-r", "/diagnostic:=/else"]);
         command.args(["--params-file", "launch.yaml", "--log-level", "info"]);
         // What launch files give to every node.
         let all = "-p use_sim_time:=False -p wheel_radius:=0.383 --params-file empty.yaml --log-file-name x \
@@ -38,6 +39,7 @@ fn a_launch_file_names_the_node_and_its_topics() {
     let own = "this node has config, profile and use_sim_time";
     gateway.wait_for_log(&format!("parameters without effect: colour, wheel_radius; {own}"));
     gateway.wait_for_log("without effect: --log-file-name x (");
-    gateway.wait_for_log("-r nothing:=else has no effect: this node has no topic nothing");
+    gateway.wait_for_log("INFO -r nothing:=else has no effect: this node has no topic nothing");
+    gateway.wait_for_log("WARN -r /diagnostic:=/else has no effect: this node has no topic /diagnostic; did you mean /diagnostics?");
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
 }
