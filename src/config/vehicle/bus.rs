@@ -14,6 +14,7 @@ use crate::core::can::frame::CanId;
 use crate::core::can::link::BusIndex;
 use crate::core::command::allow_list::AllowList;
 use crate::core::dbc;
+use crate::core::dbc::model::MAX_ENTRIES;
 use crate::core::validation::table::BoundMessage;
 
 /// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
@@ -60,8 +61,17 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
                         );
                         continue;
                     }
+                    let database = dbc::parse(&bytes);
+                    if database.is_too_large {
+                        let reason = format!(
+                            "{}: more than {MAX_ENTRIES} messages, signals, names of values and malformed statements",
+                            display(&path)
+                        );
+                        fields.refuse("dbc", reason, "leave out what the profile does not use");
+                        continue;
+                    }
                     let (bus, index) = (entry.key.clone(), BusIndex(index));
-                    buses.push(LoadedDbc { bus, index, path, database: dbc::parse(&bytes) });
+                    buses.push(LoadedDbc { bus, index, path, database });
                 }
                 Err(error) => {
                     let remedy = remedy_of(&error, "give the DBC's path relative to this file");

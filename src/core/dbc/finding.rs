@@ -41,6 +41,10 @@ impl Findings {
         self.0.push(Finding { line, severity, excerpt, reason });
     }
 
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+
     /// All findings in the order of lines.
     pub(super) fn sorted(mut self) -> Vec<Finding> {
         self.0.sort_by_key(|finding| finding.line);

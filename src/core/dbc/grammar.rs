@@ -1,6 +1,7 @@
 //! Parses single statements with the `can-dbc` grammar and repairs those with only one interpretation.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use can_dbc::{
     AttributeDefinition, AttributeValue, AttributeValueType, Dbc, DbcError, MessageId,
@@ -17,8 +18,11 @@ const CYCLE_TIME: &str = "GenMsgCycleTime";
 /// Attribute with the format of the frames of a message, an index into the list of its definition.
 const FRAME_FORMAT: &str = "VFrameFormat";
 
-/// Names of raw values, in the order of the file.
-pub(super) type Values = Vec<(i128, String)>;
+/// Largest length of a statement in bytes. The grammar takes 25 times as much memory for it.
+const MAX_STATEMENT: usize = 1 << 20;
+
+/// Names of raw values, in the order of the file; shared by the signals of a table.
+pub(super) type Values = Arc<[(i128, String)]>;
 
 /// The content of a statement, as far as it is used.
 #[derive(Debug)]
@@ -60,6 +64,21 @@ pub(super) enum Detail {
     UnreadableMultiplexing { signal: String },
 }
 
+impl Detail {
+    /// Number of entries that count for the size of a file.
+    pub(super) fn entries(&self) -> usize {
+        1 + match self {
+            Self::Values { values, .. } => values.len(),
+            Self::Multiplexed { ranges, .. } => ranges.len(),
+            Self::Cycle(_)
+            | Self::FrameFormat(_)
+            | Self::ValuesByTable { .. }
+            | Self::Number { .. }
+            | Self::UnreadableMultiplexing { .. } => 0,
+        }
+    }
+}
+
 /// A value of an enumerated attribute.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum EnumValue {
@@ -79,6 +98,9 @@ pub(super) struct ParsedStatement {
 /// Parses one statement; the error is a text for the finding.
 pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String> {
     let text = statement.text.as_ref();
+    if text.len() > MAX_STATEMENT {
+        return Err(format!("longer than {} MiB", MAX_STATEMENT >> 20));
+    }
     let plain =
         |parsed: Result<Parsed, String>| parsed.map(|parsed| ParsedStatement { parsed, irregularity: None });
     if let Some(reason) = missing_colon(statement.keyword(), text) {

@@ -5,13 +5,16 @@ use std::collections::BTreeMap;
 use super::codec::SignalCodec;
 use super::finding::{Findings, Location};
 use super::grammar::{Detail, EnumValue, Values};
-use super::model::{Database, Message, Number, Signal};
+use super::model::{Database, MAX_ENTRIES, Message, Number, Signal};
 use super::multiplex::{Multiplexing, Rule, SignalDraft};
 use super::outline::{MessageOutline, Outline, Property, SignalOutline};
 use crate::core::can::frame::FrameFormat;
 
 /// Builds the database with all findings.
 pub(super) fn database(outline: Outline) -> Database {
+    if outline.entries > MAX_ENTRIES {
+        return Database { is_too_large: true, ..Database::default() };
+    }
     let Outline { messages, properties, tables, lost_messages, mut findings, .. } = outline;
     let defaults = Defaults {
         cycle: outline.default_cycle,
@@ -31,7 +34,7 @@ pub(super) fn database(outline: Outline) -> Database {
     }
     let joined = messages.into_iter().zip(details);
     let messages = joined.map(|(message, details)| details.join(message, &defaults, &mut findings)).collect();
-    Database { messages, findings: findings.sorted() }
+    Database { messages, findings: findings.sorted(), is_too_large: false }
 }
 
 /// Largest number of data bytes in a classic frame.
@@ -91,7 +94,7 @@ impl Details {
     ) {
         let Property { location, detail, .. } = property;
         if let Some(signal) = signal_of(&detail)
-            && !message.signals.iter().any(|known| known.parsed.name == signal)
+            && !message.signal_names.contains(signal)
         {
             if !message.lost_signals.contains(signal) && !is_reported(&detail) {
                 findings.rejected(&location, format!("{} has no signal {signal}", message.name));

@@ -108,7 +108,7 @@ mod tests {
             let database = parse(bytes);
             let signal = signal(&database, "T");
             assert_eq!((signal.unit.as_str(), signal.line), ("°", 2));
-            assert_eq!(signal.values, [(1, "gauche é".to_owned())]);
+            assert_eq!(*signal.values, [(1, "gauche é".to_owned())]);
             assert_eq!(database.findings.iter().map(|finding| finding.line).collect::<Vec<_>>(), [5]);
         }
     }
@@ -257,7 +257,7 @@ mod tests {
         let database = message("", "VAL_ 1 Good 0 \"a\";\nVAL_ 1 Good 0 \"b\";\nVAL_ 1 Good 0 \"a\";");
         assert_finding(&database, 6, Severity::Rejected, "contradicts");
         assert_eq!(database.rejected(), 1);
-        assert_eq!(signal(&database, "Good").values, [(0, "a".to_owned())]);
+        assert_eq!(*signal(&database, "Good").values, [(0, "a".to_owned())]);
     }
 
     #[test]
@@ -315,6 +315,23 @@ mod tests {
         let database = message(signals, "SIG_VALTYPE_ 1 F : 1;");
         assert_eq!(database.findings, []);
         assert_eq!(signal(&database, "F").number, Number::Float32);
+    }
+
+    #[test]
+    fn size_is_bounded() {
+        let garbage = parse("x\n".repeat(model::MAX_ENTRIES + 1).as_bytes());
+        assert_eq!((garbage.findings.len(), garbage.is_too_large), (0, true));
+        // Names of values count as well.
+        let values = format!("VAL_ 1 Good {};\n", "0 \"\" ".repeat(model::MAX_ENTRIES / 2));
+        assert!(message("", &values.repeat(2)).is_too_large);
+
+        let long = message("", &format!("BU_: {}", "A ".repeat(1 << 19)));
+        assert_eq!(long.findings[0].reason, "longer than 1 MiB");
+        let signals: String =
+            (0..4000).map(|at| format!("SG_ S{at} : 0|8@1+ (1,0) [0|0] \"\" X\n")).collect();
+        let many = message(&signals, "");
+        assert_eq!(many.messages[0].signals.len(), 4000);
+        assert_eq!(many.findings.last().unwrap().reason, "more than 4000 signals in one message");
     }
 
     proptest! {

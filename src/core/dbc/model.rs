@@ -1,7 +1,12 @@
 //! Content of a DBC file as far as a gateway uses it, with findings.
 
+use std::sync::Arc;
+
 use super::codec::SignalCodec;
 use crate::core::can::frame::{CanId, FrameFormat};
+
+/// Largest number of entries of a file: messages, signals, properties, names of values, and findings.
+pub const MAX_ENTRIES: usize = 250_000;
 
 /// The usable part of a DBC file, with a finding for everything else.
 #[derive(Debug, Clone, Default)]
@@ -10,6 +15,8 @@ pub struct Database {
     pub messages: Vec<Message>,
     /// Statements that were rejected or are irregular, in the order of lines.
     pub findings: Vec<Finding>,
+    /// True if the file has more entries than [`MAX_ENTRIES`]; then the database is empty.
+    pub is_too_large: bool,
 }
 
 impl Database {
@@ -74,7 +81,7 @@ pub struct Signal {
     /// Physical unit, empty when not given.
     pub unit: String,
     /// Names of raw values (`VAL_`) in the order of the file.
-    pub values: Vec<(i128, String)>,
+    pub values: Arc<[(i128, String)]>,
 }
 
 /// Number format of the raw bits of a signal (`SIG_VALTYPE_`).

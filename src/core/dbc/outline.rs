@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::codec::{ByteOrder, Layout};
 use super::finding::{Findings, Location};
 use super::grammar::{self, Detail, EnumValue, Parsed, ParsedStatement, Values};
+use super::model::MAX_ENTRIES;
 use super::repair;
 use super::statement::{self, Statement};
 use crate::core::can::frame::{CanId, MAX_DATA};
@@ -14,6 +15,9 @@ const INDEPENDENT: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
 /// Flag of a 29-bit identifier in the message number of a DBC.
 const EXTENDED: u32 = 0x8000_0000;
+
+/// Largest number of signals of a message: which of them share bits takes time with its square.
+const MAX_SIGNALS: usize = 4_000;
 
 /// The statements of a file before messages and properties are joined.
 #[derive(Debug, Default)]
@@ -28,6 +32,8 @@ pub(super) struct Outline {
     /// Numbers of rejected messages, whose properties give no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
     pub(super) findings: Findings,
+    /// Number of entries so far; reading ends beyond [`MAX_ENTRIES`].
+    pub(super) entries: usize,
 }
 
 /// A `BO_` statement with the `SG_` statements that follow.
@@ -40,6 +46,7 @@ pub(super) struct MessageOutline {
     pub(super) name: String,
     pub(super) length: usize,
     pub(super) signals: Vec<SignalOutline>,
+    pub(super) signal_names: BTreeSet<String>,
     /// Names of rejected signals.
     pub(super) lost_signals: BTreeSet<String>,
     /// True if a rejected signal may be a multiplexor.
@@ -86,7 +93,12 @@ pub(super) fn read(text: &str) -> Outline {
         ids: BTreeSet::new(),
     };
     for statement in statement::split(text) {
+        let findings = reader.outline.findings.count();
         reader.statement(&statement);
+        reader.outline.entries += reader.outline.findings.count() - findings;
+        if reader.outline.entries > MAX_ENTRIES {
+            break;
+        }
     }
     reader.close();
     reader.outline
@@ -122,12 +134,14 @@ impl Reader {
         match parsed {
             Parsed::Message { id, name, length } => self.message(location, id, name, length),
             Parsed::Table { name, values } => {
+                self.outline.entries += 1 + values.len();
                 self.outline.tables.entry(name).or_insert(values);
             }
             Parsed::DefaultCycle(default) => self.outline.default_cycle = default,
             Parsed::FrameFormats(names) => self.outline.frame_formats = names,
             Parsed::DefaultFrameFormat(default) => self.outline.default_frame_format = Some(default),
             Parsed::Detail { id, detail } => {
+                self.outline.entries += detail.entries();
                 self.outline.properties.push(Property { location, number: id, detail });
             }
             Parsed::Signal(_) | Parsed::Nothing => {}
@@ -170,9 +184,11 @@ impl Reader {
                     name,
                     length,
                     signals: Vec::new(),
+                    signal_names: BTreeSet::new(),
                     lost_signals: BTreeSet::new(),
                     lost_multiplexor: false,
                 });
+                self.outline.entries += 1;
                 self.current = Current::Message;
             }
             Err(reason) => {
@@ -219,8 +235,11 @@ impl Reader {
         });
         let name = statement.text.split_ascii_whitespace().nth(1).unwrap_or_default().trim_end_matches(':');
         let checked = parsed.and_then(|(signal, irregularity)| {
-            let taken = message.signals.iter().any(|other| other.parsed.name == signal.name);
+            let taken = message.signal_names.contains(&signal.name);
             let layout = layout(&signal)?;
+            if message.signals.len() == MAX_SIGNALS {
+                return Err(format!("more than {MAX_SIGNALS} signals in one message"));
+            }
             let taken = taken.then(|| "a signal above has the same name".to_owned());
             taken.map_or(Ok((signal, layout, irregularity)), Err)
         });
@@ -229,7 +248,9 @@ impl Reader {
                 if let Some(irregularity) = irregularity {
                     self.outline.findings.note(&location, irregularity);
                 }
+                message.signal_names.insert(parsed.name.clone());
                 message.signals.push(SignalOutline { location, layout, parsed });
+                self.outline.entries += 1;
             }
             Err(reason) => {
                 message.lost_signals.insert(name.to_owned());

@@ -69,28 +69,30 @@ pub(super) fn is_keyword(word: &str) -> bool {
 }
 
 /// Statements of `text` (lines end with `\n`) in order, without blank lines and `//` comments.
-pub(super) fn split(text: &str) -> Vec<Statement<'_>> {
-    let mut statements = Vec::new();
+pub(super) fn split(text: &str) -> impl Iterator<Item = Statement<'_>> {
     let (mut rest, mut line, mut indented) = (text, 1, false);
-    loop {
-        let trimmed = rest.trim_start();
-        let blank = &rest[..rest.len() - trimmed.len()];
-        line += line_ends(blank);
-        indented = if blank.contains('\n') || rest.len() == text.len() {
-            !blank.is_empty() && !blank.ends_with('\n')
-        } else {
-            indented
-        };
-        if trimmed.is_empty() {
-            return statements;
+    std::iter::from_fn(move || {
+        loop {
+            let trimmed = rest.trim_start();
+            let blank = &rest[..rest.len() - trimmed.len()];
+            line += line_ends(blank);
+            indented = if blank.contains('\n') || rest.len() == text.len() {
+                !blank.is_empty() && !blank.ends_with('\n')
+            } else {
+                indented
+            };
+            if trimmed.is_empty() {
+                return None;
+            }
+            let (own, after) = trimmed.split_at(extent(trimmed));
+            let first_line = line;
+            line += line_ends(own);
+            rest = after;
+            if !own.starts_with("//") {
+                return Some(Statement { line: first_line, indented, text: on_one_line(own.trim_end()) });
+            }
         }
-        let (own, after) = trimmed.split_at(extent(trimmed));
-        if !own.starts_with("//") {
-            statements.push(Statement { line, indented, text: on_one_line(own.trim_end()) });
-        }
-        line += line_ends(own);
-        rest = after;
-    }
+    })
 }
 
 /// Length in bytes of the statement at the start of `text`, at least one character.
@@ -206,7 +208,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn texts(text: &str) -> Vec<(usize, String)> {
-        split(text).into_iter().map(|statement| (statement.line, statement.text.into_owned())).collect()
+        split(text).map(|statement| (statement.line, statement.text.into_owned())).collect()
     }
 
     #[test]
@@ -222,7 +224,7 @@ mod tests {
             (11, "SG_ S"),
         ];
         assert_eq!(texts(text), expected.map(|(line, text)| (line, text.to_owned())));
-        let indented: Vec<_> = split(text).iter().filter(|s| s.indented).map(|s| s.line).collect();
+        let indented: Vec<_> = split(text).filter(|s| s.indented).map(|s| s.line).collect();
         assert_eq!(indented, [8, 11]);
     }
 

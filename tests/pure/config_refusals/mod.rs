@@ -11,6 +11,8 @@ use std::path::Path;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Overrides, Problem, Settings, load, load_profile};
 
+use signal_gateway::core::dbc::model::MAX_ENTRIES;
+
 use crate::support::cases;
 use crate::support::files::MemoryFiles;
 
@@ -55,6 +57,16 @@ fn a_file_that_is_not_utf8_is_refused_at_its_first_bad_byte() {
         let problems: Vec<_> = load_texts(&texts).unwrap_err().iter().map(ToString::to_string).collect();
         assert_eq!(problems, [format!("{file}:1:6: this is not UTF-8; save the file as UTF-8")]);
     }
+}
+
+#[test]
+fn a_dbc_with_too_many_entries_is_refused() {
+    let mut texts = sound();
+    let dbc = format!("{}{}", texts.text("car.dbc"), "x\n".repeat(MAX_ENTRIES));
+    texts.insert("car.dbc", dbc.into_bytes());
+    let problems: Vec<_> = load_texts(&texts).unwrap_err().iter().map(ToString::to_string).collect();
+    let reason = "car.dbc: more than 250000 messages, signals, names of values and malformed statements";
+    assert!(problems[0].contains(reason), "{problems:?}");
 }
 
 #[test]
