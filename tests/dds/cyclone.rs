@@ -105,6 +105,25 @@ fn a_node_that_is_left_out_of_the_graph_delivers_its_reports_all_the_same() {
     assert_eq!(graph.next_during(SILENCE), Vec::<Value>::new());
 }
 
+/// With Cyclone DDS in Humble, an entry in the layout of Jazzy makes `ros2 node list` fail for everybody.
+#[test]
+fn a_gateway_leaves_the_graph_of_another_distribution() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let (own, other) =
+        if signal_gateway::io::ros::session::DISTRO == "humble" { ("gid24", "16") } else { ("gid16", "24") };
+    let gateway = Role::new(domain).start();
+    let graph = reader(&cyclone, domain, own, "ros_discovery_info", "transient_local");
+    graph.next("the gateway's entry", |line| line["event"] == "sample");
+    let mut command = cyclone.command("reader.py", domain);
+    command.args(["turn", TURN, "transient_local"]);
+    command.env("SIGNAL_GATEWAY_PEER_NODE", "observer").env("SIGNAL_GATEWAY_PEER_GRAPH", other);
+    let observer = JsonProcess::start("reader.py", &mut command);
+    graph.next("its end", |line| line["event"] == "unmatched");
+    gateway.send("turn left 1");
+    observer.next("a report", is_report(2, 1));
+}
+
 /// Its network process outlives it just long enough to say so: the lease of RustDDS would take 50 s.
 #[test]
 fn a_gateway_that_is_killed_leaves_the_graph_long_before_its_lease_ends() {

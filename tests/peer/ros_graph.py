@@ -1,4 +1,4 @@
-"""The ROS graph, as a node of Jazzy joins it: a bridge carries what belongs to a node, and nothing else."""
+"""The ROS graph, as a node of Jazzy joins it, or of Humble with SIGNAL_GATEWAY_PEER_GRAPH=24: a bridge carries what belongs to a node, and nothing else."""
 
 import os
 
@@ -18,7 +18,8 @@ def join(participant, readers=(), writers=()):
     node = os.environ.get("SIGNAL_GATEWAY_PEER_NODE")
     if not node:
         return None
-    info, gid, entities = graph_types(16)
+    length = int(os.environ.get("SIGNAL_GATEWAY_PEER_GRAPH", 16))
+    info, gid, entities = graph_types(length)
     qos = Qos(
         Policy.Reliability.Reliable(duration(milliseconds=100)),
         Policy.Durability.TransientLocal,
@@ -27,7 +28,7 @@ def join(participant, readers=(), writers=()):
     writer = DataWriter(participant, Topic(participant, "ros_discovery_info", info, qos=qos), qos=qos)
 
     def gids(endpoints):
-        return [gid(list(endpoint.get_guid().bytes)) for endpoint in endpoints]
+        return [gid(list(endpoint.get_guid().bytes.ljust(length, b"\0"))) for endpoint in endpoints]
 
     writer.write(info(*gids([participant]), [entities("/", node, gids(readers), gids(writers))]))
     return writer

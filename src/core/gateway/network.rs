@@ -14,6 +14,7 @@ const RECENT: Duration = Duration::from_secs(60);
 
 /// State of the network side, as its session knows it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[allow(clippy::struct_excessive_bools)] // each by itself
 pub struct NetworkState {
     /// True for a process of its own, false for a thread of the gateway.
     pub is_isolated: bool,
@@ -33,6 +34,8 @@ pub struct NetworkState {
     pub confinement: Option<Confinement>,
     /// Log lines that its processes did not write since the session's start.
     pub lost_lines: LostLines,
+    /// True if the ROS 2 graph is of another distribution, so that the node is not in it.
+    pub has_other_graph: bool,
     /// Its connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
 }
@@ -122,6 +125,10 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
         (Some(_), _) if state.links.is_some_and(|links| links.routers == 0 && links.peers == 0) => {
             (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned())
         }
+        (Some(_), _) if state.has_other_graph => (
+            Level::Warn,
+            "joined, but not in the graph, which is of another distribution of ROS 2".to_owned(),
+        ),
         (Some(_), _) => (Level::Ok, "joined".to_owned()),
     }
 }

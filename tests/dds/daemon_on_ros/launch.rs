@@ -1,10 +1,28 @@
 //! The gateway as `launch_ros` starts a node: names, remapped topics and a file of parameters after `--ros-args`.
 
+use signal_gateway::io::ros::session::DISTRO;
+
 use crate::dds::daemon_on_ros::Bench;
 use crate::dds::daemon_on_ros::peer::DIAGNOSTICS;
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
 use crate::support::process::Process;
+
+#[test]
+fn a_node_stays_outside_the_graph_of_the_distribution_that_is_sourced() {
+    let bench = require!(Bench::new("scenario = \"crossing.xosc\"\nmap = \"crossroads.osm\"\n"));
+    let reader = bench.reader(&[DIAGNOSTICS]);
+    let other = if DISTRO == "humble" { "jazzy" } else { "humble" };
+    let mut gateway = Process::start(bench.folder.path(), |command| {
+        command.args(["run", "--config", "gateway.toml"]).env("ROS_DISTRO", other);
+    });
+    reader.wait(Mark::START, "diagnostics", "the state of the graph", |data| {
+        let mut statuses = data["status"].as_array()?.iter();
+        let status = statuses.find(|status| status["name"] == "signal_gateway: ros")?;
+        status["message"].as_str()?.starts_with("joined, but not in the graph").then_some(())
+    });
+    println!("SIGTERM: {:?}", gateway.stop("TERM"));
+}
 
 #[test]
 fn a_launch_file_names_the_node_and_its_topics() {

@@ -112,6 +112,8 @@ pub struct NetworkStatus {
     pub unanswered_requests: u64,
     /// Log lines that the network side did not write.
     pub lost_lines: LostLines,
+    /// True since it has left the ROS 2 graph, which is of another distribution.
+    pub has_left_graph: bool,
     /// Its connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
 }
@@ -229,6 +231,7 @@ impl<'a> FromNetwork<'a> {
                 bytes.extend(status.unanswered_requests.to_le_bytes());
                 bytes.extend(status.lost_lines.suppressed.to_le_bytes());
                 bytes.extend(status.lost_lines.dropped.to_le_bytes());
+                bytes.push(status.has_left_graph.into());
                 bytes.push(status.links.is_some().into());
                 if let Some(ZenohLinks { routers, peers, lost }) = status.links {
                     bytes.extend([routers, peers].iter().flat_map(|count| count.to_le_bytes()));
@@ -269,6 +272,7 @@ impl<'a> FromNetwork<'a> {
                 write_errors: bytes.u64()?,
                 unanswered_requests: bytes.u64()?,
                 lost_lines: LostLines { suppressed: bytes.u64()?, dropped: bytes.u64()? },
+                has_left_graph: bytes.flag()?,
                 links: if bytes.flag()? { Some(links(&mut bytes)?) } else { None },
             }),
             PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()? },
@@ -363,10 +367,12 @@ mod tests {
         let lines = any::<(u64, u64)>();
         let errors = any::<(u64, u64)>();
         let links = prop::option::of(any::<(u32, u32, u64)>());
-        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), errors, lines, links);
+        let status =
+            (counts(), counts(), any::<u32>(), any::<(bool, bool)>(), any::<u32>(), errors, lines, links);
         status.prop_map(
-            |(readers, writers, missing_peers, has_probe, rebuilds, errors, (suppressed, dropped), links)| {
+            |(readers, writers, missing_peers, flags, rebuilds, errors, (suppressed, dropped), links)| {
                 let (write_errors, unanswered_requests) = errors;
+                let (has_probe, has_left_graph) = flags;
                 let links = links.map(|(routers, peers, lost)| ZenohLinks { routers, peers, lost });
                 let lost_lines = LostLines { suppressed, dropped };
                 NetworkStatus {
@@ -378,6 +384,7 @@ mod tests {
                     write_errors,
                     unanswered_requests,
                     lost_lines,
+                    has_left_graph,
                     links,
                 }
             },

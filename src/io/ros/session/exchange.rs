@@ -60,6 +60,8 @@ pub(super) struct Exchange {
     state: NetworkState,
     /// Log lines that network sides which have ended did not write.
     lost_lines: LostLines,
+    /// True if the environment names a distribution whose graph this build cannot enter.
+    has_other_distribution: bool,
     /// The state as noted last, and when.
     noted: Option<(NetworkState, Instant)>,
     /// Messages that could not be encoded or sent.
@@ -140,9 +142,19 @@ impl Exchange {
                 ..NetworkState::default()
             },
             lost_lines: LostLines::default(),
+            has_other_distribution: false,
             noted: None,
             send_errors: 0,
             starter: Some(starter),
+        }
+    }
+
+    /// Leaves the node out of a graph of DDS, which is of another distribution.
+    pub(super) fn stay_outside_graph(&mut self) {
+        // Zenoh's graph has no message of that kind.
+        if self.state.links.is_none() && self.settings.graph {
+            self.settings.graph = false;
+            self.has_other_distribution = true;
         }
     }
 
@@ -417,6 +429,7 @@ impl Exchange {
             self.state.memory_bytes = host.and_then(Host::memory_bytes);
             self.state.confinement = host.and_then(Host::confinement);
             self.state.links = self.state.links.map(|_| seen.links.unwrap_or_default());
+            self.state.has_other_graph = seen.has_left_graph || self.has_other_distribution;
             self.state.lost_lines = self.lost_lines.plus(lost_lines);
             self.noted = Some((self.state.clone(), now));
         }

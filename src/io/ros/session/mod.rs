@@ -107,14 +107,17 @@ impl RosSession {
     /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then goes on without it for now.
     pub fn start(settings: RosSettings) -> Result<Self, RosError> {
         check(&settings)?;
-        warn_of_other_distribution();
+        let has_other_distribution = warn_of_other_distribution();
         let mailbox = Arc::new(Mailbox::default());
         let hardware_id = settings.hardware_id.clone();
         let (end_sender, ended) = channel();
         let (ready_sender, ready) = channel();
         let inbox = Arc::new(Inbox::default());
         let runtime = Builder::new_current_thread().enable_all().build()?;
-        let exchange = Exchange::new(settings, Arc::clone(&mailbox), Arc::clone(&inbox), ready_sender);
+        let mut exchange = Exchange::new(settings, Arc::clone(&mailbox), Arc::clone(&inbox), ready_sender);
+        if has_other_distribution {
+            exchange.stay_outside_graph();
+        }
         thread::Builder::new().name("ros".to_owned()).spawn(move || {
             // Dropped last, also by a panic, which ends the wait of `stop`.
             let _end = end_sender;
@@ -192,15 +195,24 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     Ok(())
 }
 
-/// The data is the same in every distribution, the graph is not (see `graph.rs`).
-fn warn_of_other_distribution() {
+/// Warns of a distribution in the environment that is not that of this build; true if its graph is another one. The data is the same
+/// in every distribution, the graph is not (see `graph.rs`).
+fn warn_of_other_distribution() -> bool {
     match std::env::var("ROS_DISTRO") {
-        Ok(other) if other != DISTRO => tracing::warn!(
-            "ROS_DISTRO is `{other}`, but this build is for `{DISTRO}`: topics work, but `ros2 node` may not list \
-             this node; install the build for `{other}`"
-        ),
-        Ok(_) | Err(_) => {}
+        Ok(other) if other != DISTRO => {
+            tracing::warn!(
+                "ROS_DISTRO is `{other}`, but this build is for `{DISTRO}`: topics work, but `ros2 node` may not list \
+                 this node; install the build for `{other}`"
+            );
+            has_long_identifiers(&other) != has_long_identifiers(DISTRO)
+        }
+        Ok(_) | Err(_) => false,
     }
+}
+
+/// True for the distributions up to Humble, whose graph has identifiers of 24 bytes.
+fn has_long_identifiers(distribution: &str) -> bool {
+    ["dashing", "eloquent", "foxy", "galactic", "humble"].contains(&distribution)
 }
 
 #[cfg(test)]

@@ -52,6 +52,7 @@ fn network(reported: &mut Reported) {
         ..failed.clone()
     };
     let alone = NetworkState { links: Some(ZenohLinks::default()), ..joined(60) };
-    let states = [joining, failed.clone(), joined(1), joined(60), alone];
+    let foreign = NetworkState { has_other_graph: true, ..joined(60) };
+    let states = [joining, failed.clone(), joined(1), joined(60), alone, foreign];
     reported.take(states.map(|state| state.status("gateway")).to_vec());
 }

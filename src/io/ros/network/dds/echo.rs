@@ -3,8 +3,9 @@
 //! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself. What
 //! RustDDS's thread then still does is to notice that no sample came within the deadline that the reader asks for.
 //!
-//! The topic is no ROS topic (its name lacks their prefix), and each participant has its own, so that nobody else reads
-//! it. A sample may get lost, as the next comes soon.
+//! The topic is no ROS topic, and each participant has its own, so that nobody else reads it. Its name begins with `DCPS`, as
+//! those of DDS itself: such topics ROS 2 leaves out, of its lists and of its search for hashes of types. A sample may get
+//! lost, as the next comes soon.
 
 use std::task::Waker;
 
@@ -55,7 +56,7 @@ impl Echo {
         let guid = domain.guid().to_bytes();
         let name = guid.iter().take(12).map(|byte| format!("{byte:02x}")).collect::<String>();
         let topic = domain.create_topic(
-            format!("signal_gateway/echo/{name}"),
+            format!("DCPS_signal_gateway/echo/{name}"),
             "signal_gateway::Echo".to_owned(),
             &qos,
             TopicKind::NoKey,

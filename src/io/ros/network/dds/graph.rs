@@ -3,6 +3,11 @@
 //! DDS knows participants and endpoints; which of them make up a node is stated by a message that every
 //! ROS 2 participant publishes. Its identifiers are 24 bytes long up to Humble and 16 bytes since
 //! Iron; that is all that differs between the builds.
+//!
+//! On a network of the other layout an entry of ours cannot be read, and with Cyclone DDS in Humble `ros2 node list` then fails for
+//! everybody. So the messages of others are looked at, and the entry is taken back when one of them has the other layout.
+
+use std::task::Waker;
 
 use ros2_client::Gid;
 use ros2_client::builtin_topics::ros_discovery::{QOS_PUB, TOPIC_NAME, TYPE_NAME};
@@ -10,13 +15,20 @@ use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::names::NodeName;
 use rustdds::dds::result::CreateResult;
 use rustdds::no_key::DataWriterCdr;
-use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, TopicKind};
+use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Subscriber, Timestamp, TopicKind};
+
+use super::topic_reader::{Taken, TopicReader};
+use crate::io::ros::link::SampleEncoding;
+
+/// Lengths of an identifier: up to Humble, and since Iron.
+const LENGTHS: [usize; 2] = [24, 16];
 
 /// Publishes to the graph which writers and readers belong to our node.
 pub(super) struct GraphEntry {
     participant: GUID,
     node: NodeName,
     writer: DataWriterCdr<ParticipantEntitiesInfo>,
+    reader: TopicReader,
 }
 
 impl GraphEntry {
@@ -24,6 +36,7 @@ impl GraphEntry {
     pub(super) fn new(
         participant: &DomainParticipant,
         publisher: &Publisher,
+        subscriber: &Subscriber,
         node: NodeName,
     ) -> CreateResult<Self> {
         let topic = participant.create_topic(
@@ -33,7 +46,24 @@ impl GraphEntry {
             TopicKind::NoKey,
         )?;
         let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
-        Ok(Self { participant: participant.guid(), node, writer })
+        let reader = TopicReader::new(subscriber, &topic)?;
+        Ok(Self { participant: participant.guid(), node, writer, reader })
+    }
+
+    /// True if a message of the other layout has arrived since the last call; has `waker` called when one arrives.
+    pub(super) fn meets_other_layout(&self, waker: &Waker) -> bool {
+        let mut is_met = false;
+        let has_more = self.reader.take(waker, |taken| {
+            if let Taken::Sample(_, _, encoded) = taken {
+                let own = if super::DISTRO == "humble" { LENGTHS[0] } else { LENGTHS[1] };
+                is_met |= layout(&encoded.bytes, encoded.encoding).is_some_and(|length| length != own);
+            }
+            !is_met
+        });
+        if has_more {
+            waker.wake_by_ref();
+        }
+        is_met
     }
 
     /// Replaces the writers and readers that the graph lists for our node.
@@ -46,6 +76,53 @@ impl GraphEntry {
         if let Err(error) = self.writer.write(info, Some(Timestamp::now())) {
             tracing::warn!("the node is not shown in the ROS 2 graph: {error}");
         }
+    }
+}
+
+/// The length of the identifiers of a message; `None` for one that neither layout explains.
+fn layout(bytes: &[u8], encoding: SampleEncoding) -> Option<usize> {
+    LENGTHS.into_iter().find(|length| {
+        let mut cursor = Cursor { bytes, at: 0, encoding };
+        cursor.participant(*length).is_some() && bytes.len() - cursor.at < 4
+    })
+}
+
+/// A place in a message in CDR. Each step is `None` where the message ends.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    encoding: SampleEncoding,
+}
+
+impl Cursor<'_> {
+    fn participant(&mut self, identifier: usize) -> Option<()> {
+        self.skip(identifier)?;
+        for _ in 0..self.count()? {
+            for _text in ["namespace", "name"] {
+                let length = self.count()?;
+                self.skip(usize::try_from(length).ok()?)?;
+            }
+            for _list in ["readers", "writers"] {
+                let count = usize::try_from(self.count()?).ok()?;
+                self.skip(count.checked_mul(identifier)?)?;
+            }
+        }
+        Some(())
+    }
+
+    fn count(&mut self) -> Option<u32> {
+        let at = self.at.next_multiple_of(4);
+        let bytes = self.bytes.get(at..)?.first_chunk()?;
+        self.at = at + 4;
+        Some(match self.encoding {
+            SampleEncoding::Little => u32::from_le_bytes(*bytes),
+            SampleEncoding::Big => u32::from_be_bytes(*bytes),
+        })
+    }
+
+    fn skip(&mut self, length: usize) -> Option<()> {
+        self.at = self.at.checked_add(length).filter(|at| *at <= self.bytes.len())?;
+        Some(())
     }
 }
 
@@ -99,5 +176,31 @@ mod tests {
         ]
         .concat();
         assert_eq!(bytes, expected);
+        assert_eq!(layout(&bytes, SampleEncoding::Little), Some(long));
+    }
+
+    #[test]
+    fn the_layout_of_a_message_is_recognised() {
+        let encoded = |length: usize, nodes: u32, listed: u32| {
+            let mut bytes = vec![7; length];
+            bytes.extend(nodes.to_be_bytes());
+            for _ in 0..nodes {
+                bytes.extend([0, 0, 0, 2, b'/', 0, 0, 0, 0, 0, 0, 4, b'g', b'w', b'1', 0]);
+                for _ in 0..2 {
+                    bytes.extend(listed.to_be_bytes());
+                    bytes.extend(vec![9; length * listed as usize]);
+                }
+            }
+            bytes
+        };
+        for (length, nodes, listed) in
+            [(16, 0, 0), (24, 0, 0), (16, 1, 0), (24, 1, 0), (16, 2, 3), (24, 2, 3)]
+        {
+            let bytes = encoded(length, nodes, listed);
+            assert_eq!(layout(&bytes, SampleEncoding::Big), Some(length), "{nodes} nodes, {listed}");
+            assert_eq!(layout(&bytes[..bytes.len() - 4], SampleEncoding::Big), None);
+        }
+        let endless = [vec![0; 16], vec![255; 20]].concat();
+        assert_eq!(layout(&endless, SampleEncoding::Little), None);
     }
 }

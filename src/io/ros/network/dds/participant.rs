@@ -89,7 +89,8 @@ impl Participant {
         let parameter_server = settings.parameters.clone().map(serve).transpose()?;
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
-        let graph = settings.graph.then(|| GraphEntry::new(&domain, &publisher, node)).transpose();
+        let graph =
+            settings.graph.then(|| GraphEntry::new(&domain, &publisher, &subscriber, node)).transpose();
         let written_types = settings.written.iter().map(|written| (&written.name, &written.type_name));
         let read_types = settings.read.iter().map(|read| (&read.name, &read.type_name));
         let participant = Self {
@@ -305,6 +306,17 @@ impl Participant {
     fn topic_of(&self, local: GUID) -> &str {
         let position = self.endpoints().position(|endpoint| endpoint == local);
         position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
+    }
+
+    /// Takes our node out of the graph when that of the other nodes has the other layout; true if it does so.
+    pub(super) fn leave_other_graph(&mut self, waker: &Waker) -> bool {
+        let left = self.graph.take_if(|graph| graph.meets_other_layout(waker));
+        left.is_some()
+    }
+
+    /// Takes our node out of the graph.
+    pub(super) fn leave_graph(&mut self) {
+        self.graph = None;
     }
 
     fn announce(&self) {

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use rustdds::RTPSEntity;
 use tokio::time::sleep;
 
+use super::DISTRO;
 use super::ack_timeout::AckTimeout;
 use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, ProbeResult, prefix};
 use super::interfaces::Interfaces;
@@ -47,6 +48,7 @@ const MAX_OWN: usize = 32;
 const MAX_WAITING: usize = 256 * 1024;
 
 /// The network side's state.
+#[allow(clippy::struct_excessive_bools)] // each by itself
 pub(super) struct Worker {
     settings: NetworkSettings,
     /// Ends the wait when something was received.
@@ -83,6 +85,8 @@ pub(super) struct Worker {
     lost_lines: LostLines,
     /// The status that was sent last.
     status: NetworkStatus,
+    /// True since it has left the graph of another distribution.
+    has_left_graph: bool,
     /// Last: the gateway sees its end when everything else is gone.
     link: Link,
 }
@@ -139,6 +143,7 @@ impl Worker {
             unanswered_requests: 0,
             lost_lines: LostLines::default(),
             status: NetworkStatus::default(),
+            has_left_graph: false,
             settings,
         }
     }
@@ -166,6 +171,7 @@ impl Worker {
             }
             self.receive();
             self.serve();
+            self.watch_graph();
             self.answer_ping();
             self.link.flush()?;
             let settled = self.participant.settle();
@@ -259,6 +265,19 @@ impl Worker {
         let participants = self.predecessors.iter_mut().map(|(predecessor, _)| predecessor);
         for participant in participants.chain([&mut self.participant]) {
             self.unanswered_requests += participant.serve(&self.waker);
+        }
+    }
+
+    /// Looks whether the graph is that of the other distributions, and leaves it then.
+    fn watch_graph(&mut self) {
+        if self.participant.leave_other_graph(&self.waker) {
+            tracing::warn!(
+                "the other nodes are of another distribution of ROS 2 than this build ({DISTRO}): this node leaves their graph; topics work"
+            );
+            // Nor does any other participant of ours enter it.
+            self.predecessors.iter_mut().for_each(|(predecessor, _)| predecessor.leave_graph());
+            self.settings.graph = false;
+            self.has_left_graph = true;
         }
     }
 
@@ -409,6 +428,7 @@ impl Worker {
             write_errors: self.write_errors,
             unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,
+            has_left_graph: self.has_left_graph,
             links: None,
         };
         if status != self.status {
