@@ -16,10 +16,10 @@ fn warnings_arrive_with_their_place_from_the_start_on_and_many_of_a_kind_are_fol
     let bench = require!(Bench::new(KEYS));
     let reader = bench.reader(&[ROSOUT]);
     let _gateway = Process::start(bench.folder.path(), |command| {
-        command.args(["run", "--config", "gateway.toml", "--ros-args", "-r", "nothing:=else"]);
+        command.args(["run", "--config", "gateway.toml", "--ros-args", "-r", "/diagnostic:=/else"]);
     });
     reader.wait(Mark::START, "rosout", "a warning from before the network was joined", |data| {
-        data["msg"].as_str()?.contains("-r nothing:=else has no effect").then_some(())
+        data["msg"].as_str()?.contains("-r /diagnostic:=/else has no effect").then_some(())
     });
     let commands = bench.writer(&[("text", "lights/command")]);
     (0..REFUSED).for_each(|_| commands.send(0, "Nonsense(A)"));
