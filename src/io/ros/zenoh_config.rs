@@ -47,12 +47,22 @@ pub fn check(text: Option<&str>) -> Result<(), ZenohConfigError> {
 const NEEDED: [(&str, &str); 3] =
     [("timestamping/enabled", "true"), ("connect/exit_on_failure", "false"), ("connect/timeout_ms", "-1")];
 
+/// Keys that a file may leave out, which then are as `rmw_zenoh_cpp` has them and not as the library does: with its lease of
+/// 10 s, nodes of `rmw_zenoh_cpp` that stood still for longer than that would be lost for good.
+#[cfg(feature = "zenoh")]
+const DEFAULTS: [(&str, &str); 2] =
+    [("transport/link/tx/lease", "60000"), ("transport/link/tx/keep_alive", "2")];
+
 /// Reads a configuration, and sets the keys that a session needs.
 #[cfg(feature = "zenoh")]
 pub(super) fn parse(text: Option<&str>) -> Result<zenoh::Config, ZenohConfigError> {
     let refused = |error: zenoh::Error| ZenohConfigError::Refused(error.to_string().replace('\n', " "));
-    let mut config = zenoh::Config::from_json5(text.unwrap_or(ONE_HOST)).map_err(refused)?;
-    for (key, value) in NEEDED {
+    let text = text.unwrap_or(ONE_HOST);
+    let mut config = zenoh::Config::from_json5(text).map_err(refused)?;
+    // Zenoh does not say which keys were given. What it has taken can be read here as well.
+    let given: serde_json::Value = json5::from_str(text).unwrap_or_default();
+    let is_given = |key: &str| given.pointer(&format!("/{key}")).is_some();
+    for (key, value) in DEFAULTS.into_iter().filter(|(key, _)| !is_given(key)).chain(NEEDED) {
         config.insert_json5(key, value).map_err(refused)?;
     }
     Ok(config)
@@ -82,6 +92,24 @@ mod tests {
             }
             assert_eq!(waits_for_router(&config), text.is_some_and(|text| text.contains("\"client\"")));
         }
+    }
+
+    /// What the examples say, for whoever copies them, is also what holds without a file.
+    #[test]
+    fn the_lease_is_that_of_rmw_zenoh_unless_the_file_says_another() {
+        let lease = |config: &zenoh::Config| DEFAULTS.map(|(key, _)| config.get_json(key).unwrap());
+        let expected = DEFAULTS.map(|(_, value)| value.to_owned());
+        for example in [
+            ONE_HOST,
+            include_str!("../../../config/zenoh/vehicle.json5"),
+            include_str!("../../../config/zenoh/fleet.json5"),
+            include_str!("../../../config/zenoh/fleet_router.json5"),
+        ] {
+            assert_eq!(lease(&zenoh::Config::from_json5(example).unwrap()), expected, "{example}");
+        }
+        assert_eq!(lease(&parse(Some("{ /* lease: 7 */ mode: 'peer' }")).unwrap()), expected);
+        let other = parse(Some("{ transport: { link: { tx: { lease: 10000 } } } }")).unwrap();
+        assert_eq!(lease(&other), ["10000", "2"]);
     }
 
     #[test]
