@@ -19,6 +19,7 @@ mod zenoh {
     mod fleet;
     mod netem;
     mod outage;
+    mod parameters;
     mod peer;
     mod security;
     mod topics;

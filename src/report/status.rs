@@ -339,9 +339,15 @@ fn bus_text(bus: &BusSnapshot) -> String {
 }
 
 fn ros_text(ros: &RosSnapshot) -> String {
-    let zenoh = ros.links.map_or_else(String::new, |ZenohLinks { routers, peers, lost }| {
-        format!(", Zenoh: routers {routers}, peers {peers}, connections lost {lost}")
-    });
+    let zenoh =
+        ros.links.as_ref().map_or_else(String::new, |ZenohLinks { routers, peers, lost, unreachable }| {
+            let unreachable = if unreachable.is_empty() {
+                String::new()
+            } else {
+                format!(", not connected {}", unreachable.join(" "))
+            };
+            format!(", Zenoh: routers {routers}, peers {peers}, connections lost {lost}{unreachable}")
+        });
     match (ros.is_up, &ros.last_failure) {
         (true, _) if ros.restarts > 0 => format!("up, replaced {} times{zenoh}", ros.restarts),
         (true, _) => format!("up{zenoh}"),

@@ -13,21 +13,19 @@ import os
 import sys
 import threading
 import time
-from dataclasses import asdict, dataclass
-from types import new_class
+from dataclasses import asdict
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import float64, int32, int64, sequence, uint8, uint32, uint64
+from cyclonedds.idl.types import int64, sequence, uint8, uint64
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 import matches
+from parameter_messages import SERVICES, ParameterEvent, content, typed
 
-MESSAGE = "rcl_interfaces::msg::dds_::"
 QOS = Qos(
     Policy.Reliability.Reliable(duration(milliseconds=100)),
     Policy.Durability.Volatile,
@@ -35,103 +33,12 @@ QOS = Qos(
 )
 
 
-@dataclass
-class Value(IdlStruct, typename=f"{MESSAGE}ParameterValue_"):
-    type: uint8 = 0
-    bool_value: bool = False
-    integer_value: int64 = 0
-    double_value: float64 = 0.0
-    string_value: str = ""
-    byte_array_value: sequence[uint8] = ()
-    bool_array_value: sequence[bool] = ()
-    integer_array_value: sequence[int64] = ()
-    double_array_value: sequence[float64] = ()
-    string_array_value: sequence[str] = ()
-
-
-@dataclass
-class Parameter(IdlStruct, typename=f"{MESSAGE}Parameter_"):
-    name: str
-    value: Value
-
-
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
-
-
-@dataclass
-class ParameterEvent(IdlStruct, typename=f"{MESSAGE}ParameterEvent_"):
-    stamp: Time
-    node: str
-    new_parameters: sequence[Parameter]
-    changed_parameters: sequence[Parameter]
-    deleted_parameters: sequence[Parameter]
-
-
-@dataclass
-class FloatRange(IdlStruct, typename=f"{MESSAGE}FloatingPointRange_"):
-    from_value: float64
-    to_value: float64
-    step: float64
-
-
-@dataclass
-class IntegerRange(IdlStruct, typename=f"{MESSAGE}IntegerRange_"):
-    from_value: int64
-    to_value: int64
-    step: uint64
-
-
-@dataclass
-class Descriptor(IdlStruct, typename=f"{MESSAGE}ParameterDescriptor_"):
-    name: str
-    type: uint8
-    description: str
-    additional_constraints: str
-    read_only: bool
-    dynamic_typing: bool
-    floating_point_range: sequence[FloatRange]
-    integer_range: sequence[IntegerRange]
-
-
-@dataclass
-class SetResult(IdlStruct, typename=f"{MESSAGE}SetParametersResult_"):
-    successful: bool
-    reason: str
-
-
-NAMES = [("names", sequence[str])]
-PARAMETERS = [("parameters", sequence[Parameter])]
-# Fields of request and response by service and type.
-SERVICES = {
-    "list_parameters": (
-        "ListParameters",
-        [("prefixes", sequence[str]), ("depth", uint64)],
-        [("names", sequence[str]), ("prefixes", sequence[str])],
-    ),
-    "get_parameters": ("GetParameters", NAMES, [("values", sequence[Value])]),
-    "get_parameter_types": ("GetParameterTypes", NAMES, [("types", sequence[uint8])]),
-    "describe_parameters": ("DescribeParameters", NAMES, [("descriptors", sequence[Descriptor])]),
-    "set_parameters": ("SetParameters", PARAMETERS, [("results", sequence[SetResult])]),
-    "set_parameters_atomically": (
-        "SetParametersAtomically",
-        PARAMETERS,
-        [("successful", bool), ("reason", str)],
-    ),
-}
-
-
-def typed(name, fields):
+def numbered(name, fields):
     """A request or response: the numbers of client and request, then its fields."""
-    annotations = dict([("client", uint64), ("number", int64), *fields])
-    keywords = {"typename": f"rcl_interfaces::srv::dds_::{name}"}
-    made = new_class(name, (IdlStruct,), keywords, lambda body: body.update(__annotations__=annotations))
-    return dataclass(made)
+    return typed(name, [("client", uint64), ("number", int64), *fields])
 
 
-Nonsense = typed("GetParameters_Request_", [("data", sequence[uint8])])
+Nonsense = numbered("GetParameters_Request_", [("data", sequence[uint8])])
 
 
 def emit(event, **fields):
@@ -144,8 +51,8 @@ class Service:
     def __init__(self, participant, node, name):
         base, request, response = SERVICES[name]
         self.name = name
-        self.request = typed(f"{base}_Request_", request)
-        self.response = typed(f"{base}_Response_", response)
+        self.request = numbered(f"{base}_Request_", request)
+        self.response = numbered(f"{base}_Response_", response)
         # The type only has to have the right name.
         self.requests = Topic(participant, f"rq/{node}/{name}Request", self.request, qos=QOS)
         self.writer = DataWriter(participant, self.requests, qos=QOS)
@@ -156,13 +63,7 @@ class Service:
         return matches.subscriptions(self.writer) and matches.publications(self.reader)
 
     def ask(self, client, number, arguments):
-        if self.name == "list_parameters":
-            content = (arguments[:-1], int(arguments[-1]))
-        elif self.name.startswith("set"):
-            content = ([Parameter(name, Value(type=1, bool_value=True)) for name in arguments],)
-        else:
-            content = (arguments,)
-        self.writer.write(self.request(client, number, *content))
+        self.writer.write(self.request(client, number, *content(self.name, arguments)))
 
 
 def main():

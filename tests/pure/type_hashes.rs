@@ -6,11 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 use signal_gateway::io::ros::topics::{SubscriptionKind, TypeName};
-use signal_gateway::io::ros::type_hashes::{TYPE_HASHES, type_hash};
+use signal_gateway::io::ros::type_hashes::{SERVICE_HASHES, TYPE_HASHES, type_hash};
 
 /// Those of what is recorded, and of what is only read.
 const DEFINITIONS: [&str; 2] =
     [include_str!("../../src/io/mcap/definitions.msg"), include_str!("type_hashes/definitions.msg")];
+
+/// Services: request and response.
+const SERVICES: &str = include_str!("type_hashes/services.srv");
 
 /// Numbers of types in a description (`type_description_interfaces/msg/FieldType`).
 const PRIMITIVES: [(&str, u32); 15] = [
@@ -44,7 +47,24 @@ fn definitions() -> Definitions {
         let (name, fields) = text.split_once('\n').unwrap();
         (name.to_owned(), fields.lines().filter_map(field).collect())
     };
-    texts.map(definition).collect()
+    let mut definitions: Definitions = texts.map(definition).collect();
+    for (name, text) in SERVICES.split("SRV: ").skip(1).map(|text| text.split_once('\n').unwrap()) {
+        let (request, response) = text.split_once("---\n").unwrap();
+        // Each service has these messages.
+        let name = name.replace('/', "/srv/");
+        let event = format!(
+            "service_msgs/ServiceEventInfo info\n{name}_Request[<=1] request\n{name}_Response[<=1] response"
+        );
+        let service = format!(
+            "{name}_Request request_message\n{name}_Response response_message\n{name}_Event event_message"
+        );
+        for (suffix, fields) in
+            [("_Request", request), ("_Response", response), ("_Event", &event), ("", &service)]
+        {
+            definitions.insert(format!("{name}{suffix}"), fields.lines().filter_map(field).collect());
+        }
+    }
+    definitions
 }
 
 /// A field; `None` for constants and empty lines.
@@ -66,9 +86,9 @@ fn field(line: &str) -> Option<Value> {
     Some(json!({"name": name, "type": kind}))
 }
 
-/// `package/msg/Name` of `package/Name`.
+/// `package/msg/Name` of `package/Name`; those of services are full already.
 fn full_name(name: &str) -> String {
-    name.replace('/', "/msg/")
+    if name.contains("/srv/") { name.to_owned() } else { name.replace('/', "/msg/") }
 }
 
 fn hash(definitions: &Definitions, name: &str) -> String {
@@ -104,7 +124,12 @@ fn the_hashes_are_those_of_the_definitions() {
     for ((package, name), known) in TYPE_HASHES {
         assert_eq!(hash(&definitions, &format!("{package}/{name}")), known, "{package}/{name}");
     }
-    // As every ROS 2 since Iron has it.
+    for (name, known) in SERVICE_HASHES {
+        assert_eq!(hash(&definitions, &format!("rcl_interfaces/srv/{name}")), known, "{name}");
+    }
+    // As every ROS 2 since Iron has it, and as it stands in the design document of rmw_zenoh.
+    let add = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a";
+    assert_eq!(hash(&definitions, "example_interfaces/srv/AddTwoInts"), add);
     let time = "RIHS01_b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197";
     assert_eq!(hash(&definitions, "builtin_interfaces/Time"), time);
 }

@@ -1,15 +1,17 @@
 //! The daemon with `transport = "zenoh"`: what it logs, and what its status tells.
 
 use std::process::Command;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use signal_gateway::io::ros::type_hashes::type_hash;
 
 use super::peer::{Peer, free_port, router, session};
+use crate::support::json_process::Mark;
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process};
-use crate::support::waiting::wait_for;
+use crate::support::waiting::{let_pass, wait_for};
 
 const CONFIGURATION: &str = "\
 [ros]
@@ -66,5 +68,42 @@ fn connections_show_in_the_status_and_another_definition_is_named_once() {
     started.kill();
     gateway.wait_for_log("the connection with Zenoh router");
     assert_eq!(links(&folder, |links| links["routers"] == 0)["lost"], 1);
+    gateway.stop("TERM");
+}
+
+/// Each `ros2` command is such a node.
+#[test]
+fn a_start_and_a_node_that_comes_and_goes_are_no_warnings_and_no_lines() {
+    let (domain, port) = (domain(), free_port());
+    let folder = Folder::with_configuration(&CONFIGURATION.replace("DOMAIN", &domain.to_string()));
+    folder.write("crossroads.osm", include_str!("../maps/crossroads.osm"));
+    folder.write("zenoh.json5", &session(port));
+    let _router = require!(Peer::start(domain, &router(port)));
+    let reader = require!(Peer::start(domain, &session(port)));
+    let hash = type_hash("diagnostic_msgs", "DiagnosticArray").unwrap();
+    let key = format!("{domain}/diagnostics/diagnostic_msgs::msg::dds_::DiagnosticArray_/{hash}");
+    reader.read("diagnostics", "diagnostics", &key, false);
+    let mut gateway = Process::run(&folder);
+    let ros = |line: &Value| {
+        let statuses = line["data"]["status"].as_array().unwrap();
+        statuses.iter().find(|status| status["name"].as_str().unwrap().ends_with(": ros")).cloned()
+    };
+    let first = reader.sample(Mark::START, "diagnostics", |line| ros(line).is_some());
+    let message = ros(&first).unwrap()["message"].as_str().unwrap().to_owned();
+    assert!(message == "joined" || message.starts_with("joined, looking"), "{message}");
+    links(&folder, |links| links["routers"] == 1 && links["peers"] == 1);
+    if message != "joined" {
+        gateway.wait_for_log("INFO ros: joined");
+    }
+    let before = gateway.log();
+    let lost = links(&folder, |_| true)["lost"].as_u64().unwrap();
+    let node = require!(Peer::start(domain, &session(port)));
+    node.order(&json!({"token": format!("@ros2_lv/{domain}/1/0/0/NN/%/%/ros2cli")}));
+    links(&folder, |links| links["peers"] == 2);
+    drop(node);
+    links(&folder, |links| links["peers"] == 1 && links["lost"].as_u64().unwrap() > lost);
+    let_pass(Duration::from_secs(3), "in which a router is asked whether the node is still there");
+    assert_eq!(links(&folder, |_| true)["unreachable"], json!([]));
+    assert_eq!(gateway.log(), before);
     gateway.stop("TERM");
 }

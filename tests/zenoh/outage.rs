@@ -55,15 +55,15 @@ fn a_router_that_comes_later_or_is_killed_keeps_nobody_apart() {
 }
 
 mod slow {
+    use serde_json::json;
+    use signal_gateway::io::ros::type_hashes::type_hash;
+
     use super::*;
-    use std::process::Command;
+    use crate::session::{Gateway, KINDS};
+    use crate::zenoh::peer::rmw_session;
 
-    /// Longer than a lease of Zenoh, 10 s.
+    /// Longer than a lease of Zenoh by default, 10 s.
     const PAUSE: Duration = Duration::from_secs(25);
-
-    fn signal(process: u32, name: &str) {
-        assert!(Command::new("kill").args([name, &process.to_string()]).status().unwrap().success());
-    }
 
     #[test]
     fn data_is_back_when_the_publisher_or_the_reader_stood_still() {
@@ -78,14 +78,118 @@ mod slow {
         gateway.stand_still(PAUSE);
         gateway.send("turn left 2");
         assert_back(&reader, 2, "the publisher stood still");
-        signal(reader.id(), "-STOP");
+        reader.signal("-STOP");
         gateway.next_during(PAUSE / 2);
         gateway.send("turn left 3");
         gateway.next_during(PAUSE / 2);
-        signal(reader.id(), "-CONT");
+        reader.signal("-CONT");
         assert_back(&reader, 3, "the reader stood still");
         gateway.send("turn left 4");
         assert_back(&reader, 4, "afterwards");
         assert_in_order(&reader.samples(Mark::START, "turn"));
+    }
+
+    /// The longest time until data is back of a peer that nobody speaks of any more: a second in which it may come back by itself, then
+    /// a question and a new session.
+    const FOUND: Duration = Duration::from_secs(5);
+    /// An id between those of the peers, since the greater of two connects.
+    const GATEWAY: &str = "88888888888888888888888888888888";
+
+    fn with_id(config: &str, id: &str) -> String {
+        config.replacen('{', &format!("{{ id: '{id}', "), 1)
+    }
+
+    /// With a lease of a second, a node that stands still for longer gives the gateway up when it goes on, while its router does
+    /// not; then neither looks for the other.
+    #[test]
+    fn a_node_that_has_given_the_gateway_up_is_sought_and_named_until_it_is_back() {
+        let (domain, port) = (domain(), free_port());
+        let _router = require!(Peer::start(domain, &router(port)));
+        for (first, id) in
+            [(10, "11111111111111111111111111111111"), (20, "eeeeeeeeeeeeeeeeeeeeeeeeeeeeeeee")]
+        {
+            let short = with_id(&session(port), GATEWAY).replacen(
+                '{',
+                "{ transport: { link: { tx: { lease: 1000, keep_alive: 4 } } },",
+                1,
+            );
+            let gateway = Role::new(domain).over_zenoh(&short).isolated().with_autoware().start();
+            let peer = require!(Peer::start(domain, &with_id(&rmw_session(port), id)));
+            let node = json!({"token": format!("@ros2_lv/{domain}/{id}/0/0/NN/%/%/planner")});
+            peer.order(&node);
+            peer.read("turn", "turn", &turn_key(domain), true);
+            gateway.send(&format!("turn left {first}"));
+            peer.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == first);
+            assert_heard(&gateway, &peer, domain, 0, "before");
+            // Which of its timers is first is chance.
+            let took = loop {
+                peer.signal("-STOP");
+                gateway.next_during(Duration::from_secs(3));
+                let bystander = Bystander::start();
+                peer.signal("-CONT");
+                gateway.next_during(Duration::from_secs(2));
+                if gateway.has_logged(
+                    "node /planner is there, but the connection with it is lost; connecting again",
+                ) {
+                    let is_back = |line: &Value| {
+                        line["text"]
+                            .as_str()
+                            .is_some_and(|text| text.contains("node /planner is connected again"))
+                    };
+                    gateway.wait_for(Mark::START, "its return", is_back);
+                    break bystander.assert_in_time(format_args!("the node {id}"), FOUND);
+                }
+            };
+            println!("the node {id} had given the gateway up, and was back after {took:?}");
+            gateway.send(&format!("turn left {}", first + 1));
+            assert_back(&peer, first + 1, "the node had given the gateway up");
+            assert_heard(&gateway, &peer, domain, 0, "afterwards");
+            let is_found = |status: &Value| status["links"]["unreachable"] == json!([]);
+            assert_eq!(gateway.wait_until("nobody missing", is_found)["restarts"], 0);
+            assert_in_order(&peer.samples(Mark::START, "turn"));
+        }
+    }
+
+    /// Has a peer write a topic that the gateway reads, and waits until it has arrived in time.
+    fn assert_heard(gateway: &Gateway, peer: &Peer, domain: u16, position: usize, when: &str) {
+        let (name, kind) = KINDS[position];
+        let (package, message) = kind.type_name();
+        let hash = type_hash(package, message).unwrap();
+        let key = format!("{domain}/{name}/{package}::msg::dds_::{message}_/{hash}");
+        let bystander = Bystander::start();
+        peer.order(&json!({"write": key, "sample": name}));
+        gateway.next(name, |line| line["event"] == "arrived" && line["subscription"] == position);
+        let took = bystander.assert_in_time(format_args!("{when}: a sample for the gateway"), BACK);
+        println!("{when}: a sample for the gateway was there after {took:?}");
+    }
+
+    #[test]
+    fn nodes_of_rmw_zenoh_that_stood_still_are_back_at_once() {
+        let (domain, port) = (domain(), free_port());
+        let _router = require!(Peer::start(domain, &router(port)));
+        let gateway = Role::new(domain).over_zenoh(&session(port)).isolated().with_autoware().start();
+        let peers = [(); 4].map(|()| Peer::start(domain, &rmw_session(port)));
+        let peers = peers.map(|peer| peer.unwrap_or_else(|_| unreachable!("the router is one as well")));
+        gateway.send("turn left 1");
+        for (position, peer) in peers.iter().enumerate() {
+            peer.read("turn", "turn", &turn_key(domain), true);
+            peer.sample(Mark::START, "turn", |_| true);
+            assert_heard(&gateway, peer, domain, position, "before");
+        }
+        for (sec, pause) in [(2, 15), (3, 25)] {
+            let pause = Duration::from_secs(pause);
+            for peer in &peers {
+                peer.signal("-STOP");
+            }
+            gateway.next_during(pause / 2);
+            gateway.send(&format!("turn left {sec}"));
+            gateway.next_during(pause / 2);
+            for (position, peer) in peers.iter().enumerate() {
+                let when = format!("peer {position} stood still for {pause:?}");
+                peer.signal("-CONT");
+                assert_back(peer, sec, &when);
+                assert_heard(&gateway, peer, domain, position, &when);
+            }
+        }
     }
 }

@@ -78,6 +78,12 @@ impl Peer {
         self.0.lines(mark).into_iter().map(|(_, line)| line).filter(|line| is_sample(line, name)).collect()
     }
 
+    /// The replies to requests after `mark`, as they arrived.
+    pub(crate) fn answers(&self, mark: Mark) -> Vec<Value> {
+        let lines = self.0.lines(mark).into_iter().map(|(_, line)| line);
+        lines.filter(|line| line["event"] == "answer").collect()
+    }
+
     /// The present moment.
     pub(crate) fn moment(&self) -> Moment {
         Moment { mark: self.mark(), wall: wall() }
@@ -95,6 +101,11 @@ impl Peer {
         let is_unexpected =
             |sample: &&Value| sample["sent"].as_i64().unwrap() > withdrawn.wall || is_repeated(sample);
         later.iter().filter(is_unexpected).cloned().collect()
+    }
+
+    /// Lets it run, or stops it, by a signal.
+    pub(crate) fn signal(&self, name: &str) {
+        assert!(Command::new("kill").args([name, &self.id().to_string()]).status().unwrap().success());
     }
 
     /// Ends it without a word.
@@ -119,6 +130,19 @@ pub(crate) fn session(port: u16) -> String {
          retry: {{ period_init_ms: 200, period_max_ms: 1000, period_increase_factor: 2 }} }}, \
          listen: {{ endpoints: ['tcp/127.0.0.1:0'] }}, timestamping: {{ enabled: true }}, \
          scouting: {{ multicast: {{ enabled: false }} }} }}"
+    )
+}
+
+/// A session as `rmw_zenoh_cpp` configures it, which looks for a router at this port: it tells its router alone where it is, and of
+/// two peers the one with the greater id connects.
+pub(crate) fn rmw_session(port: u16) -> String {
+    format!(
+        "{{ mode: 'peer', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'], timeout_ms: -1, exit_on_failure: false, \
+         retry: {{ period_init_ms: 1000, period_max_ms: 4000, period_increase_factor: 2 }} }}, \
+         listen: {{ endpoints: ['tcp/127.0.0.1:0'] }}, timestamping: {{ enabled: true }}, \
+         scouting: {{ multicast: {{ enabled: false }}, gossip: {{ target: {{ router: ['router', 'peer'], peer: ['router'] }}, \
+         autoconnect_strategy: {{ peer: {{ to_router: 'always', to_peer: 'greater-zid' }} }} }} }}, \
+         transport: {{ link: {{ tx: {{ lease: 60000, keep_alive: 2 }} }} }} }}"
     )
 }
 

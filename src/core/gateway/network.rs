@@ -11,6 +11,8 @@ use crate::core::diagnostics::{Level, Status};
 
 /// Time for which a network side that replaced another counts as new.
 const RECENT: Duration = Duration::from_secs(60);
+/// Time in which a network side that has just joined finds a router or a peer of Zenoh.
+const SEARCH: Duration = Duration::from_secs(5);
 
 /// State of the network side, as its session knows it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -41,7 +43,7 @@ pub struct NetworkState {
 }
 
 /// The connections of a network side that speaks Zenoh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ZenohLinks {
     /// Routers that it is connected with.
     pub routers: u32,
@@ -49,6 +51,8 @@ pub struct ZenohLinks {
     pub peers: u32,
     /// Connections lost since it joined the network.
     pub lost: u64,
+    /// Nodes that a router knows of and whose connection is lost, until they are connected again.
+    pub unreachable: Vec<String>,
 }
 
 /// Why a network side ended.
@@ -105,10 +109,13 @@ impl NetworkState {
             values.push(("refused_calls", confinement.refused_calls()));
         }
         values.push(("transport", self.transport().to_owned()));
-        if let Some(ZenohLinks { routers, peers, lost }) = self.links {
+        if let Some(ZenohLinks { routers, peers, lost, unreachable }) = &self.links {
             values.push(("zenoh_routers", routers.to_string()));
             values.push(("zenoh_peers", peers.to_string()));
             values.push(("zenoh_connections_lost", lost.to_string()));
+            if !unreachable.is_empty() {
+                values.push(("zenoh_unreachable", unreachable.join(", ")));
+            }
         }
         Status { name: format!("{node}: ros"), level, message, values }
     }
@@ -122,14 +129,23 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
         (Some(age), Some(failure)) if age < RECENT => {
             (Level::Warn, format!("the network side was replaced: {failure}"))
         }
-        (Some(_), _) if state.links.is_some_and(|links| links.routers == 0 && links.peers == 0) => {
-            (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned())
-        }
         (Some(_), _) if state.has_other_graph => (
             Level::Warn,
             "joined, but not in the graph, which is of another distribution of ROS 2".to_owned(),
         ),
-        (Some(_), _) => (Level::Ok, "joined".to_owned()),
+        (Some(age), _) => match &state.links {
+            Some(ZenohLinks { unreachable, .. }) if !unreachable.is_empty() => {
+                let nodes = unreachable.join(", ");
+                (Level::Warn, format!("lost the connection with {nodes}; connecting again"))
+            }
+            Some(ZenohLinks { routers: 0, peers: 0, .. }) if age < SEARCH => {
+                (Level::Ok, "joined, looking for a Zenoh router".to_owned())
+            }
+            Some(ZenohLinks { routers: 0, peers: 0, .. }) => {
+                (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned())
+            }
+            Some(_) | None => (Level::Ok, "joined".to_owned()),
+        },
     }
 }
 
@@ -167,10 +183,15 @@ mod tests {
 
     #[test]
     fn zenoh_wants_a_connection_with_anybody() {
-        let links = |routers, peers| ZenohLinks { routers, peers, lost: 3 };
+        let links = |routers, peers| ZenohLinks { routers, peers, lost: 3, unreachable: vec![] };
         let level = |links| headline(|state| state.links = Some(links)).0;
-        let alone = (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned());
-        assert_eq!(headline(|state| state.links = Some(links(0, 0))), alone);
+        let looking = (Level::Ok, "joined, looking for a Zenoh router".to_owned());
+        assert_eq!(headline(|state| state.links = Some(links(0, 0))), looking);
+        let alone = headline(|state| {
+            state.links = Some(links(0, 0));
+            state.age = Some(SEARCH);
+        });
+        assert_eq!(alone, (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned()));
         assert_eq!([level(links(1, 0)), level(links(0, 1))], [Level::Ok; 2]);
         let state = NetworkState { links: Some(links(1, 2)), ..NetworkState::default() };
         let values = state.status("gw").values;
@@ -189,5 +210,16 @@ mod tests {
             values.contains(&("transport", "dds".to_owned()))
                 && !values.iter().any(|(key, _)| key.starts_with("zenoh"))
         );
+    }
+
+    #[test]
+    fn nodes_that_are_there_and_not_connected_are_named() {
+        let unreachable = vec!["/planner".to_owned(), "/ns/commander".to_owned()];
+        let links = ZenohLinks { routers: 1, peers: 0, lost: 1, unreachable };
+        let (level, message) = headline(|state| state.links = Some(links.clone()));
+        let expected = "lost the connection with /planner, /ns/commander; connecting again";
+        assert_eq!((level, message.as_str()), (Level::Warn, expected));
+        let values = NetworkState { links: Some(links), ..NetworkState::default() }.status("gw").values;
+        assert!(values.contains(&("zenoh_unreachable", "/planner, /ns/commander".to_owned())), "{values:?}");
     }
 }

@@ -210,7 +210,7 @@ impl RosSnapshot {
             last_failure: network.last_failure.as_ref().map(ToString::to_string),
             joined_ms: network.age.map(millis),
             memory_bytes: network.memory_bytes,
-            links: network.links,
+            links: network.links.clone(),
             ..Self::default()
         }
     }

@@ -4,7 +4,7 @@
 //! `tests/pure/type_hashes.rs` computes them from the definitions.
 
 /// The hash of each type that is written or read, by package and name.
-pub const TYPE_HASHES: [((&str, &str), &str); 20] = [
+pub const TYPE_HASHES: [((&str, &str), &str); 21] = [
     (
         ("autoware_adapi_v1_msgs", "OperationModeState"),
         "RIHS01_c2e56618c8d545e53f586bee1019ef55e83491642e3d0ed21c5265f66f8c5d65",
@@ -63,6 +63,10 @@ pub const TYPE_HASHES: [((&str, &str), &str); 20] = [
     ),
     (("nav_msgs", "Odometry"), "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0"),
     (("rcl_interfaces", "Log"), "RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac"),
+    (
+        ("rcl_interfaces", "ParameterEvent"),
+        "RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204",
+    ),
     (("rosgraph_msgs", "Clock"), "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564"),
     (("std_msgs", "String"), "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"),
     (
@@ -74,6 +78,21 @@ pub const TYPE_HASHES: [((&str, &str), &str); 20] = [
         "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
     ),
 ];
+
+/// The hash of each service for parameters, by its name in the package `rcl_interfaces`.
+pub const SERVICE_HASHES: [(&str, &str); 6] = [
+    ("DescribeParameters", "RIHS01_845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff"),
+    ("GetParameterTypes", "RIHS01_da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca"),
+    ("GetParameters", "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc"),
+    ("ListParameters", "RIHS01_3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d"),
+    ("SetParameters", "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0"),
+    ("SetParametersAtomically", "RIHS01_0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd"),
+];
+
+/// The hash of a service for parameters; `None` for another name.
+pub fn service_hash(name: &str) -> Option<&'static str> {
+    SERVICE_HASHES.iter().find(|(known, _)| *known == name).map(|(_, hash)| *hash)
+}
 
 /// The hash of a type; `None` for one that is neither written nor read.
 pub fn type_hash(package: &str, name: &str) -> Option<&'static str> {

@@ -68,6 +68,37 @@ pub(super) fn parse(text: Option<&str>) -> Result<zenoh::Config, ZenohConfigErro
     Ok(config)
 }
 
+/// The configuration of a client that asks a router, and gives up after a while.
+#[cfg(feature = "zenoh")]
+pub(super) fn for_a_query(
+    mut config: zenoh::Config,
+    patience: std::time::Duration,
+) -> zenoh::Result<zenoh::Config> {
+    let patience = patience.as_millis().to_string();
+    for (key, value) in [
+        ("mode", "\"client\""),
+        ("listen/endpoints", "[]"),
+        ("connect/timeout_ms", &patience),
+        ("connect/exit_on_failure", "true"),
+    ] {
+        config.insert_json5(key, value)?;
+    }
+    with_another_id(config)
+}
+
+/// The configuration of a session that is there beside another one.
+#[cfg(feature = "zenoh")]
+pub(super) fn with_another_id(mut config: zenoh::Config) -> zenoh::Result<zenoh::Config> {
+    config.insert_json5("id", "null")?;
+    Ok(config)
+}
+
+/// True if sessions connect with each other, and not only with routers.
+#[cfg(feature = "zenoh")]
+pub(super) fn is_peer(config: &zenoh::Config) -> bool {
+    config.get_json("mode").is_ok_and(|mode| mode == "\"peer\"" || mode == "null")
+}
+
 /// True if opening a session waits for a router.
 #[cfg(feature = "zenoh")]
 pub(super) fn waits_for_router(config: &zenoh::Config) -> bool {
@@ -110,6 +141,17 @@ mod tests {
         assert_eq!(lease(&parse(Some("{ /* lease: 7 */ mode: 'peer' }")).unwrap()), expected);
         let other = parse(Some("{ transport: { link: { tx: { lease: 10000 } } } }")).unwrap();
         assert_eq!(lease(&other), ["10000", "2"]);
+    }
+
+    #[test]
+    fn a_query_is_that_of_a_client_under_an_id_of_its_own() {
+        let config =
+            parse(Some("{ id: 'abc', mode: 'peer', listen: { endpoints: ['tcp/localhost:0'] } }")).unwrap();
+        assert!(is_peer(&config) && is_peer(&parse(None).unwrap()) && is_peer(&parse(Some("{}")).unwrap()));
+        let query = for_a_query(config, std::time::Duration::from_secs(2)).unwrap();
+        let keys = ["id", "listen/endpoints", "connect/timeout_ms"].map(|key| query.get_json(key).unwrap());
+        assert_eq!(keys, ["null", "[]", "2000"]);
+        assert!(waits_for_router(&query) && !is_peer(&query));
     }
 
     #[test]

@@ -245,6 +245,15 @@ impl Gateway {
         lines.filter(|(_, line)| line["event"] == "log" && is_it(line)).count().try_into().unwrap()
     }
 
+    /// True if its log has a line with this text.
+    #[allow(dead_code)] // the tests of DDS do not use it
+    pub(crate) fn has_logged(&self, text: &str) -> bool {
+        let lines = self.0.lines(Mark::START).into_iter();
+        lines
+            .filter(|(_, line)| line["event"] == "log")
+            .any(|(_, line)| line["text"].as_str().is_some_and(|line| line.contains(text)))
+    }
+
     /// True if it still has its first participant. One that the machine held up continues with another one, which does
     /// everything once more; [`expect_rebuilds`](Self::expect_rebuilds) sees to it that nothing else makes it do so.
     pub(crate) fn is_undisturbed(&self) -> bool {

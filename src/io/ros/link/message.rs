@@ -233,9 +233,16 @@ impl<'a> FromNetwork<'a> {
                 bytes.extend(status.lost_lines.dropped.to_le_bytes());
                 bytes.push(status.has_left_graph.into());
                 bytes.push(status.links.is_some().into());
-                if let Some(ZenohLinks { routers, peers, lost }) = status.links {
+                if let Some(ZenohLinks { routers, peers, lost, unreachable }) = &status.links {
                     bytes.extend([routers, peers].iter().flat_map(|count| count.to_le_bytes()));
                     bytes.extend(lost.to_le_bytes());
+                    bytes.extend(u16::try_from(unreachable.len()).unwrap_or(u16::MAX).to_le_bytes());
+                    for node in unreachable {
+                        let node = shortened(node);
+                        // It is shorter than that.
+                        bytes.extend(u32::try_from(node.len()).unwrap_or(u32::MAX).to_le_bytes());
+                        bytes.extend(node.as_bytes());
+                    }
                 }
             }
             Self::Pong { number, has_echo } => {
@@ -290,7 +297,14 @@ fn counts(bytes: &mut Bytes<'_>) -> Result<Vec<u32>, Violation> {
 }
 
 fn links(bytes: &mut Bytes<'_>) -> Result<ZenohLinks, Violation> {
-    Ok(ZenohLinks { routers: bytes.u32()?, peers: bytes.u32()?, lost: bytes.u64()? })
+    let (routers, peers, lost, count) = (bytes.u32()?, bytes.u32()?, bytes.u64()?, bytes.u16()?);
+    let mut node = || {
+        let node = Bytes(bytes.counted()?).text(MAX_TEXT)?;
+        Ok(node.to_owned())
+    };
+    // Each takes four bytes of a frame that is here already.
+    let unreachable = (0..count).map(|_| node()).collect::<Result<_, _>>()?;
+    Ok(ZenohLinks { routers, peers, lost, unreachable })
 }
 
 fn shortened(text: &str) -> &str {
@@ -366,14 +380,19 @@ mod tests {
         let counts = || prop::collection::vec(any::<u32>(), 0..9);
         let lines = any::<(u64, u64)>();
         let errors = any::<(u64, u64)>();
-        let links = prop::option::of(any::<(u32, u32, u64)>());
+        let links = prop::option::of((any::<(u32, u32, u64)>(), prop::collection::vec(".{0,20}", 0..3)));
         let status =
             (counts(), counts(), any::<u32>(), any::<(bool, bool)>(), any::<u32>(), errors, lines, links);
         status.prop_map(
             |(readers, writers, missing_peers, flags, rebuilds, errors, (suppressed, dropped), links)| {
                 let (write_errors, unanswered_requests) = errors;
                 let (has_probe, has_left_graph) = flags;
-                let links = links.map(|(routers, peers, lost)| ZenohLinks { routers, peers, lost });
+                let links = links.map(|((routers, peers, lost), unreachable)| ZenohLinks {
+                    routers,
+                    peers,
+                    lost,
+                    unreachable,
+                });
                 let lost_lines = LostLines { suppressed, dropped };
                 NetworkStatus {
                     readers,

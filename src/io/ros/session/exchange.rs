@@ -428,7 +428,7 @@ impl Exchange {
             };
             self.state.memory_bytes = host.and_then(Host::memory_bytes);
             self.state.confinement = host.and_then(Host::confinement);
-            self.state.links = self.state.links.map(|_| seen.links.unwrap_or_default());
+            self.state.links = self.state.links.as_ref().map(|_| seen.links.clone().unwrap_or_default());
             self.state.has_other_graph = seen.has_left_graph || self.has_other_distribution;
             self.state.lost_lines = self.lost_lines.plus(lost_lines);
             self.noted = Some((self.state.clone(), now));

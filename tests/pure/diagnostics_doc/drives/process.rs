@@ -53,6 +53,10 @@ fn network(reported: &mut Reported) {
     };
     let alone = NetworkState { links: Some(ZenohLinks::default()), ..joined(60) };
     let foreign = NetworkState { has_other_graph: true, ..joined(60) };
-    let states = [joining, failed.clone(), joined(1), joined(60), alone, foreign];
+    let looking = NetworkState { last_failure: None, age: Some(Duration::ZERO), ..alone.clone() };
+    let unreachable = vec!["/planning/planner".to_owned()];
+    let links = ZenohLinks { routers: 1, peers: 3, lost: 1, unreachable };
+    let lost = NetworkState { links: Some(links), ..joined(60) };
+    let states = [joining, failed.clone(), joined(1), joined(60), looking, lost, alone, foreign];
     reported.take(states.map(|state| state.status("gateway")).to_vec());
 }

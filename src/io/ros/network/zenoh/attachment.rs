@@ -1,5 +1,7 @@
 //! What is attached to each sample: its number, the time it was sent, and the identity of its publisher.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 /// Bytes of a publisher's identity.
 const GID_LENGTH: u8 = 16;
 /// Bytes of an attachment.
@@ -20,6 +22,12 @@ pub(super) struct Attachment {
 }
 
 impl Attachment {
+    /// That of a sample which is sent now.
+    pub(super) fn now(number: i64, gid: Gid) -> Self {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Self { number, sent_ns: i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX), gid }
+    }
+
     /// Its bytes, little-endian.
     pub(super) fn to_bytes(self) -> [u8; LENGTH] {
         let mut bytes = [0; LENGTH];

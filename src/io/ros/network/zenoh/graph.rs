@@ -8,13 +8,25 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use super::keys::{Endpoint, EndpointKind, NodeKey, TopicKey, all_tokens, read_token};
+use super::keys::{Endpoint, EndpointKind, NodeKey, TopicKey, all_tokens, read_token, session_of};
 use crate::core::gateway::network::ZenohLinks;
 
 /// Tokens on our topics that are remembered; those of a large fleet, and a bound for whoever declares them for fun.
 const MAX_TOKENS: usize = 20_000;
 /// Nodes with another hash that are named in the log.
 const MAX_NAMED: usize = 100;
+/// Peers that are remembered although the connection with them is lost.
+const MAX_MISSING: usize = 1000;
+
+/// What outlives a session.
+#[derive(Default)]
+pub(super) struct Heritage {
+    /// The id of the session that is replaced, which is not one of somebody else.
+    session: Option<String>,
+    lost: u64,
+    named: BTreeSet<String>,
+    missing: BTreeSet<String>,
+}
 
 /// Shared with the threads of Zenoh, which call back.
 #[derive(Default)]
@@ -24,6 +36,9 @@ struct Seen {
     /// Connections, and whether the other end is a router.
     links: BTreeMap<String, bool>,
     lost: u64,
+    /// Peers whose connection is lost and of which there is no sign since: neither another connection nor a token, which then
+    /// comes by a router, as samples do.
+    missing: BTreeSet<String>,
     /// Endpoints whose hash is another one than ours, and which were named in the log.
     named: BTreeSet<String>,
 }
@@ -43,16 +58,20 @@ impl Graph {
         shows_node: bool,
         written: &[TopicKey],
         read: &[TopicKey],
+        Heritage { session: former, lost, named, missing }: Heritage,
     ) -> zenoh::Result<Self> {
-        let seen = Arc::new(Mutex::new(Seen::default()));
-        let links = Arc::clone(&seen);
+        let seen = Arc::new(Mutex::new(Seen { lost, missing, named, ..Seen::default() }));
+        let (links, not_a_peer) = (Arc::clone(&seen), former.clone());
         session
             .info()
             .transport_events_listener()
             .history(true)
             .callback(move |event| {
                 let is_router = event.transport().whatami() == WhatAmI::Router;
-                lock(&links).note_link(&event.transport().zid().to_string(), is_router, event.kind());
+                let peer = event.transport().zid().to_string();
+                if not_a_peer.as_ref() != Some(&peer) {
+                    lock(&links).note_link(&peer, is_router, event.kind());
+                }
             })
             .background()
             .wait()?;
@@ -66,9 +85,14 @@ impl Graph {
             .history(true)
             .callback(move |sample| {
                 let token = sample.key_expr().as_str();
-                let Some(endpoint) = read_token(token).filter(|endpoint| endpoint.session != own) else {
+                let Some(session) = session_of(token) else { return };
+                if session == own || former.as_deref() == Some(session) {
                     return;
-                };
+                }
+                if sample.kind() == SampleKind::Put {
+                    lock(&tokens).missing.remove(session);
+                }
+                let Some(endpoint) = read_token(token) else { return };
                 let is_on = |(kind, topics): &(EndpointKind, Vec<TopicKey>)| {
                     *kind == endpoint.kind && topics.iter().any(|topic| topic.name == endpoint.topic.name)
                 };
@@ -82,6 +106,27 @@ impl Graph {
         let token =
             shows_node.then(|| session.liveliness().declare_token(node.token()).wait()).transpose()?;
         Ok(Self { seen, _token: token })
+    }
+
+    /// Peers whose connection is lost and of which there is no sign since.
+    pub(super) fn missing(&self) -> BTreeSet<String> {
+        lock(&self.seen).missing.clone()
+    }
+
+    /// Forgets peers that have ended.
+    pub(super) fn forget(&self, ended: &BTreeSet<String>) {
+        lock(&self.seen).missing.retain(|session| !ended.contains(session));
+    }
+
+    /// What the graph of the session knows that replaces this one.
+    pub(super) fn heritage(&self, session: &Session) -> Heritage {
+        let seen = lock(&self.seen);
+        Heritage {
+            session: Some(session.zid().to_string()),
+            lost: seen.lost,
+            named: seen.named.clone(),
+            missing: seen.missing.clone(),
+        }
     }
 
     /// Endpoints of others that hear this topic, or that it hears.
@@ -99,25 +144,33 @@ impl Graph {
             let links = seen.links.values().filter(|is_router| **is_router == wanted);
             u32::try_from(links.count()).unwrap_or(u32::MAX)
         };
-        ZenohLinks { routers: count(true), peers: count(false), lost: seen.lost }
+        ZenohLinks { routers: count(true), peers: count(false), lost: seen.lost, unreachable: Vec::new() }
     }
 }
 
 impl Seen {
+    /// Peers come and go with each `ros2` command, which is not worth a line.
     fn note_link(&mut self, session: &str, is_router: bool, kind: SampleKind) {
-        let what = if is_router { "router" } else { "peer" };
+        match (kind, is_router) {
+            (SampleKind::Put, true) => tracing::info!("connected with Zenoh router {session}"),
+            (SampleKind::Put, false) => tracing::debug!("connected with Zenoh peer {session}"),
+            (SampleKind::Delete, true) => {
+                tracing::warn!("the connection with Zenoh router {session} is lost");
+            }
+            (SampleKind::Delete, false) => {
+                tracing::debug!("the connection with Zenoh peer {session} has ended");
+            }
+        }
         match kind {
             SampleKind::Put => {
                 self.links.insert(session.to_owned(), is_router);
-                tracing::info!("connected with Zenoh {what} {session}");
+                self.missing.remove(session);
             }
             SampleKind::Delete => {
                 self.links.remove(session);
                 self.lost += 1;
-                if is_router {
-                    tracing::warn!("the connection with Zenoh {what} {session} is lost");
-                } else {
-                    tracing::info!("the connection with Zenoh {what} {session} has ended");
+                if !is_router && self.missing.len() < MAX_MISSING {
+                    self.missing.insert(session.to_owned());
                 }
             }
         }

@@ -5,7 +5,7 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::attachment::Gid;
 use crate::io::ros::settings::TypeHashes;
 use crate::io::ros::topics::{Durability, Reliability};
-use crate::io::ros::type_hashes::type_hash;
+use crate::io::ros::type_hashes::{service_hash, type_hash};
 
 /// First part of all tokens, which `**` does not match.
 const GRAPH: &str = "@ros2_lv";
@@ -33,6 +33,16 @@ impl TopicKey {
             TypeHashes::NotSupported => NOT_SUPPORTED,
         };
         let type_name = format!("{package}::msg::dds_::{message}_");
+        Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
+    }
+
+    /// A service for parameters of this name and type; `None` for a type without a known hash.
+    pub(super) fn service(name: &str, type_name: &str, hashes: TypeHashes) -> Option<Self> {
+        let hash = match hashes {
+            TypeHashes::Rihs01 => service_hash(type_name)?,
+            TypeHashes::NotSupported => NOT_SUPPORTED,
+        };
+        let type_name = format!("rcl_interfaces::srv::dds_::{type_name}_");
         Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
     }
 
@@ -74,6 +84,8 @@ pub(super) enum EndpointKind {
     Publisher,
     /// A subscription.
     Subscription,
+    /// A service.
+    Service,
 }
 
 impl EndpointKind {
@@ -81,6 +93,7 @@ impl EndpointKind {
         match self {
             Self::Publisher => "MP",
             Self::Subscription => "MS",
+            Self::Service => "SS",
         }
     }
 }
@@ -126,6 +139,11 @@ pub(super) fn all_tokens(domain: u16) -> String {
     format!("{GRAPH}/{domain}/**")
 }
 
+/// The keys of all tokens of a session.
+pub(super) fn session_tokens(domain: u16, session: &str) -> String {
+    format!("{GRAPH}/{domain}/{session}/**")
+}
+
 /// An endpoint as its token tells of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Endpoint {
@@ -139,21 +157,31 @@ pub(super) struct Endpoint {
     pub(super) topic: TopicKey,
 }
 
+/// The id of the session whose token this is.
+pub(super) fn session_of(token: &str) -> Option<&str> {
+    let mut parts = token.split('/');
+    (parts.next()? == GRAPH).then(|| parts.nth(1)).flatten()
+}
+
+/// The node, with its namespace, whose token this is, or that of one of its endpoints.
+pub(super) fn node_of(token: &str) -> Option<String> {
+    let mut parts = token.split('/');
+    let (GRAPH, namespace, node) = (parts.next()?, parts.nth(6)?, parts.next()?) else { return None };
+    let namespace = if namespace == EMPTY { String::new() } else { namespace.replace('%', "/") };
+    Some(format!("{namespace}/{node}"))
+}
+
 /// Reads a token; `None` for those of nodes and services, and for what is none. What follows is of versions to come.
 pub(super) fn read_token(token: &str) -> Option<Endpoint> {
-    let mut parts = token.split('/');
+    let (session, node) = (session_of(token)?.to_owned(), node_of(token)?);
+    let mut parts = token.split('/').skip(5);
     let mut next = || parts.next();
-    let (GRAPH, _domain) = (next()?, next()?) else { return None };
-    let session = next()?.to_owned();
-    let (_node_id, _id, kind, _enclave) = (next()?, next()?, next()?, next()?);
-    let kind = match kind {
+    let kind = match next()? {
         "MP" => EndpointKind::Publisher,
         "MS" => EndpointKind::Subscription,
         _ => return None,
     };
-    let (namespace, node) = (next()?, next()?);
-    let namespace = if namespace == EMPTY { String::new() } else { namespace.replace('%', "/") };
-    let node = format!("{namespace}/{node}");
+    let (_enclave, _namespace, _node) = (next()?, next()?, next()?);
     let (name, type_name, hash) = (next()?.replace('%', "/"), next()?.to_owned(), next()?.to_owned());
     Some(Endpoint { session, kind, node, topic: TopicKey { name, type_name, hash } })
 }
@@ -220,7 +248,11 @@ mod tests {
         ] {
             assert_eq!(read_token(other), None, "{other}");
         }
-        assert_eq!(read_token(&node("/").token()), None);
+        let token = node("/car/a").token();
+        assert_eq!(read_token(&token), None);
+        let of_node = (session_of(&token), node_of(&token));
+        assert_eq!(of_node, (Some("8b20917502ee955ac4476e0266340d5c"), Some("/car/a/talker".to_owned())));
+        assert!(session_tokens(2, "8b20").starts_with("@ros2_lv/2/8b20/"));
         assert_eq!(gid("").len(), 16);
     }
 

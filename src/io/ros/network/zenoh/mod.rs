@@ -2,8 +2,8 @@
 //! Zenoh"): keys, tokens of the graph, and what is attached to each sample.
 //!
 //! Zenoh has threads of its own; what they receive waits in bounded queues for this one. It is only called from outside of
-//! the runtime, because its calls wait for each other, which a runtime of one thread forbids. It finds peers and routers
-//! again by itself, so that there is no probe, and no successor of a session.
+//! the runtime, because its calls wait for each other, which a runtime of one thread forbids. It finds routers
+//! again by itself, and peers mostly; [`peer_search`] is about the others.
 //!
 //! A report that is withdrawn takes its publisher along: the cache for late readers belongs to it. The token of the graph
 //! goes with it, and a new publisher is declared at once.
@@ -14,6 +14,10 @@
 mod attachment;
 mod graph;
 mod keys;
+mod parameter_server;
+mod payload;
+mod peer_search;
+mod router_query;
 mod topic_reader;
 mod topic_writer;
 mod worker;

@@ -10,27 +10,17 @@ use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig}
 
 use super::attachment::Attachment;
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
-use crate::io::ros::link::{MAX_SAMPLE, ReadTopic, SampleEncoding};
+use super::payload::Received;
+use crate::io::ros::link::{MAX_SAMPLE, ReadTopic};
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::topics::Durability;
-
-/// Bytes of the header before a message, which names its encoding.
-const HEADER: usize = 4;
 
 /// A sample that has arrived.
 pub(super) struct Arrived {
     /// What is attached to it.
     pub(super) attachment: Attachment,
-    /// Its encoding.
-    pub(super) encoding: SampleEncoding,
-    payload: Vec<u8>,
-}
-
-impl Arrived {
-    /// The message, without the header.
-    pub(super) fn bytes(&self) -> &[u8] {
-        self.payload.get(HEADER..).unwrap_or_default()
-    }
+    /// Its message.
+    pub(super) message: Received,
 }
 
 /// A sample, or why it cannot be read.
@@ -118,16 +108,5 @@ fn arrival(sample: &Sample) -> Arrival {
     let attached = sample.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
     let attachment =
         attached.ok_or("it has no number and no publisher attached, as rmw_zenoh attaches them")?;
-    let length = sample.payload().len();
-    if length.saturating_sub(HEADER) > MAX_SAMPLE {
-        return Err(format!("{length} bytes are too many"));
-    }
-    let payload = sample.payload().to_bytes().into_owned();
-    let encoding = match payload.get(..HEADER) {
-        Some([0, 0, ..]) => SampleEncoding::Big,
-        Some([0, 1, ..]) => SampleEncoding::Little,
-        Some(other) => return Err(format!("its encoding {other:02x?} is not CDR")),
-        None => return Err(format!("{length} bytes are no message")),
-    };
-    Ok(Arrived { attachment, encoding, payload })
+    Ok(Arrived { attachment, message: Received::read(sample.payload(), MAX_SAMPLE)? })
 }

@@ -1,9 +1,7 @@
 //! One topic we write: its publisher, its token, and what is current.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
-use rustdds::bytes::Bytes;
-use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::qos::{CongestionControl, Reliability as Link};
 use zenoh::{Session, Wait};
@@ -11,12 +9,11 @@ use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig};
 
 use super::attachment::{Attachment, Gid};
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, gid, qos};
+use super::payload::with_header;
 use crate::io::ros::link::{Delivery, Order, WrittenTopic};
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::topics::{Durability, LOG_LIFESPAN, Reliability};
 
-/// The header before a message: CDR, little-endian, no options.
-const HEADER: [u8; 4] = [0, 1, 0, 0];
 /// Time after which a report is sent again, see the module's documentation.
 const REPEAT: Duration = Duration::from_secs(1);
 
@@ -112,13 +109,8 @@ impl TopicWriter {
 impl Endpoint {
     fn put(&mut self, sample: &CdrBytes) -> zenoh::Result<()> {
         self.number += 1;
-        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let sent_ns = i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX);
-        let attachment = Attachment { number: self.number, sent_ns, gid: self.gid };
-        let mut payload = ZBytes::writer();
-        payload.append(ZBytes::from(HEADER));
-        payload.append(ZBytes::from(Bytes::from_owner(sample.clone())));
-        self.publisher.put(payload.finish()).attachment(attachment.to_bytes()).wait()
+        let attachment = Attachment::now(self.number, self.gid).to_bytes();
+        self.publisher.put(with_header(sample.clone())).attachment(attachment).wait()
     }
 }
 

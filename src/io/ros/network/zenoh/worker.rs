@@ -1,9 +1,9 @@
 //! The network side at work: orders to publishers, samples to the gateway.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -11,13 +11,17 @@ use tokio::runtime::Runtime;
 use tokio::time::sleep;
 use zenoh::{Session, Wait};
 
-use super::graph::Graph;
+use super::graph::{Graph, Heritage};
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey};
+use super::parameter_server::ParameterServer;
+use super::peer_search::{Answer, PeerSearch};
+use super::router_query;
 use super::topic_reader::TopicReader;
 use super::topic_writer::TopicWriter;
+use crate::core::gateway::network::ZenohLinks;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
-use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::io::ros::link::{Delivery, FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
 use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::settings::{Transport, TypeHashes};
@@ -29,9 +33,14 @@ const TICK: Duration = Duration::from_millis(100);
 const COUNT_INTERVAL: Duration = Duration::from_millis(500);
 /// Bytes that may wait for the gateway before samples stay in their queues, which keep the newest.
 const MAX_WAITING: usize = 256 * 1024;
+/// Time for which a session that was replaced still receives, until everybody has met its successor.
+const OVERLAP: Duration = Duration::from_secs(1);
+/// Nodes named in the status, and characters of each.
+const MAX_NAMED: (usize, usize) = (5, 100);
 
 /// The names of what is written and read.
 struct Keys {
+    hashes: TypeHashes,
     written: Vec<TopicKey>,
     read: Vec<TopicKey>,
 }
@@ -43,11 +52,17 @@ struct Joined {
     writers: Vec<TopicWriter>,
     readers: Vec<TopicReader>,
     graph: Graph,
+    parameter_server: Option<ParameterServer>,
 }
+
+/// What a router has said of sessions that it was asked for.
+type Answered = (BTreeSet<String>, Option<Answer>);
 
 /// The network side's state.
 pub(super) struct Worker {
     settings: NetworkSettings,
+    /// That of the session.
+    config: zenoh::Config,
     keys: Keys,
     /// Ends the wait when something was received.
     wakeup: Arc<Wakeup>,
@@ -55,9 +70,15 @@ pub(super) struct Worker {
     opening: Option<Receiver<zenoh::Result<Session>>>,
     /// `None` until a session is open.
     joined: Option<Joined>,
-    /// What is to be published once it is, of each topic but those delivered once.
-    waiting: BTreeMap<u16, Order>,
+    /// A session that was replaced, without what it wrote, and since when.
+    replaced: Option<(Instant, Joined)>,
+    /// The newest order of each topic but those delivered once, for a session that is opened.
+    current: BTreeMap<u16, Order>,
+    search: PeerSearch,
+    answers: (Sender<Answered>, Receiver<Answered>),
     write_errors: u64,
+    /// Requests for parameters that were not answered.
+    unanswered_requests: u64,
     last_count: Option<Instant>,
     lost_lines: LostLines,
     /// The status that was sent last.
@@ -74,7 +95,11 @@ impl Keys {
         };
         let written = settings.written.iter().map(|topic| key(&topic.name, &topic.type_name));
         let read = settings.read.iter().map(|topic| key(&topic.name, &topic.type_name));
-        Ok(Self { written: written.collect::<Result<_, _>>()?, read: read.collect::<Result<_, _>>()? })
+        Ok(Self {
+            hashes,
+            written: written.collect::<Result<_, _>>()?,
+            read: read.collect::<Result<_, _>>()?,
+        })
     }
 }
 
@@ -83,8 +108,9 @@ impl Joined {
     fn new(
         session: Session,
         settings: &NetworkSettings,
-        Keys { written, read }: &Keys,
+        Keys { hashes, written, read }: &Keys,
         wakeup: &Arc<Wakeup>,
+        heritage: Heritage,
     ) -> zenoh::Result<Self> {
         let node = NodeKey {
             domain: settings.domain_id,
@@ -93,7 +119,7 @@ impl Joined {
             node: settings.node.clone(),
         };
         let mut ids = NextId::default();
-        let graph = Graph::new(&session, &node, settings.graph, written, read)?;
+        let graph = Graph::new(&session, &node, settings.graph, written, read, heritage)?;
         let writers = settings.written.iter().zip(written);
         let writers =
             writers.map(|(topic, key)| TopicWriter::new(&session, &node, &mut ids, topic, key.clone()));
@@ -102,7 +128,12 @@ impl Joined {
         let readers = readers
             .map(|(topic, key)| TopicReader::new(&session, &node, &mut ids, topic, key, Arc::clone(wakeup)));
         let readers = readers.collect::<zenoh::Result<Vec<_>>>()?;
-        Ok(Self { session, ids, writers, readers, graph })
+        let parameter_server = settings
+            .parameters
+            .clone()
+            .map(|parameters| ParameterServer::new(&session, &node, &mut ids, *hashes, parameters, wakeup));
+        let parameter_server = parameter_server.transpose()?;
+        Ok(Self { session, ids, writers, readers, graph, parameter_server })
     }
 
     /// Does it with the writer at a position, if there is one.
@@ -120,12 +151,17 @@ impl Worker {
     pub(super) fn new(settings: NetworkSettings, link: Link) -> Self {
         Self {
             settings,
-            keys: Keys { written: Vec::new(), read: Vec::new() },
+            config: zenoh::Config::default(),
+            keys: Keys { hashes: TypeHashes::default(), written: Vec::new(), read: Vec::new() },
             wakeup: Arc::default(),
             opening: None,
             joined: None,
-            waiting: BTreeMap::new(),
+            replaced: None,
+            current: BTreeMap::new(),
+            search: PeerSearch::default(),
+            answers: channel(),
             write_errors: 0,
+            unanswered_requests: 0,
             last_count: None,
             lost_lines: LostLines::default(),
             status: NetworkStatus::default(),
@@ -144,12 +180,17 @@ impl Worker {
         let Transport::Zenoh(zenoh) = &self.settings.transport else {
             return Err("not configured".to_owned());
         };
-        let config = zenoh_config::parse(zenoh.config.as_deref()).map_err(|error| error.to_string())?;
+        self.config = zenoh_config::parse(zenoh.config.as_deref()).map_err(|error| error.to_string())?;
         self.keys = Keys::new(&self.settings, zenoh.type_hashes)?;
-        if !zenoh_config::waits_for_router(&config) {
-            let session = zenoh::open(config).wait().map_err(|error| error.to_string())?;
+        if !zenoh_config::waits_for_router(&self.config) {
+            let session = zenoh::open(self.config.clone()).wait().map_err(|error| error.to_string())?;
             return self.join(session).map_err(|error| error.to_string());
         }
+        self.open_later(self.config.clone()).map_err(|error| error.to_string())
+    }
+
+    /// Opens a session in a thread of its own.
+    fn open_later(&mut self, config: zenoh::Config) -> io::Result<()> {
         let (sender, receiver) = channel();
         let wakeup = Arc::clone(&self.wakeup);
         let open = move || {
@@ -157,21 +198,89 @@ impl Worker {
             let _ = sender.send(zenoh::open(config).wait());
             wakeup.notify();
         };
-        thread::Builder::new()
-            .name("zenoh open".to_owned())
-            .spawn(open)
-            .map_err(|error| error.to_string())?;
+        thread::Builder::new().name("zenoh open".to_owned()).spawn(open)?;
         self.opening = Some(receiver);
         Ok(())
     }
 
-    /// Declares everything on a session, and publishes what is current.
+    /// Declares everything on a session, in the place of the one before if there is one, and publishes what is current.
     fn join(&mut self, session: Session) -> zenoh::Result<()> {
-        self.joined = Some(Joined::new(session, &self.settings, &self.keys, &self.wakeup)?);
-        for (topic, order) in std::mem::take(&mut self.waiting) {
-            self.carry_out(topic, order);
+        let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.session));
+        let is_first = heritage.is_none();
+        let joined =
+            Joined::new(session, &self.settings, &self.keys, &self.wakeup, heritage.unwrap_or_default())?;
+        if let Some(mut former) = self.joined.replace(joined) {
+            former.writers.clear();
+            former.parameter_server = None;
+            self.replaced = Some((Instant::now(), former));
+        }
+        for (topic, order) in self.current.clone() {
+            let written = self.settings.written.get(usize::from(topic));
+            let stands = written.is_some_and(|written| written.delivery == Delivery::Report);
+            if is_first || stands {
+                self.carry_out(topic, order);
+            }
         }
         Ok(())
+    }
+
+    /// Closes the session that was replaced once its time is over; in a thread of its own, since that may take long.
+    fn close_replaced(&mut self, now: Instant) {
+        if let Some((_, former)) =
+            self.replaced.take_if(|(since, _)| now.saturating_duration_since(*since) >= OVERLAP)
+        {
+            let close = move || drop(former.session.close().wait());
+            let started = thread::Builder::new().name("zenoh close".to_owned()).spawn(close);
+            if let Err(error) = started {
+                tracing::warn!("a session of Zenoh was not closed in order: {error}");
+            }
+        }
+    }
+
+    /// Looks for peers that are there although the connection with them is lost.
+    fn seek_peers(&mut self, now: Instant) {
+        while let Ok((asked, answer)) = self.answers.1.try_recv() {
+            let findings = self.search.answered(&asked, answer.as_ref(), now);
+            if let Some(joined) = &self.joined {
+                joined.graph.forget(&findings.ended);
+            }
+            for node in &findings.unreachable {
+                let node = shown(node);
+                tracing::warn!("node {node} is there, but the connection with it is lost; connecting again");
+            }
+            if findings.replace && self.opening.is_none() && self.replaced.is_none() {
+                let opened = zenoh_config::with_another_id(self.config.clone())
+                    .map_err(|error| error.to_string())
+                    .and_then(|config| self.open_later(config).map_err(|error| error.to_string()));
+                if let Err(reason) = opened {
+                    tracing::warn!("no other session of Zenoh can be opened: {reason}");
+                }
+            }
+        }
+        let Some(joined) = self.joined.as_ref().filter(|_| zenoh_config::is_peer(&self.config)) else {
+            return;
+        };
+        for (nodes, after) in self.search.observe(&joined.graph.missing(), now) {
+            for node in nodes {
+                let node = shown(&node);
+                tracing::info!("node {node} is connected again, {:.1} s later", after.as_secs_f64());
+            }
+        }
+        let has_router = || joined.graph.links().routers > 0;
+        if let Some(sessions) = self.search.question(has_router, now) {
+            let (sender, wakeup) = (self.answers.0.clone(), Arc::clone(&self.wakeup));
+            let unasked = sessions.clone();
+            let then = move |asked, answer| {
+                // Nobody waits any more when the network side has ended.
+                let _ = sender.send((asked, answer));
+                wakeup.notify();
+            };
+            let asked = router_query::ask(self.config.clone(), self.settings.domain_id, sessions, then);
+            if asked.is_err() {
+                // Without a thread there is no answer, as without a router.
+                self.search.answered(&unasked, None, now);
+            }
+        }
     }
 
     /// Works until the gateway says stop; an error is that of the link, whose other end is gone, or of a session that
@@ -183,11 +292,18 @@ impl Worker {
             runtime.block_on(self.wait())?;
             if let Some(opened) = self.opening.as_ref().and_then(|opening| opening.try_recv().ok()) {
                 self.opening = None;
-                opened.and_then(|session| self.join(session)).map_err(|error| {
+                // What the former one has received comes first.
+                self.receive();
+                if let Err(error) = opened.and_then(|session| self.join(session)) {
                     tracing::warn!("no session of Zenoh can be opened: {error}");
-                    io::Error::other(error.to_string())
-                })?;
+                    if self.joined.is_none() {
+                        return Err(io::Error::other(error.to_string()));
+                    }
+                }
             }
+            let now = Instant::now();
+            self.close_replaced(now);
+            self.seek_peers(now);
             if self.obey()? {
                 if let Some(joined) = &self.joined {
                     // What is left undeclared ends with the process.
@@ -196,6 +312,8 @@ impl Worker {
                 return Ok(());
             }
             self.receive();
+            let server = self.joined.as_ref().and_then(|joined| joined.parameter_server.as_ref());
+            self.unanswered_requests += server.map_or(0, ParameterServer::serve);
             for position in 0..self.keys.written.len() {
                 let settled = self.joined.as_mut().map(|joined| joined.act(position, TopicWriter::settle));
                 self.count_write_error(settled.unwrap_or(Ok(())));
@@ -213,8 +331,7 @@ impl Worker {
         }
     }
 
-    /// Carries out what the gateway has ordered since the last call. Services for parameters are those of DDS. True if it
-    /// says stop.
+    /// Carries out what the gateway has ordered since the last call. True if it says stop.
     fn obey(&mut self) -> io::Result<bool> {
         let received = orders::receive(&mut self.link, &self.settings)?;
         for number in received.pings {
@@ -223,16 +340,23 @@ impl Worker {
         for (topic, order) in received.orders {
             self.carry_out(topic, order);
         }
+        if let Some(parameters) = received.parameters {
+            if let Some(Joined { parameter_server: Some(server), ids, .. }) = &mut self.joined {
+                server.set_parameters(parameters.clone(), ids);
+            }
+            self.settings.parameters = self.settings.parameters.take().map(|_| parameters);
+        }
         Ok(received.stop)
     }
 
-    /// Carries out an order, or keeps it until there is a session.
+    /// Carries out an order once there is a session, and keeps it for the next.
     fn carry_out(&mut self, topic: u16, order: Order) {
         if let Some(joined) = &mut self.joined {
             let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
             self.count_write_error(done);
-        } else if !self.settings.counts_each(topic) {
-            self.waiting.insert(topic, order);
+        }
+        if !self.settings.counts_each(topic) {
+            self.current.insert(topic, order);
         }
     }
 
@@ -247,8 +371,9 @@ impl Worker {
 
     /// Hands received samples on to the gateway while it takes them.
     fn receive(&mut self) {
-        let readers = self.joined.iter().flat_map(|joined| &joined.readers);
-        for (subscription, reader) in (0..=u16::MAX).zip(readers) {
+        let former = self.replaced.iter().map(|(_, joined)| joined);
+        let readers = former.chain(&self.joined).flat_map(|joined| (0..=u16::MAX).zip(&joined.readers));
+        for (subscription, reader) in readers {
             while self.link.waiting() < MAX_WAITING {
                 let Some(arrival) = reader.take() else { break };
                 match &arrival {
@@ -256,8 +381,8 @@ impl Worker {
                         subscription,
                         writer: arrived.attachment.gid,
                         number: arrived.attachment.number,
-                        encoding: arrived.encoding,
-                        bytes: arrived.bytes(),
+                        encoding: arrived.message.encoding,
+                        bytes: arrived.message.bytes(),
                     })),
                     Err(reason) => self.link.answer(&FromNetwork::Unreadable(subscription, reason)),
                 };
@@ -281,8 +406,12 @@ impl Worker {
             readers: count(EndpointKind::Subscription, &self.keys.written),
             writers: count(EndpointKind::Publisher, &self.keys.read),
             write_errors: self.write_errors,
+            unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,
-            links: Some(self.joined.as_ref().map(|joined| joined.graph.links()).unwrap_or_default()),
+            links: Some(ZenohLinks {
+                unreachable: self.unreachable(),
+                ..self.joined.as_ref().map(|joined| joined.graph.links()).unwrap_or_default()
+            }),
             ..NetworkStatus::default()
         };
         if status != self.status {
@@ -290,4 +419,19 @@ impl Worker {
             self.status = status;
         }
     }
+
+    /// Names of nodes that are there and not connected, as they can be shown.
+    fn unreachable(&self) -> Vec<String> {
+        let mut names: Vec<_> = self.search.unreachable().take(MAX_NAMED.0).map(shown).collect();
+        let others = self.search.unreachable().count() - names.len();
+        if others > 0 {
+            names.push(format!("{others} others"));
+        }
+        names
+    }
+}
+
+/// A name that somebody has chosen, without control characters, and shortened.
+fn shown(name: &str) -> String {
+    name.escape_debug().take(MAX_NAMED.1).collect()
 }

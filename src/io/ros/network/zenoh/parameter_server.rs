@@ -1,0 +1,172 @@
+//! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
+//!
+//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a reload makes, are told on
+//! `/parameter_events`.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use zenoh::liveliness::LivelinessToken;
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::attachment::Attachment;
+use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
+use super::payload::{Received, with_header};
+use super::topic_writer::TopicWriter;
+use crate::io::clock::Clock;
+use crate::io::ros::link::{Delivery, Order, WrittenTopic};
+use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::network::wakeup::Wakeup;
+use crate::io::ros::parameters::{MAX_REQUEST, ParameterService, Parameters};
+use crate::io::ros::settings::TypeHashes;
+use crate::io::ros::topics::{Durability, Reliability};
+
+/// Package of the services and of the event.
+const PACKAGE: &str = "rcl_interfaces";
+/// Name and type of the topic of changes.
+const EVENTS: (&str, &str) = ("/parameter_events", "ParameterEvent");
+/// Requests that may wait.
+const MAX_WAITING: usize = 64;
+/// Samples that a service and the topic keep, as `rmw_qos_profile_parameters` has it.
+const DEPTH: i32 = 1000;
+
+/// The services of one session.
+pub(super) struct ParameterServer {
+    parameters: Parameters,
+    /// The node with its namespace.
+    node: String,
+    events: TopicWriter,
+    waiting: Arc<Mutex<Waiting>>,
+    /// Their keys, by position, with what ends when it is dropped.
+    services: Vec<Service>,
+}
+
+/// A service of our session.
+struct Service {
+    kind: ParameterService,
+    key: String,
+    _queryable: Queryable<()>,
+    _token: LivelinessToken,
+}
+
+/// Requests as they have arrived.
+#[derive(Default)]
+struct Waiting {
+    /// Position of the service, and the request.
+    queries: VecDeque<(usize, Query)>,
+    /// Requests that found no room.
+    refused: u64,
+}
+
+impl ParameterServer {
+    /// Declares the services of this node.
+    pub(super) fn new(
+        session: &Session,
+        node: &NodeKey,
+        ids: &mut NextId,
+        hashes: TypeHashes,
+        parameters: Parameters,
+        wakeup: &Arc<Wakeup>,
+    ) -> zenoh::Result<Self> {
+        let waiting = Arc::<Mutex<Waiting>>::default();
+        let full_name = format!("{}/{}", node.namespace, node.node);
+        let qos = qos(Reliability::Reliable, Durability::Volatile, DEPTH);
+        let mut services = Vec::new();
+        for (position, service) in ParameterService::ALL.into_iter().enumerate() {
+            let name = format!("{full_name}/{}", service.name());
+            let key = TopicKey::service(&name, service.type_name(), hashes)
+                .ok_or_else(|| format!("the hash of {} is not known", service.type_name()))?;
+            let (queries, wakeup) = (Arc::clone(&waiting), Arc::clone(wakeup));
+            let take = move |query| {
+                lock(&queries).put(position, query);
+                wakeup.notify();
+            };
+            // Clients ask those that say they are complete.
+            let queryable = session.declare_queryable(key.data(node.domain)).complete(true).callback(take);
+            let token = node.endpoint_token(ids.next(), EndpointKind::Service, &key, &qos);
+            services.push(Service {
+                kind: service,
+                key: key.data(node.domain),
+                _queryable: queryable.wait()?,
+                _token: session.liveliness().declare_token(token).wait()?,
+            });
+        }
+        let events = WrittenTopic {
+            name: EVENTS.0.to_owned(),
+            type_name: (PACKAGE.to_owned(), EVENTS.1.to_owned()),
+            durability: Durability::Volatile,
+            depth: DEPTH,
+            delivery: Delivery::Once,
+        };
+        let key = TopicKey::new(EVENTS.0, (PACKAGE, EVENTS.1), hashes)
+            .ok_or_else(|| format!("the hash of {} is not known", EVENTS.1))?;
+        let events = TopicWriter::new(session, node, ids, &events, key)?;
+        Ok(Self { parameters, node: full_name, events, waiting, services })
+    }
+
+    /// Replaces the parameters, and publishes what is different.
+    pub(super) fn set_parameters(&mut self, parameters: Parameters, ids: &mut NextId) {
+        let stamp = Clock::start().now().wall.into();
+        let event = parameters.event_after(&self.parameters, &self.node, stamp);
+        self.parameters = parameters;
+        let published = event.map(|event| {
+            let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
+            self.events.carry_out(&Order::Publish(vec![bytes]), ids).map_err(|error| error.to_string())
+        });
+        if let Some(Err(reason)) = published {
+            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
+        }
+    }
+
+    /// Answers the requests that have arrived. Gives the number of those that were not answered.
+    pub(super) fn serve(&self) -> u64 {
+        let Waiting { queries, refused } = std::mem::take(&mut *lock(&self.waiting));
+        let mut unanswered = refused;
+        for (position, query) in queries {
+            let Some(service) = self.services.get(position) else { continue };
+            if let Err(reason) = service.answer(&query, &self.parameters) {
+                tracing::warn!("a request for parameters was not answered: {reason}");
+                unanswered += 1;
+                // So that the client does not wait; it may be gone.
+                let _ = query.reply_err(reason).wait();
+            }
+        }
+        unanswered
+    }
+}
+
+impl Service {
+    fn answer(&self, query: &Query, parameters: &Parameters) -> Result<(), String> {
+        let attachment = query.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
+        let attachment =
+            attachment.ok_or("it has no number and no client attached, as rmw_zenoh attaches them")?;
+        let request = Received::read(query.payload().ok_or("it is empty")?, MAX_REQUEST)?;
+        let response = self
+            .kind
+            .answer(parameters, request.bytes(), request.encoding.into())
+            .map_err(|error| error.to_string())?;
+        // The client knows its request by the number, and by its own identity.
+        let attachment = Attachment::now(attachment.number, attachment.gid).to_bytes();
+        query
+            .reply(self.key.as_str(), with_header(response))
+            .attachment(attachment)
+            .wait()
+            .map_err(|error| error.to_string())
+    }
+}
+
+impl Waiting {
+    fn put(&mut self, position: usize, query: Query) {
+        if self.queries.len() < MAX_WAITING {
+            self.queries.push_back((position, query));
+        } else {
+            self.refused += 1;
+        }
+    }
+}
+
+/// Nothing behind this lock can be left half done by a panic.
+fn lock(waiting: &Mutex<Waiting>) -> MutexGuard<'_, Waiting> {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner)
+}

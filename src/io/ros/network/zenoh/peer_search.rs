@@ -1,0 +1,262 @@
+//! When a peer is sought whose connection is lost, and what is done about it.
+//!
+//! Zenoh connects again with a router by itself, and with peers that a router or another peer speaks of. Of a peer that only the
+//! two ends gave up nobody speaks any more: both are there, and never hear each other again. Its tokens tell it from a
+//! peer that has ended: a router still has them. So a router is asked, and while it has them our session is replaced by a new one,
+//! which everybody meets as if it had just come.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+/// Time in which a peer may come back by itself; also the first pause between two sessions.
+const FIRST: Duration = Duration::from_secs(1);
+/// Pause before a router is asked again that did not answer.
+const ASK_AGAIN: Duration = Duration::from_secs(5);
+/// The longest pause between two sessions.
+const MAX_PAUSE: Duration = Duration::from_secs(600);
+
+/// The nodes of each session that a router knows of.
+pub(super) type Answer = BTreeMap<String, BTreeSet<String>>;
+
+/// What follows from an answer.
+#[derive(Debug, PartialEq, Eq, Default)]
+pub(super) struct Findings {
+    /// Sessions that have ended, and are not sought any more.
+    pub(super) ended: BTreeSet<String>,
+    /// Nodes that are there and not connected, the first time that this is known.
+    pub(super) unreachable: Vec<String>,
+    /// True if our session is to be replaced now.
+    pub(super) replace: bool,
+}
+
+/// A peer that is sought.
+#[derive(Debug, Clone)]
+struct Sought {
+    since: Instant,
+    /// Its nodes; none until a router has named them.
+    nodes: BTreeSet<String>,
+}
+
+/// The peers that are sought.
+#[derive(Debug, Default)]
+pub(super) struct PeerSearch {
+    sought: BTreeMap<String, Sought>,
+    is_asking: bool,
+    /// When a router is to be asked.
+    due: Option<Instant>,
+    /// When our session was replaced the last time, and the pause after that.
+    replaced: Option<(Instant, Duration)>,
+}
+
+impl PeerSearch {
+    /// Takes note of the sessions whose connection is lost at present. Gives nodes that are back, and the time that it took.
+    pub(super) fn observe(
+        &mut self,
+        missing: &BTreeSet<String>,
+        now: Instant,
+    ) -> Vec<(BTreeSet<String>, Duration)> {
+        let mut back = Vec::new();
+        self.sought.retain(|session, sought| {
+            let is_missing = missing.contains(session);
+            if !is_missing && !sought.nodes.is_empty() {
+                back.push((std::mem::take(&mut sought.nodes), now.saturating_duration_since(sought.since)));
+            }
+            is_missing
+        });
+        for session in missing {
+            if !self.sought.contains_key(session) {
+                self.sought.insert(session.clone(), Sought { since: now, nodes: BTreeSet::new() });
+                let soon = now + FIRST;
+                self.due = Some(self.due.map_or(soon, |due| due.min(soon)));
+            }
+        }
+        if self.sought.is_empty() {
+            self.due = None;
+        }
+        back
+    }
+
+    /// The sessions of which a router is to be asked now; the caller gives what it says to [`answered`](Self::answered).
+    /// `None` if none is to be asked, or if there is no router.
+    pub(super) fn question(
+        &mut self,
+        has_router: impl FnOnce() -> bool,
+        now: Instant,
+    ) -> Option<BTreeSet<String>> {
+        let is_due = self.due.is_some_and(|due| now >= due);
+        if !is_due || self.is_asking || !has_router() {
+            return None;
+        }
+        self.is_asking = true;
+        Some(self.sought.keys().cloned().collect())
+    }
+
+    /// Takes what a router has said of the sessions that were `asked` for; `None` if it did not answer.
+    pub(super) fn answered(
+        &mut self,
+        asked: &BTreeSet<String>,
+        answer: Option<&Answer>,
+        now: Instant,
+    ) -> Findings {
+        self.is_asking = false;
+        self.due = Some(now + ASK_AGAIN);
+        let mut findings = Findings::default();
+        let Some(answer) = answer else { return findings };
+        for session in asked {
+            match (self.sought.get_mut(session), answer.get(session)) {
+                (Some(sought), Some(nodes)) => {
+                    findings.unreachable.extend(nodes.difference(&sought.nodes).cloned());
+                    sought.nodes.clone_from(nodes);
+                }
+                (Some(_), None) => {
+                    self.sought.remove(session);
+                    findings.ended.insert(session.clone());
+                }
+                // It came back meanwhile.
+                (None, _) => {}
+            }
+        }
+        if self.sought.values().all(|sought| sought.nodes.is_empty()) {
+            // Those that were lost since the question was asked are the next.
+            self.due = self.sought.values().map(|sought| sought.since + FIRST).min();
+            return findings;
+        }
+        let pause = match self.replaced {
+            Some((at, pause)) if now < at + pause => {
+                self.due = Some(at + pause);
+                return findings;
+            }
+            // In a row, each pause is twice as long as the one before.
+            Some((at, pause)) if now < at + pause * 2 + ASK_AGAIN => (pause * 2).min(MAX_PAUSE),
+            _ => FIRST,
+        };
+        findings.replace = true;
+        self.replaced = Some((now, pause));
+        self.due = Some(now + pause);
+        findings
+    }
+
+    /// Names of the nodes that are there and not connected.
+    pub(super) fn unreachable(&self) -> impl Iterator<Item = &str> {
+        self.sought.values().flat_map(|sought| &sought.nodes).map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(names: &[&str]) -> BTreeSet<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    fn answer(nodes: &[(&str, &[&str])]) -> Answer {
+        nodes.iter().map(|(session, nodes)| ((*session).to_owned(), set(nodes))).collect()
+    }
+
+    /// A search on virtual time.
+    struct Bench {
+        search: PeerSearch,
+        start: Instant,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            Self { search: PeerSearch::default(), start: Instant::now() }
+        }
+
+        fn at(&self, millis: u64) -> Instant {
+            self.start + Duration::from_millis(millis)
+        }
+
+        fn lose(&mut self, sessions: &[&str], millis: u64) -> Vec<(BTreeSet<String>, Duration)> {
+            let now = self.at(millis);
+            self.search.observe(&set(sessions), now)
+        }
+
+        fn question(&mut self, millis: u64) -> Option<BTreeSet<String>> {
+            let now = self.at(millis);
+            self.search.question(|| true, now)
+        }
+
+        fn answered(&mut self, asked: &[&str], nodes: &[(&str, &[&str])], millis: u64) -> Findings {
+            let now = self.at(millis);
+            self.search.answered(&set(asked), Some(&answer(nodes)), now)
+        }
+    }
+
+    #[test]
+    fn a_peer_that_has_ended_is_asked_for_once_and_changes_nothing() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.lose(&["a"], 0), []);
+        assert_eq!(bench.question(999), None, "it may come back by itself");
+        assert_eq!(bench.question(1000), Some(set(&["a"])));
+        assert_eq!(bench.question(1100), None, "one question at a time");
+        let ended = Findings { ended: set(&["a"]), ..Findings::default() };
+        assert_eq!(bench.answered(&["a"], &[], 1200), ended);
+        assert_eq!(bench.lose(&[], 1300), []);
+        assert_eq!(bench.question(1_000_000), None);
+    }
+
+    #[test]
+    fn a_peer_that_is_there_is_named_and_the_session_replaced_until_it_is_back() {
+        let mut bench = Bench::new();
+        bench.lose(&["a"], 0);
+        bench.question(1000);
+        let findings = bench.answered(&["a"], &[("a", &["/planner"])], 1010);
+        let unreachable = vec!["/planner".to_owned()];
+        assert_eq!(findings, Findings { ended: set(&[]), unreachable, replace: true });
+        assert_eq!(bench.search.unreachable().collect::<Vec<_>>(), ["/planner"]);
+        let back = bench.lose(&[], 1500);
+        assert_eq!(back, [(set(&["/planner"]), Duration::from_millis(1500))]);
+        assert_eq!(bench.search.unreachable().count(), 0);
+        assert_eq!(bench.question(10_000), None);
+    }
+
+    #[test]
+    fn sessions_in_a_row_are_ever_further_apart_and_later_ones_are_not() {
+        let mut bench = Bench::new();
+        bench.lose(&["a"], 0);
+        let mut replaced = vec![];
+        for millis in (0..4_000_000).step_by(500) {
+            if bench.question(millis).is_some()
+                && bench.answered(&["a"], &[("a", &["/planner"])], millis).replace
+            {
+                replaced.push(millis / 1000);
+            }
+        }
+        assert_eq!(replaced, [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 1624, 2224, 2824, 3424]);
+        // Named once, and not each time.
+        assert_eq!(bench.search.unreachable().count(), 1);
+        bench.lose(&[], 4_000_000);
+        bench.lose(&["b"], 6_000_000);
+        bench.question(6_001_000);
+        assert!(bench.answered(&["b"], &[("b", &["/c"])], 6_001_000).replace);
+        bench.question(6_002_000);
+        assert!(bench.answered(&["b"], &[("b", &["/c"])], 6_002_000).replace, "after the first pause again");
+    }
+
+    #[test]
+    fn without_a_router_nobody_is_asked_and_without_an_answer_again() {
+        let mut bench = Bench::new();
+        bench.lose(&["a"], 0);
+        let now = bench.at(5000);
+        assert_eq!(bench.search.question(|| false, now), None);
+        assert_eq!(bench.search.question(|| true, now), Some(set(&["a"])));
+        assert_eq!(bench.search.answered(&set(&["a"]), None, now), Findings::default());
+        assert_eq!(bench.question(9999), None);
+        assert_eq!(bench.question(10_000), Some(set(&["a"])));
+    }
+
+    #[test]
+    fn what_came_back_or_was_lost_during_a_question_is_not_mistaken() {
+        let mut bench = Bench::new();
+        bench.lose(&["a"], 0);
+        bench.question(1000);
+        bench.lose(&["b"], 1100);
+        let findings = bench.answered(&["a"], &[("a", &["/planner"])], 1200);
+        assert_eq!(findings, Findings::default(), "a is back");
+        assert_eq!(bench.question(2000), None);
+        assert_eq!(bench.question(2100), Some(set(&["b"])));
+    }
+}
