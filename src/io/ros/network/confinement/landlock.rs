@@ -4,6 +4,8 @@
 //! nobody but its routers, connect to their ports, and listen at none. As a peer it learns the ports of others from the network, so
 //! that none can be left out.
 
+use std::collections::BTreeSet;
+
 use landlock::{
     ABI, Access as _, AccessFs, AccessNet, NetPort, Ruleset, RulesetAttr as _, RulesetCreatedAttr as _,
     RulesetError, RulesetStatus, Scope, path_beneath_rules,
@@ -23,7 +25,7 @@ struct Needs {
     /// Files, and folders with all that is in them, to be read.
     files: Vec<String>,
     /// TCP ports to connect to; `None` if they are not known beforehand.
-    ports: Option<Vec<u16>>,
+    ports: Option<BTreeSet<u16>>,
 }
 
 /// Restricts this thread, and all that it starts.
@@ -50,7 +52,7 @@ fn restricted(needs: &Needs) -> Result<RulesetStatus, RulesetError> {
 
 fn needs(engine: &Transport) -> Needs {
     match engine {
-        Transport::Dds => Needs { files: Vec::new(), ports: Some(Vec::new()) },
+        Transport::Dds => Needs { files: Vec::new(), ports: Some(BTreeSet::new()) },
         #[cfg(not(feature = "zenoh"))]
         Transport::Zenoh(_) => Needs::default(),
         #[cfg(feature = "zenoh")]
@@ -107,11 +109,11 @@ mod tests {
             "{ mode: 'client', connect: { endpoints: ['tls/[::1]:7447#iface=lo', 'tcp/router:9'] }, \
              transport: { link: { tls: { root_ca_certificate: '/srv/ca.pem' } } } }",
         );
-        assert_eq!(client.ports, Some(vec![7447, 9]));
+        assert_eq!(client.ports, Some(BTreeSet::from([7447, 9])));
         assert!(client.files.contains(&"/srv/ca.pem".to_owned()), "{:?}", client.files);
         let of_mode =
             "{ mode: 'client', connect: { endpoints: { client: ['tcp/a:1'], peer: ['tcp/b:2'] } } }";
-        assert_eq!(zenoh(of_mode).ports, Some(vec![1, 2]));
+        assert_eq!(zenoh(of_mode).ports, Some(BTreeSet::from([1, 2])));
     }
 
     #[test]
@@ -121,6 +123,6 @@ mod tests {
             zenoh("{ mode: 'client', connect: { endpoints: ['unixsock-stream/tmp/a'] } }").ports,
             None
         );
-        assert_eq!(needs(&Transport::Dds), Needs { files: vec![], ports: Some(vec![]) });
+        assert_eq!(needs(&Transport::Dds), Needs { files: vec![], ports: Some(BTreeSet::new()) });
     }
 }
