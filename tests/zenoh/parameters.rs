@@ -110,6 +110,8 @@ fn parameters_are_listed_read_described_and_not_set() {
     let hash = type_hash("rcl_interfaces", "ParameterEvent").unwrap();
     let key = format!("{domain}/parameter_events/rcl_interfaces::msg::dds_::ParameterEvent_/{hash}");
     client.peer.read("events", "parameter_event", &key, false);
+    // The gateway is asked on the way on which it is told of the reader, and so after that.
+    client.answer("get_parameters", &["use_sim_time"]);
     gateway.send("parameters");
     let event = client.peer.sample(Mark::START, "events", |_| true)["data"].clone();
     assert_eq!(event["node"], format!("/{NODE}"));
