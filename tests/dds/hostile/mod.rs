@@ -8,6 +8,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use signal_gateway::core::gateway::confinement::Confinement;
@@ -149,6 +150,36 @@ fn a_taken_over_network_process_is_refused_what_succeeds_without_confinement() {
     // As root, all but what this kernel or container has not.
     if rustix::process::geteuid().is_root() {
         assert!(refused.len() <= 12, "{refused:?}");
+    }
+}
+
+/// What it needs it has, as long as nobody has taken it over.
+#[test]
+fn a_network_process_in_order_is_refused_nothing() {
+    /// It has looked at interfaces several times by then.
+    const AGE: Duration = Duration::from_secs(4);
+    let transports = [
+        Transport::Dds,
+        #[cfg(feature = "zenoh")]
+        Transport::Zenoh(ZenohSettings::default()),
+    ];
+    for transport in transports {
+        let program = env!("CARGO_BIN_EXE_signal-gateway").into();
+        let isolation = Isolation::Process { program, memory_limit_mb: 384 };
+        let settings = RosSettings { domain_id: domain(), transport, isolation, ..RosSettings::default() };
+        let session = RosSession::start(settings).unwrap();
+        let state = wait_for("a network process of some age", || {
+            let state = session.status().network;
+            state.age.is_some_and(|age| age >= AGE).then_some(state)
+        });
+        session.stop();
+        let confinement = state.confinement.as_ref().unwrap();
+        assert_eq!(
+            (state.restarts, confinement.refused_calls().as_str()),
+            (0, "none"),
+            "{}",
+            state.transport()
+        );
     }
 }
 

@@ -12,10 +12,6 @@ use syscalls::Sysno;
 use crate::core::gateway::confinement::Confinement;
 use crate::io::ros::link::confinement_report;
 
-/// What RustDDS is refused whenever it lists interfaces: it looks for what a desktop's network manager keeps of them, and does
-/// without.
-const EXPECTED: [&str; 4] = ["newfstatat", "openat", "socket", "statx"];
-
 /// A thread that hears of it, until the process has ended.
 #[derive(Debug)]
 pub(super) struct ConfinementWatch(Arc<Mutex<Option<Confinement>>>);
@@ -56,7 +52,7 @@ fn listen(socket: OwnedFd, heard: &Mutex<Option<Confinement>>) -> io::Result<()>
         note(&|confinement| {
             let count = confinement.refused.entry(name).or_default();
             *count += 1;
-            if *count == 1 && !EXPECTED.contains(&name) {
+            if *count == 1 {
                 tracing::warn!("the network process was refused the system call {name}");
             }
         });

@@ -21,8 +21,15 @@ type Calls = BTreeMap<i64, Vec<SeccompRule>>;
 
 /// Leaves all threads the calls that an engine needs. Where this kernel cannot ask, they are refused without a word.
 pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, String> {
-    let (before, silent) = programs(engine)?;
-    apply(&before).map_err(text)?;
+    let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
+    let (allow, no_call, not_permitted) = (SeccompAction::Allow, errno(libc::ENOSYS), errno(libc::EPERM));
+    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A filter that came
+    // before says more than one that lets through, or asks.
+    let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
+    for (calls, answer) in [(clone3, no_call), (unasked(engine)?, not_permitted.clone())] {
+        apply(&program(calls, allow.clone(), answer)?).map_err(text)?;
+    }
+    let silent = program(allowed(engine)?, not_permitted, allow)?;
     let refused = error(libc::EPERM);
     let asked =
         answering(&silent, |answer| if answer == refused { libc::SECCOMP_RET_USER_NOTIF } else { answer });
@@ -32,24 +39,27 @@ pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, Stri
     }
 }
 
-/// The program of a filter for what comes before, and of the one that refuses all that is not needed.
-fn programs(engine: &Transport) -> Result<(BpfProgram, BpfProgram), String> {
-    let program = |calls, other, listed| -> Result<BpfProgram, String> {
-        let arch = std::env::consts::ARCH.try_into().map_err(text)?;
-        let filter = SeccompFilter::new(calls, other, listed, arch).map_err(text)?;
-        let program: BpfProgram = filter.try_into().map_err(text)?;
-        // Calls of another architecture, as a 64-bit process may make them, do not exist.
-        let (kill, none) = (libc::SECCOMP_RET_KILL_PROCESS, error(libc::ENOSYS));
-        Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
-    };
-    let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
-    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A filter that came
-    // before says more than one that lets through.
-    let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
-    Ok((
-        program(clone3, SeccompAction::Allow, errno(libc::ENOSYS))?,
-        program(allowed(engine)?, errno(libc::EPERM), SeccompAction::Allow)?,
-    ))
+/// A filter: what it answers to the calls that are listed, and to all others.
+fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<BpfProgram, String> {
+    let arch = std::env::consts::ARCH.try_into().map_err(text)?;
+    let filter = SeccompFilter::new(calls, other, listed, arch).map_err(text)?;
+    let program: BpfProgram = filter.try_into().map_err(text)?;
+    // Calls of another architecture, as a 64-bit process may make them, do not exist.
+    let (kill, none) = (libc::SECCOMP_RET_KILL_PROCESS, error(libc::ENOSYS));
+    Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
+}
+
+/// What is refused also where all is in order, so that nobody is asked. When RustDDS lists interfaces, it looks a thousand times for
+/// what a desktop's network manager keeps of them, and does without; so does the C library without the cache of names that Zenoh
+/// makes it look for.
+fn unasked(engine: &Transport) -> Result<Calls, String> {
+    let is_dds = matches!(engine, Transport::Dds);
+    let files = [libc::SYS_openat, libc::SYS_newfstatat, libc::SYS_statx];
+    let mut calls: Calls = files.into_iter().filter(|_| is_dds).map(|call| (call, Vec::new())).collect();
+    let of_service = kind(if is_dds { libc::SOCK_DGRAM } else { libc::SOCK_STREAM });
+    let service = rule(&[(0, SeccompCmpOp::Eq, number(libc::AF_UNIX)), of_service])?;
+    calls.insert(libc::SYS_socket, vec![service]);
+    Ok(calls)
 }
 
 /// What an engine needs.
