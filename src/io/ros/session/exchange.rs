@@ -11,14 +11,12 @@ use std::time::{Duration, Instant};
 use tokio::time::{sleep, timeout};
 
 use super::RosError;
-use super::crowd::Crowd;
 use super::host::Host;
-use super::liveness::{Liveness, RestartDelay, Useless};
+use super::liveness::{Liveness, RestartDelay};
 use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
 use super::rosout::Rosout;
 use super::status::OutgoingStatus;
-use super::threads::Threads;
 use crate::core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log::take_warnings;
@@ -59,17 +57,6 @@ pub(super) struct Exchange {
     restart_delay: RestartDelay,
     /// Network sides in a row that ended without any echo.
     silent: u32,
-    /// A sample has arrived at a reader beside the network side on this computer.
-    is_hearing_proven: bool,
-    /// Network sides in a row of which no sample arrived there.
-    unheard: u32,
-    crowd: Crowd,
-    /// When network sides ended, those of the last minute.
-    ends: Vec<Instant>,
-    /// Looks in a row at which the network side took a whole processor.
-    busy: u32,
-    /// The threads at the last look, and when that was.
-    threads: Option<(Threads, Instant)>,
     state: NetworkState,
     /// Log lines that network sides which have ended did not write.
     lost_lines: LostLines,
@@ -88,14 +75,7 @@ enum Phase {
     /// It runs.
     Active(Box<Active>),
     /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it reached.
-    Ending {
-        host: Host,
-        since: Instant,
-        failure: Option<NetworkFailure>,
-        age: Option<Duration>,
-        /// It was told to leave, and is killed if it has not done so by then.
-        leaves_until: Option<Instant>,
-    },
+    Ending { host: Host, since: Instant, failure: Option<NetworkFailure>, age: Option<Duration> },
     /// There is none until then.
     Down { until: Instant },
     /// The first one could not be started.
@@ -111,8 +91,6 @@ struct Active {
     joined: Option<Instant>,
     /// A sample of its own has come back.
     had_echo: bool,
-    /// One has arrived at a reader beside it.
-    was_heard: bool,
     status: NetworkStatus,
 }
 
@@ -159,12 +137,6 @@ impl Exchange {
             unended: Vec::new(),
             restart_delay: RestartDelay::default(),
             silent: 0,
-            is_hearing_proven: false,
-            unheard: 0,
-            crowd: Crowd::new(Instant::now()),
-            ends: Vec::new(),
-            busy: 0,
-            threads: None,
             state: NetworkState {
                 links: matches!(settings.transport, Transport::Zenoh(_)).then(ZenohLinks::default),
                 ..NetworkState::default()
@@ -239,10 +211,9 @@ impl Exchange {
                 self.phase = Phase::Active(Box::new(Active {
                     host,
                     link,
-                    liveness: Liveness::new(self.is_hearing_proven, now),
+                    liveness: Liveness::new(now),
                     joined: None,
                     had_echo: false,
-                    was_heard: false,
                     status: NetworkStatus::default(),
                 }));
             }
@@ -271,7 +242,8 @@ impl Exchange {
             return;
         };
         self.lost_lines = self.lost_lines.plus(active.lost_lines());
-        let Active { mut host, mut link, joined, had_echo, was_heard, .. } = *active;
+        let Active { mut host, joined, had_echo, .. } = *active;
+        host.kill();
         let failure = match over {
             Over::Closed => None,
             Over::Failed(failure) => Some(failure),
@@ -289,21 +261,8 @@ impl Exchange {
             self.silent += 1;
             self.settings.echo_is_proven &= self.silent < MAX_SILENT;
         }
-        if failure == Some(NetworkFailure::Unheard) && !was_heard {
-            self.unheard += 1;
-            self.is_hearing_proven &= self.unheard < MAX_SILENT;
-        }
-        // One that works still tells its peers that it leaves.
-        let can_leave = matches!(failure, Some(NetworkFailure::Unheard | NetworkFailure::Crowded))
-            && link.queue(&ToNetwork::Stop)
-            && link.flush().is_ok()
-            && link.waiting() == 0;
-        if !can_leave {
-            host.kill();
-        }
-        let leaves_until = can_leave.then_some(now + GOODBYE);
         let age = joined.map(|joined| now.saturating_duration_since(joined));
-        self.phase = Phase::Ending { host, since: now, failure, age, leaves_until };
+        self.phase = Phase::Ending { host, since: now, failure, age };
     }
 
     /// Reads what the network side has sent, and writes what it takes.
@@ -311,7 +270,7 @@ impl Exchange {
         let Phase::Active(active) = &mut self.phase else { return Ok(()) };
         let read = active.link.read();
         while let Some(frame) = active.link.next_frame()? {
-            match (self.reception.take(frame, now)?, active.joined) {
+            match (self.reception.take(frame)?, active.joined) {
                 (Some(Signal::Ready), None) => {
                     active.joined = Some(now);
                     active.liveness.joined();
@@ -328,18 +287,9 @@ impl Exchange {
                 (Some(Signal::Failed(reason)), None) => {
                     return Err(Over::Failed(NetworkFailure::NotStarted(reason)));
                 }
-                (Some(Signal::Status(status)), Some(_)) => {
-                    let unheard = status.unheard_writers.saturating_sub(active.status.unheard_writers);
-                    if unheard > 0 {
-                        self.reception.note_taken_anew(unheard, now);
-                    }
-                    active.status = status;
-                }
-                (Some(Signal::Pong { number, has_echo, is_heard }), Some(_)) => {
-                    active.liveness.pong(number, is_heard)?;
-                    if is_heard {
-                        (active.was_heard, self.unheard, self.is_hearing_proven) = (true, 0, true);
-                    }
+                (Some(Signal::Status(status)), Some(_)) => active.status = status,
+                (Some(Signal::Pong(number, has_echo)), Some(_)) => {
+                    active.liveness.pong(number)?;
                     self.state.has_echo = has_echo;
                     if has_echo {
                         (active.had_echo, self.silent, self.settings.echo_is_proven) = (true, 0, true);
@@ -347,23 +297,16 @@ impl Exchange {
                 }
                 (None, Some(_)) => {}
                 (Some(Signal::Ready | Signal::Failed(_)), Some(_))
-                | (Some(Signal::Status(_) | Signal::Pong { .. }) | None, None) => {
+                | (Some(Signal::Status(_) | Signal::Pong(..)) | None, None) => {
                     return Err(Violation::OutOfTurn.into());
                 }
             }
         }
         read.map_err(|_| Over::Closed)?;
-        let Active { host, liveness, status, .. } = &mut **active;
-        let looked = liveness.look(now, || host.threads());
-        let is_crowded = self.crowd.look(show::peers(status), now);
+        let Active { host, liveness, .. } = &mut **active;
         // A thread may be in a debugger, and cannot be killed.
-        if host.is_isolated() {
-            match looked {
-                Err(Useless::Silent) => return Err(Over::Failed(NetworkFailure::NoAnswer)),
-                Err(Useless::Unheard) => return Err(Over::Failed(NetworkFailure::Unheard)),
-                Ok(()) if is_crowded => return Err(Over::Failed(NetworkFailure::Crowded)),
-                Ok(()) => {}
-            }
+        if !liveness.look(now, || host.threads()) && host.is_isolated() {
+            return Err(Over::Failed(NetworkFailure::NoAnswer));
         }
         if active.link.waiting() == 0 {
             self.deliver(&self.take_messages());
@@ -427,12 +370,8 @@ impl Exchange {
 
     /// Waits for the end of a network side that was killed.
     fn see_end(&mut self, now: Instant) {
-        let Phase::Ending { host, since, leaves_until, .. } = &mut self.phase else { return };
+        let Phase::Ending { host, since, .. } = &mut self.phase else { return };
         let end = host.end();
-        if leaves_until.is_some_and(|until| now >= until) {
-            host.kill();
-            (*since, *leaves_until) = (now, None);
-        }
         if end.is_none() && now.duration_since(*since) < END_PATIENCE {
             return;
         }
@@ -448,7 +387,6 @@ impl Exchange {
     fn note_end(&mut self, failure: NetworkFailure, age: Option<Duration>, now: Instant) {
         let delay = self.restart_delay.next(age);
         let ends = self.state.restarts + 1;
-        self.ends.push(now);
         // In a row of the same ends, not each is worth a line.
         if self.state.last_failure.as_ref() != Some(&failure) || ends.is_power_of_two() {
             tracing::warn!(

@@ -1,26 +1,24 @@
-//! What the caller sees of the network side: its status, and what weighs on it.
+//! What the caller sees of the network side: its status.
 
 use std::time::{Duration, Instant};
 
 use super::{Active, Exchange, Phase};
-use crate::core::gateway::network::{Burden, NetworkState};
+use crate::core::gateway::network::NetworkState;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::link::NetworkStatus;
-use crate::io::ros::session::crowd::MAX_PEERS;
 
 /// Time after which age and memory are noted again.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
-/// The part of a processor that counts as all of it, percent.
-const BUSY_PERCENT: u32 = 90;
-/// Looks in a row at a network side that takes a whole processor, after which that is worth a warning.
-const BUSY_LOOKS: u32 = 3;
-/// Time for which a restart counts among the recent ones.
-const RECENT: Duration = Duration::from_secs(60);
 
 impl Exchange {
     /// Shows the status to the caller, with the state when it has changed or is due.
     pub(super) fn show(&mut self, now: Instant) {
         self.unended.retain_mut(|host| host.end().is_none());
+        let none = NetworkStatus::default();
+        let (seen, joined) = match &self.phase {
+            Phase::Active(active) => (&active.status, active.joined),
+            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (&none, None),
+        };
         let is_due = self.noted.as_ref().is_none_or(|(noted, at)| {
             let NetworkState { is_up, has_echo, restarts, last_failure, .. } = noted;
             now.duration_since(*at) >= NOTE_INTERVAL
@@ -28,28 +26,7 @@ impl Exchange {
                 || (restarts, last_failure) != (&self.state.restarts, &self.state.last_failure)
         });
         if is_due {
-            self.look_at_processor(now);
-        }
-        let none = NetworkStatus::default();
-        let (seen, joined) = match &self.phase {
-            Phase::Active(active) => (&active.status, active.joined),
-            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (&none, None),
-        };
-        if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
-            self.state.peers = peers(seen);
-            let is_unheard = matches!(&self.phase, Phase::Active(active) if !active.liveness.is_heard());
-            let burdens = [
-                (is_unheard, Burden::Unheard),
-                (self.state.peers >= MAX_PEERS, Burden::Crowd),
-                (self.busy >= BUSY_LOOKS, Burden::Busy),
-            ];
-            self.state.burden = burdens.into_iter().find_map(|(is_there, burden)| is_there.then_some(burden));
-            let taken_anew = self.reception.taken_anew();
-            self.state.taken_anew = taken_anew.count;
-            self.state.since_taken_anew = taken_anew.last.map(|last| now.saturating_duration_since(last));
-            self.ends.retain(|end| now.saturating_duration_since(*end) < RECENT);
-            self.state.recent_ends = self.ends.len();
             let active = match &self.phase {
                 Phase::Active(active) => Some(active),
                 Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
@@ -80,31 +57,6 @@ impl Exchange {
             }
         });
     }
-
-    /// Notes what the network side takes of a processor.
-    fn look_at_processor(&mut self, now: Instant) {
-        self.state.processor_percent = self.processor_percent(now);
-        let is_busy = self.state.processor_percent.is_some_and(|percent| percent >= BUSY_PERCENT);
-        self.busy = if is_busy { self.busy.saturating_add(1) } else { 0 };
-    }
-
-    /// The part of a processor that the network side has taken since the last call, percent.
-    fn processor_percent(&mut self, now: Instant) -> Option<u32> {
-        let threads = match &self.phase {
-            Phase::Active(active) => active.host.threads(),
-            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
-        };
-        let last = std::mem::replace(&mut self.threads, threads.map(|threads| (threads, now)));
-        let ((threads, _), (earlier, at)) = (self.threads.as_ref()?, last?);
-        let ran = threads.ran_since(&earlier)?.as_millis() * 100;
-        u32::try_from(ran.checked_div(now.saturating_duration_since(at).as_millis())?).ok()
-    }
-}
-
-/// Participants of others, and their endpoints that are matched with ours.
-pub(super) fn peers(status: &NetworkStatus) -> u32 {
-    let matched = status.readers.iter().chain(&status.writers).copied();
-    matched.fold(status.participants, u32::saturating_add)
 }
 
 impl Active {
