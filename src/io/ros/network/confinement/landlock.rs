@@ -12,6 +12,8 @@ use landlock::{
 };
 
 use crate::io::ros::settings::Transport;
+#[cfg(feature = "zenoh")]
+use crate::io::ros::zenoh_config;
 
 /// What is asked for: files, their truncation and devices, TCP, signals and abstract sockets. An older kernel has less.
 const WANTED: ABI = ABI::V6;
@@ -58,13 +60,16 @@ fn needs(engine: &Transport) -> Needs {
         #[cfg(feature = "zenoh")]
         Transport::Zenoh(settings) => {
             let mut files: Vec<_> = READ.into_iter().map(str::to_owned).collect();
-            let config = crate::io::ros::zenoh_config::parse(settings.config.as_deref());
+            let config = zenoh_config::parse(settings.config.as_deref());
             let Ok(config) = config else { return Needs { files, ports: None } };
             let texts = |key: &str| config.get_json(key).map(|json| texts(&json)).unwrap_or_default();
-            files.extend(texts("transport").into_iter().filter(|text| text.starts_with('/')));
-            let ports = texts("connect/endpoints").iter().map(|endpoint| port(endpoint)).collect();
-            let is_client = crate::io::ros::zenoh_config::waits_for_router(&config);
-            Needs { files, ports: if is_client { ports } else { None } }
+            // Their folders, since a certificate is renewed by another file in its place.
+            files.extend(texts("transport").iter().filter_map(|text| folder(text)));
+            let endpoints = texts("connect/endpoints");
+            // Without an endpoint, a client asks the network for routers, and takes any.
+            let is_limited = zenoh_config::waits_for_router(&config) && !endpoints.is_empty();
+            let ports = endpoints.iter().map(|endpoint| port(endpoint)).collect::<Option<_>>();
+            Needs { files, ports: ports.filter(|_| is_limited) }
         }
     }
 }
@@ -84,6 +89,13 @@ fn texts(json: &str) -> Vec<String> {
     let mut found = Vec::new();
     collect(serde_json::from_str(json).unwrap_or_default(), &mut found);
     found
+}
+
+/// The folder of a file that is named from the root.
+#[cfg(feature = "zenoh")]
+fn folder(text: &str) -> Option<String> {
+    let path = std::path::Path::new(text).parent().filter(|folder| folder.has_root())?;
+    path.to_str().map(str::to_owned)
 }
 
 /// The port of an endpoint such as `tls/router:7447?rel=1#so_sndbuf=65536`.
@@ -107,10 +119,10 @@ mod tests {
     fn a_client_connects_to_the_ports_of_its_routers_and_reads_its_certificates() {
         let client = zenoh(
             "{ mode: 'client', connect: { endpoints: ['tls/[::1]:7447#iface=lo', 'tcp/router:9'] }, \
-             transport: { link: { tls: { root_ca_certificate: '/srv/ca.pem' } } } }",
+             transport: { link: { tls: { root_ca_certificate: '/srv/keys/ca.pem' } } } }",
         );
         assert_eq!(client.ports, Some(BTreeSet::from([7447, 9])));
-        assert!(client.files.contains(&"/srv/ca.pem".to_owned()), "{:?}", client.files);
+        assert_eq!(client.files.last().map(String::as_str), Some("/srv/keys"));
         let of_mode =
             "{ mode: 'client', connect: { endpoints: { client: ['tcp/a:1'], peer: ['tcp/b:2'] } } }";
         assert_eq!(zenoh(of_mode).ports, Some(BTreeSet::from([1, 2])));
