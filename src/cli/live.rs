@@ -113,7 +113,7 @@ pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     if let Err(error) = closed {
         tracing::warn!("descriptors of the parent stay open: {error}");
     }
-    match process::run(args.memory_limit_mb, |_| ()) {
+    match process::run(args.memory_limit_mb, || ()) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),

@@ -26,6 +26,14 @@ enabled = true
 map = \"crossroads.osm\"
 ";
 
+/// A daemon's folder, in this domain, with a session of the router at this port.
+fn folder(domain: u16, port: u16) -> Folder {
+    let folder = Folder::with_configuration(&CONFIGURATION.replace("DOMAIN", &domain.to_string()));
+    folder.write("crossroads.osm", include_str!("../maps/crossroads.osm"));
+    folder.write("zenoh.json5", &session(port));
+    folder
+}
+
 /// The daemon's connections, once its status has them as required.
 fn links(folder: &Folder, is_it: impl Fn(&Value) -> bool) -> Value {
     wait_for("connections as they are required", || {
@@ -40,9 +48,7 @@ fn links(folder: &Folder, is_it: impl Fn(&Value) -> bool) -> Value {
 #[test]
 fn connections_show_in_the_status_and_another_definition_is_named_once() {
     let (domain, port) = (domain(), free_port());
-    let folder = Folder::with_configuration(&CONFIGURATION.replace("DOMAIN", &domain.to_string()));
-    folder.write("crossroads.osm", include_str!("../maps/crossroads.osm"));
-    folder.write("zenoh.json5", &session(port));
+    let folder = folder(domain, port);
     let peer = require!(Peer::start(domain, &session(port)));
     let mut gateway = Process::run(&folder);
     assert_eq!(links(&folder, |links| links["routers"] == 0)["lost"], 0);
@@ -75,9 +81,7 @@ fn connections_show_in_the_status_and_another_definition_is_named_once() {
 #[test]
 fn a_start_and_a_node_that_comes_and_goes_are_no_warnings_and_no_lines() {
     let (domain, port) = (domain(), free_port());
-    let folder = Folder::with_configuration(&CONFIGURATION.replace("DOMAIN", &domain.to_string()));
-    folder.write("crossroads.osm", include_str!("../maps/crossroads.osm"));
-    folder.write("zenoh.json5", &session(port));
+    let folder = folder(domain, port);
     let _router = require!(Peer::start(domain, &router(port)));
     let reader = require!(Peer::start(domain, &session(port)));
     let hash = type_hash("diagnostic_msgs", "DiagnosticArray").unwrap();

@@ -93,7 +93,7 @@ fn parameters_are_listed_read_described_and_not_set() {
         assert!(result["reason"].as_str().unwrap().contains("read-only"), "{result}");
     }
 
-    // What is no request is refused and counted, and the next one is answered.
+    // A malformed request is refused and counted, and the next one is answered.
     for other in [
         json!({"raw": ""}),
         json!({"raw": "0001"}),
@@ -106,11 +106,11 @@ fn parameters_are_listed_read_described_and_not_set() {
     gateway.wait_until("four refusals", |status| status["unanswered"] == 4);
     assert_eq!(client.answer("get_parameters", &["use_sim_time"])["values"][0]["bool_value"], true);
 
-    // Another configuration is told, and shows in the answers.
+    // Another configuration is published, and shows in the answers.
     let hash = type_hash("rcl_interfaces", "ParameterEvent").unwrap();
     let key = format!("{domain}/parameter_events/rcl_interfaces::msg::dds_::ParameterEvent_/{hash}");
     client.peer.read("events", "parameter_event", &key, false);
-    // The gateway is asked on the way on which it is told of the reader, and so after that.
+    // The request takes the way that the reader's announcement took, and so arrives after it.
     client.answer("get_parameters", &["use_sim_time"]);
     gateway.send("parameters");
     let event = client.peer.sample(Mark::START, "events", |_| true)["data"].clone();

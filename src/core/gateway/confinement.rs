@@ -22,7 +22,7 @@ pub enum Layer {
     Landlock,
     /// A filter refuses system calls that its engine does not need.
     SystemCalls,
-    /// The gateway is told which calls were refused.
+    /// The gateway learns which calls were refused.
     CallNames,
 }
 

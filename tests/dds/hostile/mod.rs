@@ -1,5 +1,5 @@
 //! A network process that somebody has taken over: this test program, started by a session as its network process, and confined as
-//! any. It tries each of [`ATTACKS`] and says what came of it; without confinement, nearly all succeed.
+//! any. It tries each of [`ATTACKS`] and prints the outcome; without confinement, nearly all succeed.
 
 mod attacks;
 
@@ -31,7 +31,7 @@ const TABLE: [&str; 2] = ["<!-- attacks -->", "<!-- end of attacks -->"];
 /// The error number of each attack; `None` if it succeeded.
 type Outcomes = BTreeMap<String, Option<i32>>;
 
-/// The process itself, which does nothing unless it is told its role.
+/// The process itself, which needs a role.
 #[test]
 #[ignore = "started by the tests below"]
 fn taken_over() {
@@ -44,11 +44,11 @@ fn taken_over() {
     };
     match std::env::var(ROLE).as_deref() {
         Ok("confined") => {
-            // What libtest prints is no report.
+            // The socket of the report is not for what libtest prints.
             rustix::stdio::dup2_stdout(fs::File::from(process_report())).unwrap();
             let memory = std::env::var("MEMORY_MB").unwrap().parse().unwrap();
             // Afterwards it serves the session like any.
-            let _ = process::run(memory, |_| {
+            let _ = process::run(memory, || {
                 attack();
                 eprintln!("{}", json!({"end": true}));
             });

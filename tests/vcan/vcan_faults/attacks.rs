@@ -107,6 +107,15 @@ impl Scene {
         row
     }
 
+    /// A command that was received over the network processes that are gone is carried out by the next one's.
+    fn end(mut self) {
+        let mark = self.commander.mark();
+        self.commander.send("mode 1 10; turn 3 10; hazard 1 10");
+        self.commander.report(mark, "turn", 3);
+        self.gateway.stop("TERM");
+        drop((self.folder, self.vcan));
+    }
+
     fn network_processes_lost(&self) -> usize {
         self.gateway.log().iter().filter(|line| line.contains("the network side of ROS 2 has ended")).count()
     }
@@ -127,6 +136,13 @@ fn repeat(target: &Target, attack: Attack, is_announced: bool) {
         }
         target.send(&attack.packet(count));
         pace.wait();
+    }
+}
+
+/// 200 participants, once each.
+fn announce_participants(target: &Target) {
+    for participant in 0..200 {
+        target.send(&announcement_of(participant, target.own_port()));
     }
 }
 
@@ -154,19 +170,10 @@ mod slow {
         ] {
             table += &scene.attack(name, |target| repeat(target, attack, is_announced));
         }
-        table += &scene.attack("200 participants announce themselves", |target| {
-            for participant in 0..200 {
-                target.send(&announcement_of(participant, target.own_port()));
-            }
-        });
+        table += &scene.attack("200 participants announce themselves", announce_participants);
         table += &scene.attack("100,000 mutated packets", |target| mutate(target, 100_000));
         docs_section::update("attacks", &table);
-        // A command that was received over the network processes that are gone is carried out by the next one's.
-        let mark = scene.commander.mark();
-        scene.commander.send("mode 1 10; turn 3 10; hazard 1 10");
-        scene.commander.report(mark, "turn", 3);
-        scene.gateway.stop("TERM");
-        drop((scene.folder, scene.vcan));
+        scene.end();
     }
     mod exhaustive {
         use std::time::Instant;
@@ -190,11 +197,7 @@ mod slow {
                     0 => scene.attack("HEARTBEAT", |target| repeat(target, Attack::Heartbeat, true)),
                     1 => scene.attack("GAP", |target| repeat(target, Attack::Gap, true)),
                     2 => scene.attack("DATA_FRAG", |target| repeat(target, Attack::Fragment, true)),
-                    3 => scene.attack("participants", |target| {
-                        for participant in 0..200 {
-                            target.send(&announcement_of(participant, target.own_port()));
-                        }
-                    }),
+                    3 => scene.attack("participants", announce_participants),
                     4 => scene.attack("mutated packets", |target| {
                         mutate(target, u32::try_from(count).unwrap());
                     }),
@@ -206,11 +209,7 @@ mod slow {
                     assert!(memory_kb <= settled_kb + MAX_GROWTH, "from {settled_kb} to {memory_kb} kB");
                 }
             }
-            let mark = scene.commander.mark();
-            scene.commander.send("mode 1 10; turn 3 10; hazard 1 10");
-            scene.commander.report(mark, "turn", 3);
-            scene.gateway.stop("TERM");
-            drop((scene.folder, scene.vcan));
+            scene.end();
         }
     }
 }

@@ -20,13 +20,14 @@ use tokio::runtime::Builder;
 use super::link::{FromNetwork, Link, NetworkSettings, ToNetwork};
 use super::settings::Transport;
 pub use dds::DISTRO;
+pub(super) use dds::identifier_length;
 
 /// Serves the gateway at the other end of the socket until it says stop; `confine` is called with the engine that it wants,
-/// before anything of the network is there. An error is that of the link, most often that the gateway is gone.
-pub fn serve(socket: UnixStream, confine: impl FnOnce(&Transport)) -> io::Result<()> {
+/// before anything of the network is there. An error is that of `confine`, or of the link, most often that the gateway is gone.
+pub fn serve(socket: UnixStream, confine: impl FnOnce(&Transport) -> io::Result<()>) -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_all().build()?;
     let Some((settings, link)) = runtime.block_on(start(socket))? else { return Ok(()) };
-    confine(&settings.transport);
+    confine(&settings.transport)?;
     match &settings.transport {
         Transport::Dds => runtime.block_on(dds::serve(settings, link)),
         #[cfg(feature = "zenoh")]

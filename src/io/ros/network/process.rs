@@ -9,9 +9,9 @@ use std::{panic, process, thread};
 use rustix::event::{PollFd, PollFlags, poll};
 
 use super::{confinement, serve};
+use crate::core::gateway::confinement::Layer;
 use crate::io::hangup::ignore_hangup;
 use crate::io::ros::link::confinement_report;
-use crate::io::ros::settings::Transport;
 
 /// Exit code of a process that had a panic in one of its threads.
 pub const PANICKED: i32 = 101;
@@ -32,9 +32,9 @@ pub fn close_inherited() -> io::Result<()> {
 }
 
 /// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
-/// `confinement` says, to this much private writable memory in MB. `confined` is called once that is so, before anything of the
+/// [`confinement`] has it, to this much private writable memory in MB. `confined` is called once that is so, before anything of the
 /// network is there.
-pub fn run(memory_mb: u32, confined: impl FnOnce(&Transport)) -> io::Result<()> {
+pub fn run(memory_mb: u32, confined: impl FnOnce()) -> io::Result<()> {
     end_with_any_panic();
     // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
     ignore_hangup();
@@ -45,19 +45,24 @@ pub fn run(memory_mb: u32, confined: impl FnOnce(&Transport)) -> io::Result<()> 
     let _ = rustix::thread::set_name(c"signal-gw-net");
     let mut missing = confinement::confine(u64::from(memory_mb) << 20);
     let end = socket.try_clone()?;
-    let mut outcome = Ok(());
     serve(socket, |engine| {
         let listener = confinement::confine_to(engine, &mut missing);
         for (layer, reason) in &missing.0 {
-            tracing::info!("the network process is confined without {layer}: {reason}");
+            let note = format!("the network process is confined without {layer}: {reason}");
+            // Older kernels have these two not, or in part.
+            if matches!(layer, Layer::Landlock | Layer::CallNames) {
+                tracing::info!("{note}");
+            } else {
+                tracing::warn!("{note}");
+            }
         }
         // Whoever started it by hand does not listen.
         let _ = confinement_report::send(io::stdout(), missing.layers(), listener.as_ref());
         // Not before, so that it is confined as well; until then the end is read.
-        outcome = end_after_the_gateway(end);
-        confined(engine);
-    })?;
-    outcome
+        end_after_the_gateway(end)?;
+        confined();
+        Ok(())
+    })
 }
 
 /// Ends the process a little after the gateway has closed its end of the socket, should it not have left by itself until

@@ -12,32 +12,32 @@ use syscalls::Sysno;
 use crate::core::gateway::confinement::Confinement;
 use crate::io::ros::link::confinement_report;
 
-/// A thread that hears of it, until the process has ended.
+/// A thread that receives its report, and answers, until the process has ended.
 #[derive(Debug)]
 pub(super) struct ConfinementWatch(Arc<Mutex<Option<Confinement>>>);
 
 impl ConfinementWatch {
     /// Begins to listen at our end of the socket on which the process reports.
     pub(super) fn start(socket: OwnedFd) -> io::Result<Self> {
-        let heard = Arc::new(Mutex::new(None));
-        let shared = Arc::clone(&heard);
+        let known = Arc::new(Mutex::new(None));
+        let shared = Arc::clone(&known);
         // An error is that of a process that has ended.
         let listen = move || drop(listen(socket, &shared));
         thread::Builder::new().name("ros confinement".to_owned()).spawn(listen)?;
-        Ok(Self(heard))
+        Ok(Self(known))
     }
 
-    /// What was heard; `None` as long as the process has not reported.
-    pub(super) fn heard(&self) -> Option<Confinement> {
+    /// What is known; `None` as long as the process has not reported.
+    pub(super) fn confinement(&self) -> Option<Confinement> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-fn listen(socket: OwnedFd, heard: &Mutex<Option<Confinement>>) -> io::Result<()> {
+fn listen(socket: OwnedFd, known: &Mutex<Option<Confinement>>) -> io::Result<()> {
     let Some((missing, listener)) = confinement_report::receive(&socket)? else { return Ok(()) };
     drop(socket);
     let note = |note: &dyn Fn(&mut Confinement)| {
-        note(heard.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default());
+        note(known.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default());
     };
     note(&|confinement| confinement.missing = missing);
     let Some(listener) = listener else { return Ok(()) };

@@ -46,7 +46,7 @@ impl Host {
                 Self::Process(child, ConfinementWatch::start(watched)?)
             }
             Isolation::Thread => Self::Thread(
-                thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs, |_| ()))?,
+                thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs, |_| Ok(())))?,
             ),
         };
         Ok((host, ours))
@@ -86,7 +86,7 @@ impl Host {
     /// How its own process is confined; `None` as long as it has not said so.
     pub(super) fn confinement(&self) -> Option<Confinement> {
         match self {
-            Self::Process(_, watch) => watch.heard(),
+            Self::Process(_, watch) => watch.confinement(),
             Self::Thread(_) => None,
         }
     }

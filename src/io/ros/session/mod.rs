@@ -29,6 +29,7 @@ use tokio::runtime::Builder;
 
 use super::inbox::Inbox;
 pub use super::network::DISTRO;
+use super::network::identifier_length;
 use super::outgoing;
 use super::outgoing::messages::OutgoingMessage;
 use super::parameters::Parameters;
@@ -204,15 +205,10 @@ fn warn_of_other_distribution() -> bool {
                 "ROS_DISTRO is `{other}`, but this build is for `{DISTRO}`: topics work, but `ros2 node` may not list \
                  this node; install the build for `{other}`"
             );
-            has_long_identifiers(&other) != has_long_identifiers(DISTRO)
+            identifier_length(&other) != identifier_length(DISTRO)
         }
         Ok(_) | Err(_) => false,
     }
-}
-
-/// True for the distributions up to Humble, whose graph has identifiers of 24 bytes.
-fn has_long_identifiers(distribution: &str) -> bool {
-    ["dashing", "eloquent", "foxy", "galactic", "humble"].contains(&distribution)
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ impl GraphEntry {
         let mut is_met = false;
         let has_more = self.reader.take(waker, |taken| {
             if let Taken::Sample(_, _, encoded) = taken {
-                let own = if super::DISTRO == "humble" { LENGTHS[0] } else { LENGTHS[1] };
+                let own = identifier_length(super::DISTRO);
                 is_met |= layout(&encoded.bytes, encoded.encoding).is_some_and(|length| length != own);
             }
             !is_met
@@ -77,6 +77,13 @@ impl GraphEntry {
             tracing::warn!("the node is not shown in the ROS 2 graph: {error}");
         }
     }
+}
+
+/// The length of the identifiers in the graph of a distribution, bytes.
+pub(in crate::io::ros) fn identifier_length(distribution: &str) -> usize {
+    let [long, short] = LENGTHS;
+    let has_long = ["dashing", "eloquent", "foxy", "galactic", "humble"].contains(&distribution);
+    if has_long { long } else { short }
 }
 
 /// The length of the identifiers of a message; `None` for one that neither layout explains.

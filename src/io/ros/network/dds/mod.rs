@@ -61,6 +61,7 @@ use std::io;
 
 use super::refuse;
 use crate::io::ros::link::{Link, NetworkSettings};
+pub(in crate::io::ros) use graph::identifier_length;
 use worker::Worker;
 
 #[cfg(all(feature = "humble", feature = "jazzy"))]

@@ -1,6 +1,6 @@
 //! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
 //!
-//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a reload makes, are told on
+//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a reload makes, are published on
 //! `/parameter_events`.
 
 use std::collections::VecDeque;
