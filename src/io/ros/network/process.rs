@@ -32,7 +32,7 @@ pub fn close_inherited() -> io::Result<()> {
 }
 
 /// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
-/// [`confinement`] has it, to this much private writable memory in MB. `confined` is called once that is so, before anything of the
+/// `confinement` has it, to this much private writable memory in MB. `confined` is called once that is so, before anything of the
 /// network is there.
 pub fn run(memory_mb: u32, confined: impl FnOnce()) -> io::Result<()> {
     end_with_any_panic();
