@@ -10,6 +10,7 @@ mod dds {
     mod daemon_on_ros;
     mod delivery;
     mod fast_dds;
+    mod forged;
     mod hostile;
     mod incoming;
     mod installed_cyclone;

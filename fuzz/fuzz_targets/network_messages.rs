@@ -2,6 +2,7 @@
 #![no_main]
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
@@ -31,7 +32,7 @@ fuzz_target!(|data: &[u8]| {
         frames.extend(piece);
         loop {
             match frames.next_frame() {
-                Ok(Some(frame)) if reception.take(frame).is_ok() => {}
+                Ok(Some(frame)) if reception.take(frame, Instant::now()).is_ok() => {}
                 Ok(None) => break,
                 // The network side is killed.
                 Ok(Some(_)) | Err(_) => return,

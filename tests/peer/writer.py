@@ -2,8 +2,8 @@
 
 Usage: writer.py DOMAIN KIND TOPIC RELIABILITY DURABILITY [KIND TOPIC RELIABILITY DURABILITY]...
 KIND is one of messages.py, RELIABILITY reliable or best_effort, DURABILITY transient_local or
-volatile. Prints a line of JSON for each event: `ready`, `matched` and `unmatched` (with the number
-of the topic, from 0), `wrote`. Each line of standard input is a message: for text the text itself,
+volatile. Prints a line of JSON for each event: `ready`; `matched` and `unmatched` (with the number
+of the topic, from 0, and the writer's GUID); `wrote`. Each line of standard input is a message: for text the text itself,
 or `LENGTH*` for one of that length; for groups `SEC GROUP[, GROUP]...` with a GROUP of `ID` and any
 number of `COLOR SHAPE STATUS CONFIDENCE`; for clock `SEC NANOSEC`; else so many bytes of nonsense. With several topics the
 topic's number and a blank come first. Samples that wait for volatile readers: 10, or SIGNAL_GATEWAY_PEER_DEPTH.
@@ -58,9 +58,9 @@ def watch(participant, writers, ended):
         for number, writer in enumerate(writers):
             now = set(matches.subscriptions(writer))
             for _ in now - matched[number]:
-                emit("matched", topic=number)
+                emit("matched", topic=number, guid=writer.guid.hex)
             for _ in matched[number] - now:
-                emit("unmatched", topic=number)
+                emit("unmatched", topic=number, guid=writer.guid.hex)
             matched[number] = now
         changes.wait()
 

@@ -54,12 +54,90 @@ impl Attack {
     }
 }
 
+/// A packet that claims to come from another's writer, with a number far ahead of it.
+#[allow(dead_code)] // not every test forges them
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FarAhead {
+    /// All samples below it do not exist.
+    Gap,
+    /// All samples below it are gone.
+    Heartbeat,
+    /// It is a sample.
+    Data,
+    /// It is a sample, and those below it do not exist.
+    DataAfterGap,
+}
+
+#[allow(dead_code)]
+impl FarAhead {
+    /// The packet under a writer's GUID; a sample has this content, in CDR with its header.
+    pub(crate) fn packet(self, guid: [u8; 16], content: &[u8]) -> Vec<u8> {
+        let (prefix, writer) = guid.split_at(12);
+        // To whatever reader.
+        let ids = [&[0; 4], writer].concat();
+        let gap = submessage(0x08, 0x01, &[&ids[..], &number(1), &number(FAR), &[0; 4]].concat());
+        let count = (1_u32 << 30).to_le_bytes();
+        let heartbeat = submessage(0x07, 0x03, &[&ids[..], &number(FAR), &number(FAR), &count].concat());
+        let data = submessage(0x15, 0x05, &[&[0, 0, 16, 0], &ids[..], &number(FAR), content].concat());
+        let submessages = match self {
+            Self::Gap => gap,
+            Self::Heartbeat => heartbeat,
+            Self::Data => data,
+            Self::DataAfterGap => [gap, data].concat(),
+        };
+        [b"RTPS", &[2, 4, 1, 0x10][..], prefix, &submessages].concat()
+    }
+}
+
+/// What fills a participant: the announcement of a reader by one of many participants, which are there for 68 years.
+#[allow(dead_code)]
+pub(crate) fn crowd(
+    participant: u32,
+    packet_number: u32,
+    port: u16,
+    (topic, type_name): (&str, &str),
+) -> Vec<u8> {
+    let mut prefix = PREFIX;
+    prefix[8..].copy_from_slice(&participant.to_be_bytes());
+    if packet_number == 0 {
+        let mut packet = announcement(port, 1);
+        let starts = 0..=packet.len() - PREFIX.len();
+        for start in starts.filter(|start| packet[*start..].starts_with(&PREFIX)).collect::<Vec<_>>() {
+            packet[start..start + PREFIX.len()].copy_from_slice(&prefix);
+        }
+        let lease = [2, 0, 8, 0, 10, 0, 0, 0];
+        let at = packet.windows(lease.len()).position(|window| window == lease).unwrap() + 4;
+        packet[at..at + 4].copy_from_slice(&i32::MAX.to_le_bytes());
+        return packet;
+    }
+    let locator =
+        [&1_u32.to_le_bytes()[..], &u32::from(port).to_le_bytes(), &[0; 12], &[127, 0, 0, 1]].concat();
+    let entity = &[&packet_number.to_be_bytes()[1..], &[4]].concat();
+    let text = |text: &str| {
+        let mut bytes =
+            [&u32::try_from(text.len() + 1).unwrap().to_le_bytes()[..], text.as_bytes(), &[0]].concat();
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        bytes
+    };
+    let list = parameters(&[
+        (0x5A, &[&prefix[..], entity].concat()),
+        (0x05, &text(topic)),
+        (0x07, &text(type_name)),
+        // Reliable.
+        (0x1A, &[2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
+        (0x2F, &locator),
+    ]);
+    let ids = [0, 0, 4, 0xC7, 0, 0, 4, 0xC2];
+    let body = [&[0, 0, 16, 0][..], &ids, &number(u64::from(packet_number)), &list].concat();
+    [b"RTPS", &[2, 4, 1, 0x10][..], &prefix, &submessage(0x15, 0x05, &body)].concat()
+}
+
 /// Announces the attacker's participant, which is said to listen on this port of the loopback.
 pub(crate) fn announcement(port: u16, count: u32) -> Vec<u8> {
     let locator =
         [&1_u32.to_le_bytes()[..], &u32::from(port).to_le_bytes(), &[0; 12], &[127, 0, 0, 1]].concat();
     let guid = [&PREFIX[..], &[0, 0, 1, 0xC1]].concat();
-    let parameters: [(u16, &[u8]); 7] = [
+    let list = parameters(&[
         (0x15, &[2, 4, 0, 0]),
         (0x16, &[1, 0x10, 0, 0]),
         (0x50, &guid),
@@ -67,14 +145,7 @@ pub(crate) fn announcement(port: u16, count: u32) -> Vec<u8> {
         (0x31, &locator),
         (0x02, &[10, 0, 0, 0, 0, 0, 0, 0]),
         (0x58, &[0x3F, 0x0C, 0, 0]),
-    ];
-    let mut list = vec![0, 3, 0, 0];
-    for (id, value) in parameters {
-        list.extend(id.to_le_bytes());
-        list.extend(u16::try_from(value.len()).unwrap().to_le_bytes());
-        list.extend(value);
-    }
-    list.extend([1, 0, 0, 0]);
+    ]);
     let ids = [SPDP_READER, SPDP_WRITER].concat();
     packet(0x15, 0x05, &[vec![0, 0, 16, 0], ids, number(u64::from(count)), list].concat())
 }
@@ -90,6 +161,18 @@ pub(crate) fn announcement_of(participant: u8, port: u16) -> Vec<u8> {
     packet
 }
 
+/// A list of parameters with its header.
+fn parameters(parameters: &[(u16, &[u8])]) -> Vec<u8> {
+    let mut list = vec![0, 3, 0, 0];
+    for (id, value) in parameters {
+        list.extend(id.to_le_bytes());
+        list.extend(u16::try_from(value.len()).unwrap().to_le_bytes());
+        list.extend(*value);
+    }
+    list.extend([1, 0, 0, 0]);
+    list
+}
+
 /// A sequence number: the high half first.
 fn number(number: u64) -> Vec<u8> {
     let [high, low] =
@@ -99,8 +182,12 @@ fn number(number: u64) -> Vec<u8> {
 
 /// A message with one submessage.
 fn packet(kind: u8, flags: u8, body: &[u8]) -> Vec<u8> {
+    [b"RTPS", &[2, 4, 1, 0x10][..], &PREFIX, &submessage(kind, flags, body)].concat()
+}
+
+fn submessage(kind: u8, flags: u8, body: &[u8]) -> Vec<u8> {
     let length = u16::try_from(body.len()).unwrap().to_le_bytes();
-    [b"RTPS", &[2, 4, 1, 0x10][..], &PREFIX, &[kind, flags], &length, body].concat()
+    [&[kind, flags], &length[..], body].concat()
 }
 
 /// Packets of all kinds in which some bytes are others, the same in each run.

@@ -38,8 +38,31 @@ pub struct NetworkState {
     pub lost_lines: LostLines,
     /// True if the ROS 2 graph is of another distribution, so that the node is not in it.
     pub has_other_graph: bool,
+    /// What weighs on it now.
+    pub burden: Option<Burden>,
+    /// The part of a processor that its process takes, percent; `None` where that is not known.
+    pub processor_percent: Option<u32>,
+    /// Participants of others, and their endpoints that are matched with ours; zero with Zenoh.
+    pub peers: u32,
+    /// Times since start that it ended within the last minute.
+    pub recent_ends: usize,
+    /// Writers that went on below numbers that came under their identity, and were taken anew, since start.
+    pub taken_anew: u64,
+    /// Time since one was.
+    pub since_taken_anew: Option<Duration>,
     /// Its connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
+}
+
+/// What weighs on a network side that has joined; the first that is true counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Burden {
+    /// No sample of it arrives at a reader of our own, where some did.
+    Unheard,
+    /// There are more peers than any ROS network has.
+    Crowd,
+    /// It has taken a whole processor for some seconds.
+    Busy,
 }
 
 /// The connections of a network side that speaks Zenoh.
@@ -68,6 +91,10 @@ pub enum NetworkFailure {
     OutOfMemory,
     /// It did not answer in time, and was killed.
     NoAnswer,
+    /// It answered, but no sample of it arrived at a reader of our own.
+    Unheard,
+    /// More peers were announced to it than any ROS network has.
+    Crowded,
     /// It broke the rules of the link in this way, and was killed.
     Violation(String),
     /// It could not be started, or could not join the network, for this reason.
@@ -82,6 +109,8 @@ impl fmt::Display for NetworkFailure {
             Self::Panicked => f.write_str("panic"),
             Self::OutOfMemory => f.write_str("out of memory"),
             Self::NoAnswer => f.write_str("no answer"),
+            Self::Unheard => f.write_str("not heard"),
+            Self::Crowded => f.write_str("too many peers"),
             Self::Violation(violation) => write!(f, "it sent {violation}"),
             Self::NotStarted(reason) => write!(f, "not started: {reason}"),
         }
@@ -99,6 +128,7 @@ impl NetworkState {
         let (level, message) = level_and_message(self);
         let place = if self.is_isolated { "process" } else { "thread" };
         let mut values = vec![("runs_as", place.to_owned()), ("restarts", self.restarts.to_string())];
+        values.push(("restarts_last_minute", self.recent_ends.to_string()));
         values.extend(self.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
         values.extend(self.age.map(|age| ("age_s", age.as_secs().to_string())));
         let own_samples = if self.has_echo { "come back" } else { "do not come back" };
@@ -108,6 +138,11 @@ impl NetworkState {
             values.push(("confinement", confinement.layers()));
             values.push(("refused_calls", confinement.refused_calls()));
         }
+        values.extend(self.processor_percent.map(|percent| ("processor_percent", percent.to_string())));
+        if self.links.is_none() {
+            values.push(("peers", self.peers.to_string()));
+        }
+        values.push(("writers_taken_anew", self.taken_anew.to_string()));
         values.push(("transport", self.transport().to_owned()));
         if let Some(ZenohLinks { routers, peers, lost, unreachable }) = &self.links {
             values.push(("zenoh_routers", routers.to_string()));
@@ -123,12 +158,22 @@ impl NetworkState {
 
 fn level_and_message(state: &NetworkState) -> (Level, String) {
     let failure = state.last_failure.as_ref();
+    if let Some(burden) = state.burden.filter(|_| state.is_up) {
+        return (Level::Warn, burden_text(burden).to_owned());
+    }
     match (state.age.filter(|_| state.is_up), failure) {
         (None, None) => (Level::Warn, "joining the network".to_owned()),
         (None, Some(failure)) => (Level::Warn, format!("the network side is down: {failure}")),
+        (Some(age), Some(failure)) if age < RECENT && state.recent_ends > 1 => {
+            (Level::Warn, format!("the network side was replaced again and again: {failure}"))
+        }
         (Some(age), Some(failure)) if age < RECENT => {
             (Level::Warn, format!("the network side was replaced: {failure}"))
         }
+        (Some(_), _) if state.since_taken_anew.is_some_and(|since| since < RECENT) => (
+            Level::Warn,
+            "joined; numbers far ahead came under a writer's identity, and it was taken anew".to_owned(),
+        ),
         (Some(_), _) if state.has_other_graph => (
             Level::Warn,
             "joined, but not in the graph, which is of another distribution of ROS 2".to_owned(),
@@ -146,6 +191,14 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
             }
             Some(_) | None => (Level::Ok, "joined".to_owned()),
         },
+    }
+}
+
+fn burden_text(burden: Burden) -> &'static str {
+    match burden {
+        Burden::Unheard => "joined, but what it sends does not arrive at a reader of its own",
+        Burden::Crowd => "joined, but with more peers than a network has",
+        Burden::Busy => "joined, but takes a whole processor",
     }
 }
 
@@ -179,6 +232,34 @@ mod tests {
             state.age = Some(RECENT);
         });
         assert_eq!(later, (Level::Ok, "joined".to_owned()));
+    }
+
+    #[test]
+    fn what_weighs_on_it_is_said_while_it_lasts() {
+        let message = |change: fn(&mut NetworkState)| headline(change).1;
+        let failed = |state: &mut NetworkState| {
+            (state.last_failure, state.recent_ends) = (Some(NetworkFailure::Signalled(9)), 12);
+        };
+        assert_eq!(message(failed), "the network side was replaced again and again: killed by signal 9");
+        assert_eq!(message(|state| state.burden = Some(Burden::Busy)), "joined, but takes a whole processor");
+        assert_eq!(
+            message(|state| state.burden = Some(Burden::Crowd)),
+            "joined, but with more peers than a network has"
+        );
+        assert_eq!(
+            message(|state| state.burden = Some(Burden::Unheard)),
+            "joined, but what it sends does not arrive at a reader of its own"
+        );
+        let taken_anew =
+            |seconds| headline(|state| state.since_taken_anew = Some(Duration::from_secs(seconds)));
+        assert_eq!(
+            taken_anew(59),
+            (
+                Level::Warn,
+                "joined; numbers far ahead came under a writer's identity, and it was taken anew".to_owned()
+            )
+        );
+        assert_eq!(taken_anew(60), (Level::Ok, "joined".to_owned()));
     }
 
     #[test]

@@ -2,8 +2,9 @@
 //! trusted.
 
 use std::sync::Arc;
+use std::time::Instant;
 
-use super::duplicate_filter::DuplicateFilter;
+use super::duplicate_filter::{DuplicateFilter, Receipt};
 use super::inbox::Inbox;
 use super::link::{FromNetwork, NetworkStatus, Sample, Violation};
 use super::reading::read;
@@ -36,8 +37,15 @@ pub enum Signal {
     Failed(String),
     /// The state of the network side has changed; the counts of the topics that are read are noted already.
     Status(NetworkStatus),
-    /// The answer to the ping of this number, and whether a sample came back for it.
-    Pong(u64, bool),
+    /// The answer to a ping.
+    Pong {
+        /// The number of the ping.
+        number: u64,
+        /// A sample came back for it.
+        has_echo: bool,
+        /// A sample has arrived at a reader beside the network side's participant since the last answer.
+        is_heard: bool,
+    },
 }
 
 /// The subscriptions of a session, and what was received for them.
@@ -47,6 +55,16 @@ pub struct Reception {
     /// Number of topics that are written.
     written: usize,
     subscriptions: Vec<Received>,
+    taken_anew: TakenAnew,
+}
+
+/// Writers that went on far below what came under their identity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TakenAnew {
+    /// How often there was one.
+    pub count: u64,
+    /// When there was one last.
+    pub last: Option<Instant>,
 }
 
 #[derive(Debug)]
@@ -70,20 +88,27 @@ impl Reception {
                 rejected_groups: 0,
             },
         };
-        Self { inbox, written, subscriptions: subscriptions.iter().map(received).collect() }
+        Self {
+            inbox,
+            written,
+            subscriptions: subscriptions.iter().map(received).collect(),
+            taken_anew: TakenAnew::default(),
+        }
     }
 
-    /// Takes a message of the network side: a sample goes to the inbox, unless it was received before. What concerns
+    /// Takes a message that the network side has sent until now: a sample goes to the inbox, unless it was received before. What concerns
     /// the session is given back.
-    pub fn take(&mut self, frame: &[u8]) -> Result<Option<Signal>, Violation> {
+    pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<Signal>, Violation> {
         match FromNetwork::decode(frame)? {
-            FromNetwork::Sample(sample) => self.take_sample(&sample)?,
+            FromNetwork::Sample(sample) => self.take_sample(&sample, now)?,
             FromNetwork::Unreadable(subscription, reason) => {
                 undecodable(&mut self.subscription(subscription)?.status, reason);
             }
             FromNetwork::Ready => return Ok(Some(Signal::Ready)),
             FromNetwork::Failed(reason) => return Ok(Some(Signal::Failed(printable(reason)))),
-            FromNetwork::Pong { number, has_echo } => return Ok(Some(Signal::Pong(number, has_echo))),
+            FromNetwork::Pong { number, has_echo, is_heard } => {
+                return Ok(Some(Signal::Pong { number, has_echo, is_heard }));
+            }
             FromNetwork::Status(status) => {
                 if status.readers.len() != self.written {
                     return Err(Violation::Topic(status.readers.len()));
@@ -110,6 +135,23 @@ impl Reception {
         self.subscriptions.iter().map(|received| &received.status)
     }
 
+    /// Writers that were taken anew.
+    pub fn taken_anew(&self) -> TakenAnew {
+        self.taken_anew
+    }
+
+    /// Notes that so many writers were taken anew.
+    pub fn note_taken_anew(&mut self, count: u32, now: Instant) {
+        if self.taken_anew.count == 0 {
+            tracing::warn!(
+                "numbers far ahead came under the identity of a writer, which goes on below them: it is taken anew; look \
+                 for who sends in its name"
+            );
+        }
+        let count = self.taken_anew.count.saturating_add(count.into());
+        self.taken_anew = TakenAnew { count, last: Some(now) };
+    }
+
     /// The inbox in which inputs wait.
     pub fn inbox(&self) -> &Inbox {
         &self.inbox
@@ -120,17 +162,23 @@ impl Reception {
         self.subscriptions.get_mut(index).ok_or(Violation::Topic(index))
     }
 
-    fn take_sample(&mut self, sample: &Sample<'_>) -> Result<(), Violation> {
+    fn take_sample(&mut self, sample: &Sample<'_>, now: Instant) -> Result<(), Violation> {
         let Received { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
         let endian = sample.encoding.into();
         let id = SampleId { writer: WriterId(sample.writer), sequence: sample.number };
         match read(*kind, id, sample.bytes, endian) {
-            Ok(input) if duplicate_filter.is_first(sample.writer, sample.number) => {
+            Ok(input) => {
+                let receipt = duplicate_filter.take(sample.writer, sample.number, now);
+                if receipt == Receipt::Again {
+                    return Ok(());
+                }
                 status.received += 1;
                 status.rejected_groups += rejected(&input);
                 self.inbox.put(usize::from(sample.subscription), input);
+                if receipt == Receipt::TakenAnew {
+                    self.note_taken_anew(1, now);
+                }
             }
-            Ok(_) => {}
             Err(error) => undecodable(status, &error.to_string()),
         }
         Ok(())
@@ -186,9 +234,12 @@ mod tests {
         let mut reception = reception();
         let hello = [3, 0, 0, 0, b'a', b'b', 0];
         for sample in [text(1, &hello), text(1, &hello), text(2, &hello), text(3, &[1])] {
-            assert_eq!(reception.take(&sample), Ok(None));
+            assert_eq!(reception.take(&sample, Instant::now()), Ok(None));
         }
-        assert_eq!(reception.take(&frame(&FromNetwork::Unreadable(0, "line\nbreak"))), Ok(None));
+        assert_eq!(
+            reception.take(&frame(&FromNetwork::Unreadable(0, "line\nbreak")), Instant::now()),
+            Ok(None)
+        );
         let status = reception.statuses().next().unwrap();
         assert_eq!((status.received, status.undecodable), (2, 2));
         assert_eq!(std::iter::from_fn(|| reception.inbox().try_take()).count(), 2);
@@ -197,11 +248,16 @@ mod tests {
     #[test]
     fn topics_that_do_not_exist_are_violations() {
         let mut reception = reception();
-        assert_eq!(reception.take(&frame(&FromNetwork::Unreadable(1, ""))), Err(Violation::Topic(1)));
+        assert_eq!(
+            reception.take(&frame(&FromNetwork::Unreadable(1, "")), Instant::now()),
+            Err(Violation::Topic(1))
+        );
         let mut status = |readers: &[u32], writers: &[u32]| {
             let (readers, writers) = (readers.to_vec(), writers.to_vec());
             let status = NetworkStatus { readers, writers, ..NetworkStatus::default() };
-            reception.take(&frame(&FromNetwork::Status(status))).map(|signal| signal.is_some())
+            reception
+                .take(&frame(&FromNetwork::Status(status)), Instant::now())
+                .map(|signal| signal.is_some())
         };
         assert_eq!(status(&[1, 2], &[3]), Ok(true));
         assert_eq!(status(&[1], &[3]), Err(Violation::Topic(1)));
@@ -213,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_text_stays_on_its_line() {
-        let failed = reception().take(&frame(&FromNetwork::Failed("a\nb")));
+        let failed = reception().take(&frame(&FromNetwork::Failed("a\nb")), Instant::now());
         assert_eq!(failed, Ok(Some(Signal::Failed("a b".to_owned()))));
     }
 }

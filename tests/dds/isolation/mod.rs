@@ -26,7 +26,7 @@ const ATTACKS: u32 = 40;
 const MAX_GROWTH: u64 = 8 * 1024;
 
 /// The network process of a process.
-fn network_process(parent: u32) -> Option<u32> {
+pub(crate) fn network_process(parent: u32) -> Option<u32> {
     let processes =
         fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
     let mut processes = processes.filter(|process: &u32| {
@@ -42,7 +42,7 @@ fn next_network_process(parent: u32, before: Option<u32>) -> u32 {
     wait_for("another network process", || network_process(parent).filter(|process| Some(*process) != before))
 }
 
-fn signal(name: &str, process: u32) {
+pub(crate) fn signal(name: &str, process: u32) {
     assert!(Command::new("kill").args([name, &process.to_string()]).status().unwrap().success());
 }
 
@@ -52,7 +52,7 @@ fn status_of(process: u32, key: &str) -> u64 {
 }
 
 /// Likewise; `None` when the process is gone.
-fn status_if_there(process: u32, key: &str) -> Option<u64> {
+pub(crate) fn status_if_there(process: u32, key: &str) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
     line.split_whitespace().next()?.parse().ok()

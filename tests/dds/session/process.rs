@@ -94,6 +94,9 @@ fn session_process() {
                         "unanswered": status.unanswered_requests,
                         "overtaken": status.overtaken_lights,
                         "up": status.network.is_up, "restarts": status.network.restarts,
+                        "taken_anew": status.network.taken_anew, "peers": status.network.peers,
+                        "recent_ends": status.network.recent_ends,
+                        "burden": status.network.burden.map(|burden| format!("{burden:?}")),
                         "echo": status.network.has_echo, "links": status.network.links,
                         "failure": status.network.last_failure.map(|failure| failure.to_string())})
                 );

@@ -57,6 +57,8 @@ pub enum FromNetwork<'a> {
         number: u64,
         /// True if a sample came back. It may fail to without a network, or where none ever did.
         has_echo: bool,
+        /// True if a sample has arrived since the last answer at a reader that is no part of the network side's participant.
+        is_heard: bool,
     },
 }
 
@@ -106,6 +108,10 @@ pub struct NetworkStatus {
     pub has_probe: bool,
     /// Times the participant was replaced.
     pub rebuilds: u32,
+    /// Participants of others that are there.
+    pub participants: u32,
+    /// Times a writer was not heard although it sent.
+    pub unheard_writers: u32,
     /// Samples that RustDDS did not take.
     pub write_errors: u64,
     /// Requests for parameters that were not answered.
@@ -227,6 +233,8 @@ impl<'a> FromNetwork<'a> {
                 bytes.extend(status.missing_peers.to_le_bytes());
                 bytes.push(status.has_probe.into());
                 bytes.extend(status.rebuilds.to_le_bytes());
+                bytes.extend(status.participants.to_le_bytes());
+                bytes.extend(status.unheard_writers.to_le_bytes());
                 bytes.extend(status.write_errors.to_le_bytes());
                 bytes.extend(status.unanswered_requests.to_le_bytes());
                 bytes.extend(status.lost_lines.suppressed.to_le_bytes());
@@ -245,10 +253,10 @@ impl<'a> FromNetwork<'a> {
                     }
                 }
             }
-            Self::Pong { number, has_echo } => {
+            Self::Pong { number, has_echo, is_heard } => {
                 bytes.push(PONG);
                 bytes.extend(number.to_le_bytes());
-                bytes.push((*has_echo).into());
+                bytes.extend([u8::from(*has_echo), u8::from(*is_heard)]);
             }
         }
     }
@@ -276,13 +284,15 @@ impl<'a> FromNetwork<'a> {
                 missing_peers: bytes.u32()?,
                 has_probe: bytes.flag()?,
                 rebuilds: bytes.u32()?,
+                participants: bytes.u32()?,
+                unheard_writers: bytes.u32()?,
                 write_errors: bytes.u64()?,
                 unanswered_requests: bytes.u64()?,
                 lost_lines: LostLines { suppressed: bytes.u64()?, dropped: bytes.u64()? },
                 has_left_graph: bytes.flag()?,
                 links: if bytes.flag()? { Some(links(&mut bytes)?) } else { None },
             }),
-            PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()? },
+            PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()?, is_heard: bytes.flag()? },
             other => return Err(Violation::Kind(other)),
         };
         bytes.end()?;
@@ -381,33 +391,34 @@ mod tests {
         let lines = any::<(u64, u64)>();
         let errors = any::<(u64, u64)>();
         let links = prop::option::of((any::<(u32, u32, u64)>(), prop::collection::vec(".{0,20}", 0..3)));
-        let status =
-            (counts(), counts(), any::<u32>(), any::<(bool, bool)>(), any::<u32>(), errors, lines, links);
-        status.prop_map(
-            |(readers, writers, missing_peers, flags, rebuilds, errors, (suppressed, dropped), links)| {
-                let (write_errors, unanswered_requests) = errors;
-                let (has_probe, has_left_graph) = flags;
-                let links = links.map(|((routers, peers, lost), unreachable)| ZenohLinks {
-                    routers,
-                    peers,
-                    lost,
-                    unreachable,
-                });
-                let lost_lines = LostLines { suppressed, dropped };
-                NetworkStatus {
-                    readers,
-                    writers,
-                    missing_peers,
-                    has_probe,
-                    rebuilds,
-                    write_errors,
-                    unanswered_requests,
-                    lost_lines,
-                    has_left_graph,
-                    links,
-                }
-            },
-        )
+        let numbers = any::<[u32; 4]>();
+        let status = (counts(), counts(), any::<(bool, bool)>(), numbers, errors, lines, links);
+        status.prop_map(|(readers, writers, flags, numbers, errors, (suppressed, dropped), links)| {
+            let [missing_peers, rebuilds, participants, unheard_writers] = numbers;
+            let (has_probe, has_left_graph) = flags;
+            let (write_errors, unanswered_requests) = errors;
+            let links = links.map(|((routers, peers, lost), unreachable)| ZenohLinks {
+                routers,
+                peers,
+                lost,
+                unreachable,
+            });
+            let lost_lines = LostLines { suppressed, dropped };
+            NetworkStatus {
+                readers,
+                writers,
+                missing_peers,
+                has_probe,
+                rebuilds,
+                participants,
+                unheard_writers,
+                write_errors,
+                unanswered_requests,
+                lost_lines,
+                has_left_graph,
+                links,
+            }
+        })
     }
 
     proptest! {
@@ -418,7 +429,7 @@ mod tests {
             is_little in any::<bool>(),
             sample in prop::collection::vec(any::<u8>(), 0..40),
             reason in "\\PC{0,30}",
-            has_echo in any::<bool>(),
+            (has_echo, is_heard) in any::<(bool, bool)>(),
         ) {
             let encoding = if is_little { SampleEncoding::Little } else { SampleEncoding::Big };
             let messages = [
@@ -427,7 +438,7 @@ mod tests {
                 FromNetwork::Sample(Sample { subscription, writer, number, encoding, bytes: &sample }),
                 FromNetwork::Unreadable(subscription, &reason),
                 FromNetwork::Status(status),
-                FromNetwork::Pong { number: number.unsigned_abs(), has_echo },
+                FromNetwork::Pong { number: number.unsigned_abs(), has_echo, is_heard },
             ];
             for message in &messages {
                 let mut bytes = Vec::new();

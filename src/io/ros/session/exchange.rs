@@ -11,10 +11,12 @@ use std::time::{Duration, Instant};
 use tokio::time::{sleep, timeout};
 
 use super::RosError;
+use super::crowd::Crowd;
 use super::host::Host;
-use super::liveness::{Liveness, RestartDelay};
+use super::liveness::{Liveness, RestartDelay, Way};
 use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
+use super::processor_watch::ProcessorWatch;
 use super::rosout::Rosout;
 use super::status::OutgoingStatus;
 use crate::core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
@@ -36,8 +38,6 @@ const END_TICK: Duration = Duration::from_millis(5);
 const END_PATIENCE: Duration = Duration::from_secs(1);
 /// Longest time that the network side has for leaving the graph.
 const GOODBYE: Duration = Duration::from_millis(400);
-/// Network sides killed in a row without any echo, after which an echo is no sign of life any more.
-const MAX_SILENT: u32 = 5;
 
 /// The thread's state.
 pub(super) struct Exchange {
@@ -55,8 +55,14 @@ pub(super) struct Exchange {
     /// Killed, but not seen to end.
     unended: Vec<Host>,
     restart_delay: RestartDelay,
-    /// Network sides in a row that ended without any echo.
-    silent: u32,
+    /// From the network side out and back to it.
+    echo_way: Way,
+    /// From the network side to a reader beside it.
+    witness_way: Way,
+    crowd: Crowd,
+    /// When network sides ended, those of the last minute.
+    ends: Vec<Instant>,
+    processor: ProcessorWatch,
     state: NetworkState,
     /// Log lines that network sides which have ended did not write.
     lost_lines: LostLines,
@@ -75,7 +81,14 @@ enum Phase {
     /// It runs.
     Active(Box<Active>),
     /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it reached.
-    Ending { host: Host, since: Instant, failure: Option<NetworkFailure>, age: Option<Duration> },
+    Ending {
+        host: Host,
+        since: Instant,
+        failure: Option<NetworkFailure>,
+        age: Option<Duration>,
+        /// It was told to leave, and is killed if it has not done so by then.
+        leaves_until: Option<Instant>,
+    },
     /// There is none until then.
     Down { until: Instant },
     /// The first one could not be started.
@@ -91,6 +104,8 @@ struct Active {
     joined: Option<Instant>,
     /// A sample of its own has come back.
     had_echo: bool,
+    /// One has arrived at a reader beside it.
+    was_heard: bool,
     status: NetworkStatus,
 }
 
@@ -136,7 +151,11 @@ impl Exchange {
             phase: Phase::Down { until: Instant::now() },
             unended: Vec::new(),
             restart_delay: RestartDelay::default(),
-            silent: 0,
+            echo_way: Way::default(),
+            witness_way: Way::default(),
+            crowd: Crowd::new(Instant::now()),
+            ends: Vec::new(),
+            processor: ProcessorWatch::default(),
             state: NetworkState {
                 links: matches!(settings.transport, Transport::Zenoh(_)).then(ZenohLinks::default),
                 ..NetworkState::default()
@@ -207,13 +226,15 @@ impl Exchange {
             Ok((host, mut link)) => {
                 self.state.is_isolated = host.is_isolated();
                 self.state.restarts += u64::from(!is_first);
+                self.settings.echo_is_proven = self.echo_way.is_proven();
                 link.queue(&ToNetwork::Start(Box::new(self.settings.clone())));
                 self.phase = Phase::Active(Box::new(Active {
                     host,
                     link,
-                    liveness: Liveness::new(now),
+                    liveness: Liveness::new(self.witness_way.is_proven(), now),
                     joined: None,
                     had_echo: false,
+                    was_heard: false,
                     status: NetworkStatus::default(),
                 }));
             }
@@ -242,8 +263,7 @@ impl Exchange {
             return;
         };
         self.lost_lines = self.lost_lines.plus(active.lost_lines());
-        let Active { mut host, joined, had_echo, .. } = *active;
-        host.kill();
+        let Active { mut host, mut link, joined, had_echo, was_heard, .. } = *active;
         let failure = match over {
             Over::Closed => None,
             Over::Failed(failure) => Some(failure),
@@ -258,11 +278,22 @@ impl Exchange {
             }
         }
         if failure == Some(NetworkFailure::NoAnswer) && !had_echo {
-            self.silent += 1;
-            self.settings.echo_is_proven &= self.silent < MAX_SILENT;
+            self.echo_way.note_in_vain();
         }
+        if failure == Some(NetworkFailure::Unheard) && !was_heard {
+            self.witness_way.note_in_vain();
+        }
+        // One that works still tells its peers that it leaves.
+        let can_leave = matches!(failure, Some(NetworkFailure::Unheard | NetworkFailure::Crowded))
+            && link.queue(&ToNetwork::Stop)
+            && link.flush().is_ok()
+            && link.waiting() == 0;
+        if !can_leave {
+            host.kill();
+        }
+        let leaves_until = can_leave.then_some(now + GOODBYE);
         let age = joined.map(|joined| now.saturating_duration_since(joined));
-        self.phase = Phase::Ending { host, since: now, failure, age };
+        self.phase = Phase::Ending { host, since: now, failure, age, leaves_until };
     }
 
     /// Reads what the network side has sent, and writes what it takes.
@@ -270,7 +301,7 @@ impl Exchange {
         let Phase::Active(active) = &mut self.phase else { return Ok(()) };
         let read = active.link.read();
         while let Some(frame) = active.link.next_frame()? {
-            match (self.reception.take(frame)?, active.joined) {
+            match (self.reception.take(frame, now)?, active.joined) {
                 (Some(Signal::Ready), None) => {
                     active.joined = Some(now);
                     active.liveness.joined();
@@ -287,26 +318,41 @@ impl Exchange {
                 (Some(Signal::Failed(reason)), None) => {
                     return Err(Over::Failed(NetworkFailure::NotStarted(reason)));
                 }
-                (Some(Signal::Status(status)), Some(_)) => active.status = status,
-                (Some(Signal::Pong(number, has_echo)), Some(_)) => {
-                    active.liveness.pong(number)?;
+                (Some(Signal::Status(status)), Some(_)) => {
+                    let unheard = status.unheard_writers.saturating_sub(active.status.unheard_writers);
+                    if unheard > 0 {
+                        self.reception.note_taken_anew(unheard, now);
+                    }
+                    active.status = status;
+                }
+                (Some(Signal::Pong { number, has_echo, is_heard }), Some(_)) => {
+                    active.liveness.pong(number, is_heard)?;
+                    if is_heard {
+                        active.was_heard = true;
+                        self.witness_way.note_come();
+                    }
                     self.state.has_echo = has_echo;
                     if has_echo {
-                        (active.had_echo, self.silent, self.settings.echo_is_proven) = (true, 0, true);
+                        active.had_echo = true;
+                        self.echo_way.note_come();
                     }
                 }
                 (None, Some(_)) => {}
                 (Some(Signal::Ready | Signal::Failed(_)), Some(_))
-                | (Some(Signal::Status(_) | Signal::Pong(..)) | None, None) => {
+                | (Some(Signal::Status(_) | Signal::Pong { .. }) | None, None) => {
                     return Err(Violation::OutOfTurn.into());
                 }
             }
         }
         read.map_err(|_| Over::Closed)?;
-        let Active { host, liveness, .. } = &mut **active;
+        let Active { host, liveness, status, .. } = &mut **active;
+        let looked = liveness.look(now, || host.threads());
         // A thread may be in a debugger, and cannot be killed.
-        if !liveness.look(now, || host.threads()) && host.is_isolated() {
-            return Err(Over::Failed(NetworkFailure::NoAnswer));
+        if host.is_isolated() {
+            looked.map_err(Over::Failed)?;
+            if self.crowd.look(show::peers(status), now) {
+                return Err(Over::Failed(NetworkFailure::Crowded));
+            }
         }
         if active.link.waiting() == 0 {
             self.deliver(&self.take_messages());
@@ -370,8 +416,12 @@ impl Exchange {
 
     /// Waits for the end of a network side that was killed.
     fn see_end(&mut self, now: Instant) {
-        let Phase::Ending { host, since, .. } = &mut self.phase else { return };
+        let Phase::Ending { host, since, leaves_until, .. } = &mut self.phase else { return };
         let end = host.end();
+        if leaves_until.is_some_and(|until| now >= until) {
+            host.kill();
+            (*since, *leaves_until) = (now, None);
+        }
         if end.is_none() && now.duration_since(*since) < END_PATIENCE {
             return;
         }
@@ -387,6 +437,7 @@ impl Exchange {
     fn note_end(&mut self, failure: NetworkFailure, age: Option<Duration>, now: Instant) {
         let delay = self.restart_delay.next(age);
         let ends = self.state.restarts + 1;
+        self.ends.push(now);
         // In a row of the same ends, not each is worth a line.
         if self.state.last_failure.as_ref() != Some(&failure) || ends.is_power_of_two() {
             tracing::warn!(

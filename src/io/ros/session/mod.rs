@@ -5,15 +5,18 @@
 //! which alone joins DDS: a process that the session starts, watches and replaces, or a thread of this process.
 //!
 //! The network side answers pings with the help of a sample of its own that goes out and comes back. One that is silent
-//! for a second in which it could run is killed, and so is one that breaks the rules of the link. The next one starts
-//! after a delay, gets what is current on each topic, and announces it as a new participant does.
+//! for a second in which it could run is killed, and so is one that breaks the rules of the link. One that answers while its
+//! samples no longer arrive at a reader of our own, or to which too many peers were announced, is told to leave. The next one
+//! starts after a delay, gets what is current on each topic, and announces it as a new participant does.
 
 mod confinement_watch;
+mod crowd;
 mod exchange;
 mod host;
 mod liveness;
 mod mailbox;
 mod network_settings;
+mod processor_watch;
 mod rosout;
 mod status;
 mod threads;

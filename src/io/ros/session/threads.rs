@@ -48,6 +48,16 @@ impl Threads {
         (!threads.is_empty()).then_some(Self(threads))
     }
 
+    /// The processor time that threads have used since an earlier reading; `None` where the kernel does not measure it.
+    pub(super) fn ran_since(&self, earlier: &Self) -> Option<Duration> {
+        let ran = |(id, now): (&u32, &ThreadReading)| {
+            let before =
+                earlier.0.get(id).and_then(|then| then.times).map_or(Duration::ZERO, |times| times.ran);
+            Some(now.times?.ran.saturating_sub(before))
+        };
+        self.0.iter().map(ran).sum()
+    }
+
     /// How much of the time since an earlier reading, which is `span`, threads may have been held up. One waits for
     /// another, so their times add up.
     pub(super) fn held_up(&self, earlier: &Self, span: Duration) -> Duration {
@@ -148,6 +158,17 @@ pub(super) mod tests {
     fn a_thread_that_is_new_or_gone_is_left_out() {
         assert_eq!(held_up(&[("S", "1 0 1")], &[("S", "1 0 1"), ("R", "1 50000000 1")]), 0);
         assert_eq!(held_up(&[("S", "1 0 1"), ("R", "1 0 1")], &[("S", "1 20000000 1")]), 20);
+    }
+
+    #[test]
+    fn the_time_that_threads_ran_adds_up_new_ones_included() {
+        let ran = |before: &[(&str, &str)], after: &[(&str, &str)]| {
+            threads(after).ran_since(&threads(before)).map(|ran| ran.as_millis())
+        };
+        let two = [("S", "31000000 0 1"), ("R", "5000000 0 1")];
+        assert_eq!(ran(&[("S", "1000000 0 1")], &two), Some(35));
+        assert_eq!(ran(&two, &two[..1]), Some(0));
+        assert_eq!(ran(&[("S", "1 0 1")], &[("S", "")]), None);
     }
 
     #[test]

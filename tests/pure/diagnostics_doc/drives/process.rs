@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use signal_gateway::core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
 use signal_gateway::core::gateway::confinement::Confinement;
-use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
+use signal_gateway::core::gateway::network::{Burden, NetworkFailure, NetworkState, ZenohLinks};
 use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
 use signal_gateway::core::time::WallStamp;
 
@@ -57,6 +57,24 @@ fn network(reported: &mut Reported) {
     let unreachable = vec!["/planning/planner".to_owned()];
     let links = ZenohLinks { routers: 1, peers: 3, lost: 1, unreachable };
     let lost = NetworkState { links: Some(links), ..joined(60) };
-    let states = [joining, failed.clone(), joined(1), joined(60), looking, lost, alone, foreign];
+    let again = NetworkState { recent_ends: 3, ..joined(1) };
+    let burdened = |burden| NetworkState { burden: Some(burden), processor_percent: Some(99), ..joined(60) };
+    let [unheard, crowd, busy] = [Burden::Unheard, Burden::Crowd, Burden::Busy].map(burdened);
+    let taken_anew = NetworkState { taken_anew: 1, since_taken_anew: Some(Duration::ZERO), ..joined(60) };
+    let states = [
+        joining,
+        failed.clone(),
+        joined(1),
+        again,
+        joined(60),
+        unheard,
+        crowd,
+        busy,
+        taken_anew,
+        looking,
+        lost,
+        alone,
+        foreign,
+    ];
     reported.take(states.map(|state| state.status("gateway")).to_vec());
 }

@@ -51,9 +51,11 @@ mod pings;
 mod recent_samples;
 mod sample;
 mod set_back;
+mod silent_writers;
 mod topic_reader;
 mod topic_writer;
 mod type_check;
+mod witness;
 
 mod worker;
 

@@ -17,6 +17,7 @@ use super::discovery_probe::{Missing, Prefix, prefix};
 use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
 use super::parameter_server::ParameterServer;
+use super::silent_writers::ReadWriter;
 use super::topic_reader::{Taken, TopicReader};
 use super::topic_writer::TopicWriter;
 use super::type_check::TypeCheck;
@@ -53,6 +54,8 @@ pub(super) struct Participant {
     events: DomainParticipantStatusListener,
     /// Number of writers that were replaced by new ones.
     replaced_writers: u32,
+    /// Participants of others that are there.
+    peers: u32,
     /// The most bytes that the writers may hold together until their readers have acknowledged them.
     max_history: usize,
     /// The last field: RustDDS requires endpoints to be dropped before their participant.
@@ -104,6 +107,7 @@ impl Participant {
             type_check: TypeCheck::new(written_types, read_types),
             events,
             replaced_writers: 0,
+            peers: 0,
             max_history: settings.history_bytes,
             domain,
         };
@@ -122,8 +126,8 @@ impl Participant {
     }
 
     /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
-    pub(super) fn take_signs_of_life(&self, waker: &Waker) -> SignsOfLife {
-        self.echo.take(waker)
+    pub(super) fn take_signs_of_life(&mut self, waker: &Waker, now: Instant) -> SignsOfLife {
+        self.echo.take(waker, now)
     }
 
     /// Publishes or withdraws on the topic at a position of the settings.
@@ -221,6 +225,18 @@ impl Participant {
         self.topic_writers.iter().map(|topic_writer| matches(&self.matched, topic_writer.guid()))
     }
 
+    /// Number of participants of others that are there.
+    pub(super) fn peers(&self) -> u32 {
+        self.peers
+    }
+
+    /// True while this writer is matched with the reader of its subscription.
+    pub(super) fn reads(&self, (subscription, writer): &ReadWriter) -> bool {
+        let reader = self.topic_readers.get(usize::from(*subscription));
+        let writers = reader.and_then(|reader| self.matched.get(&reader.guid()));
+        writers.is_some_and(|writers| writers.contains(writer))
+    }
+
     /// Matched writers of each subscription.
     pub(super) fn writers(&self) -> impl Iterator<Item = usize> {
         self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
@@ -249,14 +265,18 @@ impl Participant {
                     self.forget(|peer| *peer == guid);
                 }
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
-                    missing.remove(&prefix(&dpd.guid.to_bytes()));
+                    let peer = prefix(&dpd.guid.to_bytes());
+                    self.peers += u32::from(!own.contains(&peer) && !self.echo.is_witness(&peer));
+                    missing.remove(&peer);
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
                     let peer = prefix(id.as_ref());
+                    let is_own = own.contains(&peer) || self.echo.is_witness(&peer);
+                    self.peers = self.peers.saturating_sub(u32::from(!is_own));
                     self.forget(|peer| peer.prefix == id);
                     match reason {
                         LostReason::Disposed => missing.remove(&peer),
-                        LostReason::Timeout { lease, .. } if !own.contains(&peer) => {
+                        LostReason::Timeout { lease, .. } if !is_own => {
                             tracing::warn!("a DDS peer was silent for longer than its lease of {lease:?}");
                             missing.insert(peer, Instant::now());
                         }

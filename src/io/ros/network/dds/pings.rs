@@ -68,8 +68,8 @@ impl Pings {
 mod tests {
     use super::*;
 
-    const NONE: SignsOfLife = SignsOfLife { echo: None, noticed_silence: false };
-    const SILENCE: SignsOfLife = SignsOfLife { echo: None, noticed_silence: true };
+    const NONE: SignsOfLife = SignsOfLife { echo: None, noticed_silence: false, witnessed: 0 };
+    const SILENCE: SignsOfLife = SignsOfLife { noticed_silence: true, ..NONE };
 
     /// The last answer within two seconds of pings, with these signs of life at each tenth.
     fn answer(echo_is_proven: bool, has_network: bool, signs: impl Fn(u64) -> SignsOfLife) -> Option<Answer> {
@@ -107,8 +107,7 @@ mod tests {
             assert_eq!(answer(echo_is_proven, has_network, |_| NONE), None);
         }
         // What was noticed before the first ping without an answer tells nothing of later.
-        let once =
-            |tenth| if tenth == 0 { SignsOfLife { echo: Some(1), noticed_silence: true } } else { NONE };
+        let once = |tenth| if tenth == 0 { SignsOfLife { echo: Some(1), ..SILENCE } } else { NONE };
         assert_eq!(answer(false, false, once), Some(Answer { number: 1, has_echo: true }));
     }
 

@@ -18,6 +18,7 @@ use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
 use super::set_back::SetBack;
+use super::silent_writers::SilentWriters;
 use super::topic_reader::Taken;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
@@ -42,6 +43,8 @@ const MAX_REPLACED_WRITERS: u32 = 1000;
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// Shortest time between two participants when the wall clock is set back again and again.
 const SET_BACK_INTERVAL: Duration = Duration::from_secs(1);
+/// Time since an echo after which nobody may be heard.
+const ECHO_MISSED: Duration = Duration::from_millis(600);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
 const MAX_OWN: usize = 32;
 /// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's depth.
@@ -75,6 +78,11 @@ pub(super) struct Worker {
     stood_still: bool,
     wall_clock: SetBack,
     was_set_back: bool,
+    silent_writers: SilentWriters,
+    /// When an echo came last.
+    last_echo: Option<Instant>,
+    /// Samples that have arrived at a reader beside our participant since the last answer to a ping.
+    witnessed: u64,
     write_failed: bool,
     /// The current order of each topic that is written, but for those delivered once.
     current: Vec<Order>,
@@ -135,6 +143,9 @@ impl Worker {
             stood_still: false,
             wall_clock: SetBack::watch(),
             was_set_back: false,
+            silent_writers: SilentWriters::new(now),
+            last_echo: None,
+            witnessed: 0,
             write_failed: false,
             current: settings.written.iter().map(|_| Order::Withdraw).collect(),
             pings: Pings::new(settings.echo_is_proven),
@@ -179,6 +190,7 @@ impl Worker {
             self.participant.observe(&mut self.missing, &self.own);
             self.probe_discovery();
             self.follow_wall_clock();
+            self.follow_silent_writers();
             if self.last_slow.elapsed() >= self.settings.recovery.check_interval {
                 self.last_slow = Instant::now();
                 self.check_network();
@@ -227,8 +239,11 @@ impl Worker {
     /// Hands received samples on to the gateway while it takes them, those of predecessors first: they read on until
     /// our participant has met all writers.
     fn receive(&mut self) {
-        let Self { link, waker, .. } = self;
-        let mut hand_over = |subscription: u16, taken: Taken| {
+        let Self { link, waker, silent_writers, .. } = self;
+        let mut hand_over = |subscription: u16, taken: Taken, is_predecessor: bool| {
+            if let Taken::Sample(writer, number, _) = &taken {
+                silent_writers.heard((subscription, *writer), *number, is_predecessor);
+            }
             match &taken {
                 Taken::Sample(writer, number, encoded) => link.answer(&FromNetwork::Sample(Sample {
                     subscription,
@@ -243,9 +258,9 @@ impl Worker {
         };
         let mut is_more = false;
         for (predecessor, _) in &self.predecessors {
-            is_more |= predecessor.take(waker, &mut hand_over);
+            is_more |= predecessor.take(waker, |subscription, taken| hand_over(subscription, taken, true));
         }
-        is_more |= self.participant.take(waker, &mut hand_over);
+        is_more |= self.participant.take(waker, |subscription, taken| hand_over(subscription, taken, false));
         // A link that is full wakes when it is not any more.
         if is_more && self.link.waiting() < MAX_WAITING {
             self.waker.wake_by_ref();
@@ -283,13 +298,16 @@ impl Worker {
 
     /// Answers pings when there are signs of life.
     fn answer_ping(&mut self) {
-        let signs = self.participant.take_signs_of_life(&self.waker);
+        let signs = self.participant.take_signs_of_life(&self.waker, self.last_round);
+        self.witnessed = self.witnessed.saturating_add(signs.witnessed);
         let has_network = || {
             let now = Interfaces::now(&self.settings.only_networks);
             now.is_none_or(|now| now.still_serves(&self.interfaces))
         };
         if let Some(Answer { number, has_echo }) = self.pings.answer(signs, self.last_round, has_network) {
-            self.link.answer(&FromNetwork::Pong { number, has_echo });
+            self.last_echo = if has_echo { Some(self.last_round) } else { self.last_echo };
+            let is_heard = std::mem::take(&mut self.witnessed) > 0;
+            self.link.answer(&FromNetwork::Pong { number, has_echo, is_heard });
         }
     }
 
@@ -336,6 +354,22 @@ impl Worker {
         {
             tracing::info!("the wall clock was set back: continuing with a new DDS participant");
             self.was_set_back = false;
+            self.replace(participant, self.last_interfaces.clone());
+        }
+    }
+
+    /// Goes on with a new participant when a writer that sent regularly is not heard any more: see [`SilentWriters`].
+    fn follow_silent_writers(&mut self) {
+        let Self { participant, predecessors, last_round, last_echo, .. } = self;
+        let hears_itself = last_echo.is_none_or(|at| last_round.saturating_duration_since(at) < ECHO_MISSED);
+        let is_alone = predecessors.is_empty();
+        let is_silent = self
+            .silent_writers
+            .look(*last_round, hears_itself && is_alone, |writer| participant.reads(writer));
+        if is_silent && let Some(participant) = self.make() {
+            tracing::info!(
+                "a writer that sent regularly is not heard any more: continuing with a new DDS participant"
+            );
             self.replace(participant, self.last_interfaces.clone());
         }
     }
@@ -425,6 +459,8 @@ impl Worker {
             missing_peers: count(self.missing.len()),
             has_probe: self.probe.is_some(),
             rebuilds: self.rebuilds,
+            participants: self.participant.peers(),
+            unheard_writers: self.silent_writers.unheard(),
             write_errors: self.write_errors,
             unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,

@@ -335,7 +335,7 @@ impl Worker {
     fn obey(&mut self) -> io::Result<bool> {
         let received = orders::receive(&mut self.link, &self.settings)?;
         for number in received.pings {
-            self.link.answer(&FromNetwork::Pong { number, has_echo: true });
+            self.link.answer(&FromNetwork::Pong { number, has_echo: true, is_heard: true });
         }
         for (topic, order) in received.orders {
             self.carry_out(topic, order);

@@ -1,36 +1,53 @@
-//! What the caller sees of the network side: its status.
+//! What the caller sees of the network side: its status, and what weighs on it.
 
 use std::time::{Duration, Instant};
 
 use super::{Active, Exchange, Phase};
-use crate::core::gateway::network::NetworkState;
+use crate::core::gateway::network::{Burden, NetworkState};
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::link::NetworkStatus;
+use crate::io::ros::session::crowd::MAX_PEERS;
 
 /// Time after which age and memory are noted again.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
+/// Time for which a restart counts among the recent ones.
+const RECENT: Duration = Duration::from_secs(60);
 
 impl Exchange {
     /// Shows the status to the caller, with the state when it has changed or is due.
     pub(super) fn show(&mut self, now: Instant) {
         self.unended.retain_mut(|host| host.end().is_none());
-        let none = NetworkStatus::default();
-        let (seen, joined) = match &self.phase {
-            Phase::Active(active) => (&active.status, active.joined),
-            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (&none, None),
-        };
         let is_due = self.noted.as_ref().is_none_or(|(noted, at)| {
             let NetworkState { is_up, has_echo, restarts, last_failure, .. } = noted;
             now.duration_since(*at) >= NOTE_INTERVAL
                 || (is_up, has_echo) != (&self.state.is_up, &self.state.has_echo)
                 || (restarts, last_failure) != (&self.state.restarts, &self.state.last_failure)
         });
+        let none = NetworkStatus::default();
+        let (seen, joined) = match &self.phase {
+            Phase::Active(active) => (&active.status, active.joined),
+            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (&none, None),
+        };
         if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
+            self.state.peers = peers(seen);
             let active = match &self.phase {
                 Phase::Active(active) => Some(active),
                 Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
             };
+            let threads = active.and_then(|active| active.host.threads());
+            self.state.processor_percent = self.processor.look(threads, now);
+            let burdens = [
+                (active.is_some_and(|active| !active.liveness.is_heard()), Burden::Unheard),
+                (self.state.peers >= MAX_PEERS, Burden::Crowd),
+                (self.processor.is_busy(), Burden::Busy),
+            ];
+            self.state.burden = burdens.into_iter().find_map(|(is_there, burden)| is_there.then_some(burden));
+            let taken_anew = self.reception.taken_anew();
+            self.state.taken_anew = taken_anew.count;
+            self.state.since_taken_anew = taken_anew.last.map(|last| now.saturating_duration_since(last));
+            self.ends.retain(|end| now.saturating_duration_since(*end) < RECENT);
+            self.state.recent_ends = self.ends.len();
             let lost_lines = active.map(|active| active.lost_lines()).unwrap_or_default();
             self.state.memory_bytes = active.and_then(|active| active.host.memory_bytes());
             self.state.confinement = active.and_then(|active| active.host.confinement());
@@ -57,6 +74,12 @@ impl Exchange {
             }
         });
     }
+}
+
+/// Participants of others, and their endpoints that are matched with ours.
+pub(super) fn peers(status: &NetworkStatus) -> u32 {
+    let matched = status.readers.iter().chain(&status.writers).copied();
+    matched.fold(status.participants, u32::saturating_add)
 }
 
 impl Active {
