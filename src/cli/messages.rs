@@ -129,8 +129,9 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
         (MessageArgs { verbose: true, .. }, "info") => "debug",
         (_, level) => level,
     };
-    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
-    let quiet = "rustdds=off,ros2_client=off,mio_06=off";
+    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. What Zenoh tells others of its links it warns of
+    // when one has ended meanwhile.
+    let quiet = "rustdds=off,ros2_client=off,mio_06=off,zenoh::api::admin=error";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
     let refused = |directive: &str| {
         let expected =

@@ -56,9 +56,9 @@ fn unasked(engine: &Transport) -> Result<Calls, String> {
     let is_dds = matches!(engine, Transport::Dds);
     let files = [libc::SYS_openat, libc::SYS_newfstatat, libc::SYS_statx];
     let mut calls: Calls = files.into_iter().filter(|_| is_dds).map(|call| (call, Vec::new())).collect();
-    let of_service = kind(if is_dds { libc::SOCK_DGRAM } else { libc::SOCK_STREAM });
-    let service = rule(&[(0, SeccompCmpOp::Eq, number(libc::AF_UNIX)), of_service])?;
-    calls.insert(libc::SYS_socket, vec![service]);
+    let kinds = if is_dds { &[libc::SOCK_DGRAM][..] } else { &[libc::SOCK_DGRAM, libc::SOCK_STREAM] };
+    let service = kinds.iter().map(|of| rule(&[(0, SeccompCmpOp::Eq, number(libc::AF_UNIX)), kind(*of)]));
+    calls.insert(libc::SYS_socket, service.collect::<Result<_, _>>()?);
     Ok(calls)
 }
 

@@ -46,7 +46,7 @@ impl GraphEntry {
             TopicKind::NoKey,
         )?;
         let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
-        let reader = TopicReader::new(subscriber, &topic)?;
+        let reader = TopicReader::new(subscriber, &topic, None)?;
         Ok(Self { participant: participant.guid(), node, writer, reader })
     }
 

@@ -51,6 +51,7 @@ mod pings;
 mod recent_samples;
 mod sample;
 mod set_back;
+mod silence_probe;
 mod silent_writers;
 mod topic_reader;
 mod topic_writer;

@@ -10,7 +10,7 @@ use rustdds::policy::{self, History};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
     DomainParticipantStatusListener, GUID, LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity,
-    StatusEvented, Topic, TopicKind,
+    StatusEvented, Subscriber, Topic, TopicKind,
 };
 
 use super::discovery_probe::{Missing, Prefix, prefix};
@@ -21,7 +21,7 @@ use super::silent_writers::ReadWriter;
 use super::topic_reader::{Taken, TopicReader};
 use super::topic_writer::TopicWriter;
 use super::type_check::TypeCheck;
-use crate::io::ros::link::{Delivery, NetworkSettings, Order};
+use crate::io::ros::link::{Delivery, NetworkSettings, Order, ReadTopic};
 use crate::io::ros::parameters::Parameters;
 use crate::io::ros::topics::{Durability, LOG_LIFESPAN, Reliability};
 
@@ -82,11 +82,7 @@ impl Participant {
         let topic_readers = settings
             .read
             .iter()
-            .map(|read| {
-                let qos = qos(read.reliability, read.durability, read.depth, None);
-                let topic = topic(&domain, &node, &read.name, &read.type_name, &qos)?;
-                TopicReader::new(&subscriber, &topic).map_err(dds)
-            })
+            .map(|read| topic_reader((&domain, &subscriber), &node, read, read.durability))
             .collect::<Result<Vec<_>, String>>()?;
         let serve = |parameters| ParameterServer::new((&domain, &publisher, &subscriber), &node, parameters);
         let parameter_server = settings.parameters.clone().map(serve).transpose()?;
@@ -357,8 +353,20 @@ fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
 }
 
 #[allow(clippy::needless_pass_by_value)] // for map_err
-fn dds(error: CreateError) -> String {
+pub(super) fn dds(error: CreateError) -> String {
     error.to_string()
+}
+
+/// A reader of a topic of the settings, with this durability.
+pub(super) fn topic_reader(
+    (domain, subscriber): (&DomainParticipant, &Subscriber),
+    node: &NodeName,
+    read: &ReadTopic,
+    durability: Durability,
+) -> Result<TopicReader, String> {
+    let qos = |durability| qos(read.reliability, durability, read.depth, None);
+    let topic = topic(domain, node, &read.name, &read.type_name, &qos(read.durability))?;
+    TopicReader::new(subscriber, &topic, Some(qos(durability))).map_err(dds)
 }
 
 fn topic(

@@ -1,8 +1,8 @@
 //! Writers that sent regularly, are still there, and are not heard any more.
 //!
 //! RustDDS believes what comes under a writer's identity: after one GAP or HEARTBEAT with a number far ahead, its reader
-//! takes all samples below it for received, and says nothing of it. A reader of a new participant starts anew. Whether a
-//! writer is only silent shows there as well: one that was not heard has gone on in the meantime.
+//! takes all samples below it for received, and says nothing of it. A reader of another participant starts anew. So it shows
+//! there whether a writer is only silent: one that was not heard has gone on in the meantime.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -19,13 +19,9 @@ const SILENCE: Duration = Duration::from_secs(1);
 const MAX_STEP: Duration = Duration::from_millis(150);
 /// Samples that a writer has gone on by when it was not heard; fewer may be on their way.
 const MISSED: i64 = 3;
-/// Time within which these come once it is heard.
-const SOON: Duration = Duration::from_millis(50);
 /// Shortest time between two suspicions; it doubles with each that was wrong, so often at most.
 const INTERVAL: Duration = Duration::from_secs(5);
 const MAX_WRONG: u32 = 6;
-/// Time after which a suspected writer that was not met is forgotten.
-const MAX_SUSPICION: Duration = Duration::from_secs(30);
 /// Writers that are remembered; further ones are not watched.
 const MAX_WRITERS: usize = 256;
 
@@ -51,10 +47,7 @@ struct Heard {
     regular: u32,
     /// Time that was seen to pass since the last one.
     silence: Duration,
-    /// A new participant is to show whether it is heard there.
     is_suspected: bool,
-    /// It was, and is heard again: its number before, and the time since.
-    back: Option<(i64, Duration)>,
 }
 
 impl SilentWriters {
@@ -63,60 +56,67 @@ impl SilentWriters {
         Self { writers: BTreeMap::new(), last_look: now, last_suspicion: None, wrong: 0, unheard: 0 }
     }
 
-    /// Notes a sample, which a participant that was replaced may have received: then it was heard all the time.
-    pub(super) fn heard(&mut self, writer: ReadWriter, number: i64, by_predecessor: bool) {
-        let is_known = self.writers.contains_key(&writer);
-        if !is_known && self.writers.len() >= MAX_WRITERS {
+    /// Notes a sample, which ends a suspicion.
+    pub(super) fn heard(&mut self, writer: ReadWriter, number: i64) {
+        if !self.writers.contains_key(&writer) && self.writers.len() >= MAX_WRITERS {
             return;
         }
-        let new = Heard { number, regular: 0, silence: Duration::ZERO, is_suspected: false, back: None };
+        let new = Heard { number, regular: 0, silence: Duration::ZERO, is_suspected: false };
         let heard = self.writers.entry(writer).or_insert(new);
-        let is_back = std::mem::take(&mut heard.is_suspected);
-        if is_back && !by_predecessor {
-            heard.back = Some((heard.number, Duration::ZERO));
-        } else if is_back {
-            self.wrong = (self.wrong + 1).min(MAX_WRONG);
-        }
-        let has_gone_on = |(before, _): (i64, _)| number.saturating_sub(before) > MISSED;
-        if heard.back.take_if(|back| has_gone_on(*back)).is_some() {
-            (self.wrong, self.unheard) = (0, self.unheard.saturating_add(1));
-        }
-        let goes_on = heard.silence <= MAX_PAUSE && !is_back;
-        heard.regular = if goes_on { heard.regular.saturating_add(1) } else { 0 };
-        (heard.number, heard.silence) = (number, Duration::ZERO);
+        let goes_on = heard.silence <= MAX_PAUSE;
+        let regular = if goes_on { heard.regular.saturating_add(1) } else { 0 };
+        *heard = Heard { regular, ..new };
     }
 
-    /// True when a regular writer that `is_there` has just been silent for too long, and this `may_suspect` it.
+    /// Notes a sample that has come to another participant; true when it shows that a suspected writer has gone on unheard.
+    pub(super) fn heard_elsewhere(&mut self, writer: &ReadWriter, number: i64) -> bool {
+        let Some(heard) = self.writers.get_mut(writer).filter(|heard| heard.is_suspected) else {
+            return false;
+        };
+        // One that is below was heard under a number that is not its own.
+        let has_gone_on = number.saturating_sub(heard.number) > MISSED || number < heard.number;
+        if has_gone_on {
+            heard.is_suspected = false;
+            (self.wrong, self.unheard) = (0, self.unheard.saturating_add(1));
+        }
+        has_gone_on
+    }
+
+    /// Drops all suspicions, which were wrong.
+    pub(super) fn acquit(&mut self) {
+        self.writers.values_mut().for_each(|heard| (heard.is_suspected, heard.regular) = (false, 0));
+        self.wrong = (self.wrong + 1).min(MAX_WRONG);
+    }
+
+    /// True while one is suspected.
+    pub(super) fn is_any_suspected(&self) -> bool {
+        self.writers.values().any(|heard| heard.is_suspected)
+    }
+
+    /// The regular writers that are there and have been silent for too long, once one is, and this `may_suspect` any.
     pub(super) fn look(
         &mut self,
         now: Instant,
         may_suspect: bool,
         is_there: impl Fn(&ReadWriter) -> bool,
-    ) -> bool {
+    ) -> Vec<ReadWriter> {
         let step = now.saturating_duration_since(self.last_look).min(MAX_STEP);
         self.last_look = now;
-        // A new participant has not met those that are suspected.
-        self.writers
-            .retain(|writer, heard| is_there(writer) || heard.is_suspected && heard.silence < MAX_SUSPICION);
+        self.writers.retain(|writer, _| is_there(writer));
         let interval = INTERVAL * 2_u32.pow(self.wrong);
-        let may_suspect = may_suspect
-            && self.last_suspicion.is_none_or(|last| now.saturating_duration_since(last) >= interval);
-        let mut is_suspicious = false;
-        for heard in self.writers.values_mut() {
+        let is_due = self.last_suspicion.is_none_or(|last| now.saturating_duration_since(last) >= interval);
+        let mut suspected = Vec::new();
+        for (writer, heard) in &mut self.writers {
             heard.silence += step;
-            if let Some((_, since)) = &mut heard.back {
-                *since += step;
-            }
-            let was_silent = heard.back.take_if(|(_, since)| *since > SOON).is_some();
-            self.wrong = (self.wrong + u32::from(was_silent)).min(MAX_WRONG);
-            if may_suspect && !heard.is_suspected && heard.regular >= REGULAR && heard.silence >= SILENCE {
-                (heard.is_suspected, is_suspicious) = (true, true);
+            if may_suspect && is_due && heard.regular >= REGULAR && heard.silence >= SILENCE {
+                heard.is_suspected = true;
+                suspected.push(*writer);
             }
         }
-        if is_suspicious {
+        if !suspected.is_empty() {
             self.last_suspicion = Some(now);
         }
-        is_suspicious
+        suspected
     }
 
     /// Times a writer was not heard that had gone on.
@@ -130,65 +130,80 @@ mod tests {
     use super::*;
 
     const TICK_MS: u64 = 20;
+    /// Time after which a suspicion is dropped, in ticks.
+    const PROBE: u32 = 100;
 
-    /// What comes of a writer: the milliseconds at which it was suspected, and how often it was not heard although it sent.
-    /// Each sample is a time in milliseconds, a number, and whether a predecessor received it.
-    fn watch(until_ms: u64, samples: &[(u64, i64, bool)]) -> (Vec<u64>, u32) {
+    /// What comes of a writer: the milliseconds at which it was suspected, and those at which it was found unheard.
+    /// Each sample is a time in milliseconds, a number, and whether it is heard elsewhere alone.
+    fn watch(until_ms: u64, samples: &[(u64, i64, bool)]) -> (Vec<u64>, Vec<u64>) {
         let (start, writer) = (Instant::now(), (0, GUID::from_bytes([1; 16])));
         let mut writers = SilentWriters::new(start);
-        let mut is_suspected = |ms: &u64| {
-            let now = samples.iter().filter(|(at, ..)| (*ms..*ms + TICK_MS).contains(at));
-            now.for_each(|(_, number, by_predecessor)| writers.heard(writer, *number, *by_predecessor));
-            writers.look(start + Duration::from_millis(*ms + TICK_MS), true, |_| true)
-        };
-        let suspected = (0..until_ms).step_by(20).filter(|ms| is_suspected(ms)).collect();
-        (suspected, writers.unheard())
+        let (mut suspected, mut unheard, mut probe) = (vec![], vec![], None);
+        for ms in (0..until_ms).step_by(20) {
+            let now = samples.iter().filter(|(at, ..)| (ms..ms + TICK_MS).contains(at));
+            for (_, number, is_elsewhere) in now {
+                if !is_elsewhere {
+                    writers.heard(writer, *number);
+                }
+                if probe.is_some() && writers.heard_elsewhere(&writer, *number) {
+                    unheard.push(ms);
+                    probe = None;
+                }
+            }
+            probe = probe.and_then(|ticks: u32| ticks.checked_sub(1));
+            if probe == Some(0) || probe.is_some() && !writers.is_any_suspected() {
+                writers.acquit();
+                probe = None;
+            }
+            let at = start + Duration::from_millis(ms + TICK_MS);
+            if !writers.look(at, probe.is_none(), |_| true).is_empty() {
+                (probe, suspected) = (Some(PROBE), [suspected, vec![ms]].concat());
+            }
+        }
+        assert_eq!(usize::try_from(writers.unheard()), Ok(unheard.len()));
+        (suspected, unheard)
     }
 
     /// Ten samples a second, with numbers that go on from there.
-    fn regular(from_ms: u64, to_ms: u64, number: i64) -> Vec<(u64, i64, bool)> {
-        (from_ms..to_ms).step_by(100).zip(number..).map(|(ms, number)| (ms, number, false)).collect()
+    fn regular(from_ms: u64, to_ms: u64, number: i64, is_elsewhere: bool) -> Vec<(u64, i64, bool)> {
+        let samples = (from_ms..to_ms).step_by(100).zip(number..);
+        samples.map(|(ms, number)| (ms, number, is_elsewhere)).collect()
     }
 
     #[test]
     fn a_regular_writer_that_is_not_heard_is_suspected_after_a_second_and_proves_it() {
-        let missed = [regular(0, 2_000, 1), regular(3_400, 5_000, 35)].concat();
-        assert_eq!(watch(5_000, &missed), (vec![2_880], 1));
-        // What a reliable writer has kept comes in one go.
-        let kept: Vec<_> = (21..=35).map(|number| (3_400, number, false)).collect();
-        assert_eq!(
-            watch(5_000, &[regular(0, 2_000, 1), kept, regular(3_500, 5_000, 36)].concat()),
-            (vec![2_880], 1)
-        );
-        let not_alone = [regular(0, 2_000, 1), vec![(3_400, 35, true)], regular(3_500, 5_000, 36)].concat();
-        assert_eq!(watch(5_000, &not_alone), (vec![2_880], 0), "heard by the one before as well");
+        let missed = |number| {
+            watch(5_000, &[regular(0, 2_000, 1, false), regular(2_000, 5_000, number, true)].concat())
+        };
+        assert_eq!(missed(21), (vec![2_880], vec![2_900]));
+        assert_eq!(missed(-30), (vec![2_880], vec![2_900]), "below a number that is not its own");
     }
 
     #[test]
-    fn a_writer_that_pauses_is_suspected_less_and_less_often() {
-        let (mut samples, mut number) = (vec![], 1);
-        for burst in 0..100 {
-            samples.extend(regular(burst * 4_000, burst * 4_000 + 2_000, number));
-            number += 20;
+    fn a_writer_that_pauses_is_suspected_less_and_less_often_and_never_proves_it() {
+        for pause_ms in [1_000, 1_500, 2_000, 6_000] {
+            let (mut samples, mut number) = (vec![], 1);
+            for burst in 0..100 {
+                let begin = burst * (2_000 + pause_ms);
+                samples.extend(regular(begin, begin + 2_000, number, false));
+                number += 20;
+            }
+            let (suspected, unheard) = watch(100 * (2_000 + pause_ms), &samples);
+            assert!(suspected.len() < 12 && suspected[0] == 2_880, "{pause_ms}: {suspected:?}");
+            assert_eq!(unheard, Vec::<u64>::new(), "{pause_ms}");
         }
-        let (suspected, unheard) = watch(400_000, &samples);
-        assert!(suspected.len() < 10, "{suspected:?}");
-        assert_eq!((suspected[0], unheard), (2_880, 0));
     }
 
     #[test]
     fn a_writer_that_seldom_sends_or_is_gone_is_not_suspected() {
         let seldom: Vec<_> =
             (0..50).map(|second| (second * 1_000, i64::try_from(second).unwrap(), false)).collect();
-        assert_eq!(watch(100_000, &seldom), (vec![], 0));
-        let mut writers = SilentWriters::new(Instant::now());
-        (1..30).for_each(|number| writers.heard((0, GUID::from_bytes([1; 16])), number, false));
+        assert_eq!(watch(100_000, &seldom).0, Vec::<u64>::new());
         let start = Instant::now();
-        assert!((0..100).all(|tenth| !writers.look(
-            start + Duration::from_millis(100) * tenth,
-            true,
-            |_| false
-        )));
+        let mut writers = SilentWriters::new(start);
+        (1..30).for_each(|number| writers.heard((0, GUID::from_bytes([1; 16])), number));
+        let mut looks = (0..100).map(|tenth| start + Duration::from_millis(100) * tenth);
+        assert!(looks.all(|now| writers.look(now, true, |_| false).is_empty()));
         assert!(writers.writers.is_empty());
     }
 }

@@ -5,7 +5,7 @@ use std::task::Waker;
 use rustdds::dds::result::CreateResult;
 use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
 use rustdds::serialization::Error;
-use rustdds::{GUID, RepresentationIdentifier, Subscriber, Topic};
+use rustdds::{GUID, QosPolicies, RepresentationIdentifier, Subscriber, Topic};
 
 use crate::io::ros::link::{MAX_SAMPLE, SampleEncoding};
 
@@ -34,9 +34,13 @@ pub(super) struct TopicReader {
 }
 
 impl TopicReader {
-    /// A reader with the topic's quality of service.
-    pub(super) fn new(subscriber: &Subscriber, topic: &Topic) -> CreateResult<Self> {
-        Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, None)? })
+    /// A reader with this quality of service, else with the topic's.
+    pub(super) fn new(
+        subscriber: &Subscriber,
+        topic: &Topic,
+        qos: Option<QosPolicies>,
+    ) -> CreateResult<Self> {
+        Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, qos)? })
     }
 
     /// The reader's identity.

@@ -18,6 +18,7 @@ use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
 use super::set_back::SetBack;
+use super::silence_probe::SilenceProbe;
 use super::silent_writers::SilentWriters;
 use super::topic_reader::Taken;
 use crate::core::gateway::process_status::LostLines;
@@ -79,6 +80,8 @@ pub(super) struct Worker {
     wall_clock: SetBack,
     was_set_back: bool,
     silent_writers: SilentWriters,
+    /// While writers are suspected.
+    silence_probe: Option<SilenceProbe>,
     /// When an echo came last.
     last_echo: Option<Instant>,
     /// Samples that have arrived at a reader beside our participant since the last answer to a ping.
@@ -144,6 +147,7 @@ impl Worker {
             wall_clock: SetBack::watch(),
             was_set_back: false,
             silent_writers: SilentWriters::new(now),
+            silence_probe: None,
             last_echo: None,
             witnessed: 0,
             write_failed: false,
@@ -240,9 +244,9 @@ impl Worker {
     /// our participant has met all writers.
     fn receive(&mut self) {
         let Self { link, waker, silent_writers, .. } = self;
-        let mut hand_over = |subscription: u16, taken: Taken, is_predecessor: bool| {
+        let mut hand_over = |subscription: u16, taken: Taken| {
             if let Taken::Sample(writer, number, _) = &taken {
-                silent_writers.heard((subscription, *writer), *number, is_predecessor);
+                silent_writers.heard((subscription, *writer), *number);
             }
             match &taken {
                 Taken::Sample(writer, number, encoded) => link.answer(&FromNetwork::Sample(Sample {
@@ -258,9 +262,9 @@ impl Worker {
         };
         let mut is_more = false;
         for (predecessor, _) in &self.predecessors {
-            is_more |= predecessor.take(waker, |subscription, taken| hand_over(subscription, taken, true));
+            is_more |= predecessor.take(waker, &mut hand_over);
         }
-        is_more |= self.participant.take(waker, |subscription, taken| hand_over(subscription, taken, false));
+        is_more |= self.participant.take(waker, &mut hand_over);
         // A link that is full wakes when it is not any more.
         if is_more && self.link.waiting() < MAX_WAITING {
             self.waker.wake_by_ref();
@@ -358,19 +362,39 @@ impl Worker {
         }
     }
 
-    /// Goes on with a new participant when a writer that sent regularly is not heard any more: see [`SilentWriters`].
+    /// Finds out whether writers that sent regularly are silent or not heard any more, and goes on with a new participant if one
+    /// is not heard: see [`SilentWriters`].
     fn follow_silent_writers(&mut self) {
-        let Self { participant, predecessors, last_round, last_echo, .. } = self;
-        let hears_itself = last_echo.is_none_or(|at| last_round.saturating_duration_since(at) < ECHO_MISSED);
-        let is_alone = predecessors.is_empty();
-        let is_silent = self
-            .silent_writers
-            .look(*last_round, hears_itself && is_alone, |writer| participant.reads(writer));
-        if is_silent && let Some(participant) = self.make() {
+        self.suspect_writers();
+        let Self { silence_probe, silent_writers, waker, last_round, .. } = self;
+        let Some(probe) = silence_probe else { return };
+        let mut is_one_unheard = false;
+        probe.take(waker, |writer, number| is_one_unheard |= silent_writers.heard_elsewhere(&writer, number));
+        if !is_one_unheard && silent_writers.is_any_suspected() && !probe.is_over(*last_round) {
+            return;
+        }
+        let probe = silence_probe.take();
+        if !is_one_unheard {
+            silent_writers.acquit();
+        } else if let Some(probe) = probe {
             tracing::info!(
-                "a writer that sent regularly is not heard any more: continuing with a new DDS participant"
+                "a writer is not heard any more, but sends: continuing with a new DDS participant"
             );
-            self.replace(participant, self.last_interfaces.clone());
+            self.replace(probe.into_participant(), self.last_interfaces.clone());
+        }
+    }
+
+    fn suspect_writers(&mut self) {
+        let Self { participant, predecessors, silence_probe, last_round, last_echo, .. } = self;
+        let hears_itself = last_echo.is_none_or(|at| last_round.saturating_duration_since(at) < ECHO_MISSED);
+        let may_suspect = hears_itself && predecessors.is_empty() && silence_probe.is_none();
+        let is_there = |writer: &_| participant.reads(writer);
+        let suspected = self.silent_writers.look(*last_round, may_suspect, is_there);
+        if !suspected.is_empty()
+            && let Some(domain) = self.make()
+        {
+            let probe = SilenceProbe::new(&self.settings, domain, &suspected, self.last_round);
+            self.silence_probe = probe.inspect_err(|why| tracing::warn!("no probe of silence: {why}")).ok();
         }
     }
 
@@ -443,7 +467,7 @@ impl Worker {
         }
         self.predecessors.push((predecessor, Instant::now()));
         self.interfaces = interfaces;
-        self.probe = None;
+        (self.probe, self.silence_probe) = (None, None);
         self.missing.clear();
         (self.write_failed, self.stood_still) = (false, false);
         self.count_write_error(done);
