@@ -1,6 +1,6 @@
 //! `run`: the gateway in real time.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -16,6 +16,8 @@ use crate::daemon;
 use crate::io::process_log::LogForm;
 #[cfg(feature = "ros")]
 use crate::io::ros::network::process;
+#[cfg(feature = "ros")]
+use crate::io::ros::session::supervisor;
 use crate::report::text::escaped;
 use crate::report::view::View;
 
@@ -103,6 +105,14 @@ pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosA
         tracing::info!("arguments of ROS 2 without effect: {}", escaped(&read.without_effect.join(", ")));
     }
     Ok(read)
+}
+
+/// The supervisor of a network side for a gateway of another user.
+#[cfg(feature = "ros")]
+pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
+    messages::start_log("warn", LogForm::Timed)?;
+    supervisor::run(Path::new("/proc/self/exe"))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The network side of another process.

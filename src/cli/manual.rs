@@ -11,7 +11,7 @@ use clap_mangen::roff::{Roff, bold, roman};
 use super::{Cli, EXIT_CODES, Failure};
 
 /// Variables that the gateway reads, for the pages of those who start it.
-const ENVIRONMENT: [(&str, &str); 6] = [
+const ENVIRONMENT: [(&str, &str); 7] = [
     ("ROS_DOMAIN_ID", "the domain, unless [ros] domain_id gives it"),
     (
         "ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -26,6 +26,10 @@ const ENVIRONMENT: [(&str, &str); 6] = [
     (
         "STATE_DIRECTORY, RUNTIME_DIRECTORY",
         "set by systemd: where the black box and the socket for status are, unless the configuration says so",
+    ),
+    (
+        "SIGNAL_GATEWAY_SUPERVISOR",
+        "set by the unit: the socket at which systemd starts the network process as a user of its own",
     ),
     ("NOTIFY_SOCKET, WATCHDOG_USEC, JOURNAL_STREAM", "set by systemd: readiness, watchdog, journal"),
 ];

@@ -137,6 +137,10 @@ enum Command {
     #[cfg(feature = "ros")]
     #[command(hide = true)]
     Network(NetworkArgs),
+    /// Start and watch the network side of a gateway of another user, which has connected with standard input
+    #[cfg(feature = "ros")]
+    #[command(hide = true)]
+    NetworkSupervisor,
     /// Print shell completions
     Completions(CompletionsArgs),
     /// Print the man page (roff), or one for each command into a folder
@@ -168,6 +172,8 @@ pub fn main() -> ExitCode {
         Command::Reload(args) => reload::run(&args),
         #[cfg(feature = "ros")]
         Command::Network(args) => live::network(&args),
+        #[cfg(feature = "ros")]
+        Command::NetworkSupervisor => live::network_supervisor(),
         Command::Completions(args) => manual::completions(&args),
         Command::Man(args) => manual::man(&args),
     };

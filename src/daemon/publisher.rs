@@ -1,5 +1,6 @@
 //! The publisher on ROS 2, if it is built in and enabled.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::ros_environment::{self, RosEnvironmentError};
@@ -370,6 +371,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
             Isolation::Process {
                 program: "/proc/self/exe".into(),
                 memory_limit_mb: settings.ros.memory_limit_mb,
+                supervisor: std::env::var_os("SIGNAL_GATEWAY_SUPERVISOR").map(PathBuf::from),
             }
         } else {
             Isolation::Thread

@@ -9,12 +9,19 @@ use crate::support::prerequisite::{Missing, Prerequisite, require};
 /// systemd's exposure in tenths: 0 locked up, 100 wide open. What is left is the network.
 const HIGHEST_EXPOSURE: u32 = 12;
 
+/// The units, as they are started.
+const UNITS: [&str; 3] =
+    ["signal-gateway.service", "signal-gateway-network@1.service", "signal-gateway-network.socket"];
+
 #[test]
-fn systemd_accepts_the_unit_without_a_word() {
+fn systemd_accepts_each_unit_without_a_word() {
     let dir = tempfile::tempdir().unwrap();
-    let unit = unit_with_an_executable(dir.path());
-    let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
-    assert!(output.status.success() && output_of(&output).is_empty(), "{}", output_of(&output));
+    unit_with_an_executable(dir.path());
+    for unit in UNITS {
+        let unit = dir.path().join(unit);
+        let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
+        assert!(output.status.success() && output_of(&output).is_empty(), "{}", output_of(&output));
+    }
 }
 
 #[test]
@@ -28,16 +35,50 @@ fn systemd_complains_about_a_spoilt_unit() {
 }
 
 #[test]
-fn the_unit_is_exposed_no_more_than_its_network_requires() {
+fn each_unit_is_exposed_no_more_than_its_network_requires() {
     let dir = tempfile::tempdir().unwrap();
-    let unit = unit_with_an_executable(dir.path());
+    unit_with_an_executable(dir.path());
     let threshold = format!("--threshold={HIGHEST_EXPOSURE}");
-    let arguments = ["security", "--offline=true", "--no-pager", &threshold, text(&unit)];
-    let output = require!(run("systemd-analyze", &arguments));
-    let table = output_of(&output);
-    println!("{}", table.lines().last().unwrap_or_default());
-    assert!(output.status.success(), "{table}");
-    assert!(exposure_in_tenths(&table).unwrap() <= HIGHEST_EXPOSURE, "{table}");
+    for unit in ["signal-gateway.service", "signal-gateway-network@.service"] {
+        let unit = dir.path().join(unit);
+        let arguments = ["security", "--offline=true", "--no-pager", &threshold, text(&unit)];
+        let output = require!(run("systemd-analyze", &arguments));
+        let table = output_of(&output);
+        println!("{}", table.lines().last().unwrap_or_default());
+        assert!(output.status.success(), "{table}");
+        assert!(exposure_in_tenths(&table).unwrap() <= HIGHEST_EXPOSURE, "{table}");
+    }
+}
+
+/// The network process can do no more under its own unit than under the gateway's.
+#[test]
+fn both_units_are_hardened_alike() {
+    /// What each has for itself.
+    const OWN: [&str; 9] = [
+        "Description",
+        "ExecStart",
+        "RestrictAddressFamilies",
+        "OOMPolicy",
+        "UMask",
+        "TasksMax",
+        "MemoryMax",
+        "TimeoutStopSec",
+        "KillMode",
+    ];
+    let [gateway, network] = ["signal-gateway.service", "signal-gateway-network@.service"]
+        .map(|name| fs::read_to_string(project_file(name)).unwrap());
+    let hardening = |unit: &str| {
+        let entries = entries(unit).filter(|(section, key, _)| *section == "Service" && !OWN.contains(key));
+        let entries = entries.skip_while(|(_, key, _)| *key != "CapabilityBoundingSet");
+        entries.map(|(_, key, value)| format!("{key}={value}")).collect::<Vec<_>>()
+    };
+    // Files of its own are the gateway's alone.
+    let folders = ["StateDirectory", "RuntimeDirectory"];
+    let mut shared = hardening(&gateway);
+    shared.retain(|entry| !folders.iter().any(|folder| entry.starts_with(folder)));
+    assert_eq!(hardening(&network), shared);
+    let families = entries(&network).find(|(_, key, _)| *key == "RestrictAddressFamilies");
+    assert_eq!(families.map(|(.., value)| value), Some("AF_NETLINK AF_INET AF_INET6"));
 }
 
 /// systemd knows the keys from 254 on; an older one names them, and nothing else.
@@ -126,14 +167,17 @@ fn entries(file: &str) -> impl Iterator<Item = (&str, &str, &str)> {
     })
 }
 
-/// The unit, copied, with a program that exists: `verify` looks for it.
+/// The gateway's unit, copied together with the others, with a program that exists: `verify` looks for it.
 fn unit_with_an_executable(dir: &Path) -> PathBuf {
-    let unit = fs::read_to_string(project_file("signal-gateway.service")).unwrap();
     let program = "/usr/local/bin/signal-gateway";
-    assert!(unit.contains(program));
-    let copy = dir.join("signal-gateway.service");
-    fs::write(&copy, unit.replace(program, env!("CARGO_BIN_EXE_signal-gateway"))).unwrap();
-    copy
+    let units =
+        ["signal-gateway-network.socket", "signal-gateway-network@.service", "signal-gateway.service"];
+    for name in units {
+        let unit = fs::read_to_string(project_file(name)).unwrap();
+        assert!(unit.contains(program) || name.ends_with(".socket"));
+        fs::write(dir.join(name), unit.replace(program, env!("CARGO_BIN_EXE_signal-gateway"))).unwrap();
+    }
+    dir.join("signal-gateway.service")
 }
 
 /// Runs `program` with `arguments`.

@@ -24,11 +24,13 @@ pub enum Layer {
     SystemCalls,
     /// The gateway learns which calls were refused.
     CallNames,
+    /// Its user is not the gateway's.
+    OwnUser,
 }
 
 impl Layer {
     /// All of them, each in the place of its number.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Capabilities,
         Self::ParentsEnd,
         Self::OomScore,
@@ -38,6 +40,7 @@ impl Layer {
         Self::Landlock,
         Self::SystemCalls,
         Self::CallNames,
+        Self::OwnUser,
     ];
 
     fn bit(self) -> u16 {
@@ -57,6 +60,7 @@ impl fmt::Display for Layer {
             Self::Landlock => "all of Landlock",
             Self::SystemCalls => "a filter of system calls",
             Self::CallNames => "names of refused calls",
+            Self::OwnUser => "a user of its own",
         })
     }
 }
@@ -69,6 +73,12 @@ impl Layers {
     /// From the bits that another process sent; those without a meaning are dropped.
     pub fn from_bits(bits: u16) -> Self {
         Self(bits & Layer::ALL.into_iter().fold(0, |all, layer| all | layer.bit()))
+    }
+
+    /// Those of both.
+    #[must_use]
+    pub fn with(self, others: Self) -> Self {
+        Self(self.0 | others.0)
     }
 
     /// The bits, to be sent.

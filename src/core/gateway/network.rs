@@ -19,7 +19,7 @@ const SEARCH: Duration = Duration::from_secs(5);
 #[allow(clippy::struct_excessive_bools)] // each by itself
 pub struct NetworkState {
     /// True for a process of its own, false for a thread of the gateway.
-    pub is_isolated: bool,
+    pub place: Place,
     /// True while it has joined the network and answers.
     pub is_up: bool,
     /// True while its own samples come back to it; if they do not, only its thread is known to work.
@@ -52,6 +52,28 @@ pub struct NetworkState {
     pub since_taken_anew: Option<Duration>,
     /// Its connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
+}
+
+/// Where a network side runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Place {
+    /// In a thread of the gateway.
+    #[default]
+    Thread,
+    /// In a process of its own.
+    Process,
+    /// In a process of another user, which systemd has started.
+    Service,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Thread => "thread",
+            Self::Process => "process",
+            Self::Service => "service",
+        })
+    }
 }
 
 /// What weighs on a network side that has joined; the first that is true counts.
@@ -95,6 +117,8 @@ pub enum NetworkFailure {
     Unheard,
     /// More peers were announced to it than any ROS network has.
     Crowded,
+    /// The process that supervised it has ended, and has taken it along.
+    SupervisorEnded,
     /// It broke the rules of the link in this way, and was killed.
     Violation(String),
     /// It could not be started, or could not join the network, for this reason.
@@ -111,6 +135,7 @@ impl fmt::Display for NetworkFailure {
             Self::NoAnswer => f.write_str("no answer"),
             Self::Unheard => f.write_str("not heard"),
             Self::Crowded => f.write_str("too many peers"),
+            Self::SupervisorEnded => f.write_str("its service has ended"),
             Self::Violation(violation) => write!(f, "it sent {violation}"),
             Self::NotStarted(reason) => write!(f, "not started: {reason}"),
         }
@@ -126,8 +151,7 @@ impl NetworkState {
     /// The status of a node's network side.
     pub fn status(&self, node: &str) -> Status {
         let (level, message) = level_and_message(self);
-        let place = if self.is_isolated { "process" } else { "thread" };
-        let mut values = vec![("runs_as", place.to_owned()), ("restarts", self.restarts.to_string())];
+        let mut values = vec![("runs_as", self.place.to_string()), ("restarts", self.restarts.to_string())];
         values.push(("restarts_last_minute", self.recent_ends.to_string()));
         values.extend(self.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
         values.extend(self.age.map(|age| ("age_s", age.as_secs().to_string())));

@@ -84,6 +84,8 @@ pub enum Isolation {
         program: PathBuf,
         /// The most private writable memory of the process, MB.
         memory_limit_mb: u32,
+        /// The socket at which systemd starts it as another user; one that cannot be reached is done without.
+        supervisor: Option<PathBuf>,
     },
 }
 

@@ -15,7 +15,7 @@ use signal_gateway::core::gateway::confinement::Confinement;
 use signal_gateway::io::ros::network::process;
 #[cfg(feature = "zenoh")]
 use signal_gateway::io::ros::session::ZenohSettings;
-use signal_gateway::io::ros::session::{Isolation, RosSession, RosSettings, Transport};
+use signal_gateway::io::ros::session::{Isolation, RosSession, RosSettings, Transport, supervisor};
 
 use crate::support::peer::domain;
 use crate::support::waiting::wait_for;
@@ -109,7 +109,7 @@ fn is_refused(outcome: Option<i32>) -> bool {
 fn confined(transport: Transport) -> (Outcomes, Confinement) {
     let folder = tempfile::tempdir().unwrap();
     let (program, output) = program(folder.path(), "confined");
-    let isolation = Isolation::Process { program, memory_limit_mb: 384 };
+    let isolation = Isolation::Process { program, memory_limit_mb: 384, supervisor: None };
     let settings = RosSettings { domain_id: domain(), transport, isolation, ..RosSettings::default() };
     let session = RosSession::start(settings).unwrap();
     let outcomes = outcomes(&output);
@@ -165,7 +165,7 @@ fn a_network_process_in_order_is_refused_nothing() {
     ];
     for transport in transports {
         let program = env!("CARGO_BIN_EXE_signal-gateway").into();
-        let isolation = Isolation::Process { program, memory_limit_mb: 384 };
+        let isolation = Isolation::Process { program, memory_limit_mb: 384, supervisor: None };
         let settings = RosSettings { domain_id: domain(), transport, isolation, ..RosSettings::default() };
         let session = RosSession::start(settings).unwrap();
         let state = wait_for("a network process of some age", || {
@@ -214,6 +214,20 @@ fn the_documents_say_what_is_refused() {
     } else {
         assert_eq!(written, table, "docs/security.md: UPDATE_DOCS=1 renews the table");
     }
+}
+
+/// As the service of the network process: `tests/systemd/run` starts it in the unit of that, where a gateway connects. What came of
+/// the attacks is said once that has left.
+#[test]
+#[ignore = "started by tests/systemd/run"]
+fn under_the_unit_of_the_network_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, output) = program(folder.path(), "confined");
+    let supervised = supervisor::run(&program);
+    let outcomes = outcomes(&output);
+    println!("{} attacks, not refused: {:?}", outcomes.len(), succeeded(&outcomes));
+    supervised.unwrap();
+    assert_eq!(succeeded(&outcomes), []);
 }
 
 /// As a service of systemd: `tests/systemd/run` starts it in the gateway's unit.

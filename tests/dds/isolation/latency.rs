@@ -81,8 +81,11 @@ fn percentiles(mut times: Vec<Duration>) -> (Duration, Duration) {
 #[test]
 fn the_boundary_of_the_process_adds_little_to_a_message() {
     let domain = domain();
-    let process =
-        Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into(), memory_limit_mb: 384 };
+    let process = Isolation::Process {
+        program: env!("CARGO_BIN_EXE_signal-gateway").into(),
+        memory_limit_mb: 384,
+        supervisor: None,
+    };
     let senders = [sender(domain, "thread", Isolation::Thread), sender(domain, "process", process)];
     let receiver =
         session(domain, "receiver", Isolation::Thread, Topics::default(), &["/thread", "/process"]);

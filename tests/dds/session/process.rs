@@ -60,7 +60,11 @@ fn session_process() {
         recovery: if role["alert"] == true { alert } else { Recovery::default() },
         transport: transport(&role),
         isolation: if role["isolated"] == true {
-            Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into(), memory_limit_mb: 384 }
+            Isolation::Process {
+                program: env!("CARGO_BIN_EXE_signal-gateway").into(),
+                memory_limit_mb: 384,
+                supervisor: None,
+            }
         } else {
             Isolation::Thread
         },

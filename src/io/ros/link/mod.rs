@@ -6,6 +6,7 @@
 
 mod bytes;
 pub mod confinement_report;
+pub mod datagram;
 mod frame;
 mod message;
 mod settings;

@@ -9,7 +9,7 @@ use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use syscalls::Sysno;
 
-use crate::core::gateway::confinement::Confinement;
+use crate::core::gateway::confinement::{Confinement, Layers};
 use crate::io::ros::link::confinement_report;
 
 /// A thread that receives its report, and answers, until the process has ended.
@@ -17,12 +17,12 @@ use crate::io::ros::link::confinement_report;
 pub(super) struct ConfinementWatch(Arc<Mutex<Option<Confinement>>>);
 
 impl ConfinementWatch {
-    /// Begins to listen at our end of the socket on which the process reports.
-    pub(super) fn start(socket: OwnedFd) -> io::Result<Self> {
+    /// Begins to listen at our end of the socket on which the process reports; it cannot know that it is `without` these.
+    pub(super) fn start(socket: OwnedFd, without: Layers) -> io::Result<Self> {
         let known = Arc::new(Mutex::new(None));
         let shared = Arc::clone(&known);
         // An error is that of a process that has ended.
-        let listen = move || drop(listen(socket, &shared));
+        let listen = move || drop(listen(socket, without, &shared));
         thread::Builder::new().name("ros confinement".to_owned()).spawn(listen)?;
         Ok(Self(known))
     }
@@ -33,13 +33,13 @@ impl ConfinementWatch {
     }
 }
 
-fn listen(socket: OwnedFd, known: &Mutex<Option<Confinement>>) -> io::Result<()> {
+fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) -> io::Result<()> {
     let Some((missing, listener)) = confinement_report::receive(&socket)? else { return Ok(()) };
     drop(socket);
     let note = |note: &dyn Fn(&mut Confinement)| {
         note(known.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default());
     };
-    note(&|confinement| confinement.missing = missing);
+    note(&|confinement| confinement.missing = missing.with(without));
     let Some(listener) = listener else { return Ok(()) };
     loop {
         let mut ready = [PollFd::new(&listener, PollFlags::IN)];

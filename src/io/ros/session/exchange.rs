@@ -12,8 +12,8 @@ use tokio::time::{sleep, timeout};
 
 use super::RosError;
 use super::crowd::Crowd;
-use super::host::Host;
-use super::liveness::{Liveness, RestartDelay, Way};
+use super::host::{Host, Hosts};
+use super::liveness::{Liveness, Way};
 use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
 use super::processor_watch::ProcessorWatch;
@@ -28,7 +28,7 @@ use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, log, orders, table};
 use crate::io::ros::parameters::Parameters;
 use crate::io::ros::reception::{Reception, Signal};
-use crate::io::ros::settings::{Isolation, RosSettings, Transport};
+use crate::io::ros::settings::{RosSettings, Transport};
 
 /// Longest sleep between two looks at the network side.
 const TICK: Duration = Duration::from_millis(100);
@@ -41,7 +41,7 @@ const GOODBYE: Duration = Duration::from_millis(400);
 
 /// The thread's state.
 pub(super) struct Exchange {
-    isolation: Isolation,
+    hosts: Hosts,
     settings: NetworkSettings,
     table: Vec<Outgoing>,
     encoders: LightsEncoders,
@@ -54,7 +54,6 @@ pub(super) struct Exchange {
     phase: Phase,
     /// Killed, but not seen to end.
     unended: Vec<Host>,
-    restart_delay: RestartDelay,
     /// From the network side out and back to it.
     echo_way: Way,
     /// From the network side to a reader beside it.
@@ -142,7 +141,7 @@ impl Exchange {
         Self {
             settings: network_settings(&settings, &table),
             rosout: settings.rosout.as_ref().map(|_| Rosout::new(&settings.namespace, &settings.node)),
-            isolation: settings.isolation,
+            hosts: Hosts::new(settings.isolation),
             current: table.iter().map(|_| Order::Withdraw).collect(),
             table,
             encoders: LightsEncoders::default(),
@@ -150,7 +149,6 @@ impl Exchange {
             reception,
             phase: Phase::Down { until: Instant::now() },
             unended: Vec::new(),
-            restart_delay: RestartDelay::default(),
             echo_way: Way::default(),
             witness_way: Way::default(),
             crowd: Crowd::new(Instant::now()),
@@ -222,9 +220,9 @@ impl Exchange {
 
     fn start(&mut self, now: Instant) {
         let is_first = self.state.last_failure.is_none();
-        match Host::start(&self.isolation).and_then(|(host, socket)| Ok((host, Link::new(socket)?))) {
+        match self.hosts.start().and_then(|(host, socket)| Ok((host, Link::new(socket)?))) {
             Ok((host, mut link)) => {
-                self.state.is_isolated = host.is_isolated();
+                self.state.place = host.place();
                 self.state.restarts += u64::from(!is_first);
                 self.settings.echo_is_proven = self.echo_way.is_proven();
                 link.queue(&ToNetwork::Start(Box::new(self.settings.clone())));
@@ -346,7 +344,7 @@ impl Exchange {
         }
         read.map_err(|_| Over::Closed)?;
         let Active { host, liveness, status, .. } = &mut **active;
-        let looked = liveness.look(now, || host.threads());
+        let looked = liveness.look(now, || host.look().threads);
         // A thread may be in a debugger, and cannot be killed.
         if host.is_isolated() {
             looked.map_err(Over::Failed)?;
@@ -435,7 +433,7 @@ impl Exchange {
 
     /// Notes an end and its cause, and when the next network side is to start.
     fn note_end(&mut self, failure: NetworkFailure, age: Option<Duration>, now: Instant) {
-        let delay = self.restart_delay.next(age);
+        let delay = self.hosts.note_end(&failure, age);
         let ends = self.state.restarts + 1;
         self.ends.push(now);
         // In a row of the same ends, not each is worth a line.

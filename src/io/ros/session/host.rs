@@ -1,67 +1,109 @@
 //! The host of a network side: a process, or a thread of this one.
 
-use std::fs;
 use std::io;
-use std::os::fd::OwnedFd;
+use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::Path;
-use std::process::{Child, Command, ExitStatus};
+use std::process::Child;
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use tracing::level_filters::LevelFilter;
 
+use super::child::{Reading, failure, spawn};
 use super::confinement_watch::ConfinementWatch;
-use super::threads::Threads;
-use crate::core::gateway::confinement::Confinement;
-use crate::core::gateway::network::NetworkFailure;
-use crate::io::ros::link::confinement_report;
-use crate::io::ros::network::process::PANICKED;
+use super::liveness::RestartDelay;
+use super::supervisor::Supervised;
+use crate::core::gateway::confinement::{Confinement, Layer, Layers};
+use crate::core::gateway::network::{NetworkFailure, Place};
+use crate::io::ros::link::datagram;
 use crate::io::ros::network::serve;
 use crate::io::ros::settings::Isolation;
 
-/// Environment variables that the process keeps: what its log needs.
-const KEPT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "JOURNAL_STREAM", "NO_COLOR"];
-/// Arenas of the C library's allocator; each of its threads would have one, and hold memory of its own.
-const ARENAS: &str = "2";
+/// Starts network sides, one after the other.
+pub(super) struct Hosts {
+    isolation: Isolation,
+    delay: RestartDelay,
+    /// The service of the last one did not start.
+    has_no_service: bool,
+}
 
 /// A running network side.
 #[derive(Debug)]
 pub(super) enum Host {
     /// A process, and what is known of its confinement.
     Process(Child, ConfinementWatch),
+    /// Likewise, of another user.
+    Service(Supervised, ConfinementWatch),
     /// A thread, which cannot be ended from outside.
     Thread(JoinHandle<io::Result<()>>),
 }
 
-impl Host {
-    /// Starts a network side; gives our end of its link.
-    pub(super) fn start(isolation: &Isolation) -> io::Result<(Self, UnixStream)> {
+impl Hosts {
+    /// Those of a session.
+    pub(super) fn new(isolation: Isolation) -> Self {
+        Self { isolation, delay: RestartDelay::default(), has_no_service: false }
+    }
+
+    /// Notes an end, and the age that was reached since it joined the network; gives the time to the start of the next one. A
+    /// service that does not even start is done without from then on.
+    pub(super) fn note_end(&mut self, failure: &NetworkFailure, age: Option<Duration>) -> Duration {
+        self.has_no_service |= *failure == NetworkFailure::SupervisorEnded && age.is_none();
+        self.delay.next(age)
+    }
+
+    /// Starts a network side; gives our end of its link. From the first process on, none of our user looks into our memory.
+    pub(super) fn start(&self) -> io::Result<(Host, UnixStream)> {
         let (ours, theirs) = UnixStream::pair()?;
-        let host = match isolation {
-            Isolation::Process { program, memory_limit_mb } => {
-                let (watched, reporting) = confinement_report::pair()?;
-                let child = spawn(program, *memory_limit_mb, theirs, reporting)?;
-                Self::Process(child, ConfinementWatch::start(watched)?)
-            }
-            Isolation::Thread => Self::Thread(
-                thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs, |_| Ok(())))?,
-            ),
+        let Isolation::Process { program, memory_limit_mb, supervisor } = &self.isolation else {
+            let thread = thread::Builder::new().name("ros network".to_owned());
+            return Ok((Host::Thread(thread.spawn(|| serve(theirs, |_| Ok(())))?), ours));
         };
-        Ok((host, ours))
+        set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
+        let (watched, reporting) = datagram::pair()?;
+        let level = LevelFilter::current().to_string();
+        let mut missing = Layers::default();
+        if let Some(supervisor) = supervisor {
+            let ends = [theirs.as_fd(), reporting.as_fd()];
+            let refused = || Err(io::Error::other("its service did not start"));
+            let start = || Supervised::start(supervisor, &level, *memory_limit_mb, ends);
+            match if self.has_no_service { refused() } else { start() } {
+                Ok(supervised) => {
+                    return Ok((Host::Service(supervised, ConfinementWatch::start(watched, missing)?), ours));
+                }
+                Err(error) => {
+                    tracing::warn!("the network process is confined without {}: {error}", Layer::OwnUser);
+                    missing = [Layer::OwnUser].into_iter().collect();
+                }
+            }
+        }
+        let child = spawn(program, &level, *memory_limit_mb, theirs, reporting)?;
+        Ok((Host::Process(child, ConfinementWatch::start(watched, missing)?), ours))
+    }
+}
+
+impl Host {
+    /// Where it runs.
+    pub(super) fn place(&self) -> Place {
+        match self {
+            Self::Process(..) => Place::Process,
+            Self::Service(..) => Place::Service,
+            Self::Thread(_) => Place::Thread,
+        }
     }
 
     /// True for a process of its own.
     pub(super) fn is_isolated(&self) -> bool {
-        matches!(self, Self::Process(..))
+        self.place() != Place::Thread
     }
 
     /// Ends it at once, if it can be ended.
     pub(super) fn kill(&mut self) {
-        if let Self::Process(child, _) = self {
+        match self {
             // One that has ended by itself was waited for by us, or still will be.
-            let _ = child.kill();
+            Self::Process(child, _) => drop(child.kill()),
+            Self::Service(supervised, _) => supervised.kill(),
+            Self::Thread(_) => {}
         }
     }
 
@@ -69,87 +111,44 @@ impl Host {
     pub(super) fn end(&mut self) -> Option<NetworkFailure> {
         match self {
             Self::Process(child, _) => child.try_wait().ok().flatten().map(failure),
+            Self::Service(supervised, _) => supervised.end(),
             Self::Thread(thread) if !thread.is_finished() => None,
             // The panic of a thread that has ended is reported by its hook.
             Self::Thread(_) => Some(NetworkFailure::Panicked),
         }
     }
 
-    /// The threads of its own process; `None` if they cannot be read.
-    pub(super) fn threads(&self) -> Option<Threads> {
+    /// What the kernel knows of its own process now; nothing of what cannot be read.
+    pub(super) fn look(&self) -> Reading {
         match self {
-            Self::Process(child, _) => Threads::read(child.id()),
-            Self::Thread(_) => None,
+            Self::Process(child, _) => Reading::of(child.id()),
+            Self::Service(supervised, _) => supervised.look(),
+            Self::Thread(_) => Reading::default(),
         }
     }
 
     /// How its own process is confined; `None` as long as it has not said so.
     pub(super) fn confinement(&self) -> Option<Confinement> {
         match self {
-            Self::Process(_, watch) => watch.confinement(),
+            Self::Process(_, watch) | Self::Service(_, watch) => watch.confinement(),
             Self::Thread(_) => None,
         }
-    }
-
-    /// Memory of its own process that is in use, bytes.
-    pub(super) fn memory_bytes(&self) -> Option<u64> {
-        let Self::Process(child, _) = self else { return None };
-        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
-        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-        let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
-        kilobytes.checked_mul(1024)
-    }
-}
-
-/// Starts the program with its end of the link as standard input, and of the report of its confinement as standard output. All
-/// other descriptors of ours close by themselves. From now on no process of our user looks into our memory.
-fn spawn(program: &Path, memory_limit_mb: u32, socket: UnixStream, report: OwnedFd) -> io::Result<Child> {
-    set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
-    let kept = KEPT.into_iter().filter_map(|name| std::env::var_os(name).map(|value| (name, value)));
-    Command::new(program)
-        .arg0("signal-gateway")
-        .args(["network", &LevelFilter::current().to_string(), &memory_limit_mb.to_string()])
-        .env_clear()
-        .envs(kept)
-        .env("MALLOC_ARENA_MAX", ARENAS)
-        .current_dir("/")
-        .stdin(OwnedFd::from(socket))
-        .stdout(report)
-        // Signals of a terminal are for the gateway, which tells the other side to leave.
-        .process_group(0)
-        .spawn()
-}
-
-fn failure(status: ExitStatus) -> NetworkFailure {
-    match (status.code(), status.signal()) {
-        (Some(PANICKED), _) => NetworkFailure::Panicked,
-        (Some(code), _) => NetworkFailure::Exited(code),
-        // A panic has an exit code, so what aborts is the allocator.
-        (None, Some(libc::SIGABRT)) => NetworkFailure::OutOfMemory,
-        (None, signal) => NetworkFailure::Signalled(signal.unwrap_or_default()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::process::Stdio;
+    use std::process::{Command, Stdio};
 
     use super::*;
     use crate::waiting::wait_for;
 
     #[test]
-    fn the_end_of_a_process_names_its_cause() {
-        let ended = |raw| failure(ExitStatus::from_raw(raw));
-        assert_eq!(ended(3 << 8), NetworkFailure::Exited(3));
-        assert_eq!(ended(101 << 8), NetworkFailure::Panicked);
-        assert_eq!(ended(6), NetworkFailure::OutOfMemory);
-        assert_eq!(ended(9), NetworkFailure::Signalled(9));
-    }
-
-    #[test]
     fn a_program_that_is_missing_is_an_error_and_one_that_ends_is_seen() {
-        let start =
-            |program: &str| Host::start(&Isolation::Process { program: program.into(), memory_limit_mb: 64 });
+        let start = |program: &str| {
+            let program = program.into();
+            Hosts::new(Isolation::Process { program, memory_limit_mb: 64, supervisor: None }).start()
+        };
         assert!(start("/nowhere/signal-gateway").is_err());
         let (mut host, _link) = start("/bin/false").unwrap();
         let end = wait_for("the end of the program", || host.end());
@@ -159,16 +158,17 @@ mod tests {
     #[test]
     fn a_process_has_memory_of_its_own_until_it_is_killed() {
         let child = Command::new("cat").stdin(Stdio::piped()).spawn().unwrap();
-        let (watched, _reporting) = confinement_report::pair().unwrap();
-        let mut host = Host::Process(child, ConfinementWatch::start(watched).unwrap());
+        let (watched, _reporting) = datagram::pair().unwrap();
+        let mut host = Host::Process(child, ConfinementWatch::start(watched, Layers::default()).unwrap());
         assert!(
-            host.is_isolated() && host.memory_bytes().is_some_and(|bytes| bytes > 0 && bytes % 1024 == 0)
+            host.is_isolated()
+                && host.look().memory_bytes.is_some_and(|bytes| bytes > 0 && bytes % 1024 == 0)
         );
         host.kill();
         let Host::Process(child, _) = &mut host else { panic!("it was a process") };
         child.wait().unwrap();
-        assert_eq!((host.end(), host.memory_bytes()), (Some(NetworkFailure::Signalled(9)), None));
+        assert_eq!((host.end(), host.look().memory_bytes), (Some(NetworkFailure::Signalled(9)), None));
         let thread = Host::Thread(thread::spawn(|| Ok(())));
-        assert_eq!((thread.is_isolated(), thread.memory_bytes()), (false, None));
+        assert_eq!((thread.is_isolated(), thread.look().memory_bytes), (false, None));
     }
 }

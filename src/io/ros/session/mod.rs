@@ -9,6 +9,7 @@
 //! samples no longer arrive at a reader of our own, or to which too many peers were announced, is told to leave. The next one
 //! starts after a delay, gets what is current on each topic, and announces it as a new participant does.
 
+mod child;
 mod confinement_watch;
 mod crowd;
 mod exchange;
@@ -19,6 +20,7 @@ mod network_settings;
 mod processor_watch;
 mod rosout;
 mod status;
+pub mod supervisor;
 mod threads;
 
 use std::io;

@@ -5,18 +5,20 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 /// The threads of a process by their ids.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(super) struct Threads(BTreeMap<u32, ThreadReading>);
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct ThreadReading {
     state: ThreadState,
     /// `None` where the kernel does not measure them.
     times: Option<ProcessorTimes>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum ThreadState {
     /// Runs, or waits for a processor.
     Runnable,
@@ -27,7 +29,7 @@ enum ThreadState {
 }
 
 /// Sums since the thread's start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct ProcessorTimes {
     ran: Duration,
     /// Noted when the wait is over.

@@ -35,8 +35,9 @@ impl Exchange {
                 Phase::Active(active) => Some(active),
                 Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
             };
-            let threads = active.and_then(|active| active.host.threads());
-            self.state.processor_percent = self.processor.look(threads, now);
+            let reading = active.map(|active| active.host.look()).unwrap_or_default();
+            self.state.processor_percent = self.processor.look(reading.threads, now);
+            self.state.memory_bytes = reading.memory_bytes;
             let burdens = [
                 (active.is_some_and(|active| !active.liveness.is_heard()), Burden::Unheard),
                 (self.state.peers >= MAX_PEERS, Burden::Crowd),
@@ -49,7 +50,6 @@ impl Exchange {
             self.ends.retain(|end| now.saturating_duration_since(*end) < RECENT);
             self.state.recent_ends = self.ends.len();
             let lost_lines = active.map(|active| active.lost_lines()).unwrap_or_default();
-            self.state.memory_bytes = active.and_then(|active| active.host.memory_bytes());
             self.state.confinement = active.and_then(|active| active.host.confinement());
             self.state.links = self.state.links.as_ref().map(|_| seen.links.clone().unwrap_or_default());
             self.state.has_other_graph = seen.has_left_graph || self.has_other_distribution;
