@@ -1,8 +1,8 @@
 """Reads the gateway's reports and diagnostics for a while and prints what was lost.
 
 Usage: watch.py DOMAIN SECONDS
-Reports come every 100 ms and at each change: each pause of more than 500 ms is a loss, after the first report. So is a
-frame that the kernel dropped. Ends with 1 when something was lost.
+Reports come every 100 ms and at each change: each pause of more than 500 ms is a loss, after the first report, unless this program,
+which does nothing else, did not run for as long either. So is a frame that the kernel dropped. Ends with 1 when something was lost.
 """
 
 import sys
@@ -39,15 +39,25 @@ readers = {
 diagnostics = reader("rt/diagnostics", DiagnosticArray)
 reports = {kind: 0 for kind in readers}
 last, longest, pauses, worst, drops = {}, {}, {}, {}, 0
-end = time.monotonic() + seconds
-while (now := time.monotonic()) < end:
+stood_still = {kind: 0.0 for kind in readers}
+begun = before = time.monotonic()
+while (now := time.monotonic()) < begun + seconds:
     for kind, topic in readers.items():
+        # For how long this program did not run since the last report, the usual sleep not counted.
+        stood_still[kind] += max(0.0, now - before - 0.01)
         if samples := received(topic):
-            pause = now - last.get(kind, now)
+            came, stamped = last.get(kind, (now, None))
+            stamp = samples[0].stamp.sec + samples[0].stamp.nanosec / 1e9
+            pause = now - came - stood_still[kind]
+            if now - came > 0.4:
+                made = "" if stamped is None else f", {stamp - stamped:.2f} s between the reports' times"
+                print(f"{now - begun:7.1f} s  {kind}: none for {now - came:.2f} s{made}, {stood_still[kind]:.2f} s of it stood still")
             longest[kind] = max(longest.get(kind, 0), pause)
             pauses[kind] = pauses.get(kind, 0) + (pause > 0.5)
             reports[kind] += len(samples)
-            last[kind] = now
+            last[kind] = (now, samples[-1].stamp.sec + samples[-1].stamp.nanosec / 1e9)
+            stood_still[kind] = 0.0
+    before = now
     for array in received(diagnostics):
         for status in array.status:
             level = status.level if isinstance(status.level, int) else ord(status.level)
