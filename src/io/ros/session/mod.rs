@@ -2,7 +2,8 @@
 //!
 //! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages wait in an
 //! inbox. The thread encodes and decodes messages, and exchanges them with the network side ([`network`](super::network)),
-//! which alone joins DDS: a process that the session starts, watches and replaces, or a thread of this process.
+//! which alone joins DDS: a process that the session starts (through a [`supervisor`] of another user, where systemd has one), watches and
+//! replaces, or a thread of this process.
 //!
 //! The network side answers pings with the help of a sample of its own that goes out and comes back. One that is silent
 //! for a second in which it could run is killed, and so is one that breaks the rules of the link. One that answers while its

@@ -12,9 +12,12 @@ use rustdds::GUID;
 /// Samples in a row that make a writer a regular one.
 const REGULAR: u32 = 10;
 /// The longest pause between these.
-const MAX_PAUSE: Duration = Duration::from_millis(300);
-/// Silence of a regular writer after which it may not be heard.
+const MAX_PAUSE: Duration = Duration::from_millis(1200);
+/// Silence of a regular writer after which it may not be heard, and as a multiple of its usual pause; the longer one counts.
 const SILENCE: Duration = Duration::from_secs(1);
+const PAUSES: f64 = 2.5;
+/// What a sample that comes sooner leaves of the usual pause.
+const FADING: f64 = 0.9;
 /// The most that counts of the time between two looks: when this side does not run, nor may the writer.
 const MAX_STEP: Duration = Duration::from_millis(150);
 /// Samples that a writer has gone on by when it was not heard; fewer may be on their way.
@@ -45,6 +48,8 @@ struct Heard {
     number: i64,
     /// Samples in a row without a longer pause.
     regular: u32,
+    /// The longest pause of late.
+    usual: Duration,
     /// Time that was seen to pass since the last one.
     silence: Duration,
     is_suspected: bool,
@@ -61,11 +66,15 @@ impl SilentWriters {
         if !self.writers.contains_key(&writer) && self.writers.len() >= MAX_WRITERS {
             return;
         }
-        let new = Heard { number, regular: 0, silence: Duration::ZERO, is_suspected: false };
+        let (regular, usual, silence) = (0, Duration::ZERO, Duration::ZERO);
+        let new = Heard { number, regular, usual, silence, is_suspected: false };
         let heard = self.writers.entry(writer).or_insert(new);
-        let goes_on = heard.silence <= MAX_PAUSE;
-        let regular = if goes_on { heard.regular.saturating_add(1) } else { 0 };
-        *heard = Heard { regular, ..new };
+        *heard = if heard.silence <= MAX_PAUSE {
+            let usual = heard.silence.max(heard.usual.mul_f64(FADING));
+            Heard { regular: heard.regular.saturating_add(1), usual, ..new }
+        } else {
+            new
+        };
     }
 
     /// Notes a sample that has come to another participant; true when it shows that a suspected writer has gone on unheard.
@@ -108,7 +117,8 @@ impl SilentWriters {
         let mut suspected = Vec::new();
         for (writer, heard) in &mut self.writers {
             heard.silence += step;
-            if may_suspect && is_due && heard.regular >= REGULAR && heard.silence >= SILENCE {
+            let is_silent = heard.silence >= SILENCE.max(heard.usual.mul_f64(PAUSES));
+            if may_suspect && is_due && heard.regular >= REGULAR && is_silent {
                 heard.is_suspected = true;
                 suspected.push(*writer);
             }
@@ -195,10 +205,25 @@ mod tests {
     }
 
     #[test]
-    fn a_writer_that_seldom_sends_or_is_gone_is_not_suspected() {
-        let seldom: Vec<_> =
-            (0..50).map(|second| (second * 1_000, i64::try_from(second).unwrap(), false)).collect();
-        assert_eq!(watch(100_000, &seldom).0, Vec::<u64>::new());
+    fn a_slow_writer_is_suspected_after_some_of_its_periods_and_a_seldom_one_never() {
+        let every = |ms: u64, from: u64, to: u64, is_elsewhere: bool| {
+            (from..to).map(move |count| (count * ms, i64::try_from(count).unwrap(), is_elsewhere))
+        };
+        for (period_ms, suspected_ms) in [(500, 1_240), (1_000, 2_480)] {
+            let samples: Vec<_> =
+                every(period_ms, 1, 31, false).chain(every(period_ms, 31, 60, true)).collect();
+            let (suspected, unheard) = watch(60 * period_ms, &samples);
+            assert!(suspected[0] == 30 * period_ms + suspected_ms, "{period_ms}: {suspected:?}");
+            assert!(!unheard.is_empty(), "{period_ms}");
+            let regular: Vec<_> = every(period_ms, 1, 60, false).collect();
+            assert_eq!(watch(60 * period_ms, &regular).0, Vec::<u64>::new(), "{period_ms}");
+        }
+        let seldom: Vec<_> = every(2_000, 0, 50, false).collect();
+        assert_eq!(watch(120_000, &seldom).0, Vec::<u64>::new());
+    }
+
+    #[test]
+    fn a_writer_that_is_gone_is_not_suspected() {
         let start = Instant::now();
         let mut writers = SilentWriters::new(start);
         (1..30).for_each(|number| writers.heard((0, GUID::from_bytes([1; 16])), number));
