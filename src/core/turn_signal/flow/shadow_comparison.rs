@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::core::light_command::EnumOrUnknown;
+use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::MonoTime;
 
 /// Two commands that differ.
@@ -37,8 +37,27 @@ impl<T> Default for ShadowComparison<T> {
     }
 }
 
-impl<T: Copy + PartialEq> ShadowComparison<T> {
-    /// Compares the commands of one cycle.
+/// A command by which a vehicle shows something, or nothing.
+pub(super) trait Shown: Copy + PartialEq {
+    /// True if it asks for no light: because all are to be off, or because nothing is known.
+    fn is_dark(self) -> bool;
+}
+
+impl Shown for TurnCommand {
+    fn is_dark(self) -> bool {
+        self.side().is_none()
+    }
+}
+
+impl Shown for HazardCommand {
+    fn is_dark(self) -> bool {
+        self != Self::Enable
+    }
+}
+
+impl<T: Shown> ShadowComparison<T> {
+    /// Compares the commands of one cycle. Two that ask for no light are alike: upstream's deciders say `NO_COMMAND` where this
+    /// one says `DISABLE`.
     pub(super) fn compare(
         &mut self,
         ours: T,
@@ -49,7 +68,11 @@ impl<T: Copy + PartialEq> ShadowComparison<T> {
         let before = self.present.take();
         match autoware {
             None => self.skipped += 1,
-            Some(autoware) if autoware == EnumOrUnknown::Known(ours) => self.agreed += 1,
+            Some(EnumOrUnknown::Known(autoware))
+                if autoware == ours || autoware.is_dark() && ours.is_dark() =>
+            {
+                self.agreed += 1;
+            }
             Some(autoware) => {
                 let since = before.map_or(now, |before| before.since);
                 let counts = now.since(since) > tolerance;
@@ -77,7 +100,7 @@ impl<T: Copy + PartialEq> ShadowComparison<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::light_command::TurnCommand::{self, Disable, Left, Right};
+    use TurnCommand::{Disable, Left, NoCommand, Right};
 
     #[test]
     fn differences_count_once_they_last() {
@@ -97,5 +120,8 @@ mod tests {
         let alike = at(600, Right, Some(Right));
         assert_eq!((alike.agreed, alike.present, alike.skipped), (2, None, 1));
         assert!(!at(700, Right, Some(Disable)).present.unwrap().counts, "begins anew");
+        let dark = at(800, Disable, Some(NoCommand));
+        assert_eq!((dark.agreed, dark.present), (3, None), "both ask for no light");
+        assert!(at(900, Left, Some(NoCommand)).present.is_some());
     }
 }

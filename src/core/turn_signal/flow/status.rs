@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use super::shadow_comparison::{Disagreement, ShadowComparison};
+use super::shadow_comparison::{Disagreement, ShadowComparison, Shown};
 use super::{Role, TurnSignalFlow};
 use crate::core::diagnostics::Level;
 use crate::core::time::MonoTime;
@@ -134,7 +134,7 @@ fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-fn compared<T: Copy + PartialEq + fmt::Display>(
+fn compared<T: Shown + fmt::Display>(
     comparison: &ShadowComparison<T>,
     [share, present, counts]: [&'static str; 3],
     now: MonoTime,
