@@ -78,8 +78,10 @@ mod tests {
             "warning    lanelet 34642 at (3773.5, 73725.0) m: tagged left, but it bends 94° to the right\n",
             "warning    lanelet 34645 at (3755.0, 73734.5) m: turns off by 73° to the left where the road forks after \
              34468, without a turn_direction\n",
+            "warning    lanelet 34645 at (3755.0, 73734.5) m: its turn_direction \"middle\" names no direction: expected \
+             left, right or straight, in lower case\n",
         ];
-        assert!(concerns == 2 && lines.iter().all(|line| text.contains(line)), "{concerns}\n{text}");
+        assert!(concerns == 4 && lines.iter().all(|line| text.contains(line)), "{concerns}\n{text}");
     }
 
     #[test]

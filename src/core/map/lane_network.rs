@@ -10,6 +10,7 @@ use extent::Extent;
 
 mod extent;
 mod reader;
+mod route_search;
 mod tags;
 mod topology;
 
@@ -52,6 +53,8 @@ pub struct Lane {
     pub right_bound: Vec<Point>,
     /// The tag `turn_direction`.
     pub turn_direction: TurnDirection,
+    /// The value of that tag where it names no direction, as written.
+    pub unknown_direction: Option<String>,
     /// The tag `turn_signal_distance`, metres.
     pub turn_signal_distance_m: Option<f64>,
     /// Lanelets that go on from it, in the order of the routing graph.

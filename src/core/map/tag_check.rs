@@ -40,6 +40,18 @@ pub enum MapFlaw {
         /// The bend from its start to its end, degrees, positive to the left.
         bend_deg: f64,
     },
+    /// Its `turn_direction` is none of the values that are known, and counts as none.
+    UnknownDirection {
+        /// The value.
+        value: String,
+    },
+    /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the other side ends.
+    ReachesBehindOtherTurn {
+        /// The tag `turn_signal_distance`, metres.
+        distance_m: f64,
+        /// The lanelet that turns to the other side.
+        other: LaneId,
+    },
     /// A turn is split: the same tag on lanelets that follow each other.
     SplitTurn {
         /// The tag.
@@ -86,7 +98,9 @@ pub fn check_tags(road: &LaneNetwork) -> Vec<MapFinding> {
     for lane in road.lanes() {
         let mut note = |flaw| findings.push(finding(road, lane.id, flaw));
         if lane.roundabouts.is_empty() {
+            unknown_direction(lane).into_iter().for_each(&mut note);
             other_direction(lane).into_iter().for_each(&mut note);
+            reaches_behind_other_turn(road, lane).into_iter().for_each(&mut note);
             split_turn(road, lane).into_iter().for_each(&mut note);
             untagged_fork(road, lane).into_iter().for_each(&mut note);
         }
@@ -135,6 +149,34 @@ fn other_direction(lane: &Lane) -> Option<MapFlaw> {
         TurnDirection::Right => bend_deg > STRAIGHT_DEG,
     };
     is_wrong.then_some(MapFlaw::OtherDirection { tag, bend_deg })
+}
+
+fn unknown_direction(lane: &Lane) -> Option<MapFlaw> {
+    let value = lane.unknown_direction.clone()?;
+    Some(MapFlaw::UnknownDirection { value })
+}
+
+/// The nearest turn to the other side that ends within the lane's own search distance before it.
+fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lane) -> Option<MapFlaw> {
+    let opposite = match lane.turn_direction {
+        TurnDirection::Left => TurnDirection::Right,
+        TurnDirection::Right => TurnDirection::Left,
+        TurnDirection::None | TurnDirection::Straight => return None,
+    };
+    let distance_m = lane.turn_signal_distance_m?;
+    // Lanelets before it, by their distance to it; each once, so that a ring ends.
+    let (mut pending, mut visited) = (vec![(0.0, lane.id)], BTreeSet::from([lane.id]));
+    let mut nearest: Option<(f64, LaneId)> = None;
+    while let Some((before_m, here)) = pending.pop() {
+        for before in road.predecessors(here).iter().filter_map(|id| road.lane(*id)) {
+            if before.turn_direction == opposite {
+                nearest = nearest.filter(|(least_m, _)| *least_m <= before_m).or(Some((before_m, before.id)));
+            } else if before_m + before.length_m() < distance_m && visited.insert(before.id) {
+                pending.push((before_m + before.length_m(), before.id));
+            }
+        }
+    }
+    nearest.map(|(_, other)| MapFlaw::ReachesBehindOtherTurn { distance_m, other })
 }
 
 fn split_turn(road: &LaneNetwork, first: &Lane) -> Option<MapFlaw> {
@@ -252,6 +294,17 @@ impl fmt::Display for MapFlaw {
             Self::OtherDirection { tag, bend_deg } => {
                 write!(f, "tagged {}, but it bends {}", tag.name(), bend(*bend_deg))
             }
+            Self::UnknownDirection { value } => {
+                write!(
+                    f,
+                    "its turn_direction {value:?} names no direction: expected left, right or straight, in lower case"
+                )
+            }
+            Self::ReachesBehindOtherTurn { distance_m, other } => write!(
+                f,
+                "its turn_signal_distance of {distance_m} m reaches behind the end of lanelet {other}, which turns to the \
+                 other side"
+            ),
             Self::SplitTurn { tag, lanes, bend_deg } => {
                 let lanes: Vec<String> = lanes.iter().map(LaneId::to_string).collect();
                 let (bend, lanes) = (bend(*bend_deg), lanes.join(", "));

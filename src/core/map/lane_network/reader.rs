@@ -76,6 +76,7 @@ impl<'a> Builder<'a> {
             left_bound: from_above(&left),
             right_bound: from_above(&right),
             turn_direction: TurnDirection::from_tag(tags.get("turn_direction")),
+            unknown_direction: TurnDirection::unknown(tags.get("turn_direction")),
             turn_signal_distance_m: number_tag(tags, "turn_signal_distance", element)?,
             followers: Vec::new(),
             left: beside(ways[0]),

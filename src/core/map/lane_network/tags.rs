@@ -14,6 +14,11 @@ impl TurnDirection {
         }
     }
 
+    /// The value of the tag when it names no direction; tags are exact, so `Left` does not.
+    pub(super) fn unknown(value: Option<&str>) -> Option<String> {
+        value.filter(|_| Self::from_tag(value) == Self::None).map(str::to_owned)
+    }
+
     /// The value of the tag; `none` without one.
     pub const fn name(self) -> &'static str {
         match self {
@@ -77,7 +82,11 @@ mod tests {
             [("left", Left), ("right", Right), ("straight", Straight), ("none", None), ("Left", None)];
         for (value, expected) in cases {
             assert_eq!(TurnDirection::from_tag(Some(value)), expected, "{value}");
+            assert_eq!(TurnDirection::unknown(Some(value)).is_some(), expected == None, "{value}");
         }
-        assert_eq!(TurnDirection::from_tag(Option::None), None);
+        assert_eq!(
+            (TurnDirection::from_tag(Option::None), TurnDirection::unknown(Option::None)),
+            (None, Option::None)
+        );
     }
 }

@@ -54,6 +54,47 @@ fn a_tag_is_held_against_the_bend() {
 }
 
 #[test]
+fn a_direction_that_nobody_knows_is_found() {
+    let unknown = |value: &str| Lane {
+        unknown_direction: Some(value.to_owned()),
+        ..lane(7, TurnDirection::None, 90.0, &[])
+    };
+    let expected = "lanelet 7 at (0.0, 0.0) m: its turn_direction \"Left\" names no direction: expected left, right or straight, \
+                    in lower case";
+    assert_eq!(found([unknown("Left")]), [expected]);
+}
+
+#[test]
+fn a_turn_that_is_announced_behind_one_to_the_other_side_is_found() {
+    use TurnDirection::{Left, None, Right, Straight};
+    // 1, 2 and 3 follow each other; 3 turns left, and is announced from this far ahead.
+    let road = |first: TurnDirection, distance_m: Option<f64>| {
+        let turn = Lane { turn_signal_distance_m: distance_m, ..lane(3, Left, 90.0, &[]) };
+        let bend_deg = if first == Right { -90.0 } else { 90.0 };
+        found([lane(1, first, bend_deg, &[2]), lane(2, None, 0.0, &[3]), turn])
+    };
+    let between_m = lane(2, None, 0.0, &[]).length_m();
+    let found = road(Right, Some(between_m + 1.0));
+    let expected = format!(
+        "its turn_signal_distance of {} m reaches behind the end of lanelet 1, which turns to the other side",
+        between_m + 1.0
+    );
+    assert!(matches!(&found[..], [only] if only.ends_with(&expected)), "{found:?}");
+    for (first, distance_m) in [
+        (Right, Some(between_m - 1.0)),
+        (Right, Option::None),
+        (Left, Some(between_m + 1.0)),
+        (Straight, Some(between_m + 1.0)),
+    ] {
+        let found = road(first, distance_m);
+        assert!(
+            !found.iter().any(|text| text.contains("reaches behind")),
+            "{first:?} {distance_m:?}: {found:?}"
+        );
+    }
+}
+
+#[test]
 fn a_turn_over_several_lanelets_is_found_once() {
     use TurnDirection::{Left, Right};
     let findings = found([
