@@ -27,7 +27,7 @@ impl DeciderCompat {
     }
 }
 
-/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and `W18` to `W21` are labels of
+/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and `W18` to `W22` are labels of
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,14 +76,17 @@ pub struct UpstreamQuirks {
     /// W21: a manoeuvre whose required section lies within that of another is signalled before it begins, against the
     /// side that is steered to, and of two that begin together one is signalled for an instant (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub nested_section_comes_early: bool,
+    /// W22: after and before a lanelet comes whichever lanelet of the route joins it on the map, whatever the order of the route's
+    /// segments (docs/spec/turn-signal-decider.md, "Neighbours within the route").
+    pub ignores_order_of_segments: bool,
     /// A start from the middle of a lane changes the command of the record before and not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
     pub centerline_start_has_no_points: bool,
 }
 
 impl UpstreamQuirks {
-    /// The quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 concerns the path
-    /// generator, which has a rule of its own.
+    /// The quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 and W22
+    /// concern the path generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {
         let is_upstream = matches!(compat, DeciderCompat::Upstream);
         Self {
@@ -102,6 +105,7 @@ impl UpstreamQuirks {
             last_manoeuvre_replaces: is_upstream,
             ignores_height_and_continuity: !matches!(compat, DeciderCompat::Improved),
             nested_section_comes_early: is_upstream,
+            ignores_order_of_segments: !matches!(compat, DeciderCompat::Improved),
             centerline_start_has_no_points: is_upstream,
         }
     }

@@ -167,7 +167,13 @@ impl Decider {
                 let parameters = &settings.parameters;
                 let (turn, tagged) =
                     measured.as_ref().map_or((TurnCommand::NoCommand, TaggedLanelet::None), |measured| {
-                        path_generator::decide((road, route), &measured.lanes, odometry, front_m, parameters)
+                        path_generator::decide(
+                            (road, route, quirks),
+                            &measured.lanes,
+                            odometry,
+                            front_m,
+                            parameters,
+                        )
                     });
                 bare(turn, HazardCommand::NoCommand, Basis::PathGenerator(tagged), Vec::new())
             }
@@ -179,7 +185,7 @@ impl Decider {
                     PathFrame::of_every_visit(path, (ego, measured.ego_m), front_m, nearest)
                 });
                 self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
-                    turns: turns(&context, &measured.lanes, manoeuvre),
+                    turns: turns(&context, measured, manoeuvre),
                     legs: legs(&context, &measured.lanes),
                 })
             }
@@ -366,7 +372,7 @@ impl Decider {
             && current.misalignment_rad(ego) <= parameters.nearest.yaw_rad;
         let backward_m =
             if is_on { self.backward_m(road, route, current.id) } else { parameters.path_backward_length_m };
-        DistancePath::new((road, route), parameters, ego, current.id, backward_m)
+        DistancePath::new((road, route, self.quirks), parameters, ego, current.id, backward_m)
             .map_err(Finding::NoDistancePath)
     }
 

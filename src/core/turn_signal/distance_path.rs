@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::iter::successors;
 
+use super::compat::UpstreamQuirks;
 use super::parameters::Parameters;
 use super::route::Route;
 use crate::core::map::geometry::path::{Path, PathError};
@@ -20,8 +21,10 @@ const MAX_LANES: usize = 10_000;
 pub struct DistancePath {
     /// The path on which distances are measured.
     pub path: Path,
-    /// Lanelets it runs through, in order.
+    /// Lanelets it runs through, in order, each once.
     pub lanes: Vec<LaneId>,
+    /// Arc lengths of each on it, from its start to its end, metres, to within the smoothing of corners.
+    pub spans_m: Vec<[f64; 2]>,
     /// Arc length of the vehicle on it, by its lanelet, metres.
     pub ego_m: f64,
 }
@@ -29,7 +32,7 @@ pub struct DistancePath {
 impl DistancePath {
     /// The path for a vehicle at `ego` on the lanelet `current` of the route.
     pub fn new(
-        (road, route): (&LaneNetwork, &Route),
+        (road, route, quirks): (&LaneNetwork, &Route, UpstreamQuirks),
         parameters: &Parameters,
         ego: Pose,
         current: LaneId,
@@ -39,23 +42,26 @@ impl DistancePath {
         let lane = road.lane(current).ok_or(PathError::TooShort)?;
         let along_m = nearest(&lane.centerline, ego.position).map_or(0.0, |nearest| nearest.arc_m);
         let rest_m = lane.length_m() - along_m;
-        let previous = |id: LaneId| route.previous(road, id).next();
+        let previous = |id: LaneId| route.previous(road, id, quirks).first().copied();
         let mut sequence = walk(road, current, backward_m - along_m, previous);
         let behind_m: f64 = sequence.iter().filter_map(|id| road.lane(*id)).map(Lane::length_m).sum();
         sequence.reverse();
         sequence.push(current);
-        sequence.extend(walk(road, current, forward_m - rest_m, |id| route.next(road, id)));
+        sequence.extend(walk(road, current, forward_m - rest_m, |id| route.next(road, id, quirks)));
 
         let ego_m = behind_m + along_m;
         let (from_m, to_m) = (ego_m - backward_m, ego_m + forward_m);
-        let lanes = within(road, &sequence, from_m, to_m);
+        let reaching_in = within(road, &sequence, from_m, to_m);
+        let on_path_m = |at_m: f64| at_m - from_m.max(0.0);
+        let (lanes, spans_m) =
+            reaching_in.into_iter().map(|(id, span_m)| (id, span_m.map(on_path_m))).unzip();
         let centerline: Vec<Point> = sequence
             .iter()
             .filter_map(|id| road.lane(*id))
             .flat_map(|lane| lane.centerline.iter().copied())
             .collect();
         let points = resampled(&centerline, from_m, to_m, parameters.path_interval_m);
-        Ok(Self { path: Path::new(headed(&points))?, lanes, ego_m: ego_m - from_m.max(0.0) })
+        Ok(Self { path: Path::new(headed(&points))?, lanes, spans_m, ego_m: ego_m - from_m.max(0.0) })
     }
 }
 
@@ -78,16 +84,15 @@ fn walk(
     walked
 }
 
-/// The lanelets of the sequence that reach into an interval of it.
-fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<LaneId> {
+/// The lanelets of the sequence that reach into an interval of it, and where each begins and ends on the sequence.
+fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<(LaneId, [f64; 2])> {
     let mut start_m = 0.0;
-    let reaches_in = |id: &&LaneId| {
-        let end_m = start_m + road.lane(**id).map_or(0.0, Lane::length_m);
-        let reaches_in = start_m < to_m && end_m > from_m;
-        start_m = end_m;
-        reaches_in
-    };
-    sequence.iter().filter(reaches_in).copied().collect()
+    let spans = sequence.iter().map(|id| {
+        let span_m = [start_m, start_m + road.lane(*id).map_or(0.0, Lane::length_m)];
+        [_, start_m] = span_m;
+        (*id, span_m)
+    });
+    spans.filter(|(_, [start_m, end_m])| *start_m < to_m && *end_m > from_m).collect()
 }
 
 /// Points at equal steps of a line between two arc lengths, and at the second one.

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use super::decision_context::DecisionContext;
-use super::section::Section;
+use super::distance_path::DistancePath;
+use super::section::{Place, Section};
 use super::side::Side;
 use super::subject::Subject;
 use super::turn_lane::TurnLane;
@@ -33,19 +34,21 @@ pub struct IntersectionMemory {
 struct Announced {
     /// The rear axle when it came within range.
     start: Pose,
+    /// Distance from there to the turn, metres.
+    before_m: f64,
     /// Time since which the vehicle stands with the turn out of range; `None` = it does not.
     waits_since: Option<MonoTime>,
 }
 
-/// The turns on the distance path, in order. `lanes` are the ids of the path; `manoeuvre` is the command
-/// of the planner's manoeuvres, for the stop rule.
-pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: TurnCommand) -> Vec<TurnLane> {
+/// The turns on the distance path, in order. `manoeuvre` is the command of the planner's manoeuvres, for the stop rule.
+pub fn turns(context: &DecisionContext<'_>, path: &DistancePath, manoeuvre: TurnCommand) -> Vec<TurnLane> {
+    let lanes = &path.lanes;
     let threshold_deg = context.parameters.intersection_angle_threshold_deg;
     let all = context.quirks.has_stop_rule
         && manoeuvre.side().is_some_and(|side| stop_rule::stands_at_turn(context, lanes, side));
     let mut turns: Vec<TurnLane> = Vec::new();
     let mut before: Option<LaneId> = None;
-    for id in lanes {
+    for (id, span_m) in lanes.iter().zip(&path.spans_m) {
         let previous = before.replace(*id);
         let Some(lane) = context.road.lane(*id).filter(|lane| lane.roundabouts.is_empty()) else { continue };
         let turns_here = matches!(lane.turn_direction, TurnDirection::Left | TurnDirection::Right);
@@ -53,6 +56,8 @@ pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: TurnCom
             continue;
         }
         let Some(turn) = TurnLane::new(lane, threshold_deg) else { continue };
+        let turn =
+            TurnLane { span_m: (!context.quirks.ignores_height_and_continuity).then_some(*span_m), ..turn };
         let goes_on = |last: &TurnLane| {
             !context.quirks.splits_turns
                 && last.direction == turn.direction
@@ -70,6 +75,9 @@ pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: TurnCom
 fn ends_at(last: &TurnLane, next: &TurnLane) -> bool {
     last.back.position.distance_m(next.front.position) < JOINT_M
 }
+
+/// A turn of which no more is left when it is met first, metres, is not announced: a signal would be seen behind it.
+const LAST_METRES_M: f64 = 3.0;
 
 /// Lanelets meet at shared points; more than this lies between others, metres.
 const JOINT_M: f64 = 0.5;
@@ -93,10 +101,14 @@ impl IntersectionMemory {
     }
 
     fn record(&mut self, context: &DecisionContext<'_>, turn: &TurnLane) -> Option<Section> {
-        if self.passed.contains(&turn.id) {
+        let path_frame = &context.path_frame;
+        let front_m = turn.from_base_m(path_frame, turn.front) - path_frame.front_m();
+        // A vehicle that is before it again has backed up, or was set back.
+        if self.passed.contains(&turn.id) && (front_m <= 0.0 || !self.passed.remove(&turn.id)) {
             return None;
         }
-        if context.path_frame.from_base_m(turn.back) < 0.0 {
+        let rest_m = turn.from_base_m(path_frame, turn.back);
+        if rest_m < 0.0 {
             let was_announced = self.starts.remove(&turn.id).is_some();
             if was_announced && !context.quirks.ignores_height_and_continuity {
                 self.passed.insert(turn.id);
@@ -106,16 +118,27 @@ impl IntersectionMemory {
         let search_m = turn
             .search_distance_m
             .unwrap_or_else(|| context.parameters.intersection_search_m(context.speed_mps));
-        let in_range = context.path_frame.from_front_m(turn.front) < search_m;
+        let in_range = front_m < search_m;
         if !in_range && (context.quirks.drops_announced_turns || !self.still_announced(context, turn.id)) {
             return None;
         }
-        let announced =
-            self.starts.entry(turn.id).or_insert(Announced { start: context.ego(), waits_since: None });
+        let is_at_its_end = front_m < 0.0 && rest_m < LAST_METRES_M && !self.starts.contains_key(&turn.id);
+        if is_at_its_end && !context.quirks.ignores_height_and_continuity {
+            return None;
+        }
+        let before_m = front_m + path_frame.front_m();
+        let announced = Announced { start: context.ego(), before_m, waits_since: None };
+        let announced = self.starts.entry(turn.id).or_insert(announced);
         if in_range {
             announced.waits_since = None;
         }
-        Some(turn.section(Subject::Turn(turn.id), turn.signal(), announced.start))
+        // A vehicle that has backed up comes from farther away.
+        if before_m > announced.before_m && !context.quirks.ignores_height_and_continuity {
+            (announced.start, announced.before_m) = (context.ego(), before_m);
+        }
+        let section = turn.section(Subject::Turn(turn.id), turn.signal(), announced.start);
+        let place = turn.span_m.map(|span_m| Place { span_m, announced_before_m: announced.before_m });
+        Some(Section { place, ..section })
     }
 
     /// A turn out of range stays announced, unless the vehicle has stood too long since (W1).
@@ -137,7 +160,7 @@ impl IntersectionMemory {
 /// The first record whose required end lies ahead; the last one in any case.
 pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -> Option<Section> {
     let last = records.last().copied();
-    records.into_iter().find(|record| path_frame.from_base_m(record.required_end) >= 0.0).or(last)
+    records.into_iter().find(|record| record.distances(path_frame).required_end_m >= 0.0).or(last)
 }
 
 /// The next turn while it is signalled, as Autoware's planning factor has it

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use super::compat::UpstreamQuirks;
 use super::parameters::Parameters;
 use super::planner_input::Odometry;
 use super::route::Route;
@@ -30,7 +31,7 @@ pub enum TaggedLanelet {
 /// The command for a vehicle on a path through `lanes`, with its front `front_m` metres before its rear axle, and the
 /// lanelet that decided.
 pub fn decide(
-    (road, route): (&LaneNetwork, &Route),
+    (road, route, quirks): (&LaneNetwork, &Route, UpstreamQuirks),
     lanes: &[LaneId],
     odometry: Odometry,
     front_m: f64,
@@ -39,7 +40,7 @@ pub fn decide(
     let mut met = BTreeSet::new();
     let mut ahead = lanes
         .iter()
-        .filter(|id| met.insert(**id) && route.next(road, **id).is_some())
+        .filter(|id| met.insert(**id) && route.next(road, **id, quirks).is_some())
         .filter_map(|id| road.lane(*id))
         .skip_while(|lane| !lane.contains(odometry.pose.position));
     let Some(own) = ahead.next() else { return (TurnCommand::NoCommand, TaggedLanelet::None) };

@@ -1,10 +1,12 @@
 //! The route: ordered segments of lanelets, and who comes next within them
 //! (docs/spec/turn-signal-decider.md, "Neighbours within the route").
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use thiserror::Error;
 
+use super::compat::UpstreamQuirks;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 
@@ -23,7 +25,8 @@ pub struct Route {
     id: u128,
     start: Pose,
     segments: Vec<Segment>,
-    lanes: BTreeSet<LaneId>,
+    /// The lanelets, each with the index of its segment.
+    lanes: BTreeMap<LaneId, usize>,
 }
 
 /// A reason for which a route is refused.
@@ -52,10 +55,13 @@ pub enum RouteError {
 impl Route {
     /// A route with the id (`uuid`) and start pose of its message.
     pub fn new(id: u128, start: Pose, segments: Vec<Segment>) -> Result<Self, RouteError> {
-        let mut lanes = BTreeSet::new();
-        for lane in segments.iter().flat_map(|segment| &segment.lanes) {
-            if !lanes.insert(*lane) {
-                return Err(RouteError::Repeated { lane: *lane });
+        let mut lanes = BTreeMap::new();
+        for (index, segment) in segments.iter().enumerate() {
+            for lane in &segment.lanes {
+                match lanes.entry(*lane) {
+                    Entry::Vacant(vacant) => vacant.insert(index),
+                    Entry::Occupied(_) => return Err(RouteError::Repeated { lane: *lane }),
+                };
             }
         }
         if lanes.is_empty() {
@@ -96,12 +102,12 @@ impl Route {
 
     /// All lanelets, ascending.
     pub fn lanes(&self) -> impl Iterator<Item = LaneId> + '_ {
-        self.lanes.iter().copied()
+        self.lanes.keys().copied()
     }
 
     /// Returns whether a lanelet is on the route.
     pub fn contains(&self, lane: LaneId) -> bool {
-        self.lanes.contains(&lane)
+        self.lanes.contains_key(&lane)
     }
 
     /// Returns whether a lanelet is in the last segment.
@@ -112,24 +118,45 @@ impl Route {
     /// Length of the preferred lanelets between two lanelets of the route, without their own, metres; `None` when one of them
     /// is not on it.
     pub fn between_m(&self, road: &LaneNetwork, one: LaneId, other: LaneId) -> Option<f64> {
-        let segment = |lane: LaneId| self.segments.iter().position(|segment| segment.lanes.contains(&lane));
-        let (one, other) = (segment(one)?, segment(other)?);
+        let (one, other) = (*self.lanes.get(&one)?, *self.lanes.get(&other)?);
         let between = self.segments.iter().take(one.max(other)).skip(one.min(other) + 1);
         Some(between.filter_map(|segment| road.lane(segment.preferred)).map(Lane::length_m).sum())
     }
 
-    /// The lanelet after this one; none after the last segment.
-    pub fn next(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
+    /// The lanelet after this one: of those that follow it on the map the one of the nearest segment from its own on; none after
+    /// the last segment.
+    pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: UpstreamQuirks) -> Option<LaneId> {
+        if quirks.ignores_order_of_segments {
+            return self.next_on_map(road, lane);
+        }
+        let here = self.lanes.get(&lane)?;
+        let followers = road.followers(lane).iter().copied().filter(|next| *next != lane);
+        let later = followers.filter_map(|next| Some((*self.lanes.get(&next)?, next)));
+        later.filter(|(segment, _)| segment >= here).min_by_key(|(segment, _)| *segment).map(|(_, next)| next)
+    }
+
+    /// The lanelets before this one: those that lead to it on the map, from its own segment backwards; none before the first
+    /// segment.
+    pub fn previous(&self, road: &LaneNetwork, lane: LaneId, quirks: UpstreamQuirks) -> Vec<LaneId> {
+        let Some(here) = self.lanes.get(&lane) else { return Vec::new() };
+        let before = road.predecessors(lane).iter().copied();
+        let mut before: Vec<(usize, LaneId)> =
+            before.filter_map(|before| Some((*self.lanes.get(&before)?, before))).collect();
+        if quirks.ignores_order_of_segments {
+            before.retain(|_| *here > 0);
+        } else {
+            before.retain(|(segment, before)| segment <= here && *before != lane);
+            // The sort keeps the order of equals.
+            before.sort_by_key(|(segment, _)| std::cmp::Reverse(*segment));
+        }
+        before.into_iter().map(|(_, before)| before).collect()
+    }
+
+    /// W22: the first lanelet of the route that follows on the map, but for the one at its start.
+    fn next_on_map(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
         let first = self.segments.first().map(|segment| segment.preferred);
         let goes_on = |next: &&LaneId| self.contains(**next) && Some(**next) != first;
         road.followers(lane).iter().find(goes_on).filter(|_| !self.ends_with(lane)).copied()
-    }
-
-    /// The lanelets before this one; none before the first segment.
-    pub fn previous<'a>(&'a self, road: &'a LaneNetwork, lane: LaneId) -> impl Iterator<Item = LaneId> + 'a {
-        let starts = self.segments.first().is_some_and(|segment| segment.lanes.contains(&lane));
-        let before = if starts { &[] } else { road.predecessors(lane) };
-        before.iter().copied().filter(|before| self.contains(*before))
     }
 }
 
@@ -137,6 +164,7 @@ impl Route {
 mod tests {
     use super::*;
     use crate::core::map::lane_network::Lane;
+    use crate::core::turn_signal::compat::DeciderCompat;
 
     fn route(lanes: &[LaneId]) -> Result<Route, RouteError> {
         let segments = lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] });
@@ -148,11 +176,37 @@ mod tests {
         let lane = |id, follower| Lane { id, followers: vec![follower], ..Lane::default() };
         let road = LaneNetwork::new([lane(1, 2), lane(2, 3), lane(3, 1)], Vec::new());
         let circle = route(&[1, 2, 3]).unwrap();
-        assert_eq!([1, 2, 3].map(|lane| circle.next(&road, lane)), [Some(2), Some(3), None]);
-        let before = |lane| circle.previous(&road, lane).collect::<Vec<_>>();
-        assert_eq!([before(1), before(2)], [vec![], vec![1]]);
         let short = route(&[1, 2]).unwrap();
-        assert_eq!(short.next(&road, 2), None, "the follower is not on the route");
+        for quirks in DeciderCompat::ALL.map(UpstreamQuirks::of) {
+            assert_eq!([1, 2, 3].map(|lane| circle.next(&road, lane, quirks)), [Some(2), Some(3), None]);
+            let before = |lane| circle.previous(&road, lane, quirks);
+            assert_eq!([before(1), before(2)], [vec![], vec![1]]);
+            assert_eq!(short.next(&road, 2, quirks), None, "the follower is not on the route");
+        }
+    }
+
+    /// Onto a block at 5, once around it, and off before the way in, whatever the ids of the way in and of the last side.
+    #[test]
+    fn a_route_that_rejoins_itself_goes_by_its_segments() {
+        for (way_in, last_side) in [(1, 8), (8, 1)] {
+            let lane =
+                |id, followers: &[LaneId]| Lane { id, followers: followers.to_vec(), ..Lane::default() };
+            let lanes = [
+                lane(way_in, &[5]),
+                lane(5, &[6]),
+                lane(6, &[7, 9]),
+                lane(7, &[last_side]),
+                lane(last_side, &[5]),
+            ];
+            let road = LaneNetwork::new(lanes, Vec::new());
+            let block = route(&[way_in, 5, 6, 7, last_side]).unwrap();
+            let improved = UpstreamQuirks::of(DeciderCompat::Improved);
+            assert_eq!(block.previous(&road, 5, improved), [way_in], "not the side that closes the block");
+            assert_eq!(block.next(&road, last_side, improved), None, "its goal is before the joint");
+            assert_eq!(block.next(&road, 6, improved), Some(7));
+            let upstream = UpstreamQuirks::of(DeciderCompat::Upstream);
+            assert_eq!(block.previous(&road, 5, upstream), [1, 8], "by their ids");
+        }
     }
 
     #[test]

@@ -25,6 +25,17 @@ pub struct Section {
     pub required_end: Pose,
     /// The turn, the part of a roundabout or the manoeuvre that it signals.
     pub subject: Subject,
+    /// Where it lies on the distance path of this cycle; `None` where its points are looked for.
+    pub place: Option<Place>,
+}
+
+/// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are not mistaken for others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Arc lengths of the lanelets that it is about, metres.
+    pub span_m: [f64; 2],
+    /// Distance from its desired start to its required start, metres.
+    pub announced_before_m: f64,
 }
 
 /// The four distances of a record, metres along the path: starts from the front, ends from the rear
@@ -59,6 +70,7 @@ impl Section {
             required_start: required.0,
             required_end: required.1,
             subject: Subject::Unnamed,
+            place: None,
         }
     }
 
@@ -77,6 +89,16 @@ impl Section {
     /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired section is the
     /// one that holds the required one: on a ring its far end may come by a second time, nearer to the vehicle.
     pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
+        if let Some(Place { span_m, announced_before_m }) = self.place {
+            let from_base_m = |pose| path_frame.from_base_within_m(pose, span_m);
+            let required_start_m = from_base_m(self.required_start) - path_frame.front_m();
+            return Distances {
+                desired_start_m: required_start_m - announced_before_m,
+                desired_end_m: from_base_m(self.desired_end),
+                required_start_m,
+                required_end_m: from_base_m(self.required_end),
+            };
+        }
         let distances = Distances {
             desired_start_m: path_frame.from_front_m(self.desired_start),
             desired_end_m: path_frame.from_base_m(self.desired_end),

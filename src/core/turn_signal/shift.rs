@@ -5,7 +5,6 @@ use std::fmt;
 use super::decision_context::DecisionContext;
 use super::section::Section;
 use super::side::Side;
-use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::path::{NearestLimits, Path, PathError, nearest_visit};
 use crate::core::map::geometry::polyline::{arc_lengths_m, nearest_index};
@@ -250,7 +249,7 @@ pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
         required_start: context.route.start(),
         desired_end: context.ego(),
         required_end: context.ego(),
-        subject: Subject::Unnamed,
+        ..Section::default()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::section::Section;
 use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
+use crate::core::map::geometry::path::PathFrame;
 use crate::core::map::geometry::polyline::{back_pose, front_pose, without_near_earlier};
 use crate::core::map::geometry::required_end::required_end;
 use crate::core::map::geometry::{Point, Pose};
@@ -28,6 +29,8 @@ pub struct TurnLane {
     pub required_end: Pose,
     /// Its centreline.
     pub centerline: Vec<Point>,
+    /// Arc lengths of its lanelets on the distance path of this cycle, metres; `None` where its points are looked for.
+    pub span_m: Option<[f64; 2]>,
 }
 
 impl TurnLane {
@@ -42,7 +45,16 @@ impl TurnLane {
             back: back_pose(&kept)?,
             required_end: required_end(&lane.centerline, threshold_deg)?,
             centerline: kept,
+            span_m: None,
         })
+    }
+
+    /// Signed distance from the rear axle to one of its points, metres.
+    pub fn from_base_m(&self, path_frame: &PathFrame<'_>, pose: Pose) -> f64 {
+        match self.span_m {
+            Some(span_m) => path_frame.from_base_within_m(pose, span_m),
+            None => path_frame.from_base_m(pose),
+        }
     }
 
     /// This stretch and the one after it as one: id and search distance are those of the first.
@@ -50,7 +62,8 @@ impl TurnLane {
         let all: Vec<Point> = self.centerline.iter().chain(&next.centerline).copied().collect();
         let centerline = without_near_earlier(&all, SAME_POINT_M);
         let required_end = required_end(&centerline, threshold_deg).unwrap_or(next.required_end);
-        Self { back: next.back, required_end, centerline, ..self.clone() }
+        let span_m = self.span_m.zip(next.span_m).map(|([from_m, _], [_, to_m])| [from_m, to_m]);
+        Self { back: next.back, required_end, centerline, span_m, ..self.clone() }
     }
 
     /// The command of an intersection here: DISABLE where it does not turn.
@@ -72,6 +85,7 @@ impl TurnLane {
             required_start: self.front,
             required_end: self.required_end,
             subject,
+            place: None,
         }
     }
 }

@@ -9,6 +9,7 @@ use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use signal_gateway::core::turn_signal::compat::UpstreamQuirks;
 use signal_gateway::core::turn_signal::decider::{Decider, Settings};
 use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::distance_path::DistancePath;
@@ -73,9 +74,14 @@ fn two_turns_of_a_map() {
 fn the_distance_path_follows_the_route() {
     let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
     let ego = Pose::new(40.0, 101.5, 0.0);
-    let parameters = Parameters::DEPLOYED;
-    let whole = DistancePath::new((&road, &route), &parameters, ego, 500, 100.0).unwrap();
+    let (parameters, quirks) = (Parameters::DEPLOYED, UpstreamQuirks::of(Improved));
+    let whole = DistancePath::new((&road, &route, quirks), &parameters, ego, 500, 100.0).unwrap();
     assert_eq!(whole.lanes, ROUTE);
+    let own = whole.spans_m[ROUTE.iter().position(|id| *id == 500).unwrap()];
+    assert!(
+        (own[0]..=own[1]).contains(&whole.ego_m)
+            && whole.spans_m.windows(2).all(|pair| pair[0][1] == pair[1][0])
+    );
     let lengths: f64 = ROUTE.iter().map(|id| road.lane(*id).unwrap().length_m()).sum();
     // Smoothed corners are a little longer or shorter than sharp ones.
     assert!((whole.path.length_m() - lengths).abs() < 0.5, "{} {lengths}", whole.path.length_m());
@@ -83,13 +89,13 @@ fn the_distance_path_follows_the_route() {
     assert!(spacing.take(10).all(|gap| (gap - 2.0).abs() < 1e-6), "a point every 2 m");
 
     let near = Parameters { path_forward_length_m: 15.0, ..parameters };
-    let short = DistancePath::new((&road, &route), &near, ego, 500, 20.0).unwrap();
+    let short = DistancePath::new((&road, &route, quirks), &near, ego, 500, 20.0).unwrap();
     assert_eq!(short.lanes, [500, 501]);
     assert!((short.path.length_m() - 35.0).abs() < 0.1);
     assert!((short.path.poses()[0].position.x_m - 20.0).abs() < 0.1);
 
     let empty = LaneNetwork::new([Lane { id: 1, ..Lane::default() }], Vec::new());
-    let pointless = DistancePath::new((&empty, &route_of(1, &[1])), &parameters, ego, 1, 100.0);
+    let pointless = DistancePath::new((&empty, &route_of(1, &[1]), quirks), &parameters, ego, 1, 100.0);
     assert_eq!(pointless, Err(PathError::TooShort));
 }
 

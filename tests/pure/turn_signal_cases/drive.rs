@@ -85,6 +85,7 @@ pub(crate) fn turn(id: i64, direction: TurnDirection, from: f64, to: f64, requir
         back: at(to),
         required_end: at(required_end),
         centerline: vec![at(from).position, at(to).position],
+        span_m: None,
     }
 }
 

@@ -36,6 +36,7 @@ pub(crate) fn any_record() -> impl Strategy<Value = Section> {
                 required_start,
                 required_end,
                 subject: Subject::Unnamed,
+                place: None,
             }
         },
     )

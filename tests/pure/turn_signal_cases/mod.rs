@@ -16,6 +16,7 @@ mod gateway;
 mod improved;
 mod laws;
 mod line;
+mod loops;
 mod manoeuvres;
 mod mirror;
 mod path_generator;

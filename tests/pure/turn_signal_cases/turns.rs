@@ -3,13 +3,14 @@
 use std::time::Duration;
 
 use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use signal_gateway::core::turn_signal::distance_path::DistancePath;
 use signal_gateway::core::turn_signal::intersection::turns;
 use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 use super::drive::{Drive, straight_lane, turn};
-use super::line::{at, blinking, samples};
+use super::line::{at, blinking, line, samples};
 
 fn with_left_turn(compat: DeciderCompat) -> Drive {
     let mut drive = Drive::new(compat);
@@ -19,6 +20,12 @@ fn with_left_turn(compat: DeciderCompat) -> Drive {
 
 fn none(_: f64) -> Vec<signal_gateway::core::turn_signal::manoeuvre::Manoeuvre> {
     Vec::new()
+}
+
+/// A path through these lanelets, each of which may lie anywhere on it.
+fn through(lanes: &[LaneId]) -> DistancePath {
+    let spans_m = lanes.iter().map(|_| [-1_000.0, 1_000.0]).collect();
+    DistancePath { path: line(-60, 300), lanes: lanes.to_vec(), spans_m, ego_m: 60.0 }
 }
 
 #[test]
@@ -122,7 +129,7 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
         LaneNetwork::new([before, lane(2, 100.0, 108.0, vec![3]), lane(3, 108.0, 116.0, vec![])], Vec::new())
     };
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Upstream);
-    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], TurnCommand::NoCommand);
+    let got = turns(&drive.context(at(0.0), 10.0), &through(&[1, 2, 3]), TurnCommand::NoCommand);
     assert_eq!(got.iter().map(|turn| turn.id).collect::<Vec<_>>(), [2, 3]);
     drive.observed.turns = vec![
         turn(2, TurnDirection::Left, 100.0, 108.0, 105.0),
@@ -138,7 +145,7 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
     assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), [(Left, 106.0, 116.0)]);
 
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Improved);
-    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], TurnCommand::NoCommand);
+    let got = turns(&drive.context(at(0.0), 10.0), &through(&[1, 2, 3]), TurnCommand::NoCommand);
     let [joined] = got.as_slice() else { panic!("not joined: {got:?}") };
     assert_eq!((joined.id, joined.front, joined.back), (2, at(100.0), at(116.0)));
     drive.observed.turns = got;
@@ -165,7 +172,7 @@ fn turns_to_different_sides_or_apart_are_not_joined() {
             Vec::new(),
         );
         let drive = Drive::on(road, &[2, 3, 4], Improved);
-        let got = turns(&drive.context(at(90.0), 10.0), &[2, 3, 4], TurnCommand::NoCommand);
+        let got = turns(&drive.context(at(90.0), 10.0), &through(&[2, 3, 4]), TurnCommand::NoCommand);
         assert_eq!(got.len(), count, "{what}");
     }
 }
@@ -179,7 +186,10 @@ fn i6_the_stop_rule_queues_plain_lanelets() {
     };
     let ids = |compat, x: f64, speed, manoeuvre| {
         let drive = Drive::on(road(), &[1, 2], compat);
-        turns(&drive.context(at(x), speed), &[1, 2], manoeuvre).iter().map(|turn| turn.id).collect::<Vec<_>>()
+        turns(&drive.context(at(x), speed), &through(&[1, 2]), manoeuvre)
+            .iter()
+            .map(|turn| turn.id)
+            .collect::<Vec<_>>()
     };
     use TurnCommand::{Left, NoCommand, Right};
     for (what, got, expected) in [

@@ -20,6 +20,9 @@ pub struct NearestLimits {
 /// A difference of heading of one radian weighs as much as this distance, metres.
 const METRES_PER_RADIAN: f64 = 3.0;
 
+/// A path is smoothed and sampled every few metres, so that its arc lengths are not quite those of the lanelets, metres.
+pub const SPAN_TOLERANCE_M: f64 = 3.0;
+
 /// A path of at least two different points, all finite, no two neighbours at one position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
@@ -252,6 +255,33 @@ impl<'a> PathFrame<'a> {
             self.path.station_m(pose, self.limits)
         };
         station_m - self.ego_station_m
+    }
+
+    /// Likewise for a pose that lies between two arc lengths of the path, metres, to within [`SPAN_TOLERANCE_M`]: whatever else
+    /// comes near to it is not meant.
+    pub fn from_base_within_m(&self, pose: Pose, [from_m, to_m]: [f64; 2]) -> f64 {
+        let is_within = |index: &usize| {
+            let arc_m = self.path.arc_m(*index);
+            arc_m >= from_m - SPAN_TOLERANCE_M && arc_m <= to_m + SPAN_TOLERANCE_M
+        };
+        let squared = |index: &usize| {
+            self.path
+                .poses
+                .get(*index)
+                .map_or(f64::INFINITY, |at| at.position.squared_distance(pose.position))
+        };
+        let within = (0..self.path.poses.len()).filter(is_within);
+        // `min_by` keeps the first of equals.
+        let nearest = within.min_by(|one, other| squared(one).total_cmp(&squared(other)));
+        match nearest {
+            Some(nearest) => self.path.station_at(nearest, pose) - self.ego_station_m,
+            None => self.from_base_m(pose),
+        }
+    }
+
+    /// Distance from the rear axle to the front, metres.
+    pub fn front_m(&self) -> f64 {
+        self.front_m
     }
 
     /// Signed distance from the front to `pose` along the path, metres.

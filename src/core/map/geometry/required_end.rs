@@ -3,8 +3,8 @@
 
 use std::iter::successors;
 
-use super::polyline::{arc_lengths_m, back_pose, headed, length_m, without_repeats};
-use super::spline::akima_points;
+use super::polyline::{arc_lengths_m, at_arc, back_pose, headed, length_m, without_repeats};
+use super::spline::{akima_points, natural_derivatives};
 use super::{Point, Pose, wrapped};
 
 /// Distance of the samples, metres.
@@ -13,6 +13,8 @@ const STEP_M: f64 = 1.0;
 const MERGE_M: f64 = 0.1;
 /// A line with a piece shorter than this is not resampled, metres.
 const MIN_PIECE_M: f64 = 1e-6;
+/// The fewest points through which upstream lays its spline.
+const MIN_KNOTS: usize = 4;
 /// Longest line that is resampled, metres; no lanelet is near it, and it bounds memory.
 const MAX_M: f64 = 100_000.0;
 
@@ -25,15 +27,30 @@ pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     Some(*turned.unwrap_or(end))
 }
 
-/// The start of the first piece of the line that faces within `threshold_deg` of its end: the rule of
-/// upstream's path generator. `None` without two different finite points.
+/// The first point of the line at which the natural cubic spline through all of them faces within `threshold_deg` of its end: the
+/// rule of upstream's path generator. A line of fewer than four points is divided into quarters before. `None` without two
+/// different finite points.
 pub fn first_aligned(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     if !centerline.iter().all(|point| point.is_finite()) {
         return None;
     }
-    let poses = headed(&without_repeats(centerline));
-    let end = poses.last().filter(|_| poses.len() > 1)?;
-    poses.iter().find(|pose| !deviates(pose.yaw_rad, end.yaw_rad, threshold_deg)).copied()
+    let mut points = without_repeats(centerline);
+    if points.len() < 2 {
+        return None;
+    }
+    if points.len() < MIN_KNOTS {
+        let quarter_m = length_m(&points) / 4.0;
+        points = (0..=4_u32).filter_map(|quarter| at_arc(&points, quarter_m * f64::from(quarter))).collect();
+    }
+    let arcs = arc_lengths_m(&points);
+    let along = |coordinate: fn(&Point) -> f64| {
+        natural_derivatives(&arcs, &points.iter().map(coordinate).collect::<Vec<_>>())
+    };
+    let (eastward, northward) = (along(|point| point.x_m)?, along(|point| point.y_m)?);
+    let headings = eastward.iter().zip(&northward).map(|(east, north)| north.atan2(*east));
+    let end_rad = headings.clone().next_back()?;
+    let poses = points.iter().zip(headings).map(|(position, yaw_rad)| Pose { position: *position, yaw_rad });
+    poses.into_iter().find(|pose| !deviates(pose.yaw_rad, end_rad, threshold_deg))
 }
 
 fn deviates(yaw_rad: f64, end_rad: f64, threshold_deg: f64) -> bool {

@@ -34,6 +34,45 @@ pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Opti
     Some(xs.into_iter().zip(ys).zip(zs).map(|((x_m, y_m), z_m)| Point { x_m, y_m, z_m }).collect())
 }
 
+/// The derivatives at the knots of the natural cubic spline through (`knots`, `values`): the smoothest line through all of them, which
+/// is straight at both ends. `None` as for [`akima`].
+pub fn natural_derivatives(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
+    if knots.len() != values.len() || knots.len() < 2 || !rising {
+        return None;
+    }
+    let spans: Vec<f64> = knots.iter().zip(knots.iter().skip(1)).map(|(from, to)| to - from).collect();
+    let rises = values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from);
+    let slopes: Vec<f64> = rises.zip(&spans).map(|(rise, span)| rise / span).collect();
+    // Second derivatives at the inner knots, by elimination; those at the ends are zero.
+    let mut rows: Vec<(f64, f64)> = vec![(0.0, 0.0)];
+    for (span, slope) in spans.windows(2).zip(slopes.windows(2)) {
+        let ([before, after], [slope_before, slope_after]) = (span, slope) else { continue };
+        let (factor, rest) = rows.last().copied().unwrap_or_default();
+        let diagonal = 2.0 * (before + after) - before * factor;
+        rows.push((after / diagonal, (6.0 * (slope_after - slope_before) - before * rest) / diagonal));
+    }
+    let mut second = vec![0.0];
+    for (factor, rest) in rows.iter().skip(1).rev() {
+        second.push(rest - factor * second.last().copied().unwrap_or_default());
+    }
+    second.push(0.0);
+    second.reverse();
+    let bends = second.iter().zip(second.iter().skip(1));
+    let pieces = spans.iter().zip(&slopes).zip(bends);
+    let mut derivatives: Vec<f64> = pieces
+        .clone()
+        .map(|((span, slope), (here, next))| slope - span * (2.0 * here + next) / 6.0)
+        .collect();
+    derivatives.extend(
+        pieces
+            .clone()
+            .next_back()
+            .map(|((span, slope), (here, next))| slope + span * (here + 2.0 * next) / 6.0),
+    );
+    Some(derivatives)
+}
+
 /// A cubic on [`from`, `to`] in powers of the distance from `from`.
 struct Piece {
     from: f64,

@@ -27,8 +27,7 @@ pub fn backward_length_m(
     if !inside {
         return default_m;
     }
-    let by_entries = quirks.searches_back_by_entries;
-    let mut search = Search { road, route, memory, by_entries, noted: BTreeSet::new(), longest_m: default_m };
+    let mut search = Search { road, route, memory, quirks, noted: BTreeSet::new(), longest_m: default_m };
     search.run(current, parameters.roundabout_backward_depth);
     search.longest_m
 }
@@ -37,7 +36,7 @@ struct Search<'a> {
     road: &'a LaneNetwork,
     route: &'a Route,
     memory: &'a RoundaboutMemory,
-    by_entries: bool,
+    quirks: UpstreamQuirks,
     /// Lanelets that hold a remembered pose.
     noted: BTreeSet<LaneId>,
     longest_m: f64,
@@ -46,7 +45,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Depth first, over lanelets not met before.
     fn run(&mut self, current: LaneId, most_depth: Option<u32>) {
-        if !self.by_entries {
+        if !self.quirks.searches_back_by_entries {
             let poses: Vec<Pose> = self.memory.entries.values().copied().collect();
             self.noted = poses.into_iter().filter_map(|pose| self.route_lane_at(pose)).collect();
         }
@@ -57,13 +56,13 @@ impl Search<'_> {
             if most_depth.is_some_and(|most| depth >= most) {
                 continue;
             }
-            for previous in self.route.previous(self.road, lane) {
+            for previous in self.route.previous(self.road, lane, self.quirks) {
                 if !visited.insert(previous) {
                     continue;
                 }
                 let pose = self.memory.entry_start(previous).filter(|_| self.is_entry(previous));
                 self.noted.extend(pose.and_then(|pose| self.route_lane_at(pose)));
-                let counts = !self.by_entries || !self.is_entry(previous);
+                let counts = !self.quirks.searches_back_by_entries || !self.is_entry(previous);
                 if counts && self.noted.contains(&previous) {
                     self.longest_m = self.longest_m.max(reached_m + self.length_m(previous));
                 }

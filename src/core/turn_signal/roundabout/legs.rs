@@ -114,7 +114,7 @@ fn entry(context: &DecisionContext<'_>, id: LaneId) -> Option<Entry> {
 fn leaving(context: &DecisionContext<'_>, entry: LaneId, element: &Roundabout) -> Option<Leaving> {
     let mut last = entry;
     let mut visited = BTreeSet::from([entry]);
-    while let Some(next) = context.route.next(context.road, last) {
+    while let Some(next) = context.route.next(context.road, last, context.quirks) {
         // A ring that closes on itself would be walked for ever.
         if !element.contains(next) || !visited.insert(next) {
             break;
@@ -160,7 +160,8 @@ fn farthest_back(
     let mut visited = BTreeSet::from([from]);
     let mut farthest = None;
     let mut here = from;
-    while let Some(before) = context.route.previous(context.road, here).find(|before| holds(*before)) {
+    let before_it = |here| context.route.previous(context.road, here, context.quirks);
+    while let Some(before) = before_it(here).into_iter().find(|before| holds(*before)) {
         if !visited.insert(before) {
             break;
         }
