@@ -13,10 +13,12 @@ use super::{Failure, messages};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
 use crate::config::{Overrides, Problem, Refused, load};
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::FlowSettings;
 use crate::desk::drive::run::Run;
 use crate::desk::drive::simulation::DriveSimulation;
+use crate::desk::drive::survey::{self, Fault};
 use crate::desk::drive::verdict::Verdicts;
 use crate::report::drive::chart::DriveChart;
 use crate::report::drive::{DriveForm, DriveWriter};
@@ -27,6 +29,8 @@ Examples:
   signal-gateway decide crossing.toml --compat upstream --json
   signal-gateway decide crossing.toml --picture crossing.svg
   signal-gateway decide crossing.toml --config gateway.toml
+  signal-gateway decide --map lanelet2_map.osm --from 125 --to 412
+  signal-gateway decide --map lanelet2_map.osm --all-routes 500
 
 For each change of the signal a line gives the command, the position of the rear axle along
 the route (and the time, where the vehicle stands), and the reason.
@@ -48,12 +52,29 @@ path_generator the basis is \"path_generator\", without candidates, and a key mo
 names the tagged lanelet that decided. The last line of each compat is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
-The exit code is 5 when an expectation failed.";
+The exit code is 5 when an expectation failed, or with --all-routes when a signal is wrong.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {
     /// Drive scenario (.toml)
-    scenario: PathBuf,
+    #[arg(required_unless_present = "map", conflicts_with = "map")]
+    scenario: Option<PathBuf>,
+    /// lanelet2 map, instead of a scenario: the shortest way from one lanelet to another is driven, without a change of lane
+    #[arg(long, value_name = "MAP.osm", requires = "way")]
+    map: Option<PathBuf>,
+    /// Lanelet at which the drive begins
+    #[arg(long, value_name = "LANELET", requires_all = ["map", "to"], group = "way")]
+    from: Option<LaneId>,
+    /// Lanelet at whose end it ends
+    #[arg(long, value_name = "LANELET", requires_all = ["map", "from"])]
+    to: Option<LaneId>,
+    /// Drive so many routes all over the map, the same each time, and list the turns whose signals are missed, short, opposite or flickering:
+    /// by their tags, and by the geometry where it contradicts these. Exit code 5 if there is one
+    #[arg(long, value_name = "NUMBER", requires = "map", group = "way")]
+    all_routes: Option<usize>,
+    /// Its speed, m/s
+    #[arg(long, value_name = "M/S", default_value = "8", requires = "map")]
+    speed: f64,
     /// The decider of Autoware that is followed; default: those that the scenario is for
     #[arg(long, value_name = "COMPAT", value_enum)]
     compat: Option<DeciderCompat>,
@@ -87,8 +108,20 @@ impl ValueEnum for DeciderCompat {
 }
 
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
+    if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
+        return survey(args, map, routes);
+    }
     let reading = Progress::spinner("reading the drive and its map");
-    let mut file = drive::read(&Disk, &args.scenario)?;
+    let (mut file, title) = match (&args.scenario, &args.map, args.from, args.to) {
+        (Some(scenario), ..) => (drive::read(&Disk, scenario)?, file_name(scenario)),
+        (None, Some(map), Some(from), Some(to)) => (
+            drive::way(&Disk, map, [from, to], args.speed)?,
+            format!("{}, from {from} to {to}", file_name(map)),
+        ),
+        (None, ..) => {
+            return Err(Failure::Usage("give a drive scenario, or a map with --from and --to".to_owned()));
+        }
+    };
     drop(reading);
     if let Some(path) = &args.config {
         take_settings(&mut file, path)?;
@@ -126,10 +159,32 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let title = simulation.file().name.clone().unwrap_or_else(|| file_name(&args.scenario));
+        let title = simulation.file().name.clone().unwrap_or(title);
         draw(path, &chart.chart(title))?;
     }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
+}
+
+/// Many routes over a map, with the settings of a drive without any of its own.
+fn survey(args: &DecideArgs, map: &Path, routes: usize) -> Result<ExitCode, Failure> {
+    let reading = Progress::spinner("reading the map and driving");
+    let mut file = drive::anywhere(&Disk, map, args.speed)?;
+    if let Some(path) = &args.config {
+        take_settings(&mut file, path)?;
+    }
+    let compat = args.compat.or_else(|| file.compats.first().copied()).unwrap_or_default();
+    let found = survey::survey(&file, compat, routes)?;
+    drop(reading);
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    for wrong in &found.wrong {
+        writeln!(out, "{wrong}")?;
+    }
+    let count = |fault| found.wrong.iter().filter(|wrong| wrong.fault == fault).count();
+    let counts: Vec<String> = Fault::ALL.map(|fault| format!("{} {}", count(fault), fault.name())).into();
+    let (routes, turns) = (found.routes, found.turns);
+    writeln!(out, "{}: {routes} routes, {turns} turns: {}", compat.name(), counts.join(", "))?;
+    out.flush()?;
+    Ok(if found.wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(5) })
 }
 
 /// Replaces the settings of a drive's decider by those of a gateway's configuration.

@@ -54,6 +54,69 @@ impl Bench {
     }
 }
 
+/// The drive of `crossing_left`, whose lanelets are found on its map.
+#[test]
+fn a_way_between_two_lanelets_needs_no_scenario() {
+    let map = concat!(env!("CARGO_MANIFEST_DIR"), "/config/maps/crossing/lanelet2_map.osm");
+    let decide = |args: &[&str]| {
+        let command = |args: &[&str]| {
+            Command::new(env!("CARGO_BIN_EXE_signal-gateway")).arg("decide").args(args).output()
+        };
+        let output = command(&[&["--map", map], args].concat()).unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    let (code, out, error) = decide(&["--from", "101", "--to", "402", "--speed", "8"]);
+    assert_eq!((code, error.as_str()), (Some(0), ""), "{out}");
+    let lines: Vec<_> = out.lines().map(str::trim).collect();
+    assert!(lines[1].starts_with("DISABLE at 0 m") && lines[2].starts_with("LEFT at "), "{out}");
+    assert!(lines[2].ends_with("of the left turn on 111") && lines[3].ends_with("on 111 is over"), "{out}");
+    for (args, code, expected) in [
+        (&["--from", "402", "--to", "101"][..], 3, "no way leads from lanelet 402 to lanelet 101"),
+        (&["--from", "101", "--to", "7"], 3, "it has no lanelet 7"),
+        (&["--from", "101", "--to", "402", "--speed=-1"], 3, "speed"),
+        (&["--from", "101"], 2, "--to"),
+        (&["turn.toml", "--from", "101", "--to", "402"], 2, "cannot be used with"),
+    ] {
+        let (exit, out, error) = decide(args);
+        assert!(exit == Some(code) && error.contains(expected), "{args:?}: {exit:?} {out} {error}");
+    }
+}
+
+/// On a map as it is, and with the two tags of a crossing exchanged.
+#[test]
+fn turns_that_were_made_wrong_on_purpose_are_found() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/config/maps/crossing/");
+    let map = fs::read_to_string(format!("{folder}lanelet2_map.osm")).unwrap();
+    let bench = tempfile::tempdir().unwrap();
+    fs::copy(format!("{folder}map_projector_info.yaml"), bench.path().join("map_projector_info.yaml"))
+        .unwrap();
+    let survey = |map: &str| {
+        fs::write(bench.path().join("map.osm"), map).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        let output = command
+            .current_dir(&bench)
+            .args(["decide", "--map", "map.osm", "--all-routes", "60"])
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let (code, out) = survey(&map);
+    assert!(code == Some(0) && out.ends_with(" 0 missed, 0 short, 0 opposite, 0 flickering\n"), "{out}");
+    assert!(out.starts_with("improved: 60 routes, ") && !out.contains(", 0 turns"), "{out}");
+    let exchanged =
+        map.replace("v='left'", "v='LEFT'").replace("v='right'", "v='left'").replace("v='LEFT'", "v='right'");
+    let exchanged = exchanged.replace("v=\"left\"", "v=\"LEFT\"").replace("v=\"right\"", "v=\"left\"");
+    let (code, out) = survey(&exchanged.replace("v=\"LEFT\"", "v=\"right\""));
+    assert!(
+        code == Some(5) && out.contains("has the signal to the other side") && out.contains(" 0 missed"),
+        "{out}"
+    );
+    let untagged = map.replace("turn_direction", "turn_direction_of_nobody");
+    let (code, out) = survey(&untagged);
+    assert!(code == Some(5) && out.contains("is not signalled"), "{out}");
+}
+
 #[test]
 fn json_holds_every_cycle_with_its_reasons() {
     let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));

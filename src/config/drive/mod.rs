@@ -11,6 +11,7 @@ mod reader;
 mod route;
 mod setting;
 
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,10 +31,10 @@ use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
-use crate::config::reading::problem::Refused;
+use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
 use crate::core::map::geometry::Point;
-use crate::core::map::lane_network::LaneNetwork;
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decider::Settings;
 use reader::{Lanes, MAX_S, SEE, metres};
@@ -92,6 +93,74 @@ pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     let checker = Checker::new(&text.file, SEE);
     let file = Fields::of(&checker, &root).and_then(|top| interpret(files, top));
     checker.finish(file).map_err(Refused)
+}
+
+/// The drive over the shortest way on a map from one lanelet to another, at one speed (m/s), with all else as a scenario has it that does
+/// not say.
+///
+/// # Errors
+/// A map that cannot be read, a lanelet that it does not have, two between which no way leads, or a speed that no scenario may have.
+pub fn way(
+    files: &dyn Files,
+    map: &Path,
+    [from, to]: [LaneId; 2],
+    speed_mps: f64,
+) -> Result<DriveFile, Refused> {
+    let road = read_lane_network(files, map)?;
+    let missing = [from, to].into_iter().find(|lane| road.lane(*lane).is_none());
+    let refused = |reason: String, remedy| Refused::from(Problem::whole_file(map, &reason, remedy));
+    if let Some(lane) = missing {
+        return Err(refused(format!("it has no lanelet {lane}"), "give the ids of lanelets for vehicles"));
+    }
+    let lanes = road.shortest_way(from, to).ok_or_else(|| {
+        let reason = format!("no way leads from lanelet {from} to lanelet {to} without a change of lane");
+        refused(reason, "give two lanelets of one road, or write a scenario with a route")
+    })?;
+    over(files, map, lanes, speed_mps)
+}
+
+/// A drive over any lanelet of a map, at one speed (m/s), with all else as a scenario has it that does not say.
+///
+/// # Errors
+/// A map that cannot be read or has no lanelet, or a speed that no scenario may have.
+pub fn anywhere(files: &dyn Files, map: &Path, speed_mps: f64) -> Result<DriveFile, Refused> {
+    let road = read_lane_network(files, map)?;
+    let lane = road.lanes().next().map(|lane| lane.id);
+    let lane =
+        lane.ok_or_else(|| Problem::whole_file(map, "it has no lanelet for vehicles", "give another map"))?;
+    over(files, map, vec![lane], speed_mps)
+}
+
+fn over(files: &dyn Files, map: &Path, lanes: Vec<LaneId>, speed_mps: f64) -> Result<DriveFile, Refused> {
+    let segments: Vec<[LaneId; 1]> = lanes.into_iter().map(|lane| [lane]).collect();
+    let name = map.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let text = format!(
+        "map = {}\n[route]\nsegments = {segments:?}\n[drive]\nspeed = [{{ at_m = 0, mps = {speed_mps:?} }}]\n",
+        toml::Value::String(name)
+    );
+    let path = map.with_file_name("the way between two lanelets");
+    read(&Beside { files, path: &path, text }, &path)
+}
+
+/// Files, and a text in the place of one.
+struct Beside<'a> {
+    files: &'a dyn Files,
+    path: &'a Path,
+    text: String,
+}
+
+impl Files for Beside<'_> {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        if path == self.path { Ok(self.text.clone().into_bytes()) } else { self.files.read(path) }
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        if path == self.path {
+            Ok(Box::new(io::Cursor::new(self.read(path)?)))
+        } else {
+            self.files.open(path)
+        }
+    }
 }
 
 /// Reads the file; `None` only when a problem was noted.

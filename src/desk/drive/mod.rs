@@ -8,6 +8,7 @@
 //! | `motion` | speed and stops: the next position of the vehicle |
 //! | `planner` | the manoeuvres as the planner publishes them |
 //! | [`run`] | the decider with one `compat`, cycle by cycle |
+//! | [`survey`] | many drives over a map, and the turns whose signals are wrong |
 //! | [`verdict`] | expectations met and failed |
 
 mod motion;
@@ -15,4 +16,5 @@ mod planner;
 pub mod route_path;
 pub mod run;
 pub mod simulation;
+pub mod survey;
 pub mod verdict;
