@@ -1,6 +1,6 @@
 //! `run`: the gateway in real time.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -111,7 +111,7 @@ pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosA
 #[cfg(feature = "ros")]
 pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Timed)?;
-    supervisor::run(Path::new("/proc/self/exe"))?;
+    supervisor::run("/proc/self/exe".as_ref())?;
     Ok(ExitCode::SUCCESS)
 }
 
