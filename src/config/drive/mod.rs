@@ -11,7 +11,6 @@ mod reader;
 mod route;
 mod setting;
 
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,6 +30,7 @@ use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
 use crate::core::map::geometry::Point;
@@ -89,9 +89,14 @@ pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     let path = &named_file::find_here(BuiltIn::Drive, files, path);
     let missing = BuiltIn::Drive.did_you_mean(path, "give the path of a drive scenario");
     let text = FileKind::Drive.read(files, path, &missing)?.not_blank()?;
-    let root = from_toml(&text, SEE)?;
+    interpreted(files, &text, None)
+}
+
+/// The drive of a text; `road` are the lanelets of its map, where that was read before.
+fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Result<DriveFile, Refused> {
+    let root = from_toml(text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
-    let file = Fields::of(&checker, &root).and_then(|top| interpret(files, top));
+    let file = Fields::of(&checker, &root).and_then(|top| interpret(files, top, road));
     checker.finish(file).map_err(Refused)
 }
 
@@ -116,7 +121,7 @@ pub fn way(
         let reason = format!("no way leads from lanelet {from} to lanelet {to} without a change of lane");
         refused(reason, "give two lanelets of one road, or write a scenario with a route")
     })?;
-    over(files, map, lanes, speed_mps)
+    over(files, map, road, lanes, speed_mps)
 }
 
 /// A drive over any lanelet of a map, at one speed (m/s), with all else as a scenario has it that does not say.
@@ -128,43 +133,28 @@ pub fn anywhere(files: &dyn Files, map: &Path, speed_mps: f64) -> Result<DriveFi
     let lane = road.lanes().next().map(|lane| lane.id);
     let lane =
         lane.ok_or_else(|| Problem::whole_file(map, "it has no lanelet for vehicles", "give another map"))?;
-    over(files, map, vec![lane], speed_mps)
+    over(files, map, road, vec![lane], speed_mps)
 }
 
-fn over(files: &dyn Files, map: &Path, lanes: Vec<LaneId>, speed_mps: f64) -> Result<DriveFile, Refused> {
+fn over(
+    files: &dyn Files,
+    map: &Path,
+    road: LaneNetwork,
+    lanes: Vec<LaneId>,
+    speed_mps: f64,
+) -> Result<DriveFile, Refused> {
     let segments: Vec<[LaneId; 1]> = lanes.into_iter().map(|lane| [lane]).collect();
     let name = map.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let text = format!(
         "map = {}\n[route]\nsegments = {segments:?}\n[drive]\nspeed = [{{ at_m = 0, mps = {speed_mps:?} }}]\n",
         toml::Value::String(name)
     );
-    let path = map.with_file_name("the way between two lanelets");
-    read(&Beside { files, path: &path, text }, &path)
-}
-
-/// Files, and a text in the place of one.
-struct Beside<'a> {
-    files: &'a dyn Files,
-    path: &'a Path,
-    text: String,
-}
-
-impl Files for Beside<'_> {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        if path == self.path { Ok(self.text.clone().into_bytes()) } else { self.files.read(path) }
-    }
-
-    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
-        if path == self.path {
-            Ok(Box::new(io::Cursor::new(self.read(path)?)))
-        } else {
-            self.files.open(path)
-        }
-    }
+    let text = Text::of(&map.with_file_name("the way between two lanelets"), text);
+    interpreted(files, &text, Some(road))
 }
 
 /// Reads the file; `None` only when a problem was noted.
-fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
+fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> Option<DriveFile> {
     let checker = top.checker;
     let lanes = Lanes::default();
     top.require(&["map"], "");
@@ -189,7 +179,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let map = map?;
     let remedy = "give the path of a lanelet2 map, relative to this file";
     let remedy = named_file::remedy(BuiltIn::Map, files, &map, remedy);
-    let road = read_lane_network(files, &map);
+    let road = road.map_or_else(|| read_lane_network(files, &map), Ok);
     let road = road.map_err(|problem| refuse_map(checker, map_at, problem, &remedy)).ok()?;
     lanes.check(checker, &road);
     let (speed, stops, points) = drive?;

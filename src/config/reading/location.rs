@@ -177,7 +177,8 @@ impl Text {
         Ok(self)
     }
 
-    fn of(path: &Path, content: String) -> Self {
+    /// The content that a file has, or would have.
+    pub(crate) fn of(path: &Path, content: String) -> Self {
         let ends = content.match_indices('\n').map(|(at, _)| at + 1);
         let starts = std::iter::once(0).chain(ends).collect();
         let stretches = content.as_bytes().chunks(STRIDE).scan(0, |sum, stretch| {

@@ -10,11 +10,7 @@ const MIN_WEIGHT: f64 = 1e-5;
 /// the first or last piece. `None` when there are fewer than two knots, knots do not rise, or the
 /// lengths differ.
 pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>> {
-    let rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
-    if knots.len() != values.len() || knots.len() < 2 || !rising {
-        return None;
-    }
-    let pieces = pieces(knots, values);
+    let pieces = pieces(knots, values, &slopes(knots, values)?);
     let last = pieces.last()?;
     let value_at = |query: &f64| {
         // The piece whose end is not yet reached; knots rise, so the first such one.
@@ -37,13 +33,8 @@ pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Opti
 /// The derivatives at the knots of the natural cubic spline through (`knots`, `values`): the smoothest line through all of them, which
 /// is straight at both ends. `None` as for [`akima`].
 pub fn natural_derivatives(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
-    let rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
-    if knots.len() != values.len() || knots.len() < 2 || !rising {
-        return None;
-    }
-    let spans: Vec<f64> = knots.iter().zip(knots.iter().skip(1)).map(|(from, to)| to - from).collect();
-    let rises = values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from);
-    let slopes: Vec<f64> = rises.zip(&spans).map(|(rise, span)| rise / span).collect();
+    let slopes = slopes(knots, values)?;
+    let spans: Vec<f64> = differences(knots).collect();
     // Second derivatives at the inner knots, by elimination; those at the ends are zero.
     let mut rows: Vec<(f64, f64)> = vec![(0.0, 0.0)];
     for (span, slope) in spans.windows(2).zip(slopes.windows(2)) {
@@ -88,15 +79,24 @@ impl Piece {
     }
 }
 
-fn pieces(knots: &[f64], values: &[f64]) -> Vec<Piece> {
-    let spans = || knots.iter().zip(knots.iter().skip(1));
-    let rises = values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from);
-    let slopes: Vec<f64> = rises.zip(spans()).map(|(rise, (from, to))| rise / (to - from)).collect();
-    let derivatives = derivatives(&slopes);
+fn differences(values: &[f64]) -> impl Iterator<Item = f64> {
+    values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from)
+}
+
+/// The slope of each piece; `None` when there are fewer than two knots, knots do not rise, or the lengths differ.
+fn slopes(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let is_rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
+    let slopes = differences(values).zip(differences(knots)).map(|(rise, span)| rise / span);
+    (knots.len() == values.len() && knots.len() >= 2 && is_rising).then(|| slopes.collect())
+}
+
+fn pieces(knots: &[f64], values: &[f64], slopes: &[f64]) -> Vec<Piece> {
+    let spans = knots.iter().zip(knots.iter().skip(1));
+    let derivatives = derivatives(slopes);
     let ends = derivatives.iter().zip(derivatives.iter().skip(1));
-    spans()
+    spans
         .zip(values)
-        .zip(&slopes)
+        .zip(slopes)
         .zip(ends)
         .map(|((((from, to), value), slope), (start, end))| {
             let h = to - from;

@@ -57,7 +57,7 @@ pub enum FromNetwork<'a> {
         number: u64,
         /// True if a sample came back. It may fail to without a network, or where none ever did.
         has_echo: bool,
-        /// True if a sample has arrived since the last answer at a reader that is no part of the network side's participant.
+        /// True if a sample has arrived since the last answer at a reader that does not belong to the network side's participant.
         is_heard: bool,
     },
 }

@@ -141,7 +141,7 @@ impl Seen {
 /// `network-supervisor` runs.
 ///
 /// # Errors
-/// Standard input is no such connection, or a process cannot be started.
+/// Standard input is not such a connection, or a process cannot be started.
 pub fn run(program: &Path) -> io::Result<()> {
     ignore_hangup();
     set_dumpable_behavior(DumpableBehavior::NotDumpable)?;

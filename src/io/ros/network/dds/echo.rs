@@ -43,7 +43,7 @@ pub(super) struct SignsOfLife {
 pub(super) struct Echo {
     writer: SampleWriter,
     reader: SimpleDataReaderCdr<u64>,
-    /// `None` where there is no loopback.
+    /// `None` where the loopback cannot be used.
     witness: Option<Witness>,
 }
 

@@ -20,6 +20,8 @@ const PAUSES: f64 = 2.5;
 const FADING: f64 = 0.9;
 /// The most that counts of the time between two looks: when this side does not run, nor may the writer.
 const MAX_STEP: Duration = Duration::from_millis(150);
+/// The least time between two looks: samples may wake this side thousands of times a second.
+const MIN_STEP: Duration = Duration::from_millis(20);
 /// Samples that a writer has gone on by when it was not heard; fewer may be on their way.
 const MISSED: i64 = 3;
 /// Shortest time between two suspicions; it doubles with each that was wrong, so often at most.
@@ -110,6 +112,9 @@ impl SilentWriters {
         is_there: impl Fn(&ReadWriter) -> bool,
     ) -> Vec<ReadWriter> {
         let step = now.saturating_duration_since(self.last_look).min(MAX_STEP);
+        if step < MIN_STEP {
+            return Vec::new();
+        }
         self.last_look = now;
         self.writers.retain(|writer, _| is_there(writer));
         let interval = INTERVAL * 2_u32.pow(self.wrong);

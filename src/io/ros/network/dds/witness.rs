@@ -1,4 +1,4 @@
-//! A reader of our own that is no part of our participant: what arrives there arrives at others as well.
+//! A reader of our own that does not belong to our participant: what arrives there arrives at others as well.
 //!
 //! A sample that a participant sends to itself comes back even when no peer receives anything any more, as after thousands of
 //! participants were announced to it: its two threads work, but no peer is met, and none hears of it. So a second, small
@@ -15,6 +15,8 @@ use super::discovery_probe::Prefix;
 const READER_LIFE: Duration = Duration::from_secs(2);
 /// Time after which what was announced is announced again: packets get lost.
 const ANNOUNCEMENT_INTERVAL: Duration = Duration::from_millis(200);
+/// The least time between two looks: samples may wake this side thousands of times a second.
+const MIN_PAUSE: Duration = Duration::from_millis(20);
 /// Datagrams that are taken at once.
 const AT_ONCE: usize = 64;
 
@@ -50,6 +52,7 @@ pub(super) struct Witness {
     /// The number of that.
     number: u32,
     reader_since: Instant,
+    last_look: Option<Instant>,
     announced: Option<Instant>,
     announcements: u32,
 }
@@ -78,6 +81,7 @@ impl Witness {
             reader: socket().ok()?,
             number: 1,
             reader_since: now,
+            last_look: None,
             announced: None,
             announcements: 0,
         })
@@ -90,6 +94,10 @@ impl Witness {
 
     /// Announces what is due, and takes what has come; gives the number of samples among that.
     pub(super) fn look(&mut self, now: Instant) -> u64 {
+        if self.last_look.is_some_and(|last| now.saturating_duration_since(last) < MIN_PAUSE) {
+            return 0;
+        }
+        self.last_look = Some(now);
         let heard = self.take();
         if now.saturating_duration_since(self.reader_since) >= READER_LIFE
             && let Ok(reader) = socket()
@@ -119,7 +127,7 @@ impl Witness {
         received.map(u64::from).sum()
     }
 
-    /// Its participant, the reader that is no more, and the one that is: the two are numbered one after the other.
+    /// Its participant, the reader that is gone, and the one that is there: the two are numbered one after the other.
     fn announcement(&self) -> io::Result<Vec<u8>> {
         let mut packet = [b"RTPS", &[2, 4, 1, 0x12][..], &self.prefix].concat();
         let meta = locator(&self.socket)?;
