@@ -6,4 +6,4 @@ mod drives;
 mod levels;
 mod maps;
 mod pull_outs;
-mod random_drives;
+pub(crate) mod random_drives;

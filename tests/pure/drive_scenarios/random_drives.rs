@@ -1,7 +1,7 @@
 //! Some random drives; `cargo test --test random_drives` drives as many as wanted.
 
 #[path = "../../random_drives/mod.rs"]
-mod drives;
+pub(crate) mod drives;
 
 #[test]
 fn random_drives_keep_the_laws() {

@@ -6,37 +6,26 @@ use std::time::Duration;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::path::{Path, PathFrame};
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::{DeciderCompat, UpstreamQuirks};
 use signal_gateway::core::turn_signal::decider::{Decider, Observed, Settings};
 use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::decision_context::DecisionContext;
-use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::route::{Route, Segment};
+use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::core::turn_signal::turn_lane::TurnLane;
 
+pub(crate) use crate::pure::drive_scenarios::random_drives::drives::drawn_road::{
+    HALF_WIDTH_M, inputs, route_from, segments,
+};
+
 use super::line::{NEAREST, at, line};
-
-/// Half the width of the lane, metres.
-pub(crate) const HALF_WIDTH_M: f64 = 1.75;
-
-/// Segments of one lanelet each.
-pub(crate) fn segments(lanes: &[LaneId]) -> Vec<Segment> {
-    lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] }).collect()
-}
-
-/// A route over single lanelets.
-pub(crate) fn route_from(id: u128, start: Pose, lanes: &[LaneId]) -> Route {
-    Route::new(id, start, segments(lanes)).unwrap()
-}
 
 /// A lane change that is driven.
 pub(crate) fn lane_change(side: Side, start: Option<Pose>, end: Option<Pose>) -> LaneChange {
@@ -48,18 +37,6 @@ pub(crate) fn lane_change(side: Side, start: Option<Pose>, end: Option<Pose>) ->
         end,
         previous_path: Vec::new(),
         minimum_length_m: 0.0,
-    }
-}
-
-/// Inputs with odometry, map and route alone.
-pub(crate) fn inputs<'a>(odometry: Timed<Odometry>, road: &'a LaneNetwork, route: &'a Route) -> Inputs<'a> {
-    Inputs {
-        odometry: Some(odometry),
-        road: Some(road),
-        route: Some(route),
-        planned_path: None,
-        manoeuvres: &[],
-        lane_driving: true,
     }
 }
 

@@ -260,19 +260,17 @@ impl<'a> PathFrame<'a> {
     /// Likewise for a pose that lies between two arc lengths of the path, metres, to within [`SPAN_TOLERANCE_M`]: whatever else
     /// comes near to it is not meant.
     pub fn from_base_within_m(&self, pose: Pose, [from_m, to_m]: [f64; 2]) -> f64 {
-        let is_within = |index: &usize| {
-            let arc_m = self.path.arc_m(*index);
-            arc_m >= from_m - SPAN_TOLERANCE_M && arc_m <= to_m + SPAN_TOLERANCE_M
+        let beyond_m = |index: usize| {
+            let arc_m = self.path.arc_m(index);
+            (from_m - arc_m).max(arc_m - to_m).max(0.0)
         };
-        let squared = |index: &usize| {
-            self.path
-                .poses
-                .get(*index)
-                .map_or(f64::INFINITY, |at| at.position.squared_distance(pose.position))
-        };
-        let within = (0..self.path.poses.len()).filter(is_within);
+        // What lies beyond the stretch counts as far away as that: a stretch can end on top of the way into it.
+        let cost_m = |(index, at): &(usize, &Pose)| at.position.distance_m(pose.position) + beyond_m(*index);
+        let within = self.path.poses.iter().enumerate();
+        let within = within.filter(|(index, _)| beyond_m(*index) <= SPAN_TOLERANCE_M);
         // `min_by` keeps the first of equals.
-        let nearest = within.min_by(|one, other| squared(one).total_cmp(&squared(other)));
+        let nearest =
+            within.min_by(|one, other| cost_m(one).total_cmp(&cost_m(other))).map(|(index, _)| index);
         match nearest {
             Some(nearest) => self.path.station_at(nearest, pose) - self.ego_station_m,
             None => self.from_base_m(pose),
