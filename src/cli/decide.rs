@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 
 use super::arguments::{Every, draw, file_name, svg_path};
 use super::progress::Progress;
-use super::{Failure, messages};
+use super::{Failure, messages, survey};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
 use crate::config::{Overrides, Problem, Refused, load};
@@ -18,7 +18,7 @@ use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::FlowSettings;
 use crate::desk::drive::run::Run;
 use crate::desk::drive::simulation::DriveSimulation;
-use crate::desk::drive::survey::{self, Fault};
+use crate::desk::drive::survey::{RouteChoice, Surveyor, Sweep};
 use crate::desk::drive::verdict::Verdicts;
 use crate::report::drive::chart::DriveChart;
 use crate::report::drive::{DriveForm, DriveWriter};
@@ -31,6 +31,7 @@ Examples:
   signal-gateway decide crossing.toml --config gateway.toml
   signal-gateway decide --map lanelet2_map.osm --from 125 --to 412
   signal-gateway decide --map lanelet2_map.osm --all-routes 500
+  signal-gateway decide --map lanelet2_map.osm --all-routes 500 --sweep country
 
 For each change of the signal a line gives the command, the position of the rear axle along
 the route (and the time, where the vehicle stands), and the reason.
@@ -52,7 +53,15 @@ path_generator the basis is \"path_generator\", without candidates, and a key mo
 names the tagged lanelet that decided. The last line of each compat is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
-The exit code is 5 when an expectation failed, or with --all-routes when a signal is wrong.";
+With --all-routes each line is a turn whose signal is wrong:
+  {\"compat\", \"lanelet\": 111, \"side\": \"left\", \"at_m\": 59.0, \"from\": 101, \"to\": 402, \"fault\": \"missed\",
+   \"map_flaw\": TEXT}
+\"map_flaw\" is null where the map is right, so that the fault is the decider's. The last line is
+  {\"compat\", \"routes\": 500, \"turns\": 620, \"by_decider\": {\"missed\": 0, \"short\", \"opposite\", \"flickering\"},
+   \"by_map\": the same}
+With --sweep there are only such lines, one for each value, which have two keys more: \"sweep\": KEY, \"value\": TEXT.
+
+The exit code is 5 when an expectation failed, or with --all-routes when a signal is wrong, also by the map.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {
@@ -69,9 +78,16 @@ pub(super) struct DecideArgs {
     #[arg(long, value_name = "LANELET", requires_all = ["map", "from"])]
     to: Option<LaneId>,
     /// Drive so many routes all over the map, the same each time, and list the turns whose signals are missed, short, opposite or flickering:
-    /// by their tags, and by the geometry where it contradicts these. Exit code 5 if there is one
+    /// by their tags, and by the geometry where it contradicts these, which is a fault of the map. Exit code 5 if there is one
     #[arg(long, value_name = "NUMBER", requires = "map", group = "way")]
     all_routes: Option<usize>,
+    /// Of all routes only such as meet themselves: that come within 10 m of an earlier part, or whose last lanelet leads to one of them
+    #[arg(long, requires = "all_routes", conflicts_with_all = ["from", "to"])]
+    loops: bool,
+    /// Drive all routes once for each value and print a table: five values of a parameter by Autoware's name, KEY=FROM..TO, or KEY=FROM..TO:STEP, or
+    /// `country`: the rules of each shipped country
+    #[arg(long, value_name = "SWEEP", requires = "all_routes", conflicts_with_all = ["from", "to"])]
+    sweep: Option<Sweep>,
     /// Its speed, m/s
     #[arg(long, value_name = "M/S", default_value = "8", requires = "map")]
     speed: f64,
@@ -109,7 +125,7 @@ impl ValueEnum for DeciderCompat {
 
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
-        return survey(args, map, routes);
+        return survey_map(args, map, routes);
     }
     let reading = Progress::spinner("reading the drive and its map");
     let (mut file, title) = match (&args.scenario, &args.map, args.from, args.to) {
@@ -166,25 +182,16 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Many routes over a map, with the settings of a drive without any of its own.
-fn survey(args: &DecideArgs, map: &Path, routes: usize) -> Result<ExitCode, Failure> {
-    let reading = Progress::spinner("reading the map and driving");
-    let mut file = drive::anywhere(&Disk, map, args.speed)?;
-    if let Some(path) = &args.config {
-        take_settings(&mut file, path)?;
-    }
-    let compat = args.compat.or_else(|| file.compats.first().copied()).unwrap_or_default();
-    let found = survey::survey(&file, compat, routes)?;
-    drop(reading);
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    for wrong in &found.wrong {
-        writeln!(out, "{wrong}")?;
-    }
-    let count = |fault| found.wrong.iter().filter(|wrong| wrong.fault == fault).count();
-    let counts: Vec<String> = Fault::ALL.map(|fault| format!("{} {}", count(fault), fault.name())).into();
-    let (routes, turns) = (found.routes, found.turns);
-    writeln!(out, "{}: {routes} routes, {turns} turns: {}", compat.name(), counts.join(", "))?;
-    out.flush()?;
-    Ok(if found.wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(5) })
+fn survey_map(args: &DecideArgs, map: &Path, count: usize) -> Result<ExitCode, Failure> {
+    let choice = if args.loops { RouteChoice::Loops(count) } else { RouteChoice::Any(count) };
+    let surveyor = || {
+        let mut file = drive::anywhere(&Disk, map, args.speed)?;
+        if let Some(path) = &args.config {
+            take_settings(&mut file, path)?;
+        }
+        Ok(Surveyor::new(file, choice))
+    };
+    survey::run(surveyor, args.compat, args.sweep.as_ref(), args.json)
 }
 
 /// Replaces the settings of a drive's decider by those of a gateway's configuration.

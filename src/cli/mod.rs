@@ -21,6 +21,7 @@ mod reload;
 mod replay;
 mod ros_arguments;
 mod status;
+mod survey;
 mod unreadable;
 mod unusable;
 mod vehicle;

@@ -83,38 +83,116 @@ fn a_way_between_two_lanelets_needs_no_scenario() {
     }
 }
 
-/// On a map as it is, and with the two tags of a crossing exchanged.
-#[test]
-fn turns_that_were_made_wrong_on_purpose_are_found() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/config/maps/crossing/");
-    let map = fs::read_to_string(format!("{folder}lanelet2_map.osm")).unwrap();
+/// A copy of a shipped map, `map.osm`, whose text is changed.
+fn copied_map(name: &str, change: impl Fn(&str) -> String) -> tempfile::TempDir {
+    let folder = format!("{}/config/maps/{name}", env!("CARGO_MANIFEST_DIR"));
     let bench = tempfile::tempdir().unwrap();
-    fs::copy(format!("{folder}map_projector_info.yaml"), bench.path().join("map_projector_info.yaml"))
-        .unwrap();
-    let survey = |map: &str| {
-        fs::write(bench.path().join("map.osm"), map).unwrap();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        let output = command
-            .current_dir(&bench)
-            .args(["decide", "--map", "map.osm", "--all-routes", "60"])
-            .output()
-            .unwrap();
-        (output.status.code(), String::from_utf8(output.stdout).unwrap())
-    };
-    let (code, out) = survey(&map);
+    let projector = "map_projector_info.yaml";
+    fs::copy(format!("{folder}/{projector}"), bench.path().join(projector)).unwrap();
+    let map = fs::read_to_string(format!("{folder}/lanelet2_map.osm")).unwrap();
+    fs::write(bench.path().join("map.osm"), change(&map)).unwrap();
+    bench
+}
+
+/// Exit code, standard output and standard error of `decide --map map.osm` there.
+fn survey(bench: &tempfile::TempDir, args: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    let output = command.current_dir(bench).args(["decide", "--map", "map.osm"]).args(args).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+/// On a map as it is, with the two tags of a crossing exchanged, and without tags.
+#[test]
+fn turns_that_were_made_wrong_on_purpose_are_found_and_are_the_map_s() {
+    let crossing = |change: fn(&str) -> String| copied_map("crossing", change);
+    let plain = crossing(str::to_owned);
+    let (code, out, _) = survey(&plain, &["--all-routes", "60"]);
     assert!(code == Some(0) && out.ends_with(" 0 missed, 0 short, 0 opposite, 0 flickering\n"), "{out}");
     assert!(out.starts_with("improved: 60 routes, ") && !out.contains(", 0 turns"), "{out}");
-    let exchanged =
-        map.replace("v='left'", "v='LEFT'").replace("v='right'", "v='left'").replace("v='LEFT'", "v='right'");
-    let exchanged = exchanged.replace("v=\"left\"", "v=\"LEFT\"").replace("v=\"right\"", "v=\"left\"");
-    let (code, out) = survey(&exchanged.replace("v=\"LEFT\"", "v=\"right\""));
+
+    let exchanged = crossing(|map| {
+        let [left, right] = ["left", "right"].map(|side| [format!("v='{side}'"), format!("v=\"{side}\"")]);
+        let exchange = |text: String, index: usize| {
+            text.replace(&left[index], "THE OTHER")
+                .replace(&right[index], &left[index])
+                .replace("THE OTHER", &right[index])
+        };
+        exchange(exchange(map.to_owned(), 0), 1)
+    });
+    let (code, out, _) = survey(&exchanged, &["--all-routes", "60"]);
+    let last = out.lines().last().unwrap();
     assert!(
-        code == Some(5) && out.contains("has the signal to the other side") && out.contains(" 0 missed"),
+        code == Some(5) && out.contains("has the signal to the other side; by the map: tagged "),
         "{out}"
     );
-    let untagged = map.replace("turn_direction", "turn_direction_of_nobody");
-    let (code, out) = survey(&untagged);
-    assert!(code == Some(5) && out.contains("is not signalled"), "{out}");
+    assert!(last.contains(" 0 missed, 0 short, 0 opposite, 0 flickering; by the map: "), "{last}");
+    assert!(last.ends_with(" opposite"), "{last}");
+
+    let untagged = crossing(|map| map.replace("turn_direction", "turn_direction_of_nobody"));
+    let (code, out, _) = survey(&untagged, &["--all-routes", "60", "--json"]);
+    assert_eq!(code, Some(5));
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let (row, wrong) = lines.split_last().unwrap();
+    assert!(wrong.iter().all(|turn| turn["fault"] == "missed" && turn["map_flaw"].is_string()), "{out}");
+    assert_eq!((&row["by_decider"]["missed"], &row["by_map"]["missed"]), (&0.into(), &wrong.len().into()));
+    assert_eq!((&row["routes"], &row["compat"]), (&60.into(), &"improved".into()));
+}
+
+/// Of a path that reaches hardly ahead, a turn is found late.
+#[test]
+fn a_sweep_shows_what_a_parameter_does() {
+    let plain = copied_map("crossing", str::to_owned);
+    let args = ["--all-routes", "30", "--sweep", "forward_path_length=1..41:20"];
+    let (code, out, _) = survey(&plain, &args);
+    let rows: Vec<Vec<&str>> = out.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(rows[0], ["improved,", "forward_path_length"]);
+    assert_eq!(
+        rows[1],
+        ["value", "routes", "turns", "missed", "short", "opposite", "flickering", "by", "the", "map"]
+    );
+    let values: Vec<&str> = rows[2..].iter().map(|row| row[0]).collect();
+    assert_eq!(values, ["1", "21", "41"]);
+    let short = |row: usize| rows[row][4].parse::<usize>().unwrap();
+    assert!(code == Some(5) && short(2) > 0 && (short(3), short(4)) == (0, 0), "{out}");
+    let (_, out, _) = survey(&plain, &[&args[..], &["--json"]].concat());
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(
+        (lines.len(), &lines[0]["sweep"], &lines[0]["value"]),
+        (3, &"forward_path_length".into(), &"1".into())
+    );
+    assert_eq!(lines[0]["by_decider"]["short"], short(2));
+
+    let (code, out, _) = survey(&plain, &["--all-routes", "20", "--sweep", "country"]);
+    let codes: Vec<&str> = out.lines().skip(2).filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(code == Some(0) && codes.contains(&"JP") && codes.contains(&"US-CA"), "{out}");
+}
+
+#[test]
+fn loops_are_the_routes_that_meet_themselves() {
+    let around = copied_map("helix", str::to_owned);
+    let (code, out, _) = survey(&around, &["--all-routes", "20", "--loops"]);
+    assert!(code == Some(0) && !out.contains(" 0 routes"), "{out}");
+    let straight = copied_map("lane_change_road", str::to_owned);
+    let (code, out, _) = survey(&straight, &["--all-routes", "20", "--loops"]);
+    assert!(code == Some(0) && out.starts_with("improved: 0 routes, 0 turns"), "{out}");
+}
+
+#[test]
+fn a_sweep_that_cannot_be_made_is_refused_with_a_remedy() {
+    let plain = copied_map("crossing", str::to_owned);
+    for (sweep, expected) in [
+        ("turn_signal_serch_time=1..2", "did you mean turn_signal_search_time?"),
+        ("turn_signal_on_swerving=1..2", "takes no numbers; give a parameter with numbers"),
+        ("turn_signal_search_time=5..1", "is not a range that ascends; give FROM..TO"),
+        ("turn_signal_search_time=-4..4", "cannot be -4; give seconds, 0 to 3600"),
+    ] {
+        let (code, out, error) = survey(&plain, &["--all-routes", "9", "--sweep", sweep]);
+        assert!(code == Some(2) && out.is_empty(), "{sweep}: {code:?} {out}");
+        assert!(error.contains("--sweep") && error.contains(expected), "{sweep}: {error}");
+    }
+    let (code, ..) = survey(&plain, &["--from", "101", "--to", "402", "--sweep", "country"]);
+    assert_eq!(code, Some(2), "a sweep is of all routes");
 }
 
 #[test]

@@ -25,6 +25,14 @@ impl TurnCommand {
 }
 
 impl Side {
+    /// Its name in a sentence.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+
     /// The other side.
     pub const fn opposite(self) -> Self {
         match self {

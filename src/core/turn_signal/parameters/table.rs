@@ -118,6 +118,11 @@ impl Parameter {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
     }
 
+    /// Returns whether its values are numbers.
+    pub const fn takes_numbers(&self) -> bool {
+        matches!(self.slot, Slot::Number(..) | Slot::Depth(_))
+    }
+
     /// Its value, as [`Parameters::set`] takes it.
     pub fn value(&self, parameters: &Parameters) -> String {
         // The slots give mutable references.
