@@ -38,6 +38,8 @@ pub(crate) enum Prerequisite {
     Prometheus,
     /// `tmux`, which plays a terminal.
     Tmux,
+    /// Public lanelet2 maps in a folder that `SIGNAL_GATEWAY_MAPS` names.
+    PublicMaps,
     /// A `zenoh-bridge-ros2dds`, named by `SIGNAL_GATEWAY_BRIDGE`.
     ZenohBridge,
 }
@@ -60,6 +62,7 @@ impl Prerequisite {
             Self::Netem => "netem",
             Self::Prometheus => "prometheus",
             Self::Tmux => "tmux",
+            Self::PublicMaps => "public-maps",
             Self::ZenohBridge => "zenoh-bridge",
         }
     }
@@ -189,4 +192,10 @@ pub(crate) fn shared_data() -> Result<std::path::PathBuf, Missing> {
     let folder =
         given.unwrap_or_else(|| concat!(env!("CARGO_MANIFEST_DIR"), "/../shared").into()).join("data");
     if folder.is_dir() { Ok(folder) } else { Err(Prerequisite::SharedData.missing("../shared is absent")) }
+}
+
+/// The folder with public lanelet2 maps, in folders of their own: `SIGNAL_GATEWAY_MAPS`.
+pub(crate) fn public_maps() -> Result<std::path::PathBuf, Missing> {
+    let folder = std::env::var_os("SIGNAL_GATEWAY_MAPS").map(std::path::PathBuf::from);
+    folder.ok_or_else(|| Prerequisite::PublicMaps.missing("SIGNAL_GATEWAY_MAPS is not set"))
 }

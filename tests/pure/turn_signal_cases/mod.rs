@@ -12,6 +12,7 @@ mod combination;
 mod conflicts;
 mod decider;
 mod drive;
+mod first_aligned;
 mod gateway;
 mod improved;
 mod laws;
