@@ -80,6 +80,9 @@ pub(super) struct LightsArgs {
     /// instance red,yellow,green or 21,22=red,green; may be repeated
     #[arg(long, value_name = "[IDS=]BULBS")]
     bulb_order: Vec<BulbOrder>,
+    /// Value of a scenario modifier that has several, of which each is a run of the simulator; may be repeated
+    #[arg(long = "modifier", value_name = "NAME=VALUE", value_parser = modifier)]
+    modifiers: Vec<(String, String)>,
     /// Mode, where the simulator's rules have weaknesses
     #[arg(long, value_name = "MODE", value_enum, default_value_t)]
     compat: Compat,
@@ -132,6 +135,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         compat: args.compat,
         packages: args.packages.iter().cloned().collect(),
         bulb_orders: args.bulb_order.clone(),
+        modifiers: args.modifiers.iter().cloned().collect(),
     };
     let file = scenario::read(&Disk, &args.scenario, options)?;
     let map = Arc::new(light_map(args, &file)?);
@@ -240,6 +244,11 @@ fn subtitle(args: &LightsArgs) -> String {
         Compat::Upstream => "compat upstream, ",
     };
     format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
+}
+
+fn modifier(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    Ok((name.to_owned(), value.to_owned()))
 }
 
 fn package(text: &str) -> Result<(String, PathBuf), String> {

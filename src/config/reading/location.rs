@@ -10,7 +10,7 @@ use super::problem::Problem;
 use crate::config::built_in::display;
 
 /// The largest file that is read, bytes.
-const MAX_BYTES: usize = 4 << 20;
+pub(crate) const MAX_BYTES: usize = 4 << 20;
 /// The deepest nesting of values, levels.
 pub(crate) const MAX_DEPTH: usize = 64;
 /// The largest number of elements or values in a file, with aliases written out.

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::reader::{Reader, listed};
+use super::naming::listed;
+use super::reader::Reader;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::location::Location;
 use crate::core::compat::Compat;

@@ -8,6 +8,7 @@ mod bench;
 mod bulb_order;
 mod controllers;
 mod file;
+mod modifiers;
 mod naming;
 mod open_scenario;
 mod reader;
@@ -26,13 +27,11 @@ use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
-use crate::config::reading::value::{Kind, Value, items};
+use crate::config::reading::value::Kind;
 use crate::config::reading::xml_text::from_xml;
 use crate::config::reading::yaml_text::from_yaml;
+use modifiers::Modifiers;
 use reader::{Reader, SEE};
-
-/// The key of TIER IV's files that modify a scenario.
-const MODIFIERS: &str = "ScenarioModifiers";
 
 /// Reads a scenario, by path or built-in name; its form follows from the file's extension, or else from its content.
 ///
@@ -59,22 +58,21 @@ pub fn read(
             let (roots, others): (Vec<_>, Vec<_>) =
                 entries.iter().partition(|entry| entry.key == open_scenario::ROOT);
             for entry in others.iter().filter(|entry| !matches!(entry.value.kind, Kind::Null)) {
-                let names = if entry.key == MODIFIERS { modifiers(&entry.value) } else { Vec::new() };
-                if names.is_empty() {
-                    reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
+                if entry.key == modifiers::ROOT {
+                    reader.modifiers = Modifiers::read(&checker, &entry.value, &options.modifiers);
+                    reader.list_modifiers(&entry.location);
                 } else {
-                    let what =
-                        format!("scenario modifiers, of which each value is a run: {}", names.join(", "));
-                    reader.leave_out(&entry.location, &what);
+                    reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
                 }
-                reader.modifiers.extend(names);
             }
             match roots.first() {
                 Some(root) => {
-                    open_scenario::interpret(&open_scenario::from_values(&text, root)?, &mut reader)
+                    let mut root = open_scenario::from_values(&text, root)?;
+                    reader.modifiers.replace_in(&checker, &mut root);
+                    open_scenario::interpret(&root, &mut reader)
                 }
                 None if !matches!(value.kind, Kind::Map(_)) => ScenarioFile::default(),
-                None if entries.iter().any(|entry| entry.key == MODIFIERS) => {
+                None if entries.iter().any(|entry| entry.key == modifiers::ROOT) => {
                     let reason = "this is a scenario modifier, not a scenario";
                     checker.refuse(&value.location, reason, "give the scenario that it is applied to");
                     ScenarioFile::default()
@@ -91,23 +89,15 @@ pub fn read(
             }
         }
     };
+    if let Some(unknown) = options.modifiers.keys().find(|name| !reader.modifiers.has(name)) {
+        let reason = format!("no scenario modifier is called {unknown:?}");
+        checker.adopt(vec![Problem::whole_file(&text.file, reason, reader.modifiers.listed())]);
+    }
     let Reader { mut not_interpreted, mut ids, .. } = reader;
     not_interpreted.sort_by_key(|part| part.location.position);
     ids.sort_by_key(|used| used.location.position);
     (file.not_interpreted, file.ids) = (not_interpreted, ids);
     checker.finish(Some(file)).map_err(Refused)
-}
-
-/// The names of scenario modifiers, in TIER IV's lists of them.
-fn modifiers(value: &Value) -> Vec<String> {
-    let Kind::Map(entries) = &value.kind else { return Vec::new() };
-    let all = entries.iter().flat_map(|entry| items(&entry.value));
-    let name = |modifier: &Value| {
-        let Kind::Map(entries) = &modifier.kind else { return None };
-        let name = entries.iter().find(|entry| entry.key == "name")?;
-        if let Kind::Scalar { text, .. } = &name.value.kind { Some(text.clone()) } else { None }
-    };
-    all.filter_map(name).filter(|name| !name.is_empty()).collect()
 }
 
 /// The notation of a scenario file.

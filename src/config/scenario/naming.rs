@@ -47,6 +47,11 @@ pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String 
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
+/// Names as a remedy, `there are a, b`, cut after 20.
+pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    format!("there are {}", joined(names.map(str::to_owned), 20))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use super::bulb_order::BulbOrder;
 use super::file::{NotInterpreted, UsedId};
-use super::naming::joined;
+use super::modifiers::Modifiers;
+use super::naming::listed;
 use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::location::{Location, line};
 use crate::config::reading::value::Value;
@@ -32,6 +33,8 @@ pub struct ReadOptions {
     pub packages: BTreeMap<String, PathBuf>,
     /// The bulbs of lights by position, for states in ASAM's notation, `on;off;off`.
     pub bulb_orders: Vec<BulbOrder>,
+    /// The values of scenario modifiers by name, each one of those in the file.
+    pub modifiers: BTreeMap<String, String>,
 }
 
 impl From<Compat> for ReadOptions {
@@ -47,8 +50,8 @@ pub(super) struct Reader<'c> {
     pub(super) options: &'c ReadOptions,
     pub(super) not_interpreted: Vec<NotInterpreted>,
     pub(super) ids: Vec<UsedId>,
-    /// The names of the scenario modifiers, which stand for their values wherever they are written.
-    pub(super) modifiers: Vec<String>,
+    /// The scenario modifiers, whose names stand for their values wherever they are written.
+    pub(super) modifiers: Modifiers,
 }
 
 impl<'c> Reader<'c> {
@@ -59,7 +62,7 @@ impl<'c> Reader<'c> {
             options,
             not_interpreted: Vec::new(),
             ids: Vec::new(),
-            modifiers: Vec::new(),
+            modifiers: Modifiers::default(),
         }
     }
 
@@ -72,11 +75,12 @@ impl<'c> Reader<'c> {
         self.not_interpreted.push(NotInterpreted { location, what: line(what) });
     }
 
-    /// The first scenario modifier in a text.
-    pub(super) fn modifier_in(&self, text: &str) -> Option<&str> {
-        let is_in_name = |char: char| char.is_alphanumeric() || char == '_' || char == '-';
-        let words = || text.split(|char| !is_in_name(char));
-        self.modifiers.iter().map(String::as_str).find(|modifier| words().any(|word| word == *modifier))
+    /// Lists the scenario modifiers whose value is not chosen.
+    pub(super) fn list_modifiers(&mut self, location: &Location) {
+        let lines: Vec<_> = self.modifiers.lines().collect();
+        for line in lines {
+            self.leave_out(location, &line);
+        }
     }
 
     fn use_id(&mut self, location: &Location, id: i64) {
@@ -121,7 +125,7 @@ impl<'c> Reader<'c> {
     }
 
     /// Reads a state to be written.
-    pub(super) fn state(&self, target: Target, given: &LocatedText, writer: Writer) -> Option<StateText> {
+    pub(super) fn state(&mut self, target: Target, given: &LocatedText, writer: Writer) -> Option<StateText> {
         let state = self.state_text(target.id, given)?;
         let checked = check_state(target.store, &state, writer, self.compat);
         self.checker.accept(&given.location, checked, "")?;
@@ -129,7 +133,7 @@ impl<'c> Reader<'c> {
     }
 
     /// The text as a state, or the bulbs that are on by their positions, as in `on;off;off`.
-    fn state_text(&self, id: i64, given: &LocatedText) -> Option<StateText> {
+    fn state_text(&mut self, id: i64, given: &LocatedText) -> Option<StateText> {
         let Some(statuses) = statuses(&given.text).filter(|_| self.compat == Compat::Improved) else {
             return Some(StateText::new(&given.text));
         };
@@ -144,12 +148,18 @@ impl<'c> Reader<'c> {
             self.refuse(&given.location, reason, remedy);
             return None;
         };
-        let lit =
-            order.iter().zip(statuses).filter_map(|(bulb, status)| Some(Bulb { status: status?, ..*bulb }));
-        let lit = lit.map(|Bulb { color, status, shape }| {
-            format!("{} {} {}", color.name(), status.name(), shape.name())
-        });
-        Some(StateText::new(&lit.collect::<Vec<_>>().join(", ")))
+        let (mut lit, mut lines) = (Vec::new(), Vec::new());
+        for (Bulb { color, shape, .. }, PositionStatus { status, difference }) in order.iter().zip(statuses) {
+            let color = color.name();
+            lit.extend(status.map(|status| format!("{color} {} {}", status.name(), shape.name())));
+            lines.extend(difference.map(|difference| {
+                format!("the {color} bulb of the light {id} in {:?}: {difference}", given.text)
+            }));
+        }
+        for line in lines {
+            self.leave_out(&given.location, &line);
+        }
+        Some(StateText::new(&lit.join(", ")))
     }
 
     /// Reads a target and the state that is written to it.
@@ -164,7 +174,7 @@ impl<'c> Reader<'c> {
     }
 
     /// Reads the test of a state; empty and `none` are dark. Upstream reads the text when it compares.
-    pub(super) fn state_test(&self, target: Target, given: &LocatedText, exact: bool) -> Option<Test> {
+    pub(super) fn state_test(&mut self, target: Target, given: &LocatedText, exact: bool) -> Option<Test> {
         if given.text.is_empty() || given.text == "none" {
             return Some(Test::State { target, state: None, exact });
         }
@@ -279,19 +289,29 @@ impl<'c> Reader<'c> {
     }
 }
 
-/// The statuses of the bulbs by position in ASAM's notation, `None` for one that is off; `None` for another text.
-fn statuses(text: &str) -> Option<Vec<Option<Status>>> {
-    let is_asam = text.contains(';') || ["on", "off"].contains(&text.trim());
-    let status = |part: &str| match part.trim() {
-        "on" => Some(Some(Status::SolidOn)),
-        "flashing" => Some(Some(Status::Flashing)),
-        "off" => Some(None),
-        _ => None,
-    };
-    text.split(';').map(status).collect::<Option<_>>().filter(|_| is_asam)
+/// The status of a bulb by its position, in ASAM's notation.
+struct PositionStatus {
+    /// The status that is shown; `None` for a bulb that is off.
+    status: Option<Status>,
+    /// The difference between what is written and what is shown.
+    difference: Option<&'static str>,
 }
 
-/// Names as a remedy, `there are a, b`, cut after 20.
-pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
-    format!("there are {}", joined(names.map(str::to_owned), 20))
+/// The statuses of the bulbs by position in ASAM's notation; `None` for another text.
+fn statuses(text: &str) -> Option<Vec<PositionStatus>> {
+    let is_asam = text.contains(';') || ["on", "off", "counting", "other"].contains(&text.trim());
+    let status = |part: &str| {
+        let (status, difference) = match part.trim() {
+            "on" => (Some(Status::SolidOn), None),
+            "flashing" => (Some(Status::Flashing), None),
+            "off" => (None, None),
+            "counting" => {
+                (Some(Status::SolidOn), Some("it is `counting`, and shown as on without its number"))
+            }
+            "other" => (None, Some("it is `other`, which no message has, and shown as off")),
+            _ => return None,
+        };
+        Some(PositionStatus { status, difference })
+    };
+    text.split(';').map(status).collect::<Option<_>>().filter(|_| is_asam)
 }

@@ -105,6 +105,57 @@ fn a_state_by_position_needs_the_order_of_the_bulbs() {
     assert!(refused.contains("has 2 positions, but no order"), "{refused}");
     assert!(refused.contains("--bulb-order red,yellow,green"), "{refused}");
     assert!(read(order, "on;dim;off").is_err());
+    assert_eq!(
+        read(order, "other;flashing;counting").as_deref(),
+        Ok("yellow flashing circle, green solidOn circle")
+    );
+}
+
+#[test]
+fn what_cannot_be_shown_of_a_state_by_position_is_listed() {
+    let bulb_orders = vec!["red,yellow,green".parse().unwrap()];
+    let options = ReadOptions { bulb_orders, ..ReadOptions::default() };
+    let text =
+        document("", &light_action("<TrafficSignalStateAction name=\"21\" state=\"other;off;counting\"/>"));
+    let file = with(options, "s.xosc", &text).unwrap();
+    let left_out: Vec<_> = file.not_interpreted.iter().map(|part| part.what.as_str()).collect();
+    assert_eq!(
+        left_out,
+        [
+            "the red bulb of the light 21 in \"other;off;counting\": it is `other`, which no message has, and shown as off",
+            "the green bulb of the light 21 in \"other;off;counting\": it is `counting`, and shown as on without its number",
+        ]
+    );
+}
+
+#[test]
+fn a_declared_name_may_begin_with_a_dollar_sign() {
+    let state = "<TrafficSignalStateAction name=\"$p\" state=\"red\"/>";
+    let text = document("", &light_action(state)).replace("name=\"p\"", "name=\"$p\"");
+    let file = accepted(Compat::Improved, "s.xosc", &text);
+    assert_eq!(file.ids.iter().map(|used| used.id).collect::<Vec<_>>(), [21]);
+    let refused = shown(&read_as(Compat::Upstream, "s.xosc", text.as_bytes()).unwrap_err());
+    assert!(refused.contains("no parameter is called p"), "{refused}");
+}
+
+#[test]
+fn the_name_of_a_condition_is_a_label() {
+    for (name, shown_name) in [
+        ("${$p + 1}", "22"),
+        ("$p", "21"),
+        ("$p passed", "$p passed"),
+        ("${$p + 1} s", "${$p + 1} s"),
+        ("${$p > 1}", "${$p > 1}"),
+        ("$(env USER)", "$(env USER)"),
+    ] {
+        let text = document("", &condition(&TIME.replace("name=\"t\"", &format!("name=\"{name}\""))));
+        let file = accepted(Compat::Improved, "s.xosc", &text.replace("> 1}", "&gt; 1}"));
+        let event = &file.scenario.acts[0].events[0];
+        assert_eq!(event.start.as_ref().unwrap().groups[0][0].name, shown_name);
+    }
+    let text = document("", &condition(&TIME.replace("name=\"t\"", "name=\"$p passed\"")));
+    let refused = shown(&read_as(Compat::Upstream, "s.xosc", text.as_bytes()).unwrap_err());
+    assert!(refused.contains("no parameter is called p passed"), "{refused}");
 }
 
 const ENTITY: &str = "<Condition name=\"c\"><ByEntityCondition><EntityCondition><SpeedCondition value=\"1\" \
@@ -221,20 +272,81 @@ fn a_map_in_a_package_may_be_a_parameter() {
     assert!(read_text("s.yaml", &text.replace("$m", "$n")).is_err());
 }
 
+/// A phase whose light, state and name are scenario modifiers, the last one inside a longer word.
+fn modified(modifiers: &str) -> String {
+    let head = format!("ScenarioModifiers:\n  ScenarioModifier: {modifiers}\nOpenSCENARIO:");
+    AS_UPSTREAM
+        .replace("'21', state: green", "LIGHT, state: COLOR flashing")
+        .replace("name: stop", "name: stop_COLORED")
+        .replace("OpenSCENARIO:", &head)
+}
+
 #[test]
-fn a_light_that_is_given_by_a_modifier_is_refused_as_such() {
-    let text = AS_UPSTREAM
-        .replace("state: green", "state: COLOR flashing")
-        .replace("name: go\n", "name: a COLORS\n")
-        .replace(
-            "OpenSCENARIO:",
-            "ScenarioModifiers:\n  ScenarioModifier:\n  - { name: COLOR, list: [red, green] }\nOpenSCENARIO:",
-        );
+fn a_light_that_is_given_by_a_modifier_with_several_values_is_refused_until_one_is_chosen() {
+    let text =
+        modified("[{ name: COLOR, list: [red, green] }, { name: LIGHT, start: 21, step: 1, stop: 23 }]");
     let refused = shown(&read_text("s.yaml", &text).unwrap_err());
-    assert!(refused.contains("COLOR is a scenario modifier, which stands for several values"), "{refused}");
-    assert!(!refused.contains("Phase/@name"), "{refused}");
-    let unused = text.replace("COLOR flashing", "green");
-    let file = accepted(Compat::Improved, "s.yaml", &unused);
+    for (key, reason) in [
+        (
+            "@state",
+            "COLOR is a scenario modifier, which stands for several values; choose one with --modifier COLOR=red",
+        ),
+        ("@trafficSignalId", "LIGHT is a scenario modifier, which stands for several values"),
+        ("@name", "COLOR is a scenario modifier"),
+    ] {
+        assert!(refused.lines().any(|line| line.contains(key) && line.contains(reason)), "{refused}");
+    }
+    let choose = |chosen: &[(&str, &str)]| {
+        let modifiers =
+            chosen.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        with(ReadOptions { modifiers, ..ReadOptions::default() }, "s.yaml", &text)
+    };
+    let file = choose(&[("COLOR", "green"), ("LIGHT", "22")]).unwrap();
+    let phase = &file.scenario.controllers[0].phases[1];
+    assert_eq!(
+        (phase.name.as_str(), phase.entries[0].state.text.as_str()),
+        ("stop_greenED", "green flashing")
+    );
+    assert!(file.ids.iter().all(|used| used.id == 22));
     let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
-    assert!(left_out.contains("scenario modifiers, of which each value is a run: COLOR"), "{left_out}");
+    assert!(!left_out.contains("modifier"), "{left_out}");
+    let refused = choose(&[("COLOR", "blue"), ("LIGHT", "22")]).unwrap_err();
+    assert!(refused.contains("COLOR has no value \"blue\"; there are red, green"), "{refused}");
+    let refused = choose(&[("COLOUR", "green")]).unwrap_err();
+    assert!(
+        refused.contains("no scenario modifier is called \"COLOUR\"; there are COLOR, LIGHT"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_modifier_with_one_value_is_that_value() {
+    for compat in [Compat::Improved, Compat::Upstream] {
+        let text = modified("[{ name: COLOR, list: [red] }, { name: LIGHT, start: 21, step: 5, stop: 22 }]");
+        let file = accepted(compat, "s.yaml", &text);
+        let entry = &file.scenario.controllers[0].phases[0].entries[0];
+        assert_eq!((entry.target.id, entry.state.text.as_str()), (21, "red flashing"));
+    }
+}
+
+#[test]
+fn a_parameter_that_is_a_modifier_is_refused_where_a_light_needs_it() {
+    let text = AS_UPSTREAM.replace("'2.5'", "WAIT").replace(
+        "OpenSCENARIO:",
+        "ScenarioModifiers:\n  ScenarioModifier: [{ name: WAIT, list: [1, 2] }]\nOpenSCENARIO:",
+    );
+    let refused = shown(&read_text("s.yaml", &text).unwrap_err());
+    assert!(
+        refused.contains("the value of the parameter p is not known: WAIT is a scenario modifier"),
+        "{refused}"
+    );
+    let file = accepted(Compat::Improved, "s.yaml", &text.replace("${ $p * 2 }", "5"));
+    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+    assert!(
+        left_out.contains(
+            "the scenario modifier WAIT, of which each value is a run; choose one with --modifier WAIT=1"
+        ),
+        "{left_out}"
+    );
+    assert!(left_out.contains("the value of \"p\": WAIT is a scenario modifier"), "{left_out}");
 }

@@ -20,6 +20,12 @@ fn files_that_are_not_scenarios_are_refused_with_a_reason() {
         (1..40).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}, *a{0}]\n", n - 1)).collect();
     let yaml_laughs = format!("a0: &a0 ha\n{yaml_laughs}");
     let many: String = "- x\n".repeat(200_000);
+    let modified = |list: &str, text: &str| {
+        format!("ScenarioModifiers: {{ M: [{list}] }}\nOpenSCENARIO: {{ RoadNetwork: {{ a: {text} }} }}\n")
+    };
+    let modifiers_laugh =
+        modified(&format!("{{ name: a, list: [{}] }}", "b".repeat(3_000)), &"a".repeat(3_000));
+    let many_modifiers = modified(&"{ name: a, list: [b] }, ".repeat(101), "x");
     let latin = b"<OpenSCENARIO>\n<a b='\xFC'/></OpenSCENARIO>";
     let wide = b"\xFF\xFE<\0O\0";
     let rows: &[(&str, &[u8], &str)] = &[
@@ -59,6 +65,12 @@ fn files_that_are_not_scenarios_are_refused_with_a_reason() {
         ),
         ("s.yaml", yaml_laughs.as_bytes(), "more than 100000 values"),
         ("s.yaml", many.as_bytes(), "more than 100000 values"),
+        (
+            "s.yaml",
+            modifiers_laugh.as_bytes(),
+            "s.yaml:2:35: OpenSCENARIO/RoadNetwork/@a: the values of the scenario modifiers are longer than a file",
+        ),
+        ("s.yaml", many_modifiers.as_bytes(), "more than 100 scenario modifiers"),
         ("s.toml", &vec![b'#'; (4 << 20) + 1], "the file is too large: 4194305 bytes"),
     ];
     for (name, bytes, part) in rows {

@@ -96,16 +96,41 @@ fn the_state_of_an_element_of_which_a_part_is_left_out_is_not_known() {
 }
 
 #[test]
-fn an_element_of_another_type_is_refused_with_its_type_and_upstream_takes_it() {
-    let watching = event("watch", &reaches("event", "first", "completeState"));
-    let text = document(&at("3"), &watching);
-    let refused = shown(&read_text("s.xosc", &text).unwrap_err());
-    assert!(
-        refused.contains("there is no event \"first\"") && refused.contains("the type maneuver"),
-        "{refused}"
-    );
-    let (starts, _) = starts(Upstream, "s.xosc", &text);
-    assert_eq!(starts.iter().find(|(name, _)| name == "watch").map(|(_, at)| *at), Some(20));
+fn an_element_of_another_type_is_taken_by_its_name_and_the_type_is_listed() {
+    for (kind, element, tenths) in
+        [("event", "first", 20), ("action", "e2", 30), ("maneuver", "e2", 30), ("event", "act", 30)]
+    {
+        let watching = event("watch", &reaches(kind, element, "completeState"));
+        for compat in [Improved, Upstream] {
+            let (starts, left_out) = starts(compat, "s.xosc", &document(&at("3"), &watching));
+            let watched = starts.iter().find(|(name, _)| name == "watch").map(|(_, at)| *at);
+            assert_eq!(watched, Some(tenths), "{kind} {element} {compat:?}");
+            let listed = format!("not interpreted: the type {kind}, since {element:?} has the type ");
+            assert!(left_out.contains(&listed), "{left_out}");
+        }
+    }
+}
+
+#[test]
+fn an_event_may_be_called_like_its_action_and_its_maneuver() {
+    for kind in ["event", "action", "maneuver", "act"] {
+        let watching = event("watch", &reaches(kind, "second", "completeState"));
+        let text = document(&at("3"), &watching).replace(
+            "<Event name=\"e2\"><Action name=\"x\">",
+            "<Event name=\"second\"><Action name=\"second\">",
+        );
+        let (starts, left_out) = starts(Improved, "s.xosc", &text);
+        assert_eq!(starts.iter().find(|(name, _)| name == "watch").map(|(_, at)| *at), Some(30), "{kind}");
+        let is_listed = left_out.contains("the type act, since \"second\" has the type event");
+        assert_eq!(is_listed, kind == "act", "{left_out}");
+    }
+}
+
+#[test]
+fn a_name_that_only_elements_of_other_types_have_in_several_places_is_refused() {
+    let watching = event("watch", &reaches("story", "x", "completeState"));
+    let refused = shown(&read_text("s.xosc", &document(&at("3"), &watching)).unwrap_err());
+    assert!(refused.contains("there is no story \"x\"") && refused.contains("the type action"), "{refused}");
 }
 
 #[test]

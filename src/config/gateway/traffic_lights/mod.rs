@@ -128,7 +128,12 @@ fn topics(outputs: &[LightsOutput], external_camera: bool) -> BTreeSet<LightsTop
 }
 
 fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Option<ScenarioFile> {
-    let options = ReadOptions { compat, packages: packages(fields), bulb_orders: bulb_orders(fields) };
+    let options = ReadOptions {
+        compat,
+        packages: packages(fields),
+        bulb_orders: bulb_orders(fields),
+        modifiers: modifiers(fields),
+    };
     let path = named_file::path_at(BuiltIn::Scenario, files, fields, "scenario")?;
     scenario::read(files, &path, options).map_err(|refused| fields.checker.adopt(refused.0)).ok()
 }
@@ -153,6 +158,14 @@ fn bulb_orders(fields: &Fields<'_>) -> Vec<BulbOrder> {
         fields.checker.accept(&given.location, given.text.parse(), remedy)
     };
     values.iter().filter_map(order).collect()
+}
+
+/// The values of scenario modifiers by name.
+fn modifiers(fields: &Fields<'_>) -> BTreeMap<String, String> {
+    let entries = fields
+        .entries("modifiers", "give the value of each scenario modifier: modifiers = { NAME = \"value\" }");
+    let value = |entry: &Entry| Some((entry.key.clone(), fields.checker.text(&entry.value)?.text));
+    entries.iter().filter_map(value).collect()
 }
 
 /// Reads the map that is named here, else the scenario's own map or groups.

@@ -1,6 +1,7 @@
 //! `when = …`: one condition, a list of which all must hold, or `{ any = [ … ] }` of either.
 
-use super::super::reader::{Reader, listed};
+use super::super::naming::listed;
+use super::super::reader::Reader;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Value, items};

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::super::reader::Reader;
-use super::parameters::{Declared, Parameter, Parameters};
+use super::parameters::{Declared, Parameter, Parameters, is_name};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::{Attribute, Element};
+use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::Controller;
 use crate::core::traffic_light::variable::{Variable, VariableIndex, VariableValue};
 
@@ -84,20 +85,34 @@ impl Document<'_, '_> {
         self.parameters.enter(scope.unwrap_or_default());
     }
 
-    /// The name of a declaration whose value only a launch system knows, with the reason and the remedy. It is listed,
-    /// and refused where it is used.
+    /// The name of a declaration whose value only a launch system or the choice of a run knows, with the reason and the
+    /// remedy. It is listed, and refused where it is used.
     fn unknown_declaration(&mut self, element: &Element) -> Option<(String, (String, String))> {
-        let value = element.attribute("value").filter(|value| value.value.contains("$("))?;
-        let unknown = self.parameters.value(&value.value).err()?;
-        let name = self.required(element, "name")?.text;
+        let value = element.attribute("value")?;
+        let unknown = match self.reader.modifiers.not_chosen_in(&value.value) {
+            Some(unknown) => unknown,
+            None if value.value.contains("$(") => self.parameters.value(&value.value).err()?,
+            None => return None,
+        };
+        let name = self.declared_name(element)?;
         self.reader.leave_out(&value.location, &format!("the value of {name:?}: {}", unknown.0));
         Some((name, unknown))
     }
 
     /// The name and value of a declaration.
     fn declaration(&mut self, element: &Element) -> Option<(String, String)> {
-        let (name, value) = (self.required(element, "name"), self.required(element, "value"));
-        Some((name?.text, value?.text))
+        let (name, value) = (self.declared_name(element), self.required(element, "value"));
+        Some((name?, value?.text))
+    }
+
+    /// The name in a declaration. ASAM has examples that write it as its references, with `$`, which upstream takes for
+    /// a reference.
+    fn declared_name(&mut self, element: &Element) -> Option<String> {
+        let as_reference = element.attribute("name").and_then(|name| name.value.strip_prefix('$'));
+        match as_reference.filter(|name| is_name(name) && self.reader.compat == Compat::Improved) {
+            Some(name) => Some(name.to_owned()),
+            None => self.required(element, "name").map(|given| given.text),
+        }
     }
 
     /// Adds a variable of a type; one whose value is not of this type is a text.
@@ -157,17 +172,23 @@ impl Document<'_, '_> {
     /// The attribute with its parameters replaced; `None` when it is missing or refused.
     pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         let attribute = element.attribute(name)?;
-        if let Some(modifier) = self.reader.modifier_in(&attribute.value) {
-            let reason = format!("{modifier} is a scenario modifier, which stands for several values");
-            self.reader.refuse(&attribute.location, reason, "write one of them");
-            return None;
-        }
-        match self.parameters.value(&attribute.value) {
+        match self.value(&attribute.value) {
             Ok(text) => Some(LocatedText { text, location: attribute.location.clone() }),
             Err((reason, remedy)) => {
                 self.reader.refuse(&attribute.location, reason, &remedy);
                 None
             }
+        }
+    }
+
+    /// The text with its references replaced.
+    ///
+    /// # Errors
+    /// The reason and the remedy.
+    fn value(&self, text: &str) -> Result<String, (String, String)> {
+        match self.reader.modifiers.not_chosen_in(text) {
+            Some(unknown) => Err(unknown),
+            None => self.parameters.value(text),
         }
     }
 
@@ -183,6 +204,16 @@ impl Document<'_, '_> {
     /// The attribute as a name, empty when it is missing.
     pub(super) fn name(&mut self, element: &Element) -> String {
         self.given(element, "name").map(|given| given.text).unwrap_or_default()
+    }
+
+    /// The name of an element to which nothing refers: as it is written, when it cannot be read as a reference. Upstream
+    /// refuses such a name.
+    pub(super) fn label(&mut self, element: &Element) -> String {
+        let written = element.attribute("name").filter(|_| self.reader.compat == Compat::Improved);
+        match written.map(|name| (name, self.value(&name.value))) {
+            Some((name, Err(_))) => name.value.clone(),
+            Some((_, Ok(_))) | None => self.name(element),
+        }
     }
 
     /// Refuses unknown attributes of a light's element: they are mistakes, not something to leave out.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::super::reader::listed;
+use super::super::naming::listed;
 use super::expression::compute;
 use crate::core::traffic_light::variable::VariableIndex;
 
@@ -194,7 +194,7 @@ fn is_in_name(char: char) -> bool {
 }
 
 /// Returns whether the text between the braces is a name. `a-b` is one, and computed when it stands behind `$`.
-fn is_name(text: &str) -> bool {
+pub(super) fn is_name(text: &str) -> bool {
     text.starts_with(|char: char| char.is_alphabetic() || char == '_') && text.chars().all(is_in_name)
 }
 

@@ -13,7 +13,6 @@ use super::draft::{ActDraft, ConditionDraft, EventDraft, StoryDraft, TestDraft, 
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
-use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Act, Action, Condition, Event, EventGroup, Story, Test, Trigger};
 
 /// The position of an element of the storyboard.
@@ -234,7 +233,10 @@ impl Board {
 }
 
 /// The elements to which references can refer: by name, with their kinds, paths of names and positions.
-type Known<'a> = BTreeMap<&'a str, Vec<(&'static str, &'a [String], At)>>;
+type Known<'a> = BTreeMap<&'a str, Vec<KnownElement<'a>>>;
+
+/// The kind of an element, its path of names and its position.
+type KnownElement<'a> = (&'static str, &'a [String], At);
 
 fn known<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Known<'a> {
     let mut known: Known<'a> = BTreeMap::new();
@@ -261,8 +263,8 @@ fn known<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Known<'a> {
     known
 }
 
-/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. Upstream
-/// takes an element of another kind, too (Q22).
+/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. An element of
+/// another kind is taken, as upstream does, and the kind listed.
 fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
     let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
     let name = steps.pop().unwrap_or_default();
@@ -272,13 +274,15 @@ fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &
         steps.iter().rev().all(|step| above.any(|name| name == step))
     };
     let named: Vec<_> = named.iter().filter(|(_, path, _)| leads_to(path)).collect();
-    let mut found: Vec<_> = named.iter().filter(|(found, ..)| *found == kind).map(|(.., at)| *at).collect();
-    if found.is_empty() && reader.compat == Compat::Upstream {
-        found = named.iter().map(|(.., at)| *at).collect();
-    }
+    let found: Vec<_> = named.iter().filter(|(found, ..)| *found == kind).map(|(.., at)| *at).collect();
     match (found.as_slice(), named.as_slice()) {
         ([at], _) => Some(*at),
         ([], others) => {
+            if let Some((other, _, at)) = of_any_kind(others) {
+                let what = format!("the type {kind}, since {:?} has the type {other}", given.text);
+                reader.leave_out(&given.location, &what);
+                return Some(*at);
+            }
             let reason = format!("there is no {kind} {:?}", given.text);
             let remedy = others.first().map_or("name one of this storyboard".to_owned(), |(other, ..)| {
                 format!("name one of this storyboard, or give the type {other}, which has one of this name")
@@ -292,6 +296,18 @@ fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &
             None
         }
     }
+}
+
+/// The element that a name means whatever its kind: the only one that has it, or the event among elements that hold each
+/// other, which begins and ends with its actions.
+fn of_any_kind<'k, 'a>(named: &[&'k KnownElement<'a>]) -> Option<&'k KnownElement<'a>> {
+    if let [only] = named {
+        return Some(only);
+    }
+    let (_, innermost, _) = named.iter().max_by_key(|(_, path, _)| path.len())?;
+    let are_nested = named.iter().all(|(_, path, _)| innermost.starts_with(path));
+    let events: Vec<_> = named.iter().filter(|(kind, ..)| *kind == "event").collect();
+    if let ([event], true) = (events.as_slice(), are_nested) { Some(event) } else { None }
 }
 
 fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a EventDraft<'e>)> {

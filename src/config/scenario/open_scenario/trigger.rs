@@ -54,7 +54,7 @@ impl Document<'_, '_> {
     }
 
     fn condition(&mut self, element: &Element) -> Option<ConditionDraft> {
-        let name = self.name(element);
+        let name = self.label(element);
         let delay = match self.given(element, "delay") {
             Some(given) => self.reader.seconds(&given),
             None => Some(Duration::ZERO),
