@@ -11,6 +11,7 @@ mod helix;
 mod lane_change_road;
 mod narrow_road;
 mod roundabout;
+mod side_streets;
 mod turn_before_roundabout;
 mod turns;
 
@@ -31,7 +32,7 @@ pub(crate) struct Map {
 }
 
 /// All maps to make.
-pub(crate) const ALL: [Map; 11] = [
+pub(crate) const ALL: [Map; 12] = [
     Map { name: "bus_bay", draw: bus_bay::draw },
     Map { name: "chicane", draw: chicane::draw },
     Map { name: "consecutive_turns", draw: turns::draw },
@@ -42,6 +43,7 @@ pub(crate) const ALL: [Map; 11] = [
     Map { name: "narrow_road", draw: narrow_road::draw },
     Map { name: "roundabout", draw: roundabout::draw_tagged },
     Map { name: "roundabout_untagged", draw: roundabout::draw_untagged },
+    Map { name: "side_streets", draw: side_streets::draw },
     Map { name: "turn_before_roundabout", draw: turn_before_roundabout::draw },
 ];
 

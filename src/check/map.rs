@@ -35,7 +35,9 @@ pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Repor
     for finding in check_tags(road) {
         let is_made_up_for = compat == DeciderCompat::Improved
             && matches!(finding.flaw, MapFlaw::SplitTurn { .. } | MapFlaw::UntaggedExit);
-        let severity = if is_made_up_for { Severity::Note } else { Severity::Warning };
+        // Whether a branch at a low angle is a turn is for the map's author to say.
+        let may_be_meant = matches!(finding.flaw, MapFlaw::UntaggedLowFork { .. });
+        let severity = if is_made_up_for || may_be_meant { Severity::Note } else { Severity::Warning };
         report.find(severity, finding.to_string());
     }
 }

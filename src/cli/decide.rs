@@ -44,7 +44,8 @@ of each manoeuvre and what is wrong with the inputs.
 With --json each line is one object:
   {\"compat\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
    \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"basis\": \"candidates\", \"winner\": \"intersection\",
-   \"case\": \"A2\", \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\":
+   \"case\": \"A2\", \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"},
+   \"junction\": {\"lanelet\", \"side\", \"why\", \"least_m\", \"law\"}, \"candidates\":
    [{\"source\", \"subject\", \"turn\", \"won\", \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\":
    {\"desired_start_m\", \"desired_end_m\", \"required_start_m\", \"required_end_m\"}}],
    \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}

@@ -17,8 +17,8 @@ use super::web::WebArgs;
 use crate::config::built_in::BuiltIn;
 use crate::config::drive;
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
-use crate::config::{Overrides, Settings, load};
-use crate::core::simulated_vehicle::request;
+use crate::config::{Overrides, Refused, Settings, load};
+use crate::core::simulated_vehicle::request::{self, Request};
 use crate::core::time::MonoTime;
 use crate::daemon::rehearsal::rehearse;
 use crate::daemon::{self, DaemonError, Playback};
@@ -123,6 +123,18 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     Ok(daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?)
 }
 
+/// The drive of `demo commands`.
+fn crossing() -> Result<DriveSimulation, Refused> {
+    let path = BuiltIn::Drive.path("crossing_left").unwrap_or_default();
+    DriveSimulation::new(drive::read(&Disk, &path)?)
+}
+
+/// What the driver and the vehicle do in `demo commands`.
+fn script() -> Vec<(MonoTime, Request)> {
+    let request = |(at, text): &(MonoTime, &str)| Some((*at, request::line(text).ok()??.1));
+    story::COMMANDS_SCRIPT.iter().filter_map(request).collect()
+}
+
 /// Runs the gateway in a simulated world.
 fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(), Failure> {
     let start = Clock::start().now().wall;
@@ -137,13 +149,8 @@ fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(),
             ("demo lights · bench scenario".to_owned(), story::LIGHTS, Duration::from_secs(40), 0)
         }
     };
-    let path = BuiltIn::Drive.path("crossing_left").unwrap_or_default();
-    let drive = if laps > 0 { Some(DriveSimulation::new(drive::read(&Disk, &path)?)?) } else { None };
+    let drive = if laps > 0 { Some(crossing()?) } else { None };
     let plan = || settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()));
-    let script = || {
-        let request = |(at, text): &(MonoTime, &str)| Some((*at, request::line(text).ok()??.1));
-        story::COMMANDS_SCRIPT.iter().filter_map(request).collect::<Vec<_>>()
-    };
     let surroundings = match &drive {
         Some(drive) => Some(Surroundings::new(plan()?, script(), drive, laps)),
         None => None,
@@ -152,4 +159,51 @@ fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(),
     let view = args.view.open(title, settings.http.url(), View::lines)?;
     let view = view.with_story(story, TRY_NEXT, messages::layout(&io::stdout()).width);
     Ok(rehearse(settings, view, rehearsal, args.speed)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::diagnostics::Level;
+
+    /// What is commanded and what is reported when each caption of `demo commands` has been read for a while.
+    #[test]
+    fn each_caption_of_the_commands_tells_what_happens_in_both_laps() {
+        let settings =
+            load(&Embedded, Path::new("config/demo_commands.toml"), &Overrides::default()).unwrap();
+        let drive = crossing().unwrap();
+        let surroundings = Surroundings::new(settings.vehicle_plan().unwrap(), script(), &drive, 2);
+        let start = Clock::start().now().wall;
+        let mut rehearsal =
+            Rehearsal::new(settings.gateway.clone(), Some(surroundings), start, Duration::from_secs(42));
+        let expected = [
+            ("Autoware drives towards a crossing", "off", "off", Level::Ok),
+            ("60 m ahead is a left turn", "left", "left", Level::Ok),
+            ("the driver holds the stalk right", "left", "right", Level::Warn),
+            ("the driver lets go", "left", "left", Level::Ok),
+            ("the turn is driven", "off", "off", Level::Ok),
+            ("the vehicle does not hear commands", "off", "off", Level::Ok),
+            ("the same drive once more", "off", "off", Level::Ok),
+            ("left is commanded, but off is reported", "left", "off", Level::Warn),
+            ("the vehicle hears commands again", "left", "left", Level::Ok),
+            ("off to the end", "off", "off", Level::Ok),
+        ];
+        assert_eq!(expected.len(), story::COMMANDS.len());
+        let (mut wrong, mut shown) = (Vec::new(), Vec::new());
+        for ((at, caption), (begins, commanded, reported, level)) in story::COMMANDS.iter().zip(expected) {
+            assert!(caption.starts_with(begins), "{caption}");
+            let read = at.after(Duration::from_millis(1_300));
+            while rehearsal.next_time().is_some_and(|next| next <= read) {
+                rehearsal.step();
+            }
+            let snapshot = rehearsal.gateway().snapshot(rehearsal.now());
+            let turn = snapshot.commands.unwrap().turn_indicators;
+            let found = (turn.commanded.unwrap(), turn.reported.unwrap(), turn.level);
+            shown.push((*caption, found.clone()));
+            if found != (commanded.to_owned(), reported.to_owned(), level) {
+                wrong.push((*caption, found));
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?} in {shown:#?}");
+    }
 }

@@ -150,5 +150,5 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
         centerline_start_side: traffic.opposite(),
         ..deployed
     };
-    Some(Country { code: code?, source: source?, parameters })
+    Some(Country { code: code?, source: source?, turn_distance_m, parameters })
 }

@@ -1,5 +1,7 @@
 //! What the decider of a gateway and that of a drive have in common: one reading of the keys that influence a decision.
 
+use std::sync::Arc;
+
 use super::country::parameters;
 use super::dimensions::vehicle;
 use super::files::Files;
@@ -8,6 +10,7 @@ use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::decider::Settings;
 use crate::core::turn_signal::inputs::AgeLimits;
+use crate::core::turn_signal::junction::LegalDistance;
 use crate::core::turn_signal::min_duration::MinDurations;
 
 /// Longest signal, gap and age limit, ms.
@@ -15,7 +18,7 @@ const MAX_MS: u64 = 60_000;
 /// Longest time that a vehicle may stand and still announce a turn, ms.
 const MAX_STANDING_MS: u64 = 3_600_000;
 
-/// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`, `age_limits` and `vehicle`, for
+/// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`, `waits_for_junctions`, `age_limits` and `vehicle`, for
 /// the `compat` that is given.
 pub(super) fn decider(
     files: &dyn Files,
@@ -30,8 +33,15 @@ pub(super) fn decider(
         minimum_gap: time("minimum_gap_ms", deployed.min_durations.minimum_gap),
     };
     let standing_limit = fields.millis("standing_limit_ms", 0..=MAX_STANDING_MS);
+    let legal_distance = country.as_ref().and_then(|country| {
+        let least_m = country.turn_distance_m?;
+        Some(Arc::new(LegalDistance { least_m, law: format!("{}: {}", country.code, country.source) }))
+    });
+    let waits_for_junctions = fields.flag("waits_for_junctions");
     let settings = Settings {
         parameters,
+        waits_for_junctions: waits_for_junctions.unwrap_or(deployed.waits_for_junctions),
+        legal_distance,
         min_durations,
         standing_limit: standing_limit.unwrap_or(deployed.standing_limit),
         age_limits: age_limits(fields.section("age_limits")),

@@ -8,6 +8,7 @@ use super::joined;
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::intersection::TurnAhead;
+use crate::core::turn_signal::junction::JunctionRemark;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
 use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use crate::core::turn_signal::section::Distances;
@@ -29,6 +30,7 @@ pub fn fields(decision: &Decision) -> Value {
         "case": text(decision.case()),
         "held": text(decision.held),
         "intersection": intersection,
+        "junction": decision.junction.as_ref().map(junction),
         "candidates": decision.evaluated().iter().map(candidate).collect::<Vec<_>>(),
         "manoeuvres": decision.remarks.iter().map(manoeuvre).collect::<Vec<_>>(),
         "findings": decision.findings.iter().map(Finding::to_string).collect::<Vec<_>>(),
@@ -39,6 +41,14 @@ pub fn fields(decision: &Decision) -> Value {
     fields
 }
 
+fn junction(remark: &JunctionRemark) -> Value {
+    json!({
+        "lanelet": remark.ahead.way.lane, "side": remark.ahead.way.side.to_string(), "why": remark.key(),
+        "least_m": remark.least_m().map(to_the_micrometre),
+        "law": remark.law.as_ref().map(|legal| legal.law.as_str()),
+    })
+}
+
 fn candidate(evaluated: &EvaluatedCandidate) -> Value {
     let lost = match evaluated.outcome {
         CandidateOutcome::LostTo { source, case } => Some((source, case)),
@@ -47,6 +57,7 @@ fn candidate(evaluated: &EvaluatedCandidate) -> Value {
         | CandidateOutcome::NotFinite
         | CandidateOutcome::NotReached
         | CandidateOutcome::Passed
+        | CandidateOutcome::WaitsForJunction
         | CandidateOutcome::Finished
         | CandidateOutcome::Won => None,
     };
@@ -98,10 +109,11 @@ pub(super) fn basis(decision: &Decision) -> String {
 /// Every reason, one a line: candidates, hold, manoeuvres, findings.
 pub fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
     let candidates = decision.evaluated().iter().map(EvaluatedCandidate::to_string);
+    let junction = decision.junction.as_ref().map(|junction| format!("junction: {junction}"));
     let held = decision.held.map(|held| format!("held: {held}"));
     let manoeuvres = decision.remarks.iter().map(ManoeuvreOutcome::to_string);
     let findings = decision.findings.iter().map(|finding| format!("finding: {finding}"));
-    candidates.chain(held).chain(manoeuvres).chain(findings)
+    candidates.chain(junction).chain(held).chain(manoeuvres).chain(findings)
 }
 
 #[cfg(test)]
@@ -127,6 +139,7 @@ mod tests {
             held: None,
             sections: Candidates::default(),
             intersection: None,
+            junction: None,
             remarks: Vec::new(),
             findings: Vec::new(),
             next_deadline: None,
@@ -160,7 +173,7 @@ mod tests {
             fields(&evaluated).to_string(),
             concat!(
                 r#"{"turn":"LEFT","hazard":"DISABLE","basis":"candidates","winner":"intersection","case":"A2","#,
-                r#""held":"LEFT is on for too short a time","intersection":null,"candidates":["#,
+                r#""held":"LEFT is on for too short a time","intersection":null,"junction":null,"candidates":["#,
                 r#"{"source":"intersection","subject":"left turn on 111","turn":"LEFT","won":true,"why":"won","lost_to":null,"lost_by":null,"#,
                 r#""distances":{"desired_start_m":-14.250001,"desired_end_m":47.749999,"required_start_m":-4.250001,"required_end_m":37.749999}},"#,
                 r#"{"source":"roundabout","subject":null,"turn":"NO_COMMAND","won":false,"why":"no record","lost_to":null,"lost_by":null,"distances":null},"#,

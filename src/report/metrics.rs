@@ -273,7 +273,13 @@ impl Writer<'_> {
             decider.map(|decider| ([], decider.cycles)),
         )?;
         let changes = decider.map(|decider| ([], decider.changes));
-        self.counters("decider_changes", "Decisions that differed from the one before", changes)
+        self.counters("decider_changes", "Decisions that differed from the one before", changes)?;
+        let shortened = decider.map(|decider| ([], decider.shortened_signals));
+        self.counters(
+            "decider_shortened_signals",
+            "Signals that waited until a junction was passed which offers their side",
+            shortened,
+        )
     }
 
     fn process(&mut self, process: &ProcessSnapshot) -> fmt::Result {

@@ -1,5 +1,6 @@
 //! What must hold for every drive by default, and a drive held against it.
 
+use signal_gateway::config::drive::DriveFile;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::Improved;
 use signal_gateway::core::turn_signal::resolve::{Contender, Source};
@@ -7,11 +8,13 @@ use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::Run;
 use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
 
-use super::sections::{Stretch, stretches};
+use super::sections::{FRONT_M, Stretch, lanes, offers, stretches};
 
 /// Ends that differ by more than this belong to two manoeuvres, metres.
 const SAME_END_M: f64 = 2.0;
 const MINIMUM_ON_S: f64 = 1.5;
+/// Nearer to its turn a signal is shown whatever else is on the way: so far it is seen for a minimum time at the highest speed, metres.
+const SEEN_M: f64 = 23.0;
 const CYCLE_S: f64 = 0.2;
 
 /// One cycle of a drive.
@@ -51,6 +54,7 @@ pub(super) fn broken(simulation: &DriveSimulation) -> Option<String> {
     required_sections(&stretches, &shown)
         .or_else(|| durations(&stretches, &shown))
         .or_else(|| signalled_once(&shown))
+        .or_else(|| misleading(simulation.file(), &shown))
 }
 
 /// In a required section its side is shown, or that of another one there; never none.
@@ -89,6 +93,24 @@ fn durations(stretches: &[Stretch], shown: &[Shown]) -> Option<String> {
         }
     }
     None
+}
+
+/// A turn is not announced before a junction that offers its side and is not taken.
+fn misleading(file: &DriveFile, shown: &[Shown]) -> Option<String> {
+    let lanes = lanes(file);
+    let misleads = |now: &&Shown| {
+        let winner = now.winner.filter(|winner| winner.source == Source::Intersection);
+        winner.is_some_and(|winner| {
+            let (front_m, ahead_m) = (now.at_m + FRONT_M, winner.distances.required_start_m);
+            // A junction at the start of the turn is that of the turn.
+            let before_turn = front_m + 0.5..front_m + ahead_m - 0.5;
+            now.signalled().is_some()
+                && ahead_m > SEEN_M
+                && offers(&file.road, &lanes, winner.side, before_turn)
+        })
+    };
+    let now = shown.iter().find(misleads)?;
+    Some(format!("misleading: {:?} at {:.2} m", now.side, now.at_m))
 }
 
 /// What was signalled comes back only after the other side was shown, and while its required section is not over.

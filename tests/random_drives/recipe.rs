@@ -11,7 +11,7 @@ use signal_gateway::core::map::osm;
 use signal_gateway::core::map::points::Points;
 use signal_gateway::core::map::projector::Projector;
 
-const MAPS: [&str; 11] = [
+const MAPS: [&str; 12] = [
     "lane_change_road",
     "consecutive_turns",
     "chicane",
@@ -21,6 +21,7 @@ const MAPS: [&str; 11] = [
     "helix",
     "roundabout",
     "roundabout_untagged",
+    "side_streets",
     "turn_before_roundabout",
     "narrow_road",
 ];

@@ -1,15 +1,18 @@
 //! Where each side is to be shown in a drive, from its file and its map alone, without any decider.
 
+use std::ops::Range;
+
 use signal_gateway::config::drive::{DriveFile, Plan, PlanKind, PlannedShift};
+use signal_gateway::core::map::fork::leads_left;
 use signal_gateway::core::map::geometry::Point;
 use signal_gateway::core::map::geometry::polyline::{length_m, nearest};
 use signal_gateway::core::map::geometry::required_end::required_end;
-use signal_gateway::core::map::lane_network::{Lane, TurnDirection};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::side::Side;
 
 /// The front of the sample vehicle before its rear axle, metres.
-const FRONT_M: f64 = 3.79;
+pub(super) const FRONT_M: f64 = 3.79;
 /// Sections are checked this far from their ends, metres: distances are those along the middle of the lanes.
 const MARGIN_M: f64 = 1.5;
 /// Of manoeuvres that begin within this distance, either may be signalled, metres.
@@ -53,12 +56,12 @@ impl Stretch {
 /// The stretches of all manoeuvres that the file plans, and of the turns and roundabouts of its route.
 pub(super) fn stretches(file: &DriveFile) -> Vec<Stretch> {
     let lanes = lanes(file);
-    let planned = file.manoeuvres.iter().flat_map(|plan| planned(plan, &lanes));
+    let planned = file.manoeuvres.iter().flat_map(|plan| planned(plan, &file.road, &lanes));
     planned.chain(turns(file)).chain(roundabouts(file)).collect()
 }
 
 /// The lanelets of the route, each with the position of its start.
-fn lanes(file: &DriveFile) -> Vec<(f64, &Lane)> {
+pub(super) fn lanes(file: &DriveFile) -> Vec<(f64, &Lane)> {
     let mut from_m = 0.0;
     let lane = |segment: &Segment| {
         let lane = file.road.lane(segment.preferred).unwrap();
@@ -124,7 +127,17 @@ fn roundabouts(file: &DriveFile) -> Vec<Stretch> {
     found
 }
 
-fn planned(plan: &Plan, lanes: &[(f64, &Lane)]) -> Vec<Stretch> {
+/// A way to a side that is not taken leads off the route between two positions.
+pub(super) fn offers(road: &LaneNetwork, lanes: &[(f64, &Lane)], side: Side, within_m: Range<f64>) -> bool {
+    lanes.windows(2).any(|pair| {
+        let [(_, before), (at_m, taken)] = pair else { return false };
+        let others = before.followers.iter().filter(|id| **id != taken.id).filter_map(|id| road.lane(*id));
+        within_m.contains(at_m)
+            && others.into_iter().any(|other| leads_left(other, taken) == Some(side == Side::Left))
+    })
+}
+
+fn planned(plan: &Plan, road: &LaneNetwork, lanes: &[(f64, &Lane)]) -> Vec<Stretch> {
     let lane_at = |at_m: f64| lanes.iter().rev().find(|(from_m, _)| *from_m <= at_m).map(|(_, lane)| *lane);
     let is_hatched = |at_m: f64, side: Side| {
         lane_at(at_m).is_some_and(|lane| match side {
@@ -151,7 +164,12 @@ fn planned(plan: &Plan, lanes: &[(f64, &Lane)]) -> Vec<Stretch> {
         PlanKind::LaneChange { side, from_m, to_m, crossing_m, .. } => {
             vec![Stretch::new(*side, *from_m, *crossing_m, *to_m)]
         }
-        PlanKind::PullOut { shift, .. } => vec![whole(side(-shift.offset_m), shift.from_m, shift.to_m)],
+        PlanKind::PullOut { shift, .. } => {
+            let side = side(-shift.offset_m);
+            // Before a junction that offers its side its signal ends early.
+            let is_optional = offers(road, lanes, side, shift.from_m..f64::INFINITY);
+            vec![Stretch { is_optional, ..whole(side, shift.from_m, shift.to_m) }]
+        }
         PlanKind::PullOver { shift, .. } => vec![whole(side(shift.offset_m), shift.from_m, shift.to_m)],
         PlanKind::SideShift(_) => Vec::new(),
     }

@@ -238,8 +238,16 @@ impl Parts {
     fn decider(&mut self, decider: &TurnSignalConfig) {
         let TurnSignalConfig { flow, runs: _, map: _, country: _, inputs, outputs } = decider;
         let DeciderFlow { decider, road, role, period, publishes_sections: _ } = flow;
-        let DeciderSettings { compat, parameters, vehicle, age_limits, min_durations, standing_limit } =
-            decider;
+        let DeciderSettings {
+            compat,
+            parameters,
+            vehicle,
+            age_limits,
+            min_durations,
+            standing_limit,
+            waits_for_junctions,
+            legal_distance,
+        } = decider;
         match role {
             Role::Command => self.fix("[turn_signal]", &"enabled"),
             Role::Shadow { tolerance } => {
@@ -254,6 +262,9 @@ impl Parts {
         self.reload("[turn_signal] age limits", age_limits);
         self.reload("[turn_signal] min_durations", min_durations);
         self.reload("[turn_signal] standing limit", standing_limit);
+        self.reload("[turn_signal] waits_for_junctions", waits_for_junctions);
+        let legal_m = legal_distance.as_ref().map(|legal| legal.least_m);
+        self.reload("[turn_signal] country's least distance of a turn, m", &legal_m);
         self.reload("[turn_signal] planning_hz", period);
         let DeciderInputs {
             odometry,

@@ -4,6 +4,7 @@
 //! lights of them, [`tag_check`] finds what is wrong with the lanelets.
 
 pub mod error;
+pub mod fork;
 pub mod geometry;
 pub mod lane_network;
 pub mod light_map;

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use super::fork::parting;
 use super::geometry::polyline::headed;
 use super::geometry::{Point, Pose, wrapped};
 use super::lane_network::{Lane, LaneId, LaneNetwork, Roundabout, TurnDirection};
@@ -68,6 +69,15 @@ pub enum MapFlaw {
         /// The bend, degrees, positive to the left.
         bend_deg: f64,
     },
+    /// It leads off at a fork by less than a turn, and has no `turn_direction`.
+    UntaggedLowFork {
+        /// The lanelet after which the road forks.
+        after: LaneId,
+        /// The lanelet that goes on straighter.
+        other: LaneId,
+        /// It lies to the left of that one.
+        is_left: bool,
+    },
     /// A roundabout names it, but it is not on the map.
     NotOnMap,
     /// A roundabout gives it a role, but it does not refer to the roundabout.
@@ -102,7 +112,8 @@ pub fn check_tags(road: &LaneNetwork) -> Vec<MapFinding> {
             other_direction(lane).into_iter().for_each(&mut note);
             reaches_behind_other_turn(road, lane).into_iter().for_each(&mut note);
             split_turn(road, lane).into_iter().for_each(&mut note);
-            untagged_fork(road, lane).into_iter().for_each(&mut note);
+            let flaw = untagged_fork(road, lane).or_else(|| untagged_low_fork(road, lane));
+            flaw.into_iter().for_each(&mut note);
         }
         exits_of_entry(road, lane).into_iter().for_each(&mut note);
     }
@@ -228,6 +239,21 @@ fn untagged_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
     Some(MapFlaw::UntaggedFork { after, bend_deg: bend })
 }
 
+/// A branch that parts from a straighter one, by an angle that may or may not be meant as a turn.
+fn untagged_low_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
+    if branch.turn_direction != TurnDirection::None {
+        return None;
+    }
+    let straighter = |other: &&Lane| other.id != branch.id && bend_deg(other).abs() < bend_deg(branch).abs();
+    road.predecessors(branch.id).iter().find_map(|after| {
+        let others = road.followers(*after).iter().filter_map(|id| road.lane(*id)).filter(straighter);
+        others.into_iter().find_map(|other| {
+            let is_left = parting(branch, other)?.is_left;
+            Some(MapFlaw::UntaggedLowFork { after: *after, other: other.id, is_left })
+        })
+    })
+}
+
 /// The exits that an entry lists, where they are not exits of its roundabouts.
 fn exits_of_entry(road: &LaneNetwork, lane: &Lane) -> Vec<MapFlaw> {
     let (left, right) = (&lane.exits_signalled_left, &lane.exits_signalled_right);
@@ -313,6 +339,13 @@ impl fmt::Display for MapFlaw {
             Self::UntaggedFork { after, bend_deg } => {
                 let bend = bend(*bend_deg);
                 write!(f, "turns off by {bend} where the road forks after {after}, without a turn_direction")
+            }
+            Self::UntaggedLowFork { after, other, is_left } => {
+                let side = if *is_left { "left" } else { "right" };
+                write!(
+                    f,
+                    "leads off to the {side} of {other} where the road forks after {after}, without a turn_direction"
+                )
             }
             Self::NotOnMap => f.write_str("a roundabout names it, but it is not on the map"),
             Self::NoReference => {

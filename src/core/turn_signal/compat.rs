@@ -27,7 +27,7 @@ impl DeciderCompat {
     }
 }
 
-/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and `W18` to `W22` are labels of
+/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and `W18` to `W23` are labels of
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +79,9 @@ pub struct UpstreamQuirks {
     /// W22: after and before a lanelet comes whichever lanelet of the route joins it on the map, whatever the order of the route's
     /// segments (docs/spec/turn-signal-decider.md, "Neighbours within the route").
     pub ignores_order_of_segments: bool,
+    /// W23: the signal of a turn is shown before a junction that offers the same side and is not taken
+    /// (docs/spec/turn-signal-decider.md, "Junctions that are not taken").
+    pub misleads_before_junctions: bool,
     /// A start from the middle of a lane changes the command of the record before and not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
     pub centerline_start_has_no_points: bool,
@@ -106,6 +109,7 @@ impl UpstreamQuirks {
             ignores_height_and_continuity: !matches!(compat, DeciderCompat::Improved),
             nested_section_comes_early: is_upstream,
             ignores_order_of_segments: !matches!(compat, DeciderCompat::Improved),
+            misleads_before_junctions: is_upstream,
             centerline_start_has_no_points: is_upstream,
         }
     }

@@ -9,6 +9,8 @@ pub struct Country {
     pub code: String,
     /// Name of the law that the rules are taken from.
     pub source: String,
+    /// The least distance over which a turn is announced, metres; `None` where the law says "in good time".
+    pub turn_distance_m: Option<f64>,
     /// The deployed parameters with the rules in them.
     pub parameters: Parameters,
 }

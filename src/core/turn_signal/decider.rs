@@ -1,6 +1,7 @@
 //! The decider: inputs of one cycle to one decision, and what it remembers between cycles
 //! (docs/spec/turn-signal-decider.md, "Candidates", "Commands" and "Memory between cycles").
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::compat::{DeciderCompat, UpstreamQuirks};
@@ -10,6 +11,7 @@ use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
 use super::inputs::{AgeLimits, Finding, Inputs};
 use super::intersection::{IntersectionMemory, STANDING_LIMIT, TurnAhead, turns};
+use super::junction::{JunctionRemark, JunctionRule, JunctionVerdict, LegalDistance};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{Parameters, Vehicle};
@@ -44,6 +46,11 @@ pub struct Settings {
     /// A vehicle that stands for longer, out of range of a turn that it announced, no longer announces it; in improved
     /// mode only.
     pub standing_limit: Duration,
+    /// The signal of a turn waits until a junction is passed that offers the same side and is not taken; in improved
+    /// mode only.
+    pub waits_for_junctions: bool,
+    /// The least distance over which the law demands the signal of a turn; `None` without a country, or where its law gives none.
+    pub legal_distance: Option<Arc<LegalDistance>>,
 }
 
 /// Decides cycle by cycle.
@@ -81,6 +88,8 @@ impl Settings {
             age_limits: AgeLimits::DEFAULT,
             min_durations: MinDurations::READABLE,
             standing_limit: STANDING_LIMIT,
+            waits_for_junctions: true,
+            legal_distance: None,
         }
     }
 }
@@ -89,7 +98,8 @@ impl Settings {
 fn effective(settings: Settings, quirks: UpstreamQuirks) -> Settings {
     let min_durations =
         if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
-    Settings { min_durations, ..settings }
+    let waits_for_junctions = settings.waits_for_junctions && !quirks.misleads_before_junctions;
+    Settings { min_durations, waits_for_junctions, ..settings }
 }
 
 impl Decider {
@@ -151,15 +161,21 @@ impl Decider {
         let measured = measured.map_err(|finding| findings.push(finding)).ok();
         let (settings, quirks) = (self.settings.clone(), self.quirks);
         let (front_m, nearest) = (settings.vehicle.front_m(), settings.parameters.nearest);
-        let on = |path_frame| DecisionContext {
+        let junction_rule = settings.waits_for_junctions.then(|| JunctionRule {
+            legal_m: settings.legal_distance.as_ref().map(|legal| legal.least_m),
+            least_time: settings.min_durations.minimum_on,
+        });
+        let on = |path_frame, way| DecisionContext {
             road,
             route,
             path_frame,
+            way,
             speed_mps: odometry.speed_mps,
             parameters: &settings.parameters,
             vehicle: &settings.vehicle,
             quirks,
             standing_limit: settings.standing_limit,
+            junction_rule,
             now,
         };
         let mut decision = match &measured {
@@ -179,11 +195,12 @@ impl Decider {
             }
             Some(measured) => {
                 let (path, ego) = (&measured.path, odometry.pose);
-                let context = on(if quirks.ignores_height_and_continuity {
+                let path_frame = if quirks.ignores_height_and_continuity {
                     PathFrame::new(path, ego, front_m, nearest)
                 } else {
                     PathFrame::of_every_visit(path, (ego, measured.ego_m), front_m, nearest)
-                });
+                };
+                let context = on(path_frame, Some(measured));
                 self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
                     turns: turns(&context, measured, manoeuvre),
                     legs: legs(&context, &measured.lanes),
@@ -193,7 +210,7 @@ impl Decider {
             None => match own_line(odometry.pose) {
                 Some(line) => {
                     let path_frame = PathFrame::new(&line, odometry.pose, front_m, nearest);
-                    self.decide_by_manoeuvre(&on(path_frame), manoeuvres)
+                    self.decide_by_manoeuvre(&on(path_frame, None), manoeuvres)
                 }
                 None => bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, Vec::new()),
             },
@@ -241,12 +258,25 @@ impl Decider {
             hazard: HazardCommand::Disable,
             held: shown.held,
             intersection: turn_ahead(&candidates, &resolution),
+            junction: self.junction(&candidates),
             sections: candidates,
             basis: Basis::Candidates(Box::new(resolution)),
             remarks,
             findings: Vec::new(),
             next_deadline: shown.deadline,
         }
+    }
+
+    /// Signals so far that waited until a junction was passed which offers their side.
+    pub const fn shortened(&self) -> u64 {
+        self.intersection.shortened()
+    }
+
+    /// The junction before the next turn that offers its side, with the law where that decides.
+    fn junction(&self, candidates: &Candidates) -> Option<JunctionRemark> {
+        let ahead = candidates.intersection?.junction?;
+        let is_by_law = matches!(ahead.verdict, JunctionVerdict::LawDemands(_));
+        Some(JunctionRemark { ahead, law: self.settings.legal_distance.clone().filter(|_| is_by_law) })
     }
 
     /// Without a path to measure on: the command of the manoeuvres as it is.
@@ -409,6 +439,7 @@ fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<Fi
         held: None,
         sections: Candidates::default(),
         intersection: None,
+        junction: None,
         remarks: Vec::new(),
         findings,
         next_deadline: None,

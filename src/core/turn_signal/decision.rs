@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::inputs::Finding;
 use super::intersection::TurnAhead;
+use super::junction::JunctionRemark;
 use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use super::min_duration::Held;
 use super::path_generator::TaggedLanelet;
@@ -26,6 +27,8 @@ pub struct Decision {
     pub sections: Candidates,
     /// The next turn, when that is what is signalled.
     pub intersection: Option<TurnAhead>,
+    /// The junction before the next turn that offers its side and is not taken, while it is ahead.
+    pub junction: Option<JunctionRemark>,
     /// The outcome of each manoeuvre of the planner, in the order of the chain.
     pub remarks: Vec<ManoeuvreOutcome>,
     /// Everything wrong with the inputs.

@@ -3,8 +3,11 @@
 use std::time::Duration;
 
 use super::compat::UpstreamQuirks;
+use super::distance_path::DistancePath;
+use super::junction::{JunctionRule, OfferedWay, last_offered};
 use super::parameters::{Parameters, Vehicle};
 use super::route::Route;
+use super::side::Side;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 use crate::core::map::lane_network::LaneNetwork;
@@ -22,6 +25,8 @@ pub struct DecisionContext<'a> {
     pub route: &'a Route,
     /// Distances along the distance path.
     pub path_frame: PathFrame<'a>,
+    /// The distance path with its lanelets; `None` where there is no such path.
+    pub way: Option<&'a DistancePath>,
     /// Speed of the odometry, m/s, negative backwards.
     pub speed_mps: f64,
     /// The parameters.
@@ -32,6 +37,8 @@ pub struct DecisionContext<'a> {
     pub quirks: UpstreamQuirks,
     /// A vehicle that stands for longer gives up a turn that is out of range.
     pub standing_limit: Duration,
+    /// The conditions on which a turn's signal waits for a junction; `None`: it never does.
+    pub junction_rule: Option<JunctionRule>,
     /// The time of the decision.
     pub now: MonoTime,
 }
@@ -40,6 +47,13 @@ impl DecisionContext<'_> {
     /// Pose of the rear axle.
     pub fn ego(&self) -> Pose {
         self.path_frame.ego()
+    }
+
+    /// The last junction on the way that offers a side and is not taken, of those that the front has not passed and that begin
+    /// before a position on the distance path, metres; `None` where signals do not wait for any.
+    pub fn offered_before(&self, side: Side, until_m: f64) -> Option<OfferedWay> {
+        let path = self.way.filter(|_| self.junction_rule.is_some())?;
+        last_offered(self.road, path, side, [path.ego_m + self.path_frame.front_m(), until_m])
     }
 
     /// The vehicle does not move (forwards).

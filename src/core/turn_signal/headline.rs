@@ -5,6 +5,7 @@ use std::mem::{Discriminant, discriminant};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
+use crate::core::turn_signal::junction::{JunctionRemark, OfferedWay};
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
 use crate::core::turn_signal::min_duration::Held;
 use crate::core::turn_signal::path_generator::TaggedLanelet;
@@ -22,6 +23,8 @@ pub struct Headline {
     /// The lanelet by which the path generator decided.
     tagged: Option<TaggedLanelet>,
     held: Option<Held>,
+    /// The junction before the next turn, with what becomes of the signal.
+    junction: Option<(OfferedWay, &'static str)>,
     remarks: Vec<ManoeuvreOutcome>,
     findings: Vec<Discriminant<Finding>>,
 }
@@ -42,6 +45,10 @@ impl Headline {
             candidates: decision.evaluated().iter().map(outcome).collect(),
             tagged,
             held: decision.held,
+            junction: decision
+                .junction
+                .as_ref()
+                .map(|junction: &JunctionRemark| (junction.ahead.way, junction.key())),
             remarks: decision.remarks.clone(),
             findings: decision.findings.iter().map(discriminant).collect(),
         }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
+use super::junction::{JunctionAhead, JunctionVerdict};
 use super::section::{Place, Section};
 use super::side::Side;
 use super::subject::Subject;
@@ -28,6 +29,8 @@ pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, Announced>,
     /// Improved: the turns that were announced and are passed. A route that comes by again would announce them anew (W20).
     passed: BTreeSet<LaneId>,
+    /// Signals that waited until a junction was passed.
+    shortened: u64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +39,10 @@ struct Announced {
     start: Pose,
     /// Distance from there to the turn, metres.
     before_m: f64,
+    /// Its signal does not wait for a junction any more.
+    is_shown: bool,
+    /// It is counted among those that waited.
+    is_counted: bool,
     /// Time since which the vehicle stands with the turn out of range; `None` = it does not.
     waits_since: Option<MonoTime>,
 }
@@ -91,7 +98,18 @@ impl IntersectionMemory {
             self.passed.retain(is_on_path);
         }
         let records = turns.iter().filter_map(|turn| self.record(context, turn)).collect();
-        next_in_queue(&context.path_frame, records)
+        let next = next_in_queue(&context.path_frame, records)?;
+        if let Subject::Turn(id) = next.subject
+            && let Some(announced) = self.starts.get_mut(&id).filter(|_| next.waits())
+        {
+            self.shortened += u64::from(!std::mem::replace(&mut announced.is_counted, true));
+        }
+        Some(next)
+    }
+
+    /// Signals so far that waited until a junction was passed which offers their side.
+    pub const fn shortened(&self) -> u64 {
+        self.shortened
     }
 
     /// Forgets all: the route is another one.
@@ -127,18 +145,28 @@ impl IntersectionMemory {
             return None;
         }
         let before_m = front_m + path_frame.front_m();
-        let announced = Announced { start: context.ego(), before_m, waits_since: None };
+        let announced = Announced {
+            start: context.ego(),
+            before_m,
+            is_shown: false,
+            is_counted: false,
+            waits_since: None,
+        };
         let announced = self.starts.entry(turn.id).or_insert(announced);
         if in_range {
             announced.waits_since = None;
         }
+        let junction = junction_ahead(context, turn, front_m, announced.is_shown);
+        let waits = junction.is_some_and(|junction| junction.verdict == JunctionVerdict::Waits);
+        announced.is_shown |= !waits;
         // A vehicle that has backed up comes from farther away.
-        if before_m > announced.before_m && !context.quirks.ignores_height_and_continuity {
+        let has_backed_up = before_m > announced.before_m && !context.quirks.ignores_height_and_continuity;
+        if has_backed_up || waits {
             (announced.start, announced.before_m) = (context.ego(), before_m);
         }
         let section = turn.section(Subject::Turn(turn.id), turn.signal(), announced.start);
         let place = turn.span_m.map(|span_m| Place { span_m, announced_before_m: announced.before_m });
-        Some(Section { place, ..section })
+        Some(Section { place, junction, ..section })
     }
 
     /// A turn out of range stays announced, unless the vehicle has stood too long since (W1).
@@ -155,6 +183,20 @@ impl IntersectionMemory {
         }
         stays
     }
+}
+
+/// The last junction before a turn that offers its side and is not passed yet; `front_m` is the distance of the front to the turn.
+fn junction_ahead(
+    context: &DecisionContext<'_>,
+    turn: &TurnLane,
+    front_m: f64,
+    is_shown: bool,
+) -> Option<JunctionAhead> {
+    let (rule, [start_m, _]) = (context.junction_rule?, turn.span_m?);
+    let side = turn.signal().side().filter(|_| front_m > 0.0)?;
+    let way = context.offered_before(side, start_m)?;
+    let (speed_mps, seen_m) = (context.speed_mps, context.parameters.minimum_search_distance_m);
+    Some(JunctionAhead { way, verdict: rule.verdict(front_m, speed_mps, seen_m, is_shown) })
 }
 
 /// The first record whose required end lies ahead; the last one in any case.

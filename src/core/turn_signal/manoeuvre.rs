@@ -60,6 +60,8 @@ pub struct ManoeuvreMemory {
     avoidance_ignored: BTreeSet<u128>,
     /// Upstream: the lanelet in which pulling out is not judged again.
     pull_out_ignored: Option<LaneId>,
+    /// Improved: the signal of the pull-out has ended before a junction.
+    pull_out_has_ended: bool,
     /// Upstream: the lanelet in which pulling over is not judged again.
     pull_over_ignored: Option<LaneId>,
     /// First deceleration pose of a pull-over, and the stop pose if known then.
@@ -176,6 +178,7 @@ impl ManoeuvreMemory {
         }
         if !present.contains(&ManoeuvreKind::PullOut) {
             self.pull_out_ignored = None;
+            self.pull_out_has_ended = false;
         }
         if !present.contains(&ManoeuvreKind::PullOver) {
             self.pull_over_ignored = None;

@@ -14,6 +14,7 @@ pub mod flow;
 pub mod headline;
 pub mod inputs;
 pub mod intersection;
+pub mod junction;
 pub mod manoeuvre;
 pub mod min_duration;
 pub mod output;

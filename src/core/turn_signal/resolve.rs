@@ -127,6 +127,8 @@ pub enum CandidateOutcome {
     NotReached,
     /// The rear axle is past its desired end.
     Passed,
+    /// It waits until a junction is passed that offers its side.
+    WaitsForJunction,
     /// It was signalled before, was displaced, and its required section is over.
     Finished,
     /// It lost a comparison.
@@ -288,6 +290,8 @@ fn evaluate(
         CandidateOutcome::NotReached
     } else if distances.desired_end_m < 0.0 {
         CandidateOutcome::Passed
+    } else if record.waits() {
+        CandidateOutcome::WaitsForJunction
     } else if rules.finished.contains(&source) {
         CandidateOutcome::Finished
     } else {
@@ -345,6 +349,7 @@ impl fmt::Display for CandidateOutcome {
             Self::NotFinite => f.write_str("a point of it is not a number"),
             Self::NotReached => f.write_str("desired start not reached"),
             Self::Passed => f.write_str("desired end passed"),
+            Self::WaitsForJunction => f.write_str("waits until a junction that offers its side is passed"),
             Self::Finished => f.write_str("finished before another took over"),
             Self::LostTo { source, case } => write!(f, "lost to {source} by {case}"),
             Self::Won => f.write_str("won"),

@@ -1,6 +1,7 @@
 //! A section record: the signal of one manoeuvre and the stretch it is for
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
+use super::junction::{JunctionAhead, JunctionVerdict};
 use super::side::Side;
 use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
@@ -27,6 +28,8 @@ pub struct Section {
     pub subject: Subject,
     /// Where it lies on the distance path of this cycle; `None` where its points are looked for.
     pub place: Option<Place>,
+    /// A junction before its turn that offers the same side.
+    pub junction: Option<JunctionAhead>,
 }
 
 /// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are not mistaken for others.
@@ -71,7 +74,13 @@ impl Section {
             required_end: required.1,
             subject: Subject::Unnamed,
             place: None,
+            junction: None,
         }
+    }
+
+    /// Returns whether it waits until a junction is passed.
+    pub fn waits(&self) -> bool {
+        self.junction.is_some_and(|junction| junction.verdict == JunctionVerdict::Waits)
     }
 
     /// Returns whether it requests a side or the hazard lights.

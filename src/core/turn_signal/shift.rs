@@ -52,6 +52,7 @@ pub enum ShiftKind {
 
 /// A shift to be judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(clippy::struct_excessive_bools)] // independent of each other
 pub struct Shift<'a> {
     /// The path it is on.
     pub path: &'a ShiftedPath,
@@ -67,6 +68,8 @@ pub struct Shift<'a> {
     pub forward: bool,
     /// A return is signalled even while standing.
     pub stop_override: bool,
+    /// The vehicle comes to a junction at which its signal would be taken for a turn: it ends once the bound is near.
+    pub nears_junction: bool,
     /// It was signalled before, and is until it is complete (W18).
     pub is_announced: bool,
 }
@@ -156,8 +159,12 @@ impl ShiftedPath {
 
     /// Change of the offset between two points, metres; 0 where there is none.
     pub fn offset_between_m(&self, start_index: usize, end_index: usize) -> f64 {
-        let offset = |index: usize| self.shifts_m.get(index).copied().unwrap_or_default();
-        offset(end_index) - offset(start_index)
+        self.offset_at_m(end_index) - self.offset_at_m(start_index)
+    }
+
+    /// The offset at a point, metres; 0 where there is none.
+    pub fn offset_at_m(&self, index: usize) -> f64 {
+        self.shifts_m.get(index).copied().unwrap_or_default()
     }
 
     /// Arc length from a position to a point, metres; `None` for an index beyond the path.
@@ -281,6 +288,9 @@ fn objection(
     if !at_least(offsets.relative_m(), parameters.shift_length_threshold_m) {
         return Some(ShiftVerdict::TooSmall);
     }
+    if shift.nears_junction && is_near_bound(context, offsets.side()) {
+        return Some(ShiftVerdict::NearBound);
+    }
     // Upstream judges what it signals anew in every cycle (W18).
     if shift.is_announced {
         return None;
@@ -314,9 +324,14 @@ fn objection(
     }
     let near_bound = context.quirks.ends_shifts_early
         && shift.kind == ShiftKind::PullOut
-        && surroundings::distance_to_bound_m(context, offsets.side())
-            .is_some_and(|distance_m| distance_m < parameters.remaining_distance_to_bound_threshold_m);
+        && is_near_bound(context, offsets.side());
     near_bound.then_some(ShiftVerdict::NearBound)
+}
+
+/// Step 11: the front corner on a side is near to the bound there.
+fn is_near_bound(context: &DecisionContext<'_>, side: Side) -> bool {
+    let limit_m = context.parameters.remaining_distance_to_bound_threshold_m;
+    surroundings::distance_to_bound_m(context, side).is_some_and(|distance_m| distance_m < limit_m)
 }
 
 impl fmt::Display for ShiftVerdict {

@@ -86,6 +86,7 @@ impl TurnLane {
             required_end: self.required_end,
             subject,
             place: None,
+            junction: None,
         }
     }
 }

@@ -6,9 +6,10 @@ use super::Snapshot;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
+use crate::core::turn_signal::junction::JunctionRemark;
 use crate::core::turn_signal::manoeuvre::{ManoeuvreOutcome, SignalReason};
 use crate::core::turn_signal::min_duration::Held;
-use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
+use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate, Source};
 use crate::core::turn_signal::section::Distances;
 use crate::core::turn_signal::shift::ShiftVerdict;
 
@@ -32,6 +33,7 @@ struct Essence {
     basis: Discriminant<Basis>,
     held: Option<Held>,
     subject: Option<String>,
+    junction: Option<&'static str>,
     findings: Vec<Discriminant<Finding>>,
 }
 
@@ -56,6 +58,7 @@ impl Narrator {
             basis: discriminant(&decision.basis),
             held: decision.held,
             subject: won.map(name),
+            junction: decision.junction.as_ref().map(JunctionRemark::key),
             findings: decision.findings.iter().map(discriminant).collect(),
         };
         let is_new = self.last.as_ref().is_none_or(|last| {
@@ -110,6 +113,9 @@ impl Narrator {
             }
             (None, Some(won)) => {
                 let mut reasons = vec![stretch(won)];
+                if won.source == Source::Intersection {
+                    reasons.extend(decision.junction.as_ref().map(ToString::to_string));
+                }
                 reasons.extend(decision.evaluated().iter().filter_map(|other| rival(other, won)));
                 reasons.extend(self.ended(decision, Some(won)));
                 reasons
@@ -120,7 +126,10 @@ impl Narrator {
                 if reasons.is_empty() && was_held {
                     reasons.push("the minimum time is over".to_owned());
                 } else if reasons.is_empty() {
-                    reasons.push("nothing to signal".to_owned());
+                    match &decision.junction {
+                        Some(junction) => reasons.push(junction.to_string()),
+                        None => reasons.push("nothing to signal".to_owned()),
+                    }
                     reasons.extend(decision.evaluated().iter().filter_map(waiting));
                     reasons.extend(silent(decision).copied().map(remark));
                     reasons.dedup();
@@ -196,7 +205,9 @@ fn waiting(candidate: &EvaluatedCandidate) -> Option<String> {
         CandidateOutcome::Passed => Some(format!("the {name} is over")),
         CandidateOutcome::NotFinite => Some(format!("a point of the {name} is not a number")),
         CandidateOutcome::Finished => Some(format!("the {name} was over before another signal ended")),
-        CandidateOutcome::Absent
+        // The junction has a sentence of its own.
+        CandidateOutcome::WaitsForJunction
+        | CandidateOutcome::Absent
         | CandidateOutcome::NoSide
         | CandidateOutcome::LostTo { .. }
         | CandidateOutcome::Won => None,

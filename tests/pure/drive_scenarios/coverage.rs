@@ -25,7 +25,7 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("avoidance before a turn", &["avoidance_before_turn.toml"]),
     ("lane change, left, running", &["lane_change_left.toml", "lane_change_masked.toml"]),
     ("lane change, right, waiting", &["lane_change_right_waiting.toml"]),
-    ("pull out, right", &["pull_out_right.toml"]),
+    ("pull out, right", &["pull_out_right.toml", "pull_out_before_crossing.toml"]),
     ("pull out, left", &["pull_out_left.toml"]),
     ("backing out with hazard lights", &["backing_out.toml", "hazard_erased.toml"]),
     ("pull over", &["pull_over.toml"]),
@@ -117,6 +117,7 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
             "lane_change_beside_an_exit.toml",
         ],
     ),
+    ("W23", &["turn_behind_a_crossing.toml", "turn_behind_a_crossing_by_law.toml"]),
 ];
 
 /// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two signals (W2)

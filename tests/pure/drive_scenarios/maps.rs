@@ -58,7 +58,7 @@ fn the_shipped_maps_are_what_the_generator_makes() {
 #[test]
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);
-    let described: [Described; 11] = [
+    let described: [Described; 12] = [
         ("bus_bay", 8, &[&[101, 102, 103, 104, 111, 112]]),
         ("chicane", 4, &[&[101, 102, 103, 104]]),
         ("consecutive_turns", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
@@ -90,6 +90,7 @@ fn lanelets_follow_each_other_as_described() {
         ("narrow_road", 3, &[&[101, 102, 103]]),
         ("roundabout", 24, &[RING, LEFT_TURN]),
         ("roundabout_untagged", 24, &[RING, LEFT_TURN]),
+        ("side_streets", 9, &[&[101, 112, 102, 122, 103], &[101, 111, 113], &[102, 121, 123]]),
         ("turn_before_roundabout", 7, &[&[101, 102, 103, 104, 105, 106, 107]]),
     ];
     assert_eq!(described.map(|(name, ..)| name), ALL.map(|map| map.name));
@@ -125,6 +126,8 @@ fn turns_are_tagged_where_they_are() {
         ("crossing", 111, Left, None),
         ("crossing", 112, Straight, None),
         ("crossing", 113, Right, None),
+        ("side_streets", 112, Straight, None),
+        ("side_streets", 121, Left, None),
         ("crossing", 211, Left, Some(20.0)),
         ("crossing", 411, Left, None),
         ("chicane", 102, Left, None),

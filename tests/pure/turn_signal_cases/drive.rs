@@ -126,11 +126,13 @@ impl Drive {
             road: &self.road,
             route: &self.route,
             path_frame: PathFrame::new(&self.path, ego, self.settings.vehicle.front_m(), NEAREST),
+            way: None,
             speed_mps,
             parameters: &self.parameters,
             vehicle: &self.settings.vehicle,
             quirks: UpstreamQuirks::of(self.settings.compat),
             standing_limit: self.settings.standing_limit,
+            junction_rule: None,
             now: self.now,
         }
     }

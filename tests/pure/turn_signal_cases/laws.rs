@@ -37,6 +37,7 @@ pub(crate) fn any_record() -> impl Strategy<Value = Section> {
                 required_end,
                 subject: Subject::Unnamed,
                 place: None,
+                junction: None,
             }
         },
     )

@@ -15,6 +15,7 @@ mod drive;
 mod first_aligned;
 mod gateway;
 mod improved;
+mod junctions;
 mod laws;
 mod line;
 mod loops;

@@ -89,6 +89,7 @@ impl Judged {
             kind: self.kind,
             forward: self.forward,
             stop_override: self.stop_override,
+            nears_junction: false,
             is_announced: false,
         };
         judge(&drive.context(self.ego, self.speed_mps), &shift)
@@ -220,6 +221,7 @@ fn backwards_is_hazard_lights_and_lines_off_the_path_are_nothing() {
             kind: ShiftKind::Avoidance,
             forward: true,
             stop_override: false,
+            nears_junction: false,
             is_announced: false,
         };
         let outcome = judge(&drive.context(Pose::new(48.0, 0.0, 0.0), 8.0), &shift);

@@ -125,7 +125,13 @@ fn a_fork_that_turns_off_needs_a_tag() {
     let expected = "lanelet 3 at (0.0, 0.0) m: turns off by 72° to the right where the road forks after 1, without a turn_direction";
     assert_eq!(fork(TurnDirection::None, -72.0, straight()), [expected]);
     assert!(fork(TurnDirection::Right, -72.0, straight()).is_empty(), "it is tagged");
-    assert!(fork(TurnDirection::None, -54.0, straight()).is_empty(), "54° is a bend");
+    let low = "lanelet 3 at (0.0, 0.0) m: leads off to the right of 2 where the road forks after 1, without a turn_direction";
+    assert_eq!(fork(TurnDirection::None, -54.0, straight()), [low], "a turn or a bend");
+    assert!(fork(TurnDirection::Straight, -54.0, straight()).is_empty(), "it is tagged");
+    assert!(
+        fork(TurnDirection::None, -8.0, straight()).is_empty(),
+        "1.4 m beside each other are lanes of one road"
+    );
     // The same turn, drawn as two lanelets.
     assert_eq!(fork(TurnDirection::None, -36.0, lane(4, TurnDirection::None, -36.0, &[])), [expected]);
     let alone = found([lane(1, TurnDirection::None, 0.0, &[3]), lane(3, TurnDirection::None, -90.0, &[])]);

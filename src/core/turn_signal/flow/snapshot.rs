@@ -28,6 +28,8 @@ pub struct DeciderSnapshot {
     pub cycles: u64,
     /// Decisions since start that differed from the one before in command or reason.
     pub changes: u64,
+    /// Signals since start that waited until a junction was passed which offers their side and is not taken.
+    pub shortened_signals: u64,
     /// Agreement of turn commands with Autoware's own, percent; `None` unless compared.
     pub turn_agreement_percent: Option<f64>,
     /// Agreement of hazard commands, likewise.
@@ -49,6 +51,8 @@ pub struct DecisionSnapshot {
     pub rule: Option<String>,
     /// The minimum duration that keeps the command; `None` when none does.
     pub held: Option<String>,
+    /// The junction before the next turn that offers its side and is not taken, and what becomes of the signal; `None` without one.
+    pub junction: Option<String>,
     /// The candidates with their outcomes.
     pub candidates: Vec<CandidateSnapshot>,
     /// The outcome of each manoeuvre of the planner, in words.
@@ -87,6 +91,7 @@ impl TurnSignalFlow {
             odometry_age_ms: self.latest.odometry.map(|odometry| millis(now.since(odometry.at))),
             cycles: self.cycles,
             changes: self.changes,
+            shortened_signals: self.decider.shortened(),
             turn_agreement_percent: self.turn_comparison.percent().map(|percent| rounded(percent, 1e2)),
             hazard_agreement_percent: self.hazard_comparison.percent().map(|percent| rounded(percent, 1e2)),
         }
@@ -103,6 +108,7 @@ impl DecisionSnapshot {
             winner: decision.winner().map(|source| source.to_string()),
             rule: decision.case().map(|case| case.to_string()),
             held: decision.held.map(|held| held.to_string()),
+            junction: decision.junction.as_ref().map(ToString::to_string),
             candidates: decision.evaluated().iter().map(CandidateSnapshot::of).collect(),
             manoeuvres: decision.remarks.iter().map(ManoeuvreOutcome::to_string).collect(),
             findings: decision.findings.iter().map(ToString::to_string).collect(),

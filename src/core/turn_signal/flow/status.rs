@@ -62,6 +62,7 @@ impl TurnSignalFlow {
         values.push(("operation_mode", mode.map_or("unknown".to_owned(), |mode| mode.mode.to_string())));
         values.push(("cycles", self.cycles.to_string()));
         values.push(("changes", self.changes.to_string()));
+        values.push(("shortened_signals", self.decider.shortened().to_string()));
         if matches!(self.settings.role, Role::Shadow { .. }) {
             let keys = ["turn_agreement_percent", "turn_disagreement", "turn_compared"];
             compared(&self.turn_comparison, keys, now, &mut values);
@@ -105,6 +106,8 @@ fn decided(decision: &Decision, values: &mut Vec<Value>) {
             values.push(("winner", "none".to_owned()));
         }
     }
+    let junction = decision.junction.as_ref().map(ToString::to_string);
+    values.push(("junction", junction.unwrap_or("none".to_owned())));
     values.push(("manoeuvres", list(&decision.remarks)));
     values.push(("findings", list(&decision.findings)));
 }

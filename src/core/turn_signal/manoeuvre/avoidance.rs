@@ -63,6 +63,7 @@ impl Avoidance {
             kind: ShiftKind::Avoidance,
             forward: true,
             stop_override: false,
+            nears_junction: false,
             is_announced: false,
         }
     }

@@ -6,7 +6,7 @@ use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
-use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftVerdict, ShiftedPath, judge};
 
 /// A pull-out, as the start planner plans it.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +43,9 @@ impl ManoeuvreMemory {
         if self.pull_out_ignored == Some(lane) {
             return SignalReason::Ignored;
         }
+        if self.pull_out_has_ended {
+            return SignalReason::Shift(ShiftVerdict::NearBound);
+        }
         let line = path.line(context, pull_out.start, pull_out.end);
         if starts_on_centerline(context, pull_out, path, &line) {
             return centerline_start(context, pull_out, path, records);
@@ -55,8 +58,10 @@ impl ManoeuvreMemory {
             kind: ShiftKind::PullOut,
             forward: pull_out.forward,
             stop_override: pull_out.standing_counts,
+            nears_junction: false,
             is_announced: false,
         };
+        let shift = Shift { nears_junction: nears_junction(context, &shift), ..shift };
         let outcome = if context.quirks.ends_shifts_early {
             let outcome = judge(context, &shift);
             self.pull_out_ignored = outcome.ignore().then_some(lane);
@@ -64,9 +69,24 @@ impl ManoeuvreMemory {
         } else {
             self.judged(context, &shift, ManoeuvreKind::PullOut)
         };
+        self.pull_out_has_ended = shift.nears_junction && outcome.verdict == ShiftVerdict::NearBound;
         records.add_by_rule(context, outcome.section);
         SignalReason::Shift(outcome.verdict)
     }
+}
+
+/// The second half of the pull-out leads to a junction that offers its side and is not taken: there its signal would be taken for a
+/// turn. In the first half the vehicle may be near to the bound in a narrow lane, and needs its signal.
+fn nears_junction(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
+    let ShiftLine { start_index, end_index, .. } = shift.line;
+    let whole_m = shift.path.offset_between_m(start_index, end_index);
+    let rest_m = shift.path.offset_at_m(end_index) - shift.current_shift_m;
+    let nears = || {
+        let search_m = context.parameters.intersection_search_m(context.speed_mps);
+        let until_m = context.way?.ego_m + context.path_frame.front_m() + search_m;
+        context.offered_before(shift.side(), until_m)
+    };
+    rest_m.abs() <= whole_m.abs() / 2.0 && nears().is_some()
 }
 
 /// The start from the middle of a lane, with a negligible shift.

@@ -83,6 +83,7 @@ impl ManoeuvreMemory {
             kind: ShiftKind::PullOver,
             forward: true,
             stop_override: decided.near_first_end,
+            nears_junction: false,
             is_announced: false,
         };
         let outcome = if context.quirks.ends_shifts_early {

@@ -104,6 +104,7 @@ mod tests {
             held: None,
             sections: *sections,
             intersection: None,
+            junction: None,
             remarks: Vec::new(),
             findings: Vec::new(),
             next_deadline: None,

@@ -1,0 +1,48 @@
+//! Forks: where two ways from one place lead apart, and to which side.
+
+use super::geometry::Point;
+use super::geometry::polyline::{at_arc, is_on_left, nearest};
+use super::lane_network::{Lane, TurnDirection};
+
+/// Two ways lead apart where their middles are this far from each other, metres: about the width of a lane.
+const APART_M: f64 = 3.0;
+/// Ways that are not apart within this distance from their common start are lanes of one road, metres.
+const FORK_M: f64 = 40.0;
+/// Steps in which two ways are compared, metres.
+const STEP_M: f64 = 2.0;
+
+/// Where a way leads apart from another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parting {
+    /// Distance from their common start, metres.
+    pub at_m: f64,
+    /// It lies to the left of the other one there.
+    pub is_left: bool,
+}
+
+/// Where `way` leads apart from `other`, which begins at the same place; `None` where both are lanes of one road, or too short
+/// to tell.
+pub fn parting(way: &Lane, other: &Lane) -> Option<Parting> {
+    let most_m = way.length_m().min(other.length_m()).min(FORK_M);
+    let steps = std::iter::successors(Some(STEP_M), |at_m| Some(at_m + STEP_M));
+    let places = steps.take_while(|at_m| *at_m < most_m).chain([most_m]);
+    let point_apart = |at_m: f64| -> Option<Point> {
+        let point = at_arc(&way.centerline, at_m)?;
+        let is_apart = nearest(&other.centerline, point)?.distance_m >= APART_M;
+        is_apart.then_some(point)
+    };
+    places.into_iter().find_map(|at_m| {
+        let is_left = is_on_left(&other.centerline, point_apart(at_m)?);
+        Some(Parting { at_m, is_left })
+    })
+}
+
+/// Where `way` leads off to the side that its tag names, or else its place beside `other`; `None` where it leads to no side.
+pub fn leads_left(way: &Lane, other: &Lane) -> Option<bool> {
+    match way.turn_direction {
+        TurnDirection::Left => Some(true),
+        TurnDirection::Right => Some(false),
+        TurnDirection::Straight => None,
+        TurnDirection::None => parting(way, other).map(|parting| parting.is_left),
+    }
+}
