@@ -24,8 +24,8 @@ pub(super) fn run(
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut is_wrong = false;
     if let Some(sweep) = sweep {
-        let rows = sweep.variants(surveyor.parameters()).into_iter().map(|(value, parameters)| {
-            let survey = surveyor.survey(compat, &parameters)?;
+        let rows = sweep.variants(surveyor.settings()).into_iter().map(|(value, settings)| {
+            let survey = surveyor.survey(compat, &settings)?;
             Ok((value, survey))
         });
         let rows = rows.collect::<Result<Vec<_>, Refused>>()?;
@@ -40,7 +40,7 @@ pub(super) fn run(
             writeln!(out, "{}", table(&rows))?;
         }
     } else {
-        let survey = surveyor.survey(compat, surveyor.parameters())?;
+        let survey = surveyor.survey(compat, surveyor.settings())?;
         drop(reading);
         for wrong in &survey.wrong {
             is_wrong = true;

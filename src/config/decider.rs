@@ -10,7 +10,6 @@ use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::decider::Settings;
 use crate::core::turn_signal::inputs::AgeLimits;
-use crate::core::turn_signal::junction::LegalDistance;
 use crate::core::turn_signal::min_duration::MinDurations;
 
 /// Longest signal, gap and age limit, ms.
@@ -33,10 +32,7 @@ pub(super) fn decider(
         minimum_gap: time("minimum_gap_ms", deployed.min_durations.minimum_gap),
     };
     let standing_limit = fields.millis("standing_limit_ms", 0..=MAX_STANDING_MS);
-    let legal_distance = country.as_ref().and_then(|country| {
-        let least_m = country.turn_distance_m?;
-        Some(Arc::new(LegalDistance { least_m, law: format!("{}: {}", country.code, country.source) }))
-    });
+    let legal_distance = country.as_ref().and_then(Country::legal_distance).map(Arc::new);
     let waits_for_junctions = fields.flag("waits_for_junctions");
     let settings = Settings {
         parameters,

@@ -1,5 +1,6 @@
 //! The traffic law of a country about turn signals, as parameters (weakness W14).
 
+use super::junction::LegalDistance;
 use super::parameters::Parameters;
 
 /// The rules of one country.
@@ -13,4 +14,12 @@ pub struct Country {
     pub turn_distance_m: Option<f64>,
     /// The deployed parameters with the rules in them.
     pub parameters: Parameters,
+}
+
+impl Country {
+    /// The least distance of a turn's signal with the law that demands it; `None` where the law gives none.
+    pub fn legal_distance(&self) -> Option<LegalDistance> {
+        let law = || format!("{}: {}", self.code, self.source);
+        self.turn_distance_m.map(|least_m| LegalDistance { least_m, law: law() })
+    }
 }

@@ -11,7 +11,7 @@ use crate::config::drive::DriveFile;
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
 use crate::core::map::tag_check::{MapFlaw, check_tags};
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::parameters::Parameters;
+use crate::core::turn_signal::decider::Settings;
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::side::Side;
 
@@ -95,21 +95,21 @@ impl Surveyor {
         self.file.compats.first().copied().unwrap_or_default()
     }
 
-    /// The parameters of the drive.
-    pub fn parameters(&self) -> &Parameters {
-        &self.file.decider.parameters
+    /// The settings of the drive's decider.
+    pub fn settings(&self) -> &Settings {
+        &self.file.decider
     }
 
-    /// Drives all routes with these parameters.
+    /// Drives all routes with these settings.
     ///
     /// # Errors
     /// A route whose lanelets do not form a path.
-    pub fn survey(&self, compat: DeciderCompat, parameters: &Parameters) -> Result<Survey, Refused> {
+    pub fn survey(&self, compat: DeciderCompat, settings: &Settings) -> Result<Survey, Refused> {
         let mut survey = Survey::default();
         for lanes in &self.routes {
             let [Some(from), Some(to)] = [lanes.first(), lanes.last()] else { continue };
             let mut file = self.file.clone();
-            file.decider.parameters = parameters.clone();
+            file.decider = settings.clone();
             file.route.segments =
                 lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] }).collect();
             let turns = turns(&file, lanes, &self.expected);

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use thiserror::Error;
 
 use crate::config::country::{self, country};
 use crate::config::files::Embedded;
 use crate::core::near_miss::did_you_mean;
+use crate::core::turn_signal::decider::Settings;
 use crate::core::turn_signal::parameters::{PARAMETERS, Parameter, ParameterError, Parameters};
 
 /// Values of a range without a step.
@@ -121,22 +123,24 @@ impl Sweep {
         }
     }
 
-    /// Each value as text, with the parameters that it makes of `given`. The rules of a country take the place of all parameters.
-    pub fn variants(&self, given: &Parameters) -> Vec<(String, Parameters)> {
+    /// Each value as text, with the settings that it makes of `given`. The rules of a country take the place of all parameters.
+    pub fn variants(&self, given: &Settings) -> Vec<(String, Settings)> {
         match self {
             Self::Parameter(name, values) => {
                 let variant = |value: &f64| {
-                    let (mut parameters, value) = (given.clone(), value.to_string());
+                    let (mut settings, value) = (given.clone(), value.to_string());
                     // Reading it has made sure that the value fits.
-                    parameters.set(name, &value).ok()?;
-                    Some((value, parameters))
+                    settings.parameters.set(name, &value).ok()?;
+                    Some((value, settings))
                 };
                 values.iter().filter_map(variant).collect()
             }
             Self::Countries => {
                 let variant = |code: &'static str| {
                     let rules = country(&Embedded, Path::new(""), code).ok()?;
-                    Some((code.to_owned(), rules.parameters))
+                    let legal_distance = rules.legal_distance().map(Arc::new);
+                    let parameters = rules.parameters;
+                    Some((code.to_owned(), Settings { parameters, legal_distance, ..given.clone() }))
                 };
                 country::built_in().into_iter().filter_map(variant).collect()
             }
@@ -147,6 +151,7 @@ impl Sweep {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::turn_signal::compat::DeciderCompat;
 
     #[test]
     fn ranges_have_their_values() {
@@ -183,9 +188,12 @@ mod tests {
 
     #[test]
     fn each_shipped_country_is_a_variant() {
-        let variants = Sweep::Countries.variants(&Parameters::DEPLOYED);
+        let deployed = Settings::deployed(DeciderCompat::Improved);
+        let variants = Sweep::Countries.variants(&deployed);
         let codes: Vec<&str> = variants.iter().map(|(code, _)| code.as_str()).collect();
         assert_eq!(codes, country::built_in());
-        assert!(variants.iter().any(|(_, parameters)| *parameters != Parameters::DEPLOYED));
+        assert!(variants.iter().any(|(_, settings)| settings.parameters != deployed.parameters));
+        let legal = |code| variants.iter().find(|(of, _)| of == code).unwrap().1.legal_distance.clone();
+        assert_eq!((legal("JP").map(|legal| legal.least_m), legal("DE")), (Some(30.0), None));
     }
 }
