@@ -55,14 +55,16 @@ names the tagged lanelet that decided. The last line of each compat is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 With --all-routes each line is a turn whose signal is wrong:
-  {\"compat\", \"lanelet\": 111, \"side\": \"left\", \"at_m\": 59.0, \"from\": 101, \"to\": 402, \"fault\": \"missed\",
-   \"map_flaw\": TEXT}
+  {\"compat\", \"lanelet\": 111, \"side\": \"left\", \"at_m\": 59.0, \"from\": 101, \"to\": 402,
+   \"fault\": \"missed\", \"map_flaw\": TEXT}
 \"map_flaw\" is null where the map is right, so that the fault is the decider's. The last line is
-  {\"compat\", \"routes\": 500, \"turns\": 620, \"by_decider\": {\"missed\": 0, \"short\", \"opposite\", \"flickering\"},
-   \"by_map\": the same}
-With --sweep there are only such lines, one for each value, which have two keys more: \"sweep\": KEY, \"value\": TEXT.
+  {\"compat\", \"routes\": 500, \"turns\": 620, \"by_map\": the same,
+   \"by_decider\": {\"missed\": 0, \"short\", \"opposite\", \"flickering\"}}
+With --sweep there are only such lines, one for each value, which have two keys more:
+\"sweep\": KEY, \"value\": TEXT.
 
-The exit code is 5 when an expectation failed, or with --all-routes when a signal is wrong, also by the map.";
+The exit code is 5 when an expectation failed, or with --all-routes when a signal is wrong, also
+by the map.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {

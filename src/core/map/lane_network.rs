@@ -1,5 +1,6 @@
 //! The lanelets of a map, with what follows and lies beside what (docs/spec/turn-signal-decider.md, "Map facts").
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use crate::core::map::geometry::path::NearestLimits;
@@ -90,6 +91,23 @@ pub struct LaneNetwork {
     lanes: BTreeMap<LaneId, (Lane, Extent)>,
     predecessors: BTreeMap<LaneId, Vec<LaneId>>,
     roundabouts: Vec<Roundabout>,
+}
+
+/// A lanelet near to a pose.
+#[derive(Debug)]
+struct Near<'a> {
+    lane: &'a Lane,
+    /// It lies at the height of the pose.
+    is_level: bool,
+    distance_m: f64,
+    turned_rad: f64,
+}
+
+impl Near<'_> {
+    /// The nearer one first, of equally near ones the one that faces most alike.
+    fn by_distance(&self, other: &Self) -> Ordering {
+        self.distance_m.total_cmp(&other.distance_m).then(self.turned_rad.total_cmp(&other.turned_rad))
+    }
 }
 
 impl Roadside {
@@ -183,24 +201,37 @@ impl LaneNetwork {
         is_continuous: impl Fn(LaneId) -> bool,
     ) -> Option<&Lane> {
         let lanes: Vec<LaneId> = lanes.into_iter().collect();
-        let near = |id: &LaneId| {
-            let (lane, extent) = self.lanes.get(id)?;
-            let (least_m, _) = extent.distances_m(pose.position);
-            let distance_m = Some(least_m)
-                .filter(|least_m| *least_m <= limits.distance_m)
-                .map(|_| lane.distance_m(pose.position))
-                .filter(|distance_m| *distance_m <= limits.distance_m)?;
-            let middle = nearest(&lane.centerline, pose.position)?;
-            let turned_rad = wrapped(middle.yaw_rad - pose.yaw_rad).abs();
-            let is_level = pose.position.at_height(middle.z_m).is_level_with(pose.position);
-            let ranks = (!is_level, !is_continuous(*id), distance_m, turned_rad);
-            (turned_rad <= limits.yaw_rad).then_some((lane, ranks))
-        };
-        let ranked = lanes.iter().filter_map(near).min_by(|(_, one), (_, other)| {
-            let by_place = (one.0, one.1).cmp(&(other.0, other.1));
-            by_place.then(one.2.total_cmp(&other.2)).then(one.3.total_cmp(&other.3))
+        let ranked = lanes.iter().filter_map(|id| self.near(*id, pose, limits)).min_by(|one, other| {
+            let by_place = |near: &Near<'_>| (!near.is_level, !is_continuous(near.lane.id));
+            by_place(one).cmp(&by_place(other)).then(one.by_distance(other))
         });
-        ranked.map(|(lane, _)| lane).or_else(|| self.closest(lanes, pose))
+        ranked.map(|near| near.lane).or_else(|| self.closest(lanes, pose))
+    }
+
+    /// As [`Self::current`], of lanelets that are all continuous: the one that it would be among any others as well. `None` where
+    /// none of them is near to the vehicle, faces alike and lies at its height.
+    pub fn surely_current(
+        &self,
+        lanes: impl IntoIterator<Item = LaneId>,
+        pose: Pose,
+        limits: NearestLimits,
+    ) -> Option<&Lane> {
+        let near = lanes.into_iter().filter_map(|id| self.near(id, pose, limits));
+        near.filter(|near| near.is_level).min_by(Near::by_distance).map(|near| near.lane)
+    }
+
+    /// A lanelet within the limits of a pose; `None` beyond them.
+    fn near(&self, id: LaneId, pose: Pose, limits: NearestLimits) -> Option<Near<'_>> {
+        let (lane, extent) = self.lanes.get(&id)?;
+        let (least_m, _) = extent.distances_m(pose.position);
+        let distance_m = Some(least_m)
+            .filter(|least_m| *least_m <= limits.distance_m)
+            .map(|_| lane.distance_m(pose.position))
+            .filter(|distance_m| *distance_m <= limits.distance_m)?;
+        let middle = nearest(&lane.centerline, pose.position)?;
+        let turned_rad = wrapped(middle.yaw_rad - pose.yaw_rad).abs();
+        let is_level = pose.position.at_height(middle.z_m).is_level_with(pose.position);
+        (turned_rad <= limits.yaw_rad).then_some(Near { lane, is_level, distance_m, turned_rad })
     }
 }
 

@@ -394,7 +394,10 @@ impl Decider {
                 let between_m = before.and_then(|before| route.between_m(road, before, lane));
                 between_m.is_some_and(|between_m| between_m < MAX_STEP_M)
             };
-            road.current(route.lanes(), ego, parameters.nearest, is_continuous)
+            let around = before.map(|before| route.around(road, before, MAX_STEP_M)).unwrap_or_default();
+            // On a long route most of the lanelets are far away.
+            let surely = road.surely_current(around, ego, parameters.nearest);
+            surely.or_else(|| road.current(route.lanes(), ego, parameters.nearest, is_continuous))
         };
         let current = current.ok_or(Finding::NoLaneAround)?;
         self.lane = Some(current.id);

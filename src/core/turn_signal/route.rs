@@ -123,6 +123,26 @@ impl Route {
         Some(between.filter_map(|segment| road.lane(segment.preferred)).map(Lane::length_m).sum())
     }
 
+    /// The lanelets of the segments with less than a distance, metres, of preferred lanelets between them and the one of a lanelet,
+    /// ascending; none where it is not on the route.
+    pub fn around(&self, road: &LaneNetwork, lane: LaneId, within_m: f64) -> Vec<LaneId> {
+        let Some(here) = self.lanes.get(&lane).copied() else { return Vec::new() };
+        let reached = |segments: &mut dyn Iterator<Item = &Segment>| {
+            let mut between_m = 0.0;
+            let near = segments.take_while(|segment| {
+                let is_near = between_m < within_m;
+                between_m += road.lane(segment.preferred).map_or(0.0, Lane::length_m);
+                is_near
+            });
+            near.flat_map(|segment| segment.lanes.iter().copied()).collect::<Vec<_>>()
+        };
+        let mut lanes = reached(&mut self.segments.iter().take(here).rev());
+        lanes.extend(self.segments.get(here).into_iter().flat_map(|segment| &segment.lanes));
+        lanes.extend(reached(&mut self.segments.iter().skip(here + 1)));
+        lanes.sort_unstable();
+        lanes
+    }
+
     /// The lanelet after this one: of those that follow it on the map the one of the nearest segment from its own on; none after
     /// the last segment.
     pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: UpstreamQuirks) -> Option<LaneId> {
@@ -163,6 +183,7 @@ impl Route {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::map::geometry::Point;
     use crate::core::map::lane_network::Lane;
     use crate::core::turn_signal::compat::DeciderCompat;
 
@@ -207,6 +228,29 @@ mod tests {
             let upstream = UpstreamQuirks::of(DeciderCompat::Upstream);
             assert_eq!(block.previous(&road, 5, upstream), [1, 8], "by their ids");
         }
+    }
+
+    #[test]
+    fn what_is_around_a_lanelet_is_what_little_lies_between() {
+        let lane = |id: LaneId, length_m| Lane {
+            id,
+            centerline: vec![Point::new(0.0, 0.0), Point::new(length_m, 0.0)],
+            ..Lane::default()
+        };
+        let lengths_m = [5.0, 30.0, 4.0, 15.0, 2.0, 2.0, 40.0, 1.0];
+        let road =
+            LaneNetwork::new((1..).zip(lengths_m).map(|(id, length_m)| lane(id, length_m)), Vec::new());
+        let route = route(&[3, 1, 8, 2, 6, 4, 5, 7]).unwrap();
+        for within_m in [0.0, 3.0, 20.0, 21.0, 100.0] {
+            for lane in 1..=8 {
+                let is_around = |other: &LaneId| {
+                    route.between_m(&road, lane, *other).unwrap() < within_m || lane == *other
+                };
+                let expected: Vec<LaneId> = (1..=8).filter(is_around).collect();
+                assert_eq!(route.around(&road, lane, within_m), expected, "{lane} within {within_m} m");
+            }
+        }
+        assert!(route.around(&road, 9, 20.0).is_empty());
     }
 
     #[test]
