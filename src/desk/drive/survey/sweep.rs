@@ -45,7 +45,7 @@ pub enum SweepError {
         "{0} is not a range that ascends; give FROM..TO or FROM..TO:STEP with FROM below TO and STEP above 0"
     )]
     Range(String),
-    /// More values than [`MAX_VALUES`].
+    /// More than a hundred values.
     #[error("{0} has more than {MAX_VALUES} values; give a longer step")]
     TooMany(String),
     /// A value that the parameter does not take.
