@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use super::decode::signals_in;
 use crate::config::Settings;
 use crate::core::can::bus_status::link_text;
+use crate::core::can::controller::ControllerReport;
+use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 use crate::core::can::frame::Frame;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
@@ -20,6 +22,7 @@ use crate::core::validation::observation::{Observations, Unused};
 use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
 use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use crate::core::vehicle_lights::raw_state::{RawState, raw_state};
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::report::gateway::task_of;
@@ -90,9 +93,10 @@ impl TimelineCollector {
                 let text = format!("error frame {}", error.log_text());
                 self.begin((Group::Links, 1, label), at, Tone::Warn, &text, false);
             }
-            CanInput::Controller { bus, .. } => {
+            CanInput::Controller { bus, report } => {
                 let label = format!("{} controller", self.interface(*bus));
-                self.begin((Group::Links, 2, label), at, Tone::Plain, &format!("{input:?}"), false);
+                let (tone, text) = controller(*report);
+                self.begin((Group::Links, 2, label), at, tone, &text, false);
             }
             CanInput::Drops { bus, lost } => {
                 let label = format!("{} losses", self.interface(*bus));
@@ -173,7 +177,11 @@ impl TimelineCollector {
         let mut values = Vec::new();
         for (position, (index, signal, raw)) in signals_in(table, bus, frame).enumerate() {
             let text = meaning(&self.binding, index, raw);
-            let tone = if self.unused.is_some() { Tone::Warn } else { tone_of(&text) };
+            let tone = if self.unused.is_some() {
+                Tone::Warn
+            } else {
+                tone_of(raw_state(&self.binding, index, raw))
+            };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
             values.push((
                 (Group::Raw, message * 1_000 + position, signal.name.clone()),
@@ -312,24 +320,111 @@ const fn topic_name(topic: LightsTopic) -> &'static str {
     }
 }
 
-/// The colour of a raw value with this meaning.
-fn tone_of(meaning: &str) -> Tone {
-    let has = |word: &str| meaning.split([' ', ',']).any(|part| part == word);
-    if has("left") && !has("right") {
-        Tone::Left
-    } else if has("right") && !has("left") {
-        Tone::Right
-    } else if has("UNDEFINED") || (has("fault") && has("on")) {
-        Tone::Error
-    } else if meaning.contains("not available") {
-        Tone::Nothing
-    } else {
-        Tone::Plain
+/// The colour of a raw value.
+const fn tone_of(state: RawState) -> Tone {
+    match state {
+        RawState::Faulty => Tone::Error,
+        RawState::Hazard => Tone::Hazard,
+        RawState::Left => Tone::Left,
+        RawState::Right => Tone::Right,
+        RawState::NotAvailable => Tone::Nothing,
+        RawState::Off => Tone::Off,
+        RawState::Other => Tone::Plain,
     }
+}
+
+/// The colour and the text of a controller's state, such as `error-passive, 130 errors sending and 12 receiving`.
+fn controller(report: ControllerReport) -> (Tone, String) {
+    let ControllerReport { state, counters, restart_ms } = report;
+    let tone = match state {
+        ControllerState::ErrorActive => Tone::Ok,
+        ControllerState::Warning | ControllerState::Passive | ControllerState::Restarted => Tone::Warn,
+        ControllerState::BusOff | ControllerState::Stopped => Tone::Error,
+    };
+    let counted = counters
+        .map(|ErrorCounters { tx, rx }| format!(", {tx} errors sending and {rx} receiving"))
+        .unwrap_or_default();
+    let restart = match (state, restart_ms) {
+        (ControllerState::BusOff, Some(0)) => ", needs a manual restart".to_owned(),
+        (ControllerState::BusOff, Some(ms)) => format!(", restarts by itself after {ms} ms"),
+        _ => String::new(),
+    };
+    (tone, format!("{}{counted}{restart}", state.name()))
 }
 
 /// Seconds of a time line, exact to the nanosecond for 104 days.
 #[allow(clippy::cast_precision_loss)]
 fn seconds(at: MonoTime) -> f64 {
     at.as_nanos() as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::built_in::BuiltIn;
+    use crate::config::files::Disk;
+    use crate::config::load_profile;
+    use crate::core::vehicle_lights::role_texts::roles;
+
+    /// The colour that a text of one use stands for.
+    fn expected(text: &str) -> Tone {
+        let ends_with = |ends: &[&str]| ends.iter().any(|end| text.ends_with(end));
+        if ends_with(&["UNDEFINED", " fault"]) || (text.contains("fault") && text.ends_with(" on")) {
+            Tone::Error
+        } else if ends_with(&["not available"]) {
+            Tone::Nothing
+        } else if ends_with(&[" off", " idle"]) {
+            Tone::Off
+        } else if ends_with(&["left on", "left lamp on", " left", " left half", " left full"]) {
+            Tone::Left
+        } else if ends_with(&["right on", "right lamp on", " right", " right half", " right full"]) {
+            Tone::Right
+        } else if text.starts_with("hazard on") || text.ends_with("turn both") {
+            Tone::Hazard
+        } else {
+            Tone::Plain
+        }
+    }
+
+    #[test]
+    fn every_value_of_every_profile_has_the_colour_of_its_meaning() {
+        let mut signals_for_each_side = 0;
+        for name in BuiltIn::Profile.names() {
+            let settings = load_profile(&Disk, &BuiltIn::Profile.path(name).unwrap()).unwrap();
+            let binding = &settings.gateway.lights;
+            for role in roles(binding) {
+                signals_for_each_side += usize::from(role.subject == "left" || role.subject == "left lamp");
+                for (range, _) in &role.named {
+                    let meanings = texts(binding, role.signal, range.first);
+                    let [meaning] = meanings.as_slice() else { continue };
+                    let found = tone_of(raw_state(binding, role.signal, range.first));
+                    assert_eq!(found, expected(&meaning.text), "{name}: {}", meaning.text);
+                }
+            }
+        }
+        assert!(signals_for_each_side > 20, "{signals_for_each_side}");
+    }
+
+    #[test]
+    fn the_state_of_a_controller_has_a_colour_and_a_text() {
+        let report =
+            |state, counters, restart_ms| controller(ControllerReport { state, counters, restart_ms });
+        let counters = Some(ErrorCounters { tx: 130, rx: 12 });
+        for (found, tone, text) in [
+            (report(ControllerState::ErrorActive, None, None), Tone::Ok, "error-active"),
+            (
+                report(ControllerState::Passive, counters, Some(0)),
+                Tone::Warn,
+                "error-passive, 130 errors sending and 12 receiving",
+            ),
+            (report(ControllerState::BusOff, None, Some(0)), Tone::Error, "bus-off, needs a manual restart"),
+            (
+                report(ControllerState::BusOff, None, Some(100)),
+                Tone::Error,
+                "bus-off, restarts by itself after 100 ms",
+            ),
+        ] {
+            assert_eq!(found, (tone, text.to_owned()));
+        }
+    }
 }

@@ -8,6 +8,7 @@ pub mod binding;
 pub mod fusion;
 pub mod lamp;
 pub mod output;
+pub mod raw_state;
 pub mod report;
 pub mod role_texts;
 pub mod sources;
