@@ -83,7 +83,7 @@ impl Modifiers {
     /// The text with the names replaced; `None` when the values are too long.
     fn replaced(&self, text: &str, left_bytes: &mut usize) -> Option<String> {
         let mut text = text.to_owned();
-        if self.not_chosen_in(&text).is_some() {
+        if self.first_not_chosen_in(&text).is_some() {
             return Some(text);
         }
         for Modifier { name, value, .. } in &self.0 {
@@ -96,7 +96,7 @@ impl Modifiers {
 
     /// The reason and the remedy why the value of a text is not known: a modifier in it that has several values.
     pub(super) fn not_chosen_in(&self, text: &str) -> Option<(String, String)> {
-        self.not_chosen().find(|modifier| text.contains(&modifier.name)).map(|modifier| {
+        self.first_not_chosen_in(text).map(|modifier| {
             let reason = format!("{} is a scenario modifier, which stands for several values", modifier.name);
             (reason, modifier.remedy())
         })
@@ -111,6 +111,10 @@ impl Modifiers {
                 modifier.remedy()
             )
         })
+    }
+
+    fn first_not_chosen_in(&self, text: &str) -> Option<&Modifier> {
+        self.not_chosen().find(|modifier| text.contains(&modifier.name))
     }
 
     fn not_chosen(&self) -> impl Iterator<Item = &Modifier> {

@@ -390,13 +390,10 @@ impl Decider {
         } else {
             // A route is planned from where the vehicle is.
             let before = self.lane.or_else(|| route.segments().first().map(|segment| segment.preferred));
-            let is_continuous = |lane| {
-                let between_m = before.and_then(|before| route.between_m(road, before, lane));
-                between_m.is_some_and(|between_m| between_m < MAX_STEP_M)
-            };
             let around = before.map(|before| route.around(road, before, MAX_STEP_M)).unwrap_or_default();
+            let is_continuous = |lane| around.binary_search(&lane).is_ok();
             // On a long route most of the lanelets are far away.
-            let surely = road.surely_current(around, ego, parameters.nearest);
+            let surely = road.surely_current(around.iter().copied(), ego, parameters.nearest);
             surely.or_else(|| road.current(route.lanes(), ego, parameters.nearest, is_continuous))
         };
         let current = current.ok_or(Finding::NoLaneAround)?;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
-use super::junction::{JunctionAhead, JunctionVerdict};
+use super::junction::JunctionAhead;
 use super::section::{Place, Section};
 use super::side::Side;
 use super::subject::Subject;
@@ -157,7 +157,7 @@ impl IntersectionMemory {
             announced.waits_since = None;
         }
         let junction = junction_ahead(context, turn, front_m, announced.is_shown);
-        let waits = junction.is_some_and(|junction| junction.verdict == JunctionVerdict::Waits);
+        let waits = junction.is_some_and(|junction| junction.waits());
         announced.is_shown |= !waits;
         // A vehicle that has backed up comes from farther away.
         let has_backed_up = before_m > announced.before_m && !context.quirks.ignores_height_and_continuity;

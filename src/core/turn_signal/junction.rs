@@ -67,6 +67,13 @@ pub struct JunctionRemark {
     pub law: Option<Arc<LegalDistance>>,
 }
 
+impl JunctionAhead {
+    /// Returns whether the signal waits until it is passed.
+    pub fn waits(&self) -> bool {
+        self.verdict == JunctionVerdict::Waits
+    }
+}
+
 impl JunctionRule {
     /// What becomes of a signal whose turn is so far ahead of the front, metres, at a speed; `seen_m` is the distance that it
     /// takes to be seen at any speed, metres.
@@ -148,10 +155,7 @@ impl JunctionRemark {
 impl fmt::Display for JunctionRemark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let OfferedWay { lane, side } = self.ahead.way;
-        let side = match side {
-            Side::Left => "left",
-            Side::Right => "right",
-        };
+        let side = side.name();
         let law = self.law.as_ref().map_or("the law", |legal| legal.law.as_str());
         match self.ahead.verdict {
             JunctionVerdict::Waits => {

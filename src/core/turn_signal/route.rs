@@ -115,14 +115,6 @@ impl Route {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
     }
 
-    /// Length of the preferred lanelets between two lanelets of the route, without their own, metres; `None` when one of them
-    /// is not on it.
-    pub fn between_m(&self, road: &LaneNetwork, one: LaneId, other: LaneId) -> Option<f64> {
-        let (one, other) = (*self.lanes.get(&one)?, *self.lanes.get(&other)?);
-        let between = self.segments.iter().take(one.max(other)).skip(one.min(other) + 1);
-        Some(between.filter_map(|segment| road.lane(segment.preferred)).map(Lane::length_m).sum())
-    }
-
     /// The lanelets of the segments with less than a distance, metres, of preferred lanelets between them and the one of a lanelet,
     /// ascending; none where it is not on the route.
     pub fn around(&self, road: &LaneNetwork, lane: LaneId, within_m: f64) -> Vec<LaneId> {
@@ -240,12 +232,17 @@ mod tests {
         let lengths_m = [5.0, 30.0, 4.0, 15.0, 2.0, 2.0, 40.0, 1.0];
         let road =
             LaneNetwork::new((1..).zip(lengths_m).map(|(id, length_m)| lane(id, length_m)), Vec::new());
-        let route = route(&[3, 1, 8, 2, 6, 4, 5, 7]).unwrap();
+        let order = [3, 1, 8, 2, 6, 4, 5, 7];
+        let route = route(&order).unwrap();
+        let between_m = |one: LaneId, other: LaneId| -> f64 {
+            let at = |lane| order.iter().position(|id| *id == lane).unwrap();
+            let (one, other) = (at(one).min(at(other)), at(one).max(at(other)));
+            let between = order[..other].iter().skip(one + 1);
+            between.map(|lane| road.lane(*lane).unwrap().length_m()).sum()
+        };
         for within_m in [0.0, 3.0, 20.0, 21.0, 100.0] {
             for lane in 1..=8 {
-                let is_around = |other: &LaneId| {
-                    route.between_m(&road, lane, *other).unwrap() < within_m || lane == *other
-                };
+                let is_around = |other: &LaneId| between_m(lane, *other) < within_m || lane == *other;
                 let expected: Vec<LaneId> = (1..=8).filter(is_around).collect();
                 assert_eq!(route.around(&road, lane, within_m), expected, "{lane} within {within_m} m");
             }

@@ -1,7 +1,7 @@
 //! A section record: the signal of one manoeuvre and the stretch it is for
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
-use super::junction::{JunctionAhead, JunctionVerdict};
+use super::junction::JunctionAhead;
 use super::side::Side;
 use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
@@ -80,7 +80,7 @@ impl Section {
 
     /// Returns whether it waits until a junction is passed.
     pub fn waits(&self) -> bool {
-        self.junction.is_some_and(|junction| junction.verdict == JunctionVerdict::Waits)
+        self.junction.is_some_and(|junction| junction.waits())
     }
 
     /// Returns whether it requests a side or the hazard lights.

@@ -29,11 +29,7 @@ pub enum Subject {
 impl Subject {
     /// Its name with the side that is signalled, such as `left turn on 111`; `None` when it is not named.
     pub fn name(self, turn: TurnCommand) -> Option<String> {
-        let side = match turn.side() {
-            Some(Side::Left) => "left",
-            Some(Side::Right) => "right",
-            None => "no side",
-        };
+        let side = turn.side().map_or("no side", Side::name);
         Some(match self {
             Self::Unnamed => return None,
             Self::Turn(lane) => format!("{side} turn on {lane}"),
