@@ -28,13 +28,13 @@ use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
 use signal_gateway::core::traffic_light::emission::{Emission, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::flow::FlowSettings;
+use signal_gateway::core::traffic_light::flow::LightsFlowSettings;
 use signal_gateway::core::traffic_light::output::TrafficLightOutput;
 use signal_gateway::core::traffic_light::scenario::{
-    Act, Action, Condition, Controller, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule,
-    Scenario, StateText, Test, Trigger,
+    Act, Action, Condition, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule, Scenario,
+    StateText, Test, TrafficSignalController, Trigger,
 };
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use signal_gateway::io::ros::messages::{CdrBytes, LightsEncoder, LightsMessage, LightsType};
 
 /// The largest ratio of the times for a few lights among 100,000 lights and among 10.
@@ -50,7 +50,7 @@ const GROUPS: usize = 1_000_000;
 const PHASES: [(&str, u64); 3] = [("green", 17), ("yellow", 3), ("red", 10)];
 /// The duration of all phases together: each light changes three times.
 const CYCLE: Duration = Duration::from_secs(30);
-const TRUTH: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
+const TRUTH: StoreId = StoreId { channel: LightChannel::Conventional, layer: StoreLayer::GroundTruth };
 
 /// One figure for each of the sizes, nanoseconds.
 struct Growth {
@@ -243,9 +243,9 @@ fn share_of_a_core(lights: usize, load_of: Load) -> Work {
     let cycle = CYCLE * load_of.slower.min(10);
     let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
     let apart = cycle / u32::try_from(lights / LIGHTS_PER_CROSSING).unwrap();
-    settings.traffic_lights = Some(FlowSettings {
+    settings.traffic_lights = Some(LightsFlowSettings {
         arbiter: load_of.arbiter.then(ArbiterSettings::default),
-        ..FlowSettings::new(self::settings(lights, phases, apart))
+        ..LightsFlowSettings::new(self::settings(lights, phases, apart))
     });
     let mut gateway = Gateway::new(settings, LinkState::Up, at(MonoTime::ZERO));
     let mut due = MonoTime::ZERO;
@@ -401,7 +401,7 @@ fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSett
             .map(|way_id| PhaseEntry { target: target(way_id), state: StateText::new(state) })
             .collect(),
     };
-    let controllers = (0..lights / LIGHTS_PER_CROSSING).map(|crossing| Controller {
+    let controllers = (0..lights / LIGHTS_PER_CROSSING).map(|crossing| TrafficSignalController {
         name: format!("crossing {crossing}"),
         reference: (crossing > 0).then(|| Reference {
             controller: ControllerIndex(0),
@@ -425,8 +425,8 @@ fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSett
     }
 }
 
-fn target(way_id: usize) -> Target {
-    Target { id: id(way_id), store: TRUTH }
+fn target(way_id: usize) -> SignalTarget {
+    SignalTarget { id: id(way_id), store: TRUTH }
 }
 
 fn id(number: usize) -> i64 {

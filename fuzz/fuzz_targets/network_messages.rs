@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
+use signal_gateway::core::traffic_light::target::{LightChannel, StoreLayer, StoreId};
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::link::FrameBuffer;
 use signal_gateway::io::ros::reception::Reception;
@@ -16,7 +16,7 @@ const WRITTEN: usize = 3;
 
 fuzz_target!(|data: &[u8]| {
     let Some((size, stream)) = data.split_first() else { return };
-    let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+    let store = StoreId { channel: LightChannel::V2i, layer: StoreLayer::GroundTruth };
     let kinds = [
         SubscriptionKind::Command,
         SubscriptionKind::Groups(store),

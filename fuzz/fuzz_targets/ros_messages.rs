@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::command::origin::SampleId;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
+use signal_gateway::core::traffic_light::target::{LightChannel, StoreLayer, StoreId};
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
 use signal_gateway::io::ros::reading::{Endian, read};
 use signal_gateway::io::ros::topics::SubscriptionKind;
@@ -27,7 +27,7 @@ const KINDS: [SubscriptionKind; 17] = [
     SubscriptionKind::HazardCommand,
     SubscriptionKind::ControlMode,
     SubscriptionKind::Command,
-    SubscriptionKind::Groups(StoreId { channel: Channel::V2i, layer: Layer::Detected }),
+    SubscriptionKind::Groups(StoreId { channel: LightChannel::V2i, layer: StoreLayer::Detected }),
     SubscriptionKind::Camera,
     SubscriptionKind::Clock,
     SubscriptionKind::ModifiedGoal,

@@ -15,7 +15,7 @@ use crate::core::diagnostics::{Diagnostics, Level};
 use crate::core::gateway::event::Output;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::traffic_light::emission::{Content, Emission, LightsTopic};
+use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::validation::observation::{Observations, Unused};
@@ -210,7 +210,7 @@ impl TimelineCollector {
     }
 
     fn lights(&mut self, emission: &Emission, at: MonoTime) {
-        let Content::Groups(groups) = &emission.content else { return };
+        let LightsContent::Groups(groups) = &emission.content else { return };
         for group in groups.iter() {
             let key =
                 (Group::TrafficLights, 0, format!("{} {}", topic_name(emission.topic), group.relation_id));

@@ -2,7 +2,7 @@
 
 use super::Report;
 use crate::config::Settings;
-use crate::core::traffic_light::v2i_reception::binding::{Group, V2iBinding, V2iStates};
+use crate::core::traffic_light::v2i_reception::binding::{BoundGroup, V2iBinding, V2iStates};
 use crate::core::validation::display::role_texts;
 use crate::core::validation::table::Role;
 
@@ -41,7 +41,7 @@ pub(super) fn notes(settings: &Settings) -> Vec<String> {
     parts.chain(lost).collect()
 }
 
-fn one_group(binding: &V2iBinding, group: &Group, heading: &str, what: &str, report: &mut Report) {
+fn one_group(binding: &V2iBinding, group: &BoundGroup, heading: &str, what: &str, report: &mut Report) {
     report.line(heading, what);
     values(binding, &group.state, "v2i", |bulbs| bulbs.to_string(), report);
     if let Some(confidence) = &group.confidence {

@@ -23,8 +23,8 @@ use crate::core::time::MonoTime;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::event_log::ScenarioOutcome;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::desk::lights::run::Run;
-use crate::desk::lights::span::Span;
+use crate::desk::lights::run::ScenarioRun;
+use crate::desk::lights::span::RunLength;
 use crate::report::Form;
 use crate::report::lights::chart::LightsChart;
 use crate::report::lights::{LightsWriter, Style};
@@ -146,8 +146,8 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     }
     file.not_interpreted.iter().for_each(|part| messages::note(&part.to_string()));
     let span = match args.until {
-        Some(until) => Span { until, why: "given by --until" },
-        None => Span::of(&file.scenario),
+        Some(until) => RunLength { until, why: "given by --until" },
+        None => RunLength::of(&file.scenario),
     };
     let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, args.compat);
     settings.frame_rate = args.frame_rate;
@@ -156,7 +156,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     settings.copy_on_enable = args.copy_on_enable.unwrap_or(settings.copy_on_enable);
     settings.one_group_per_head = args.one_group_per_head.unwrap_or(settings.one_group_per_head);
 
-    let mut run = Run::new(settings, span.until);
+    let mut run = ScenarioRun::new(settings, span.until);
     let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map));
     let style = if messages::layout(&io::stdout()).has_color { Style::Colored } else { Style::Plain };
     let mut writer = LightsWriter::new(Form::json_if(args.json), style);

@@ -292,7 +292,7 @@ mod tests {
     use crate::core::compat::Compat;
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
-    use crate::core::traffic_light::emission::{Content, GroupState, LightsTopic};
+    use crate::core::traffic_light::emission::{GroupState, LightsContent, LightsTopic};
     use crate::io::ros::messages::LightsType;
     use crate::io::ros::topics::LightsTopicSettings;
 
@@ -342,7 +342,7 @@ mod tests {
         let timeline = timeline(Topics { lights, ..Topics::default() });
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
-            let (stamp, content) = (WallStamp::from_nanos(3), Content::groups(groups));
+            let (stamp, content) = (WallStamp::from_nanos(3), LightsContent::groups(groups));
             Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
         };
         let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;

@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 use serde_json::{Value, json};
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::traffic_light::command::parse_command;
-use signal_gateway::core::traffic_light::scenario::{Controller, Phase};
+use signal_gateway::core::traffic_light::scenario::{Phase, TrafficSignalController};
 
 const GROUPS: &str = "[groups]\n100 = [11, 12]\n200 = [21]\n[[controller]]\nname = \"A\"\n";
 const BY_THE_SECOND: [&str; 6] = ["--frame-rate", "1", "--first-frame", "0", "--v2i-rate", "1"];
@@ -192,7 +192,7 @@ fn commands_of_the_documentation_are_commands() {
         .collect();
     assert_eq!(commands.len(), 11);
     let stop = Phase { name: "stop".to_owned(), duration: None, entries: Vec::new() };
-    let main = Controller { name: "main road".to_owned(), reference: None, phases: vec![stop] };
+    let main = TrafficSignalController { name: "main road".to_owned(), reference: None, phases: vec![stop] };
     for command in commands {
         parse_command(&command, std::slice::from_ref(&main), Compat::Improved).unwrap();
     }

@@ -22,14 +22,14 @@ use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
-use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
+use signal_gateway::core::traffic_light::emission::{LightsContent, LightsTopic};
 use signal_gateway::core::traffic_light::engine::LightsSettings;
-use signal_gateway::core::traffic_light::flow::FlowSettings;
+use signal_gateway::core::traffic_light::flow::LightsFlowSettings;
 use signal_gateway::core::traffic_light::output::TrafficLightOutput;
 use signal_gateway::core::traffic_light::scenario::{
-    Action, Controller, Phase, PhaseEntry, Scenario, StateText,
+    Action, Phase, PhaseEntry, Scenario, StateText, TrafficSignalController,
 };
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
 use signal_gateway::core::validation::integrity::e2e::{E2e, Profile};
@@ -211,9 +211,9 @@ fn flashing_lamps_of_several_sources_allocate_nothing() {
 fn ten_thousand_lights() -> LightsSettings {
     let group = |id| GroupEntry::new(1_000_000 + id, [id]);
     let groups: Vec<_> = (0..10_000).map(group).collect();
-    let store = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
-    let entry = |id| PhaseEntry { target: Target { id, store }, state: StateText::new("red") };
-    let controller = |first: i64| Controller {
+    let store = StoreId { channel: LightChannel::Conventional, layer: StoreLayer::GroundTruth };
+    let entry = |id| PhaseEntry { target: SignalTarget { id, store }, state: StateText::new("red") };
+    let controller = |first: i64| TrafficSignalController {
         name: first.to_string(),
         reference: None,
         phases: vec![Phase {
@@ -237,9 +237,9 @@ fn ten_thousand_lights() -> LightsSettings {
 #[test]
 fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
     let mut settings = demo().gateway;
-    settings.traffic_lights = Some(FlowSettings {
+    settings.traffic_lights = Some(LightsFlowSettings {
         arbiter: Some(ArbiterSettings::default()),
-        ..FlowSettings::new(ten_thousand_lights())
+        ..LightsFlowSettings::new(ten_thousand_lights())
     });
     let period = settings.diagnostics_period;
     let now = |mono| Now { mono, wall: WallStamp::default() };
@@ -264,7 +264,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
             while let Some(output) = gateway.poll_output() {
                 let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output else { continue };
                 messages += 1;
-                if let Content::Groups(list) = &emission.content {
+                if let LightsContent::Groups(list) = &emission.content {
                     groups += list.len();
                 }
             }

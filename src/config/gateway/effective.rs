@@ -19,7 +19,7 @@ use crate::core::can::bus::BusSettings;
 use crate::core::command::settings::CommandSettings;
 use crate::core::gateway::configuration::EffectiveConfiguration;
 use crate::core::traffic_light::engine::LightsSettings;
-use crate::core::traffic_light::flow::FlowSettings as LightsFlow;
+use crate::core::traffic_light::flow::LightsFlowSettings as LightsFlow;
 use crate::core::turn_signal::decider::Settings as DeciderSettings;
 use crate::core::turn_signal::flow::{FlowSettings as DeciderFlow, Role};
 use crate::core::validation::table::SignalTable;

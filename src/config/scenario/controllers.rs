@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::naming::listed;
-use super::reader::Reader;
+use super::reader::ScenarioReader;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::location::Location;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{
-    Controller, ControllerIndex, Phase, PhaseEntry, Reference, upstream_cycle_s,
+    ControllerIndex, Phase, PhaseEntry, Reference, TrafficSignalController, upstream_cycle_s,
 };
 
 /// Cycle times that differ by less are equal, s.
@@ -34,7 +34,10 @@ pub(super) struct PhaseDraft {
 }
 
 /// Resolves the references of the controllers to each other, and checks them.
-pub(super) fn resolve(reader: &Reader<'_>, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
+pub(super) fn resolve(
+    reader: &ScenarioReader<'_>,
+    drafts: Vec<ControllerDraft>,
+) -> Vec<TrafficSignalController> {
     let mut by_name = BTreeMap::new();
     for (index, draft) in drafts.iter().enumerate() {
         let first = *by_name.entry(draft.name.as_str()).or_insert(index);
@@ -52,7 +55,7 @@ pub(super) fn resolve(reader: &Reader<'_>, drafts: Vec<ControllerDraft>) -> Vec<
 }
 
 fn reference(
-    reader: &Reader<'_>,
+    reader: &ScenarioReader<'_>,
     draft: &ControllerDraft,
     drafts: &[ControllerDraft],
     by_name: &BTreeMap<&str, usize>,
@@ -80,7 +83,7 @@ fn reference(
         reader.refuse(&name.location, format!("no controller is called {:?}", name.text), &known);
         return None;
     };
-    let (own, other) = (Cycle::of(draft), Cycle::of(followed));
+    let (own, other) = (CycleTime::of(draft), CycleTime::of(followed));
     if !own.equals(&other, reader.compat) {
         let reason = format!(
             "the cycle of {:?} takes {} and that of {:?} takes {}",
@@ -96,7 +99,7 @@ fn reference(
 }
 
 /// Refuses controllers that follow themselves, directly or indirectly: they would never begin.
-fn refuse_circles(reader: &Reader<'_>, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
+fn refuse_circles(reader: &ScenarioReader<'_>, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
     let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
     // The start from which each was first reached: one that is reached again from the same start is in a circle.
     let mut reached_from = vec![None; drafts.len()];
@@ -116,7 +119,7 @@ fn refuse_circles(reader: &Reader<'_>, drafts: &[ControllerDraft], references: &
     }
 }
 
-fn finish(draft: ControllerDraft, reference: Option<Reference>) -> Controller {
+fn finish(draft: ControllerDraft, reference: Option<Reference>) -> TrafficSignalController {
     let phase = |PhaseDraft { name, seconds, entries }| Phase {
         name,
         // Checked when it was read: infinite, or within the limits, or negative.
@@ -124,16 +127,16 @@ fn finish(draft: ControllerDraft, reference: Option<Reference>) -> Controller {
         entries,
     };
     let phases = draft.phases.into_iter().map(phase).collect();
-    Controller { name: draft.name, reference, phases }
+    TrafficSignalController { name: draft.name, reference, phases }
 }
 
 /// The duration of a cycle, exact and as upstream counts it.
-struct Cycle {
+struct CycleTime {
     exact_s: f64,
     truncated_s: i32,
 }
 
-impl Cycle {
+impl CycleTime {
     fn of(draft: &ControllerDraft) -> Self {
         let seconds = draft.phases.iter().map(|phase| phase.seconds);
         Self { exact_s: seconds.clone().sum(), truncated_s: upstream_cycle_s(seconds) }

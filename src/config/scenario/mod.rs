@@ -31,7 +31,7 @@ use crate::config::reading::value::Kind;
 use crate::config::reading::xml_text::from_xml;
 use crate::config::reading::yaml_text::from_yaml;
 use modifiers::Modifiers;
-use reader::{Reader, SEE};
+use reader::{SEE, ScenarioReader};
 
 /// Reads a scenario, by path or built-in name; its form follows from the file's extension, or else from its content.
 ///
@@ -46,13 +46,13 @@ pub fn read(
     let path = &named_file::find_here(BuiltIn::Scenario, files, path);
     let missing = BuiltIn::Scenario.did_you_mean(path, "give the path of a scenario");
     let text = FileKind::Scenario.read(files, path, &missing)?.not_blank()?;
-    let form = Form::of(path, &text.content)?;
+    let form = ScenarioForm::of(path, &text.content)?;
     let checker = Checker::new(&text.file, SEE);
-    let mut reader = Reader::new(&checker, &options);
+    let mut reader = ScenarioReader::new(&checker, &options);
     let mut file = match form {
-        Form::Xml => open_scenario::interpret(&from_xml(&text)?, &mut reader),
-        Form::Toml => bench::interpret(&from_toml(&text, SEE)?, &mut reader),
-        Form::Yaml => {
+        ScenarioForm::Xml => open_scenario::interpret(&from_xml(&text)?, &mut reader),
+        ScenarioForm::Toml => bench::interpret(&from_toml(&text, SEE)?, &mut reader),
+        ScenarioForm::Yaml => {
             let value = from_yaml(&text)?;
             let entries = checker.entries(&value, "give OpenSCENARIO in YAML");
             let (roots, others): (Vec<_>, Vec<_>) =
@@ -93,7 +93,7 @@ pub fn read(
         let reason = format!("no scenario modifier is called {unknown:?}");
         checker.adopt(vec![Problem::whole_file(&text.file, reason, reader.modifiers.listed())]);
     }
-    let Reader { mut not_interpreted, mut ids, .. } = reader;
+    let ScenarioReader { mut not_interpreted, mut ids, .. } = reader;
     not_interpreted.sort_by_key(|part| part.location.position);
     ids.sort_by_key(|used| used.location.position);
     (file.not_interpreted, file.ids) = (not_interpreted, ids);
@@ -101,13 +101,13 @@ pub fn read(
 }
 
 /// The notation of a scenario file.
-enum Form {
+enum ScenarioForm {
     Xml,
     Yaml,
     Toml,
 }
 
-impl Form {
+impl ScenarioForm {
     /// By the extension; where that says nothing, as of standard input, by the content.
     fn of(path: &Path, content: &str) -> Result<Self, Problem> {
         let extension = path.extension().and_then(|extension| extension.to_str());

@@ -12,12 +12,14 @@ use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::location::{Location, line};
 use crate::config::reading::value::Value;
 use crate::core::compat::Compat;
-use crate::core::traffic_light::bulb::{Bulb, Status};
+use crate::core::traffic_light::bulb::{Bulb, BulbStatus};
 use crate::core::traffic_light::command::RATES_HZ;
-use crate::core::traffic_light::scenario::{Action, Controller, ControllerIndex, StateText, Test};
+use crate::core::traffic_light::scenario::{
+    Action, ControllerIndex, StateText, Test, TrafficSignalController,
+};
 use crate::core::traffic_light::signal_id::parse_id;
-use crate::core::traffic_light::state_check::{Writer, check_state};
-use crate::core::traffic_light::target::{StoreId, Target};
+use crate::core::traffic_light::state_check::{StateWriter, check_state};
+use crate::core::traffic_light::target::{SignalTarget, StoreId};
 
 /// The document that explains the keys of our own form.
 pub(super) const SEE: &str = "config/scenarios/bench.toml";
@@ -44,7 +46,7 @@ impl From<Compat> for ReadOptions {
 }
 
 /// Reads the texts of one file, and collects what it names and what is left out.
-pub(super) struct Reader<'c> {
+pub(super) struct ScenarioReader<'c> {
     pub(super) checker: &'c Checker,
     pub(super) compat: Compat,
     pub(super) options: &'c ReadOptions,
@@ -54,7 +56,7 @@ pub(super) struct Reader<'c> {
     pub(super) modifiers: Modifiers,
 }
 
-impl<'c> Reader<'c> {
+impl<'c> ScenarioReader<'c> {
     pub(super) fn new(checker: &'c Checker, options: &'c ReadOptions) -> Self {
         Self {
             checker,
@@ -88,10 +90,10 @@ impl<'c> Reader<'c> {
     }
 
     /// Reads an id with or without a channel, such as `34802 v2i`.
-    pub(super) fn target(&mut self, given: &LocatedText) -> Option<Target> {
+    pub(super) fn target(&mut self, given: &LocatedText) -> Option<SignalTarget> {
         let target = self.checker.accept(
             &given.location,
-            Target::parse(&given.text),
+            SignalTarget::parse(&given.text),
             "write it as 34802 or 34802 v2i",
         )?;
         self.use_id(&given.location, target.id);
@@ -100,14 +102,14 @@ impl<'c> Reader<'c> {
 
     /// Reads a target of which upstream takes a plain id only
     /// (docs/spec/traffic-lights.md, "Signal ids"): so does upstream mode.
-    pub(super) fn upstream_plain_target(&mut self, given: &LocatedText) -> Option<Target> {
+    pub(super) fn upstream_plain_target(&mut self, given: &LocatedText) -> Option<SignalTarget> {
         match self.compat {
             Compat::Improved => self.target(given),
             Compat::Upstream => {
                 let remedy = "upstream takes a plain id here: remove the channel, or choose compat improved";
                 let id = self.checker.accept(&given.location, parse_id(&given.text), remedy)?;
                 self.use_id(&given.location, id);
-                Some(Target { id, store: StoreId::CONVENTIONAL })
+                Some(SignalTarget { id, store: StoreId::CONVENTIONAL })
             }
         }
     }
@@ -125,7 +127,12 @@ impl<'c> Reader<'c> {
     }
 
     /// Reads a state to be written.
-    pub(super) fn state(&mut self, target: Target, given: &LocatedText, writer: Writer) -> Option<StateText> {
+    pub(super) fn state(
+        &mut self,
+        target: SignalTarget,
+        given: &LocatedText,
+        writer: StateWriter,
+    ) -> Option<StateText> {
         let state = self.state_text(target.id, given)?;
         let checked = check_state(target.store, &state, writer, self.compat);
         self.checker.accept(&given.location, checked, "")?;
@@ -167,14 +174,19 @@ impl<'c> Reader<'c> {
         &mut self,
         target: Option<LocatedText>,
         state: Option<LocatedText>,
-        writer: Writer,
-    ) -> Option<(Target, StateText)> {
+        writer: StateWriter,
+    ) -> Option<(SignalTarget, StateText)> {
         let target = self.target(&target?)?;
         Some((target, self.state(target, &state?, writer)?))
     }
 
     /// Reads the test of a state; empty and `none` are dark. Upstream reads the text when it compares.
-    pub(super) fn state_test(&mut self, target: Target, given: &LocatedText, exact: bool) -> Option<Test> {
+    pub(super) fn state_test(
+        &mut self,
+        target: SignalTarget,
+        given: &LocatedText,
+        exact: bool,
+    ) -> Option<Test> {
         if given.text.is_empty() || given.text == "none" {
             return Some(Test::State { target, state: None, exact });
         }
@@ -269,7 +281,7 @@ impl<'c> Reader<'c> {
     /// Finds a controller and one of its phases; upstream looks the phase up when it is needed.
     pub(super) fn phase_of(
         &self,
-        controllers: &[Controller],
+        controllers: &[TrafficSignalController],
         name: &LocatedText,
         phase: &LocatedText,
     ) -> Option<(ControllerIndex, String)> {
@@ -292,7 +304,7 @@ impl<'c> Reader<'c> {
 /// The status of a bulb by its position, in ASAM's notation.
 struct PositionStatus {
     /// The status that is shown; `None` for a bulb that is off.
-    status: Option<Status>,
+    status: Option<BulbStatus>,
     /// The difference between what is written and what is shown.
     difference: Option<&'static str>,
 }
@@ -302,11 +314,11 @@ fn statuses(text: &str) -> Option<Vec<PositionStatus>> {
     let is_asam = text.contains(';') || ["on", "off", "counting", "other"].contains(&text.trim());
     let status = |part: &str| {
         let (status, difference) = match part.trim() {
-            "on" => (Some(Status::SolidOn), None),
-            "flashing" => (Some(Status::Flashing), None),
+            "on" => (Some(BulbStatus::SolidOn), None),
+            "flashing" => (Some(BulbStatus::Flashing), None),
             "off" => (None, None),
             "counting" => {
-                (Some(Status::SolidOn), Some("it is `counting`, and shown as on without its number"))
+                (Some(BulbStatus::SolidOn), Some("it is `counting`, and shown as on without its number"))
             }
             "other" => (None, Some("it is `other`, which no message has, and shown as off")),
             _ => return None,

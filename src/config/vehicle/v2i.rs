@@ -6,10 +6,10 @@ use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Location;
 use crate::config::reading::value::Kind;
-use crate::core::traffic_light::bulb::{BulbSet, Shape};
+use crate::core::traffic_light::bulb::{BulbSet, BulbShape};
 use crate::core::traffic_light::text::parse_bulbs;
 use crate::core::traffic_light::v2i_reception::binding::{
-    Confidence, Cycle, Group, GroupKey, V2iSource, V2iStates,
+    BoundGroup, Confidence, CyclingMessage, GroupKey, V2iSource, V2iStates,
 };
 use crate::core::traffic_light::v2i_reception::movement_phase::movement_phase_states;
 use crate::core::validation::meaning::{Meaning, RawRange};
@@ -51,7 +51,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<i64>) -> O
         fields.set_form("with `id`");
         let arrow = fields.string("arrow");
         let state = states(binder, fields, arrow.as_ref());
-        V2iStates::Single(Group { id: id(fields, ids)?, state: state?, confidence })
+        V2iStates::Single(BoundGroup { id: id(fields, ids)?, state: state?, confidence })
     } else if CYCLE_KEYS.iter().any(|key| fields.has(key)) {
         fields.set_form("without `id`");
         V2iStates::Cycling(cycle(binder, fields, confidence.as_ref(), ids)?)
@@ -87,7 +87,7 @@ fn states(
     let mut meanings: Meanings<BulbSet> = Vec::new();
     match &value.kind {
         Kind::Scalar { text, is_quoted: true } if text == "movement_phase_state" => {
-            let protected = arrow.map_or(Some(Shape::Circle), |arrow| arrow_shape(binder, arrow))?;
+            let protected = arrow.map_or(Some(BulbShape::Circle), |arrow| arrow_shape(binder, arrow))?;
             meanings.extend(movement_phase_states(protected).map(|(number, meaning)| {
                 (RawValues::one(RawRange::single(number), &value.location), meaning)
             }));
@@ -141,12 +141,12 @@ fn bulbs(binder: &Binder<'_>, text: &str, at: &Location) -> Option<BulbSet> {
     None
 }
 
-fn arrow_shape(binder: &Binder<'_>, given: &LocatedText) -> Option<Shape> {
-    let shape: Option<Shape> = given.text.parse().ok();
+fn arrow_shape(binder: &Binder<'_>, given: &LocatedText) -> Option<BulbShape> {
+    let shape: Option<BulbShape> = given.text.parse().ok();
     let arrow = shape.filter(|shape| shape.is_arrow());
     if arrow.is_none() {
-        let arrows = Shape::ALL.into_iter().filter(|shape| shape.is_arrow());
-        let names: Vec<_> = arrows.map(Shape::name).collect();
+        let arrows = BulbShape::ALL.into_iter().filter(|shape| shape.is_arrow());
+        let names: Vec<_> = arrows.map(BulbShape::name).collect();
         let reason = format!("{:?} is not an arrow", given.text);
         binder.refuse(&given.location, reason, &format!("use one of {}", names.join(", ")));
     }
@@ -174,7 +174,7 @@ fn cycle(
     fields: &Fields<'_>,
     confidence: Option<&Confidence>,
     ids: &mut Vec<i64>,
-) -> Option<Cycle> {
+) -> Option<CyclingMessage> {
     let is_complete = fields.require(CYCLE_KEYS, FORMS);
     if fields.value("arrow").is_some() {
         let remedy = "move it into the entries of `groups`";
@@ -198,7 +198,7 @@ fn cycle(
     let confidence_at = fields.section("confidence").at("signal");
     in_frame.extend(confidence.map(|bound| (bound.role.signal, confidence_at)));
     in_every_frame(binder, binder.signals[state.signal.0].message, &in_frame);
-    let mut groups: Vec<(GroupKey, Group)> = Vec::new();
+    let mut groups: Vec<(GroupKey, BoundGroup)> = Vec::new();
     for entry in entries {
         entry.require(&["intersection", "group", "id"], "");
         let number = |key, (lowest, highest): (i128, i128), name: &str| {
@@ -226,10 +226,10 @@ fn cycle(
             Some(arrow) => states(binder, fields, Some(&arrow)),
         };
         let Some(state) = state else { continue };
-        groups.push((key, Group { id, state, confidence: confidence.cloned() }));
+        groups.push((key, BoundGroup { id, state, confidence: confidence.cloned() }));
     }
     groups.sort_by_key(|(key, _)| *key);
-    Some(Cycle { intersection, group, groups, timeout })
+    Some(CyclingMessage { intersection, group, groups, timeout })
 }
 
 /// Refuses signals that do not come in each frame of the message, beside the state.

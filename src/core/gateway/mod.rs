@@ -29,7 +29,7 @@ use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::light_command::EnumOrUnknown;
 use crate::core::time::{MonoTime, Now};
-use crate::core::traffic_light::flow::FlowSettings;
+use crate::core::traffic_light::flow::LightsFlowSettings;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
 use crate::core::turn_signal::flow::FlowSettings as DeciderSettings;
 use crate::core::turn_signal::output::TurnSignalOutput;
@@ -64,7 +64,7 @@ pub struct GatewaySettings {
     /// The binding of the vehicle profile for traffic-light states from the network.
     pub v2i: V2iBinding,
     /// Traffic lights; without them, what `v2i` binds is not used.
-    pub traffic_lights: Option<FlowSettings>,
+    pub traffic_lights: Option<LightsFlowSettings>,
     /// The turn signal decider; without it, its topics are not used.
     pub turn_signal: Option<DeciderSettings>,
     /// Commands to the vehicle, with the binding of the vehicle profile; without them no command is used.

@@ -12,7 +12,7 @@ use super::emission::{GroupState, Groups};
 use super::incremental_update::update;
 use crate::core::map::light_map::LightMap;
 use inputs::{Network, Perceived};
-use selection::{Sides, select};
+use selection::{GroupSides, select};
 
 mod inputs;
 #[cfg(test)]
@@ -167,7 +167,7 @@ impl Arbiter {
         for relation_id in changed {
             let Some(is_pedestrian) = self.map.get(&relation_id) else { continue };
             let perception = if is_timely { self.perceived.of(relation_id) } else { &[] };
-            let sides = Sides { perception, external: self.network.of(relation_id) };
+            let sides = GroupSides { perception, external: self.network.of(relation_id) };
             let group = (!sides.is_empty()).then(|| {
                 Arc::new(GroupState {
                     relation_id,

@@ -1,6 +1,6 @@
 //! The generations of Autoware and their messages (docs/spec/traffic-lights.md, "Architectures").
 
-use super::quirks::UpstreamQuirks;
+use super::quirks::LightQuirks;
 
 /// The text before the date.
 const PREFIX: &str = "awf/universe/";
@@ -12,16 +12,16 @@ const GROUPS: u32 = 20_240_605;
 /// The type of a message with traffic lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LightsType {
-    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`Content::Lights`](super::emission::Content::Lights).
+    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`LightsContent::Lights`](super::emission::Content::Lights).
     ArrayV1,
-    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`Content::Groups`](super::emission::Content::Groups).
+    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`LightsContent::Groups`](super::emission::Content::Groups).
     SignalArray,
     /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for
-    /// [`Content::Groups`](super::emission::Content::Groups).
+    /// [`LightsContent::Groups`](super::emission::Content::Groups).
     GroupArray,
-    /// `visualization_msgs/msg/MarkerArray`, for [`Content::Markers`](super::emission::Content::Markers).
+    /// `visualization_msgs/msg/MarkerArray`, for [`LightsContent::Markers`](super::emission::Content::Markers).
     MarkerArray,
-    /// `rosgraph_msgs/msg/Clock`, for [`Content::Clock`](super::emission::Content::Clock).
+    /// `rosgraph_msgs/msg/Clock`, for [`LightsContent::Clock`](super::emission::Content::Clock).
     Clock,
 }
 
@@ -67,7 +67,7 @@ pub enum ArchitectureError {
 impl Architecture {
     /// Reads an architecture: by its date, or in upstream mode by the order of texts (Q18), which takes any text and
     /// refuses topics instead.
-    pub fn parse(text: &str, quirks: impl Into<UpstreamQuirks>) -> Result<Self, ArchitectureError> {
+    pub fn parse(text: &str, quirks: impl Into<LightQuirks>) -> Result<Self, ArchitectureError> {
         let generation = if quirks.into().sorts_architectures { sorted(text) } else { dated(text)? };
         Ok(Self { text: text.to_owned(), generation })
     }

@@ -22,7 +22,7 @@ pub enum Color {
 
 /// The status of a lamp. Its number counts from 0, and is the second byte of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Status {
+pub enum BulbStatus {
     /// Light comes out all the time.
     SolidOn,
     /// No light comes out.
@@ -36,7 +36,7 @@ pub enum Status {
 /// The shape of a lamp, with its number in the sort key: the directions of an arrow (left 8, down 4, up 2,
 /// right 1) in the high byte, the kind of shape (circle 0, cross 1, arrow 2, unknown 3) in the low one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Shape {
+pub enum BulbShape {
     /// A disc, the usual shape.
     Circle = 0x0000,
     /// A cross, as for a closed lane.
@@ -66,7 +66,7 @@ impl Color {
     pub const ALL: [Self; 5] = [Self::Green, Self::Yellow, Self::Red, Self::White, Self::Unknown];
 }
 
-impl Status {
+impl BulbStatus {
     /// All statuses, in the order of their numbers.
     pub const ALL: [Self; 4] = [Self::SolidOn, Self::SolidOff, Self::Flashing, Self::Unknown];
 
@@ -79,7 +79,7 @@ impl Status {
     }
 }
 
-impl Shape {
+impl BulbShape {
     /// All shapes, in the order of their numbers.
     pub const ALL: [Self; 11] = [
         Self::Circle,
@@ -107,9 +107,9 @@ pub struct Bulb {
     /// Colour of the light.
     pub color: Color,
     /// The way in which light comes out, or none.
-    pub status: Status,
+    pub status: BulbStatus,
     /// Outline of the lamp.
-    pub shape: Shape,
+    pub shape: BulbShape,
 }
 
 impl Bulb {
@@ -120,14 +120,14 @@ impl Bulb {
 
     /// Its bit in a [`BulbSet`]: bulbs are numbered in the order of their keys.
     fn position(self) -> usize {
-        let shape = Shape::ALL.iter().position(|shape| *shape == self.shape).unwrap_or_default();
-        (self.color as usize * Status::ALL.len() + self.status as usize) * Shape::ALL.len() + shape
+        let shape = BulbShape::ALL.iter().position(|shape| *shape == self.shape).unwrap_or_default();
+        (self.color as usize * BulbStatus::ALL.len() + self.status as usize) * BulbShape::ALL.len() + shape
     }
 
     const fn at(position: usize) -> Self {
-        let (rest, shape) = (position / Shape::ALL.len(), position % Shape::ALL.len());
-        let (color, status) = (rest / Status::ALL.len(), rest % Status::ALL.len());
-        Self { color: Color::ALL[color], status: Status::ALL[status], shape: Shape::ALL[shape] }
+        let (rest, shape) = (position / BulbShape::ALL.len(), position % BulbShape::ALL.len());
+        let (color, status) = (rest / BulbStatus::ALL.len(), rest % BulbStatus::ALL.len());
+        Self { color: Color::ALL[color], status: BulbStatus::ALL[status], shape: BulbShape::ALL[shape] }
     }
 }
 
@@ -184,7 +184,8 @@ impl BulbSet {
     /// Returns whether a red and a green circle are lit. A red circle with a green arrow is usual.
     pub fn is_contradictory(self) -> bool {
         let shows = |color| {
-            self.iter().any(|bulb| bulb.color == color && bulb.shape == Shape::Circle && bulb.status.is_lit())
+            self.iter()
+                .any(|bulb| bulb.color == color && bulb.shape == BulbShape::Circle && bulb.status.is_lit())
         };
         shows(Color::Red) && shows(Color::Green)
     }
@@ -227,8 +228,8 @@ mod tests {
 
     fn all() -> impl Iterator<Item = Bulb> {
         Color::ALL.into_iter().flat_map(|color| {
-            Status::ALL.into_iter().flat_map(move |status| {
-                Shape::ALL.into_iter().map(move |shape| Bulb { color, status, shape })
+            BulbStatus::ALL.into_iter().flat_map(move |status| {
+                BulbShape::ALL.into_iter().map(move |shape| Bulb { color, status, shape })
             })
         })
     }
@@ -255,9 +256,9 @@ mod tests {
 
     #[test]
     fn sets_print_in_canonical_order_whatever_the_order_of_insertion() {
-        let bulb = |color, shape| Bulb { color, status: Status::SolidOn, shape };
+        let bulb = |color, shape| Bulb { color, status: BulbStatus::SolidOn, shape };
         let set: BulbSet =
-            [bulb(Color::Red, Shape::Circle), bulb(Color::Green, Shape::Right)].into_iter().collect();
+            [bulb(Color::Red, BulbShape::Circle), bulb(Color::Green, BulbShape::Right)].into_iter().collect();
         assert_eq!(set.to_string(), "green solidOn right, red solidOn circle");
         assert_eq!(BulbSet::EMPTY.to_string(), "");
     }

@@ -1,6 +1,6 @@
 //! Counts of lights for diagnostics, kept up to date with each change.
 
-use super::bulb::{BulbSet, Color, Status};
+use super::bulb::{BulbSet, BulbStatus, Color};
 
 /// Counts of the lights of a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,7 +21,7 @@ impl BulbCounts {
         let Some(bulbs) = bulbs else { return Self::default() };
         let is_lit = bulbs.iter().any(|bulb| bulb.status.is_lit());
         let is_unknown =
-            bulbs.iter().any(|bulb| bulb.color == Color::Unknown || bulb.status == Status::Unknown);
+            bulbs.iter().any(|bulb| bulb.color == Color::Unknown || bulb.status == BulbStatus::Unknown);
         Self {
             lights: 1,
             dark: u32::from(!is_lit),

@@ -5,11 +5,11 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use super::quirks::UpstreamQuirks;
-use super::scenario::{Action, Controller, ControllerIndex, StateText};
+use super::quirks::LightQuirks;
+use super::scenario::{Action, ControllerIndex, StateText, TrafficSignalController};
 use super::signal_id::{SignalIdError, parse_id};
-use super::state_check::{StateError, Writer, check_state};
-use super::target::{StoreId, Target};
+use super::state_check::{StateError, StateWriter, check_state};
+use super::target::{SignalTarget, StoreId};
 use super::text::{is_blank, printable};
 use crate::core::near_miss::mistyped;
 
@@ -115,8 +115,8 @@ pub enum FormError {
 /// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream mode only where upstream does.
 pub fn parse_command(
     text: &str,
-    controllers: &[Controller],
-    quirks: impl Into<UpstreamQuirks>,
+    controllers: &[TrafficSignalController],
+    quirks: impl Into<LightQuirks>,
 ) -> Result<Action, CommandError> {
     let quirks = quirks.into();
     let text = text.trim_end_matches(is_blank);
@@ -140,7 +140,7 @@ pub fn parse_command(
             Ok(Action::SetState { target, state: state_for(target.store, state, quirks)? })
         }
         (Command::EnterPhase, [controller, phase]) => enter_phase(controller, phase, controllers, quirks),
-        (Command::Clear, [target]) => Ok(Action::Clear { target: Target::parse(target)? }),
+        (Command::Clear, [target]) => Ok(Action::Clear { target: SignalTarget::parse(target)? }),
         (Command::SetV2iState, [id, state]) => set_v2i_state(id, state, None, quirks),
         (Command::SetV2iState, [id, state, rate]) => set_v2i_state(id, state, Some(rate), quirks),
         (Command::SetV2iRate, [rate]) => Ok(Action::SetV2iRate { rate_hz: rate_in(rate)? }),
@@ -191,7 +191,7 @@ fn set_v2i_state(
     id: &str,
     state: &str,
     rate: Option<&str>,
-    quirks: UpstreamQuirks,
+    quirks: LightQuirks,
 ) -> Result<Action, CommandError> {
     let (id, state) = (parse_id(id)?, state_for(StoreId::V2I, state, quirks)?);
     Ok(Action::SetV2iState { id, state, rate_hz: rate.map(rate_in).transpose()? })
@@ -202,7 +202,7 @@ fn rate_in(text: &str) -> Result<f64, CommandError> {
     rate.ok_or_else(|| CommandError::Rate(printable(text)))
 }
 
-fn set_confidence(target: &str, confidence: &str, quirks: UpstreamQuirks) -> Result<Action, CommandError> {
+fn set_confidence(target: &str, confidence: &str, quirks: LightQuirks) -> Result<Action, CommandError> {
     let target = target_in(quirks, target)?;
     let number = confidence.parse().ok().filter(|number: &f64| {
         (0.0..=1.0).contains(number) || quirks.takes_any_confidence && number.is_finite()
@@ -217,8 +217,8 @@ fn set_confidence(target: &str, confidence: &str, quirks: UpstreamQuirks) -> Res
 fn enter_phase(
     name: &str,
     phase: &str,
-    controllers: &[Controller],
-    quirks: UpstreamQuirks,
+    controllers: &[TrafficSignalController],
+    quirks: LightQuirks,
 ) -> Result<Action, CommandError> {
     let found = controllers.iter().position(|controller| controller.name == name);
     let Some((index, controller)) = found.and_then(|index| Some((index, controllers.get(index)?))) else {
@@ -236,16 +236,16 @@ fn enter_phase(
 }
 
 /// Reads a target; for upstream, an id of the conventional channel's ground truth.
-fn target_in(quirks: UpstreamQuirks, text: &str) -> Result<Target, SignalIdError> {
+fn target_in(quirks: LightQuirks, text: &str) -> Result<SignalTarget, SignalIdError> {
     if quirks.plain_ids {
-        return Ok(Target { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
+        return Ok(SignalTarget { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
     }
-    Target::parse(text)
+    SignalTarget::parse(text)
 }
 
-fn state_for(store: StoreId, text: &str, quirks: UpstreamQuirks) -> Result<StateText, StateError> {
+fn state_for(store: StoreId, text: &str, quirks: LightQuirks) -> Result<StateText, StateError> {
     let state = StateText::new(text);
-    check_state(store, &state, Writer::Action, quirks)?;
+    check_state(store, &state, StateWriter::Action, quirks)?;
     Ok(state)
 }
 

@@ -6,16 +6,16 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use super::periodic_timer::Moment;
-use super::quirks::UpstreamQuirks;
-use super::scenario::{Controller, ControllerIndex, Scenario};
+use super::periodic_timer::ScenarioMoment;
+use super::quirks::LightQuirks;
+use super::scenario::{ControllerIndex, Scenario, TrafficSignalController};
 use crate::core::time::WallStamp;
 
 /// The states of all controllers.
 #[derive(Debug, Clone)]
 pub(super) struct Controllers {
-    quirks: UpstreamQuirks,
-    states: Vec<ControllerState>,
+    quirks: LightQuirks,
+    states: Vec<ControllerProgress>,
     /// For each controller, the time before which it has nothing to do, nanoseconds since the start of the
     /// scenario; 0 when it may have.
     idle_until: Vec<u64>,
@@ -29,33 +29,33 @@ pub(super) struct Controllers {
 
 /// The state of one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct ControllerState {
+pub(super) struct ControllerProgress {
     /// Position of its phase; `None` before the first one.
     pub(super) phase: Option<usize>,
     /// Start of the phase.
-    pub(super) start: Moment,
+    pub(super) start: ScenarioMoment,
     /// The wall-clock time of that start.
     pub(super) start_wall: WallStamp,
     /// The moment after which it enters its first phase, set by the controller that it follows.
-    begin: Option<Moment>,
+    begin: Option<ScenarioMoment>,
 }
 
 /// A frame, and the one before it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
-    pub(super) now: Moment,
-    pub(super) previous: Option<Moment>,
+pub(super) struct FrameTimes {
+    pub(super) now: ScenarioMoment,
+    pub(super) previous: Option<ScenarioMoment>,
 }
 
 /// A phase to enter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Transition {
     pub(super) phase: usize,
-    pub(super) start: Moment,
+    pub(super) start: ScenarioMoment,
 }
 
 impl Controllers {
-    pub(super) fn new(scenario: &Scenario, quirks: UpstreamQuirks) -> Self {
+    pub(super) fn new(scenario: &Scenario, quirks: LightQuirks) -> Self {
         let mut followers = vec![Vec::new(); scenario.controllers.len()];
         for (index, controller) in scenario.controllers.iter().enumerate() {
             if let Some(reference) = controller.reference
@@ -64,18 +64,18 @@ impl Controllers {
                 of_controller.push((index, reference.delay));
             }
         }
-        let states = vec![ControllerState::default(); scenario.controllers.len()];
+        let states = vec![ControllerProgress::default(); scenario.controllers.len()];
         let (awake, asleep) = ((0..states.len()).collect(), BTreeSet::new());
         Self { quirks, idle_until: vec![0; states.len()], awake, asleep, states, followers }
     }
 
     /// The state of a controller.
-    pub(super) fn state(&self, controller: ControllerIndex) -> Option<&ControllerState> {
+    pub(super) fn state(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {
         self.states.get(controller.0)
     }
 
     /// The first controller from this one on that may have something to do in this frame.
-    pub(super) fn next_awake(&mut self, from: usize, frame: Frame) -> Option<usize> {
+    pub(super) fn next_awake(&mut self, from: usize, frame: FrameTimes) -> Option<usize> {
         while let Some((until, index)) = self.asleep.first().copied().filter(|(at, _)| *at <= frame.now.nanos)
         {
             self.asleep.remove(&(until, index));
@@ -85,7 +85,12 @@ impl Controllers {
     }
 
     /// The transition of a controller in this frame; `None` when it stays in its phase.
-    pub(super) fn due(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
+    pub(super) fn due(
+        &mut self,
+        index: usize,
+        controller: &TrafficSignalController,
+        frame: FrameTimes,
+    ) -> Option<Transition> {
         let due = self.transition(index, controller, frame);
         if due.is_none() {
             let until = self.next(index, controller);
@@ -94,7 +99,12 @@ impl Controllers {
         due
     }
 
-    fn transition(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
+    fn transition(
+        &mut self,
+        index: usize,
+        controller: &TrafficSignalController,
+        frame: FrameTimes,
+    ) -> Option<Transition> {
         let (quirks, now) = (self.quirks, frame.now);
         let state = self.states.get_mut(index)?;
         let begins = match controller.reference {
@@ -115,7 +125,7 @@ impl Controllers {
                 return Some(Transition { phase: 0, start });
             }
         }
-        let ControllerState { phase, start, .. } = *self.states.get(index)?;
+        let ControllerProgress { phase, start, .. } = *self.states.get(index)?;
         let duration = controller.phases.get(phase?)?.duration?;
         start.has_lasted(duration, now, quirks).then(|| Transition {
             phase: (phase.unwrap_or_default() + 1) % controller.phases.len(),
@@ -135,7 +145,7 @@ impl Controllers {
     }
 
     /// The earliest time of the next transition, nanoseconds; 0 when upstream's clock decides.
-    fn next(&self, index: usize, controller: &Controller) -> u64 {
+    fn next(&self, index: usize, controller: &TrafficSignalController) -> u64 {
         let Some(state) = self.states.get(index).filter(|_| !self.quirks.slips_by_frames) else {
             return 0;
         };
@@ -160,7 +170,7 @@ impl Controllers {
         }
     }
 
-    fn inform(&mut self, index: usize, start: Moment) {
+    fn inform(&mut self, index: usize, start: ScenarioMoment) {
         for follower in 0.. {
             let of_controller = self.followers.get(index);
             let Some((follower, delay)) = of_controller.and_then(|all| all.get(follower)).copied() else {
@@ -175,7 +185,7 @@ impl Controllers {
 
     /// The nominal time when this is the first frame after it; else frames were missed, and the schedule starts anew
     /// from this one.
-    fn nominal(&self, at: Moment, frame: Frame) -> Moment {
+    fn nominal(&self, at: ScenarioMoment, frame: FrameTimes) -> ScenarioMoment {
         let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
         if is_new && at.nanos <= frame.now.nanos && !self.quirks.slips_by_frames { at } else { frame.now }
     }

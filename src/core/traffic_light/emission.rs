@@ -33,7 +33,7 @@ pub struct Emission {
     /// Stamp of the message or its header.
     pub stamp: WallStamp,
     /// The list that is sent.
-    pub content: Content,
+    pub content: LightsContent,
 }
 
 /// The list that an emission sends.
@@ -41,7 +41,7 @@ pub struct Emission {
 /// Its address in memory shows what changed: as long as nothing does, the emissions of a topic share one list,
 /// and a list shares each group that did not change with the next one.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Content {
+pub enum LightsContent {
     /// States of heads, ascending by way id.
     Lights(Arc<Vec<LightState>>),
     /// States of groups, ascending by relation id. Upstream has one for each head of a group instead (Q17).
@@ -55,7 +55,7 @@ pub enum Content {
 /// A list of groups, which messages share, as lists share groups.
 pub type Groups = Arc<Vec<Arc<GroupState>>>;
 
-impl Content {
+impl LightsContent {
     /// Creates a list of heads.
     pub fn lights(lights: impl IntoIterator<Item = LightState>) -> Self {
         Self::Lights(Arc::new(lights.into_iter().collect()))
@@ -100,14 +100,14 @@ pub struct GroupState {
     /// Id of the regulatory element.
     pub relation_id: i64,
     /// Its bulbs, ascending by their keys.
-    pub elements: Vec<Element>,
+    pub elements: Vec<GroupElement>,
     /// Its future states, ascending by time.
     pub predictions: Vec<Prediction>,
 }
 
 /// One bulb of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Element {
+pub struct GroupElement {
     /// Colour, status and shape of the bulb.
     pub bulb: Bulb,
     /// Confidence in this bulb, 0 to 1.
@@ -120,7 +120,7 @@ pub struct Prediction {
     /// Time at which it begins.
     pub at: WallStamp,
     /// Its bulbs; upstream may repeat one (Q10).
-    pub elements: Vec<Element>,
+    pub elements: Vec<GroupElement>,
     /// Reliability of the prediction, 0 to 1.
     pub reliability: f64,
     /// Source of the information, a constant of `PredictedTrafficLightState`.

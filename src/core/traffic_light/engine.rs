@@ -9,21 +9,21 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bulb::BulbSet;
-use super::controller::{ControllerState, Controllers, Frame};
+use super::controller::{ControllerProgress, Controllers, FrameTimes};
 use super::emission::{Emission, LightsTopic};
 use super::event_log::{ActionSource, LoggedEvent, ScenarioOutcome};
 use super::expiry::Expiry;
 use super::outbox::Outbox;
-use super::periodic_timer::{FrameClock, Moment, PeriodicTimer, Rate};
+use super::periodic_timer::{FrameClock, PeriodicTimer, Rate, ScenarioMoment};
 use super::prediction::Predictions;
-use super::quirks::UpstreamQuirks;
-use super::refusal::Refusal;
-use super::scenario::{Action, Controller, ControllerIndex, Scenario};
+use super::quirks::LightQuirks;
+use super::refusal::ActionRefusal;
+use super::scenario::{Action, ControllerIndex, Scenario, TrafficSignalController};
 use super::scenario_state::ScenarioState;
-use super::store::{Change, Light, Stores, heads_of};
+use super::store::{Light, LightChange, Stores, heads_of};
 use super::storyboard::Storyboard;
 use super::sync::SyncedStores;
-use super::target::{Channel, Layer, StoreId, Target};
+use super::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use crate::core::map::light_map::LightMap;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -39,7 +39,7 @@ pub struct LightsSettings {
     /// The scenario to run. In improved mode `config` has refused ids that the map does not have.
     pub scenario: Scenario,
     /// The rules of upstream to follow.
-    pub quirks: UpstreamQuirks,
+    pub quirks: LightQuirks,
     /// Rate of the frames, and so of the camera topic.
     pub frame_rate: Rate,
     /// Number of the first frame: 1 as in the simulator, or 0 for a frame at the very start.
@@ -74,7 +74,7 @@ pub struct TrafficLights {
     pub(super) scenario_state: ScenarioState,
     storyboard: Storyboard,
     frames: FrameClock,
-    last_frame: Option<Moment>,
+    last_frame: Option<ScenarioMoment>,
     pub(super) expiry: Expiry,
     v2i_timeout: Option<Duration>,
     topics: BTreeSet<LightsTopic>,
@@ -103,7 +103,7 @@ enum Due {
 
 impl LightsSettings {
     /// The default rates, copies and groups of a mode; no topics.
-    pub fn new(map: Arc<LightMap>, scenario: Scenario, quirks: impl Into<UpstreamQuirks>) -> Self {
+    pub fn new(map: Arc<LightMap>, scenario: Scenario, quirks: impl Into<LightQuirks>) -> Self {
         let quirks = quirks.into();
         Self {
             map,
@@ -155,7 +155,7 @@ impl TrafficLights {
             verdict: None,
             events: VecDeque::new(),
             is_first_frame: true,
-            now: Moment::default(),
+            now: ScenarioMoment::default(),
             wall: now.wall,
         };
         for (index, action) in scenario.init.iter().enumerate() {
@@ -202,18 +202,18 @@ impl TrafficLights {
     }
 
     /// The rules of upstream that it follows.
-    pub fn quirks(&self) -> UpstreamQuirks {
+    pub fn quirks(&self) -> LightQuirks {
         self.scenario_state.quirks
     }
 
     /// The scenario's controllers, in the order of the document.
-    pub fn controllers(&self) -> &[Controller] {
+    pub fn controllers(&self) -> &[TrafficSignalController] {
         &self.scenario.controllers
     }
 
     /// Does an action of a command, after all that is due by now. A refused action changes nothing, but in upstream
     /// mode a state is applied up to its mistake.
-    pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), Refusal> {
+    pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), ActionRefusal> {
         self.move_to(now);
         let scenario = Arc::clone(&self.scenario);
         self.scenario_state.perform(&scenario, action, ActionSource::Outside)
@@ -232,7 +232,7 @@ impl TrafficLights {
         self.move_to(now);
         let mut rejected = 0;
         for (id, observation) in states {
-            if !self.set_state(Target { id, store }, observation, expires) {
+            if !self.set_state(SignalTarget { id, store }, observation, expires) {
                 rejected += 1;
                 let counts = &mut self.counts[store.channel as usize];
                 counts.rejected += 1;
@@ -243,7 +243,7 @@ impl TrafficLights {
     }
 
     /// Counts inputs that could not be read.
-    pub fn count_rejected(&mut self, channel: Channel, rejected: u32, now: Now) {
+    pub fn count_rejected(&mut self, channel: LightChannel, rejected: u32, now: Now) {
         if rejected > 0 {
             let counts = &mut self.counts[channel as usize];
             counts.rejected += u64::from(rejected);
@@ -319,7 +319,7 @@ impl TrafficLights {
         let state = |id: i64, Light { bulbs, confidence, .. }: &Light| {
             bulbs.map(|bulbs| (id, LightObservation { bulbs, confidence: *confidence }))
         };
-        let is_truth = store.layer == Layer::GroundTruth;
+        let is_truth = store.layer == StoreLayer::GroundTruth;
         let truth = is_truth.then(|| map.heads().iter().zip(truth.lights())).into_iter().flatten();
         let detected = (!is_truth).then(|| detected.entries()).into_iter().flatten();
         let truth = truth.filter_map(move |(head, light)| state(head.way_id, light));
@@ -342,7 +342,7 @@ impl TrafficLights {
     }
 
     /// The state of a controller.
-    pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerState> {
+    pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {
         self.scenario_state.controllers.state(controller)
     }
 
@@ -371,7 +371,7 @@ impl TrafficLights {
     fn frame(&mut self, wall: WallStamp) {
         let now = self.frames.tick();
         (self.scenario_state.now, self.scenario_state.wall) = (now, wall);
-        let frame = Frame { now, previous: self.last_frame.replace(now) };
+        let frame = FrameTimes { now, previous: self.last_frame.replace(now) };
         self.scenario_state.is_first_frame = frame.previous.is_none();
         if self.scenario_state.verdict.is_none() {
             let scenario = Arc::clone(&self.scenario);
@@ -403,7 +403,7 @@ impl TrafficLights {
             self.outbox.send_ground_truth(self.scenario_state.lights.stores(), wall);
         }
         if self.publishes(LightsTopic::Markers) {
-            self.outbox.send_markers(self.scenario_state.lights.stores(), Channel::Conventional, wall);
+            self.outbox.send_markers(self.scenario_state.lights.stores(), LightChannel::Conventional, wall);
         }
     }
 
@@ -413,20 +413,25 @@ impl TrafficLights {
             self.outbox.send_v2i(self.scenario_state.lights.stores(), &self.scenario_state.predictions, wall);
         }
         if self.publishes(LightsTopic::Markers) {
-            self.outbox.send_markers(self.scenario_state.lights.stores(), Channel::V2i, wall);
+            self.outbox.send_markers(self.scenario_state.lights.stores(), LightChannel::V2i, wall);
         }
     }
 
     /// Writes or removes a received state. Returns false when it is rejected.
-    fn set_state(&mut self, target: Target, observation: Option<LightObservation>, expires: bool) -> bool {
+    fn set_state(
+        &mut self,
+        target: SignalTarget,
+        observation: Option<LightObservation>,
+        expires: bool,
+    ) -> bool {
         let Some(LightObservation { bulbs, confidence }) = observation else {
-            let is_known = self.scenario_state.lights.write(target, Change::Remove).is_ok();
+            let is_known = self.scenario_state.lights.write(target, LightChange::Remove).is_ok();
             self.watch(target, false);
             return is_known;
         };
         let is_taken = (0.0..=1.0).contains(&confidence)
-            && self.scenario_state.lights.write(target, Change::Set(bulbs)).is_ok()
-            && self.scenario_state.lights.write(target, Change::Confidence(confidence)).is_ok();
+            && self.scenario_state.lights.write(target, LightChange::Set(bulbs)).is_ok()
+            && self.scenario_state.lights.write(target, LightChange::Confidence(confidence)).is_ok();
         if is_taken {
             self.watch(target, expires);
         }
@@ -434,8 +439,10 @@ impl TrafficLights {
     }
 
     /// Starts the expiry of a light anew, or ends it. Only V2I states expire.
-    fn watch(&mut self, target: Target, expires: bool) {
-        let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == Channel::V2i) else { return };
+    fn watch(&mut self, target: SignalTarget, expires: bool) {
+        let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == LightChannel::V2i) else {
+            return;
+        };
         let at = self.scenario_state.now.after(timeout).nanos;
         let stores = self.scenario_state.lights.stores();
         let heads = heads_of(stores.map(), target.id).into_iter().flatten();
@@ -443,7 +450,7 @@ impl TrafficLights {
         let as_written = self.quirks().detects_by_written_id;
         let ids: Vec<_> = if as_written { vec![target.id] } else { way_ids.collect() };
         for id in ids {
-            let written = stores.written(Target { id, ..target });
+            let written = stores.written(SignalTarget { id, ..target });
             if expires {
                 self.expiry.watch((target.store.layer, id), written, at);
             } else {
@@ -455,10 +462,10 @@ impl TrafficLights {
     /// Removes the state that expires next, unless something else was written since.
     fn expire(&mut self) {
         let Some(((layer, id), written)) = self.expiry.take() else { return };
-        let target = Target { id, store: StoreId { channel: Channel::V2i, layer } };
+        let target = SignalTarget { id, store: StoreId { channel: LightChannel::V2i, layer } };
         if self.scenario_state.lights.stores().written(target) == written {
             // The id was known when it was watched.
-            let _known = self.scenario_state.lights.write(target, Change::Remove);
+            let _known = self.scenario_state.lights.write(target, LightChange::Remove);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::refusal::Refusal;
+use super::refusal::ActionRefusal;
 use super::scenario::ControllerIndex;
 
 /// An event of the scenario with its time.
@@ -75,5 +75,5 @@ pub enum ScenarioOutcome {
     /// Its stop trigger fired.
     Stopped,
     /// It could not be carried out further.
-    Fault(Refusal),
+    Fault(ActionRefusal),
 }

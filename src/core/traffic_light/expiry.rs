@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::target::Layer;
+use super::target::StoreLayer;
 
 /// A V2I light by its layer and the id of its entry.
-pub(super) type Key = (Layer, i64);
+pub(super) type Key = (StoreLayer, i64);
 
 /// The times at which received V2I states expire.
 #[derive(Debug, Clone, Default)]

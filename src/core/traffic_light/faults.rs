@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bulb::Color;
-use super::emission::{Content, Emission};
+use super::emission::{Emission, LightsContent};
 use crate::core::time::{MonoTime, WallStamp};
-use draws::{Draws, Kind, Spell};
+use draws::{DrawKind, Draws, Spell};
 use groups::GroupFaults;
 
 mod draws;
@@ -93,7 +93,7 @@ pub enum FaultError {
 
 /// The faults of a channel at work.
 #[derive(Debug, Clone)]
-pub struct Faults {
+pub struct ChannelFaults {
     settings: FaultSettings,
     draws: Draws,
     groups: GroupFaults,
@@ -112,7 +112,7 @@ impl Default for Spells {
     }
 }
 
-impl Faults {
+impl ChannelFaults {
     /// Creates the faults of a channel that has sent nothing.
     pub fn new(settings: FaultSettings) -> Result<Self, FaultError> {
         for color in Color::ALL {
@@ -135,20 +135,20 @@ impl Faults {
         &self.settings
     }
 
-    /// Takes a message that is sent at `now`. [`Faults::poll`] returns it when it arrives, if it does.
+    /// Takes a message that is sent at `now`. [`ChannelFaults::poll`] returns it when it arrives, if it does.
     pub fn send(&mut self, emission: Emission, now: MonoTime) {
         let message = self.sent;
         self.sent = self.sent.wrapping_add(1);
         let mut emission = self.frozen(emission, message);
-        if let Content::Groups(groups) = &emission.content
+        if let LightsContent::Groups(groups) = &emission.content
             && self.settings.change_groups()
         {
             let groups = self.groups.apply(&self.settings, groups, message);
-            emission.content = Content::Groups(Arc::new(groups));
+            emission.content = LightsContent::Groups(Arc::new(groups));
         }
         let stamp_ns = emission.stamp.as_nanos().saturating_add(self.settings.stamp_offset_ns);
         emission.stamp = WallStamp::from_nanos(stamp_ns);
-        if self.draws.happens(self.settings.loss, Kind::Loss, [0, 0], message) {
+        if self.draws.happens(self.settings.loss, DrawKind::Loss, [0, 0], message) {
             return;
         }
         let arrival = now.after(self.latency(message));
@@ -169,7 +169,7 @@ impl Faults {
 
     /// The message, or while the sender is frozen the last one before.
     fn frozen(&mut self, emission: Emission, message: u64) -> Emission {
-        let is_frozen = self.freeze.goes_on(self.draws, self.settings.freeze, Kind::Freeze, 0, message);
+        let is_frozen = self.freeze.goes_on(self.draws, self.settings.freeze, DrawKind::Freeze, 0, message);
         match &self.last {
             Some(last) if is_frozen => last.clone(),
             _ if self.settings.freeze.probability > 0.0 => self.last.insert(emission).clone(),
@@ -178,7 +178,7 @@ impl Faults {
     }
 
     fn latency(&self, message: u64) -> Duration {
-        let share = self.draws.share(Kind::Latency, [0, 0], message);
+        let share = self.draws.share(DrawKind::Latency, [0, 0], message);
         let shortest = self.settings.latency.saturating_sub(self.settings.jitter);
         shortest.saturating_add((self.settings.jitter * 2).mul_f64(share))
     }

@@ -5,14 +5,14 @@ use std::collections::VecDeque;
 
 use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
 use super::command::parse_command;
-use super::emission::{Content, Emission, Groups, LightsTopic};
+use super::emission::{Emission, Groups, LightsContent, LightsTopic};
 use super::engine::{LightObservation, LightsSettings, TrafficLights};
 use super::event_log::ScenarioEvent;
-use super::faults::Faults;
+use super::faults::ChannelFaults;
 use super::input::TrafficLightInput;
 use super::output::TrafficLightOutput;
-use super::simulated_clock::{ClockStep, SimulatedClock};
-use super::target::{Channel, StoreId};
+use super::simulated_clock::SimulatedClock;
+use super::target::{LightChannel, StoreId};
 use super::v2i_reception::binding::V2iBinding;
 use super::v2i_reception::{V2iReception, ValidState};
 use crate::core::can::bus::Bus;
@@ -21,13 +21,13 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// The settings of the flow.
 #[derive(Debug, Clone)]
-pub struct FlowSettings {
+pub struct LightsFlowSettings {
     /// Settings of the engine.
     pub lights: LightsSettings,
     /// Faults on purpose of the camera topic.
-    pub camera_faults: Option<Faults>,
+    pub camera_faults: Option<ChannelFaults>,
     /// Faults on purpose of the V2I topics.
-    pub v2i_faults: Option<Faults>,
+    pub v2i_faults: Option<ChannelFaults>,
     /// Settings of the arbiter; `None` when there is no merged topic.
     pub arbiter: Option<ArbiterSettings>,
     /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera topic.
@@ -37,7 +37,7 @@ pub struct FlowSettings {
     pub use_sim_time: bool,
 }
 
-impl FlowSettings {
+impl LightsFlowSettings {
     /// Only the engine, in the gateway's time.
     pub fn new(lights: LightsSettings) -> Self {
         Self {
@@ -54,10 +54,10 @@ impl FlowSettings {
 /// The traffic lights with reception, faults on purpose and arbiter.
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
-    run: Run,
+    run: LightsRun,
     reception: V2iReception,
     /// The settings of a run.
-    settings: Box<FlowSettings>,
+    settings: Box<LightsFlowSettings>,
     /// The clock of a simulator; `None` when time is that of the gateway.
     clock: Option<SimulatedClock>,
     ready: VecDeque<TrafficLightOutput>,
@@ -67,15 +67,15 @@ pub struct TrafficLightFlow {
 
 /// All that begins anew with the clock.
 #[derive(Debug, Clone)]
-struct Run {
+struct LightsRun {
     engine: TrafficLights,
-    camera: Option<Faults>,
-    v2i: Option<Faults>,
+    camera: Option<ChannelFaults>,
+    v2i: Option<ChannelFaults>,
     arbiter: Option<Arbiter>,
 }
 
-impl Run {
-    fn new(settings: FlowSettings, now: Now) -> Self {
+impl LightsRun {
+    fn new(settings: LightsFlowSettings, now: Now) -> Self {
         Self {
             arbiter: settings.arbiter.map(|arbiter| Arbiter::new(arbiter, &settings.lights.map)),
             camera: settings.camera_faults,
@@ -85,13 +85,15 @@ impl Run {
     }
 
     /// Goes on with other settings of the same run.
-    fn reconfigure(&mut self, before: &FlowSettings, settings: FlowSettings, now: Now) {
+    fn reconfigure(&mut self, before: &LightsFlowSettings, settings: LightsFlowSettings, now: Now) {
         self.engine.reconfigure(&before.lights, &settings.lights, now);
         for (faults, before, configured) in [
             (&mut self.camera, &before.camera_faults, settings.camera_faults),
             (&mut self.v2i, &before.v2i_faults, settings.v2i_faults),
         ] {
-            if before.as_ref().map(Faults::settings) != configured.as_ref().map(Faults::settings) {
+            if before.as_ref().map(ChannelFaults::settings)
+                != configured.as_ref().map(ChannelFaults::settings)
+            {
                 *faults = configured;
             }
         }
@@ -106,10 +108,10 @@ impl Run {
 
 impl TrafficLightFlow {
     /// Starts the scenario.
-    pub fn new(settings: FlowSettings, binding: V2iBinding, now: Now) -> Self {
+    pub fn new(settings: LightsFlowSettings, binding: V2iBinding, now: Now) -> Self {
         Self {
             clock: settings.use_sim_time.then(SimulatedClock::default),
-            run: Run::new(settings.clone(), now),
+            run: LightsRun::new(settings.clone(), now),
             settings: Box::new(settings),
             reception: V2iReception::new(binding),
             ready: VecDeque::new(),
@@ -120,7 +122,7 @@ impl TrafficLightFlow {
 
     /// Goes on with other settings and another binding. The scenario goes on where its lights, its rules and its topics
     /// are the same; otherwise it begins anew, with the states of the V2X unit. Call [`Self::settle`] afterwards.
-    pub fn reconfigure(&mut self, settings: FlowSettings, binding: V2iBinding, now: Now) {
+    pub fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
         let ended = self.reception.reconfigure(binding);
         self.news = true;
         let before = std::mem::replace(&mut *self.settings, settings.clone());
@@ -135,7 +137,7 @@ impl TrafficLightFlow {
 
     /// Starts the scenario anew, with the states of the V2X unit.
     fn begin(&mut self, now: Now) {
-        self.run = Run::new((*self.settings).clone(), now);
+        self.run = LightsRun::new((*self.settings).clone(), now);
         let states = self.reception.valid_states().map(|(id, state)| (id, Some(observation(state))));
         self.run.engine.set_states(StoreId::V2I, states, false, now);
     }
@@ -164,11 +166,11 @@ impl TrafficLightFlow {
                 self.news |= refused > 0 || rejected > 0;
             }
             TrafficLightInput::Camera { stamp, groups, rejected } => {
-                self.run.engine.count_rejected(Channel::Conventional, rejected, now);
+                self.run.engine.count_rejected(LightChannel::Conventional, rejected, now);
                 self.news |= rejected > 0;
                 let merged = self.arbiter(now).map(|arbiter| {
                     let groups = arbiter.perception(ArbiterStamp(stamp.as_nanos()), &groups);
-                    let (topic, content) = (LightsTopic::Arbiter, Content::Groups(groups));
+                    let (topic, content) = (LightsTopic::Arbiter, LightsContent::Groups(groups));
                     TrafficLightOutput::Publish(Emission { topic, stamp, content })
                 });
                 self.ready.extend(merged);
@@ -191,7 +193,7 @@ impl TrafficLightFlow {
     fn handle_clock(&mut self, stamp: WallStamp, now: Now) {
         let Some(clock) = &mut self.clock else { return };
         let was_silent = clock.is_silent(now.mono);
-        let begins = clock.handle(stamp, now.mono) == ClockStep::Begins;
+        let begins = clock.handle(stamp, now.mono);
         self.news |= begins || was_silent;
         if let Some(now) = clock.now().filter(|_| begins) {
             self.begin(now);
@@ -256,7 +258,7 @@ impl TrafficLightFlow {
             Some(clock) => clock.next_deadline(now),
             None => {
                 let faults = [&self.run.camera, &self.run.v2i].into_iter().flatten();
-                let faults = faults.filter_map(Faults::next_deadline);
+                let faults = faults.filter_map(ChannelFaults::next_deadline);
                 Some(faults.fold(self.run.engine.next_deadline(), MonoTime::min))
             }
         };
@@ -329,7 +331,7 @@ impl TrafficLightFlow {
         let stamp = emission.stamp;
         self.ready.push_back(TrafficLightOutput::Publish(emission));
         self.ready.extend(merged.map(|groups| {
-            let (topic, content) = (LightsTopic::Arbiter, Content::Groups(groups));
+            let (topic, content) = (LightsTopic::Arbiter, LightsContent::Groups(groups));
             TrafficLightOutput::Publish(Emission { topic, stamp, content })
         }));
     }
@@ -337,7 +339,7 @@ impl TrafficLightFlow {
 
 /// The groups that the arbiter merges from a message; `None` when the message is not for it, or causes no output.
 fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Groups> {
-    let Content::Groups(groups) = &emission.content else { return None };
+    let LightsContent::Groups(groups) = &emission.content else { return None };
     let stamp = ArbiterStamp(emission.stamp.as_nanos());
     match emission.topic {
         LightsTopic::Camera => Some(arbiter.perception(stamp, groups)),

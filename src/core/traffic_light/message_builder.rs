@@ -4,12 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
-use super::emission::{Element, GroupState, LampMarker, LightState, Prediction};
+use super::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
+use super::emission::{GroupElement, GroupState, LampMarker, LightState, Prediction};
 use super::prediction::{Predicted, Predictions, add};
-use super::quirks::UpstreamQuirks;
+use super::quirks::LightQuirks;
 use super::store::{Light, Stores};
-use super::target::Channel;
+use super::target::LightChannel;
 use crate::core::map::light_map::{Group, Head, HeadIndex, LampColor};
 
 /// `INFORMATION_SOURCE_SIMULATION` of `autoware_perception_msgs/msg/PredictedTrafficLightState`.
@@ -17,7 +17,7 @@ const SOURCE: &str = "SIMULATION";
 
 /// The reported state of one head.
 #[derive(Debug, Clone, Copy)]
-struct Report<'a> {
+struct HeadReport<'a> {
     head: HeadIndex,
     relation_ids: &'a [i64],
     bulbs: BulbSet,
@@ -27,7 +27,7 @@ struct Report<'a> {
 /// Ground truth of a channel for these heads, by way id; an untouched head has no item.
 pub(super) fn lights(
     stores: &Stores,
-    channel: Channel,
+    channel: LightChannel,
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<LightState>)> {
     let light = |(index, head): KnownHead<'_>| {
@@ -44,7 +44,7 @@ pub(super) fn lights(
 /// Reports of a channel for the groups that refer to any of these heads, by relation id; a dark group has no item.
 pub(super) fn groups(
     stores: &Stores,
-    channel: Channel,
+    channel: LightChannel,
     predictions: Option<&Predictions>,
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<Arc<GroupState>>)> {
@@ -56,7 +56,7 @@ pub(super) fn groups(
 /// Reports of a channel, with one group for each lit head and relation (Q17).
 pub(super) fn groups_by_head(
     stores: &Stores,
-    channel: Channel,
+    channel: LightChannel,
     predictions: Option<&Predictions>,
 ) -> Vec<Arc<GroupState>> {
     let reports = if stores.quirks().detects_by_written_id {
@@ -66,14 +66,14 @@ pub(super) fn groups_by_head(
         heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
     };
     let mut groups = Vec::new();
-    for Report { head, relation_ids, bulbs, confidence } in
+    for HeadReport { head, relation_ids, bulbs, confidence } in
         reports.into_iter().filter(|report| !report.bulbs.is_empty())
     {
         let predictions = predictions.map_or(&[][..], |predictions| predictions.of(head));
         for relation_id in relation_ids {
             groups.push(GroupState {
                 relation_id: sent_id(*relation_id, stores.quirks()),
-                elements: bulbs.iter().map(|bulb| Element { bulb, confidence }).collect(),
+                elements: bulbs.iter().map(|bulb| GroupElement { bulb, confidence }).collect(),
                 predictions: predictions.iter().map(prediction).collect(),
             });
         }
@@ -88,9 +88,9 @@ pub(super) fn groups_by_head(
 fn forget_upper_diagonals(groups: &mut [GroupState]) {
     for GroupState { elements, predictions, .. } in groups {
         let predicted = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
-        for Element { bulb, .. } in elements.iter_mut().chain(predicted) {
-            if matches!(bulb.shape, Shape::UpperLeft | Shape::UpperRight) {
-                bulb.shape = Shape::Unknown;
+        for GroupElement { bulb, .. } in elements.iter_mut().chain(predicted) {
+            if matches!(bulb.shape, BulbShape::UpperLeft | BulbShape::UpperRight) {
+                bulb.shape = BulbShape::Unknown;
             }
         }
     }
@@ -100,7 +100,7 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
 /// of the first of the channels in which the head was touched.
 pub(super) fn markers(
     stores: &Stores,
-    channels: &[Channel],
+    channels: &[LightChannel],
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<LampMarker>)> {
     let lamps = |(index, head): KnownHead<'_>| {
@@ -129,7 +129,7 @@ fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterato
 /// `None` when the group is dark.
 fn merged(
     stores: &Stores,
-    channel: Channel,
+    channel: LightChannel,
     predictions: Option<&Predictions>,
     relation_id: i64,
     group: &Group,
@@ -147,8 +147,8 @@ fn merged(
         let of_bulb = reports.iter().filter(|report| report.bulbs.contains(bulb));
         of_bulb.map(|report| report.confidence).fold(0.0, f64::max)
     };
-    let elements = bulbs.iter().map(|bulb| Element { bulb, confidence: confidence(bulb) }).collect();
-    let of_head = |report: &Report<'_>| predictions.map_or(&[][..], |known| known.of(report.head));
+    let elements = bulbs.iter().map(|bulb| GroupElement { bulb, confidence: confidence(bulb) }).collect();
+    let of_head = |report: &HeadReport<'_>| predictions.map_or(&[][..], |known| known.of(report.head));
     let mut predicted = reports.iter().map(of_head).filter(|list| !list.is_empty());
     let first = predicted.next().unwrap_or_default();
     let predictions = match predicted.next() {
@@ -172,21 +172,26 @@ fn union<'a>(lists: impl Iterator<Item = &'a [Predicted]>) -> Vec<Prediction> {
 }
 
 fn prediction(predicted: &Predicted) -> Prediction {
-    let elements = predicted.bulbs.iter().map(|bulb| Element { bulb: *bulb, confidence: 1.0 });
+    let elements = predicted.bulbs.iter().map(|bulb| GroupElement { bulb: *bulb, confidence: 1.0 });
     Prediction { at: predicted.at, elements: elements.collect(), reliability: 1.0, source: SOURCE }
 }
 
 /// The detected state of a head, else its ground truth.
-fn report<'a>(stores: &Stores, channel: Channel, index: HeadIndex, head: &'a Head) -> Option<Report<'a>> {
+fn report<'a>(
+    stores: &Stores,
+    channel: LightChannel,
+    index: HeadIndex,
+    head: &'a Head,
+) -> Option<HeadReport<'a>> {
     let detected = stores.detected(channel).light(head.way_id);
     let light = if detected.bulbs.is_some() { &detected } else { stores.truth(channel).light(index)? };
     let confidence = light.confidence;
-    light.bulbs.map(|bulbs| Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
+    light.bulbs.map(|bulbs| HeadReport { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
 }
 
 /// The reports of upstream: all truth, then each detection instead of the entry whose way id is its key, else at
 /// the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
-fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
+fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_>> {
     let mut reports = Vec::new();
     let mut indices = BTreeMap::new();
     let heads = stores.map().heads();
@@ -194,7 +199,7 @@ fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
         if let Some(bulbs) = light.bulbs {
             indices.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
             let confidence = light.confidence;
-            reports.push(Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence });
+            reports.push(HeadReport { head: index, relation_ids: &head.relation_ids, bulbs, confidence });
         }
     }
     for (key, entry) in stores.detected(channel).entries() {
@@ -203,7 +208,12 @@ fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
             (report.bulbs, report.confidence) = (bulbs, confidence);
         } else if let Some(head) = stores.map().at(entry.head) {
             indices.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
-            reports.push(Report { head: entry.head, relation_ids: &head.relation_ids, bulbs, confidence });
+            reports.push(HeadReport {
+                head: entry.head,
+                relation_ids: &head.relation_ids,
+                bulbs,
+                confidence,
+            });
         }
     }
     reports
@@ -211,7 +221,7 @@ fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
 
 /// The id as it is sent: upstream cuts it to 32 bits (Q6).
 #[allow(clippy::cast_possible_truncation)] // that is what is reproduced
-fn sent_id(id: i64, quirks: UpstreamQuirks) -> i64 {
+fn sent_id(id: i64, quirks: LightQuirks) -> i64 {
     if quirks.cuts_ids { i64::from(id as i32) } else { id }
 }
 
@@ -222,7 +232,7 @@ fn shows_circle(bulbs: &BulbSet, color: LampColor) -> bool {
         LampColor::Yellow => Color::Yellow,
         LampColor::Red => Color::Red,
     };
-    Status::ALL.into_iter().any(|status| bulbs.contains(Bulb { color, status, shape: Shape::Circle }))
+    BulbStatus::ALL.into_iter().any(|status| bulbs.contains(Bulb { color, status, shape: BulbShape::Circle }))
 }
 
 #[cfg(test)]

@@ -4,12 +4,12 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::change_log::ChangeLog;
-use super::emission::{Content, Emission, GroupState, Groups, LampMarker, LightState, LightsTopic};
+use super::emission::{Emission, GroupState, Groups, LampMarker, LightState, LightsContent, LightsTopic};
 use super::incremental_update::{Item, update};
 use super::message_builder;
 use super::prediction::Predictions;
 use super::store::Stores;
-use super::target::Channel;
+use super::target::LightChannel;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -67,43 +67,43 @@ impl Outbox {
     }
 
     pub(super) fn send_ground_truth(&mut self, stores: &Stores, stamp: WallStamp) {
-        let channel = Channel::Conventional;
+        let channel = LightChannel::Conventional;
         let sources = [Some(&stores.truth(channel).change_log), None, None];
         let make = |heads: &_| message_builder::lights(stores, channel, heads);
         let lights = self.ground_truth.update(sources, !stores.quirks().cuts_ids, make);
-        self.send(LightsTopic::GroundTruth, stamp, Content::Lights(lights));
+        self.send(LightsTopic::GroundTruth, stamp, LightsContent::Lights(lights));
     }
 
     pub(super) fn send_camera(&mut self, stores: &Stores, stamp: WallStamp) {
-        let groups = self.camera.groups(stores, Channel::Conventional, None, self.one_group_per_head);
-        self.send(LightsTopic::Camera, stamp, Content::Groups(groups));
+        let groups = self.camera.groups(stores, LightChannel::Conventional, None, self.one_group_per_head);
+        self.send(LightsTopic::Camera, stamp, LightsContent::Groups(groups));
     }
 
     pub(super) fn send_v2i(&mut self, stores: &Stores, predictions: &Predictions, stamp: WallStamp) {
-        let groups = self.v2i.groups(stores, Channel::V2i, Some(predictions), self.one_group_per_head);
-        self.send(LightsTopic::V2i, stamp, Content::Groups(groups));
+        let groups = self.v2i.groups(stores, LightChannel::V2i, Some(predictions), self.one_group_per_head);
+        self.send(LightsTopic::V2i, stamp, LightsContent::Groups(groups));
     }
 
     /// Upstream draws each channel with its own timer, over the markers of the other; improved mode draws both
     /// with the timer of the conventional channel (Q19).
-    pub(super) fn send_markers(&mut self, stores: &Stores, timer: Channel, stamp: WallStamp) {
+    pub(super) fn send_markers(&mut self, stores: &Stores, timer: LightChannel, stamp: WallStamp) {
         let channels = match (timer, stores.quirks().draws_each_channel) {
-            (Channel::Conventional, false) => &Channel::ALL[..],
-            (Channel::V2i, false) => return,
-            (Channel::Conventional | Channel::V2i, true) => std::slice::from_ref(&timer),
+            (LightChannel::Conventional, false) => &LightChannel::ALL[..],
+            (LightChannel::V2i, false) => return,
+            (LightChannel::Conventional | LightChannel::V2i, true) => std::slice::from_ref(&timer),
         };
         let source = |channel| channels.contains(&channel).then(|| &stores.truth(channel).change_log);
-        let sources = [source(Channel::Conventional), source(Channel::V2i), None];
+        let sources = [source(LightChannel::Conventional), source(LightChannel::V2i), None];
         let make = |heads: &_| message_builder::markers(stores, channels, heads);
         let markers = self.markers[timer as usize].update(sources, !stores.quirks().cuts_ids, make);
-        self.send(LightsTopic::Markers, stamp, Content::Markers(markers));
+        self.send(LightsTopic::Markers, stamp, LightsContent::Markers(markers));
     }
 
     pub(super) fn send_clock(&mut self, stamp: WallStamp) {
-        self.send(LightsTopic::Clock, stamp, Content::Clock);
+        self.send(LightsTopic::Clock, stamp, LightsContent::Clock);
     }
 
-    fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: Content) {
+    fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: LightsContent) {
         if self.waiting.len() >= MAX_WAITING {
             self.waiting.pop_front();
         }
@@ -115,7 +115,7 @@ impl TopicList<Arc<GroupState>> {
     fn groups(
         &mut self,
         stores: &Stores,
-        channel: Channel,
+        channel: LightChannel,
         predictions: Option<&Predictions>,
         one_group_per_head: bool,
     ) -> Groups {

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use super::quirks::UpstreamQuirks;
+use super::quirks::LightQuirks;
 
 /// The number of frames or ticks that are caught up after a gap; older ones are skipped.
 const CATCH_UP: u64 = 256;
@@ -55,22 +55,19 @@ impl Rate {
     }
 }
 
-/// A publication timer. It does not run until it is started, and first ticks one period later.
+/// A timer of publications. It does not run until it is started, and first ticks one period later.
 #[derive(Debug, Clone)]
 pub(super) struct PeriodicTimer {
     rate: Rate,
-    run: Option<Run>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Run {
-    origin: u64,
+    /// The time of tick 0; `None` before the start.
+    origin: Option<u64>,
+    /// The number of the next tick.
     next: u64,
 }
 
 impl PeriodicTimer {
     pub(super) fn new(rate: Rate) -> Self {
-        Self { rate, run: None }
+        Self { rate, origin: None, next: 1 }
     }
 
     pub(super) fn rate(&self) -> Rate {
@@ -79,48 +76,44 @@ impl PeriodicTimer {
 
     /// Starts the timer unless it runs already.
     pub(super) fn start(&mut self, at: u64) {
-        self.run.get_or_insert(Run { origin: at, next: 1 });
+        self.origin.get_or_insert(at);
     }
 
-    /// Starts the timer anew at another rate.
+    /// Starts the timer again at another rate.
     pub(super) fn restart(&mut self, rate: Rate, at: u64) {
-        *self = Self { rate, run: Some(Run { origin: at, next: 1 }) };
+        *self = Self { rate, origin: Some(at), next: 1 };
     }
 
-    /// Time of the next tick; `None` when the timer does not run.
+    /// Returns the time of the next tick; `None` when the timer does not run.
     pub(super) fn next(&self) -> Option<u64> {
-        self.run.map(|run| run.origin.saturating_add(self.rate.nanos(run.next)))
+        self.origin.map(|origin| origin.saturating_add(self.rate.nanos(self.next)))
     }
 
     /// Records that the tick was handled.
     pub(super) fn tick(&mut self) {
-        if let Some(run) = &mut self.run {
-            run.next = run.next.saturating_add(1);
-        }
+        self.next = self.next.saturating_add(1);
     }
 
     /// Skips ticks that were due too long ago. Returns their number.
     pub(super) fn skip(&mut self, now: u64) -> u64 {
-        let Some(run) = &mut self.run else { return 0 };
-        let next = self.rate.caught_up(run.next, now.saturating_sub(run.origin));
-        let skipped = next - run.next;
-        run.next = next;
-        skipped
+        let Some(origin) = self.origin else { return 0 };
+        let next = self.rate.caught_up(self.next, now.saturating_sub(origin));
+        next - std::mem::replace(&mut self.next, next)
     }
 }
 
 /// A moment of the scenario, exact and as upstream counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Moment {
+pub(super) struct ScenarioMoment {
     /// Nanoseconds since the start of the scenario.
     pub(super) nanos: u64,
     /// Upstream's clock: the sum of frame periods in float64, seconds.
     pub(super) seconds: f64,
 }
 
-impl Moment {
+impl ScenarioMoment {
     /// Returns whether `span` has passed since this moment.
-    pub(super) fn has_lasted(self, span: Duration, now: Self, quirks: UpstreamQuirks) -> bool {
+    pub(super) fn has_lasted(self, span: Duration, now: Self, quirks: LightQuirks) -> bool {
         if quirks.slips_by_frames {
             span.as_secs_f64() <= now.seconds - self.seconds
         } else {
@@ -129,7 +122,7 @@ impl Moment {
     }
 
     /// Returns whether this moment is strictly before `now`.
-    pub(super) fn is_past(self, now: Self, quirks: UpstreamQuirks) -> bool {
+    pub(super) fn is_past(self, now: Self, quirks: LightQuirks) -> bool {
         if quirks.slips_by_frames { self.seconds < now.seconds } else { self.nanos < now.nanos }
     }
 
@@ -143,8 +136,7 @@ impl Moment {
 /// The timer of the frames of a scenario.
 #[derive(Debug, Clone)]
 pub(super) struct FrameClock {
-    rate: Rate,
-    next: u64,
+    timer: PeriodicTimer,
     next_seconds: f64,
 }
 
@@ -152,28 +144,25 @@ impl FrameClock {
     /// Creates the timer. `first` is the number of the first frame; frame 0 is at the start of the scenario.
     pub(super) fn new(rate: Rate, first: u8) -> Self {
         let next_seconds = (0..first).fold(0.0, |seconds, _| seconds + 1.0 / rate.as_hz());
-        Self { rate, next: u64::from(first), next_seconds }
+        Self { timer: PeriodicTimer { rate, origin: Some(0), next: first.into() }, next_seconds }
     }
 
-    /// Time of the next frame.
+    /// Returns the time of the next frame.
     pub(super) fn next(&self) -> u64 {
-        self.rate.nanos(self.next)
+        self.timer.rate.nanos(self.timer.next)
     }
 
     /// Records that the next frame is handled. Returns its moment.
-    pub(super) fn tick(&mut self) -> Moment {
-        let moment = Moment { nanos: self.next(), seconds: self.next_seconds };
-        self.next = self.next.saturating_add(1);
-        self.next_seconds += 1.0 / self.rate.as_hz();
+    pub(super) fn tick(&mut self) -> ScenarioMoment {
+        let moment = ScenarioMoment { nanos: self.next(), seconds: self.next_seconds };
+        self.timer.tick();
+        self.next_seconds += 1.0 / self.timer.rate.as_hz();
         moment
     }
 
     /// Skips frames that were due too long ago. Returns their number. Upstream's clock does not count them.
     pub(super) fn skip(&mut self, now: u64) -> u64 {
-        let next = self.rate.caught_up(self.next, now);
-        let skipped = next - self.next;
-        self.next = next;
-        skipped
+        self.timer.skip(now)
     }
 }
 

@@ -8,13 +8,13 @@ use std::time::Duration;
 
 use super::bulb::{Bulb, BulbSet};
 use super::change_log::ChangeLog;
-use super::controller::ControllerState;
-use super::quirks::UpstreamQuirks;
-use super::refusal::Refusal;
-use super::scenario::{Controller, Phase, StateText, upstream_cycle_s};
+use super::controller::ControllerProgress;
+use super::quirks::LightQuirks;
+use super::refusal::ActionRefusal;
+use super::scenario::{Phase, StateText, TrafficSignalController, upstream_cycle_s};
 use super::store::heads_of;
 use super::sync::SyncedStores;
-use super::target::{Channel, Layer};
+use super::target::{LightChannel, StoreLayer};
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -26,7 +26,7 @@ const SAME_TIME: Duration = Duration::from_millis(10);
 /// The predicted states of all heads.
 #[derive(Debug, Clone)]
 pub(super) struct Predictions {
-    quirks: UpstreamQuirks,
+    quirks: LightQuirks,
     /// The predictions of each head, and the position of the controller that made them.
     by_head: BTreeMap<HeadIndex, (usize, Vec<Predicted>)>,
     /// The heads of the last predictions of each controller.
@@ -47,7 +47,7 @@ pub(super) struct Predicted {
 type ByHead = BTreeMap<HeadIndex, Vec<Predicted>>;
 
 impl Predictions {
-    pub(super) fn new(controllers: usize, heads: usize, quirks: UpstreamQuirks) -> Self {
+    pub(super) fn new(controllers: usize, heads: usize, quirks: LightQuirks) -> Self {
         let by_controller = vec![Vec::new(); controllers];
         Self { quirks, by_head: BTreeMap::new(), by_controller, change_log: ChangeLog::new(heads) }
     }
@@ -70,10 +70,10 @@ impl Predictions {
     pub(super) fn renew(
         &mut self,
         index: usize,
-        controller: &Controller,
-        state: &ControllerState,
+        controller: &TrafficSignalController,
+        state: &ControllerProgress,
         lights: &SyncedStores,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ActionRefusal> {
         let Some(phase) = state.phase else { return Ok(()) };
         if self.quirks.renews_predictions_late {
             self.clear();
@@ -105,12 +105,12 @@ impl Predictions {
 
 /// Predicts the phases after one, which has this start and duration.
 fn predict(
-    controller: &Controller,
+    controller: &TrafficSignalController,
     phase: usize,
     (start, mut offset): (WallStamp, Duration),
     lights: &SyncedStores,
     found: &mut ByHead,
-) -> Result<(), Refusal> {
+) -> Result<(), ActionRefusal> {
     let mut known = BTreeMap::new();
     let mut phases = controller.phases.iter().cycle().skip(phase);
     let mut left = phases.next().map(|phase| states(phase, lights)).transpose()?.unwrap_or_default();
@@ -134,16 +134,18 @@ fn predict(
 }
 
 /// The future V2I state of each head that has one in a phase, explicit or copied.
-fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, BulbSet>, Refusal> {
+fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, BulbSet>, ActionRefusal> {
     let (mut copied, mut truth, mut detected) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     for entry in &phase.entries {
         for head in heads_of(lights.stores().map(), entry.target.id)? {
             let store = entry.target.store;
             let known = match (store.channel, store.layer) {
-                (Channel::V2i, Layer::Detected) => &mut detected,
-                (Channel::V2i, Layer::GroundTruth) => &mut truth,
-                (Channel::Conventional, Layer::GroundTruth) if lights.is_enabled(head) => &mut copied,
-                (Channel::Conventional, Layer::GroundTruth | Layer::Detected) => continue,
+                (LightChannel::V2i, StoreLayer::Detected) => &mut detected,
+                (LightChannel::V2i, StoreLayer::GroundTruth) => &mut truth,
+                (LightChannel::Conventional, StoreLayer::GroundTruth) if lights.is_enabled(head) => {
+                    &mut copied
+                }
+                (LightChannel::Conventional, StoreLayer::GroundTruth | StoreLayer::Detected) => continue,
             };
             let bulbs: &mut BulbSet = known.entry(head).or_default();
             *bulbs = bulbs.union(entry.state.bulbs);
@@ -156,12 +158,12 @@ fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, Bu
 
 /// Predicts likewise by the rules of upstream.
 fn predict_upstream(
-    controller: &Controller,
+    controller: &TrafficSignalController,
     phase: usize,
     (start, mut offset): (WallStamp, Duration),
     lights: &SyncedStores,
     found: &mut ByHead,
-) -> Result<(), Refusal> {
+) -> Result<(), ActionRefusal> {
     let seconds = |phase: &Phase| phase.duration.map_or(f64::INFINITY, |duration| duration.as_secs_f64());
     if offset.as_secs_f64() > f64::from(upstream_cycle_s(controller.phases.iter().map(seconds))) {
         return Ok(());
@@ -172,7 +174,7 @@ fn predict_upstream(
         known.extend(upstream_states(visited, lights));
         for (id, states) in &known {
             for state in states {
-                let bulb = state.single.ok_or_else(|| Refusal::State {
+                let bulb = state.single.ok_or_else(|| ActionRefusal::State {
                     text: state.text.clone(),
                     mistake: "only one bulb can be predicted".to_owned(),
                 })?;
@@ -191,11 +193,11 @@ fn predict_upstream(
 fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64, Vec<&'a StateText>> {
     let of = |channel| phase.entries.iter().filter(move |entry| entry.target.store.channel == channel);
     let mut states: BTreeMap<_, Vec<_>> = BTreeMap::new();
-    for entry in of(Channel::V2i) {
+    for entry in of(LightChannel::V2i) {
         states.entry(entry.target.id).or_default().push(&entry.state);
     }
     let explicit: Vec<_> = states.keys().copied().collect();
-    for entry in of(Channel::Conventional) {
+    for entry in of(LightChannel::Conventional) {
         let id = entry.target.id;
         let is_copied = lights.stores().map().head(id).is_some_and(|head| lights.is_enabled(head));
         if is_copied && explicit.binary_search(&id).is_err() {

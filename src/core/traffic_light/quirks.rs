@@ -6,7 +6,7 @@ use crate::core::compat::Compat;
 /// (docs/spec/traffic-lights.md, "Improved and upstream-compatible mode"). All are off in improved mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(clippy::struct_excessive_bools)] // rules that have nothing to do with each other
-pub struct UpstreamQuirks {
+pub struct LightQuirks {
     /// State and confidence actions take a plain id, of the conventional ground truth, and confidence actions one
     /// of 32 bits (Q1 and Q16, "Signal ids").
     pub plain_ids: bool,
@@ -69,7 +69,7 @@ pub struct UpstreamQuirks {
     pub predicts_after_end: bool,
 }
 
-impl From<Compat> for UpstreamQuirks {
+impl From<Compat> for LightQuirks {
     fn from(compat: Compat) -> Self {
         let upstream = compat == Compat::Upstream;
         Self {

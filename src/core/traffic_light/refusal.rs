@@ -6,7 +6,7 @@
 /// mode refuses such a scenario when it is read, upstream finds out when it carries it out
 /// (docs/spec/traffic-lights.md, "State text", "Ids and groups" and "Actions and commands").
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Refusal {
+pub enum ActionRefusal {
     /// The id is neither a head nor a group of the map.
     #[error("{0} is neither a signal head nor a group of the map")]
     UnknownId(i64),

@@ -6,14 +6,14 @@ use std::slice;
 use std::time::Duration;
 
 use super::bulb::{Bulb, BulbSet};
-use super::target::Target;
+use super::target::SignalTarget;
 use super::variable::{Modification, Variable, VariableIndex, VariableValue};
 
 /// A whole scenario.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenario {
     /// The controllers in the order of the document, which is the order of evaluation.
-    pub controllers: Vec<Controller>,
+    pub controllers: Vec<TrafficSignalController>,
     /// The declared parameters and variables.
     pub variables: Vec<Variable>,
     /// Actions that are done once, before the first frame.
@@ -32,7 +32,7 @@ pub struct ControllerIndex(pub usize);
 
 /// A phase controller.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Controller {
+pub struct TrafficSignalController {
     /// Its name. It need not be unique; the first controller of a name is meant.
     pub name: String,
     /// The controller that it follows; `None` when it runs by itself.
@@ -65,7 +65,7 @@ pub struct Phase {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseEntry {
     /// The light or group that is set, and in which store.
-    pub target: Target,
+    pub target: SignalTarget,
     /// The state that it is set to.
     pub state: StateText,
 }
@@ -185,7 +185,7 @@ pub enum Test {
     /// `TrafficSignalCondition`: the state of a light or of all heads of a group.
     State {
         /// The light or group; for upstream in the ground truth of the conventional channel only.
-        target: Target,
+        target: SignalTarget,
         /// The expected state; `None` when dark is expected (`none` or empty).
         state: Option<StateText>,
         /// True when the light must have these bulbs and no others; else it may have others (Q9).
@@ -260,14 +260,14 @@ pub enum Action {
     /// Replaces the state of the target: `TrafficSignalStateAction`.
     SetState {
         /// The light or group that is set.
-        target: Target,
+        target: SignalTarget,
         /// The state that it gets.
         state: StateText,
     },
     /// Makes the target dark, or no longer detected: `ClearTrafficSignal`.
     Clear {
         /// The light or group that is cleared.
-        target: Target,
+        target: SignalTarget,
     },
     /// Enters a phase, whatever the present one is: `TrafficSignalControllerAction`.
     EnterPhase {
@@ -308,7 +308,7 @@ pub enum Action {
     /// Sets a confidence: `PseudoTrafficSignalDetectorConfidenceSetAction@v1`.
     SetConfidence {
         /// The light or group; for upstream in the ground truth of the conventional channel only.
-        target: Target,
+        target: SignalTarget,
         /// The new confidence, 0 to 1; upstream takes any number.
         confidence: f64,
     },

@@ -3,16 +3,16 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use super::controller::{Controllers, Frame, Transition};
+use super::controller::{Controllers, FrameTimes, Transition};
 use super::event_log::{ActionSource, LoggedEvent, ScenarioEvent, ScenarioOutcome};
-use super::periodic_timer::{Moment, PeriodicTimer, Rate};
+use super::periodic_timer::{PeriodicTimer, Rate, ScenarioMoment};
 use super::prediction::Predictions;
-use super::quirks::UpstreamQuirks;
-use super::refusal::Refusal;
+use super::quirks::LightQuirks;
+use super::refusal::ActionRefusal;
 use super::scenario::{Action, ControllerIndex, Phase, PhaseEntry, Scenario, StateText};
-use super::store::{Change, heads_of};
+use super::store::{LightChange, heads_of};
 use super::sync::SyncedStores;
-use super::target::{StoreId, Target};
+use super::target::{SignalTarget, StoreId};
 use super::variable::VariableValue;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
@@ -23,7 +23,7 @@ const MAX_EVENTS: usize = 16_384;
 /// All state that a scenario can change.
 #[derive(Debug, Clone)]
 pub(super) struct ScenarioState {
-    pub(super) quirks: UpstreamQuirks,
+    pub(super) quirks: LightQuirks,
     pub(super) copy_on_enable: bool,
     pub(super) lights: SyncedStores,
     pub(super) controllers: Controllers,
@@ -37,14 +37,18 @@ pub(super) struct ScenarioState {
     /// True in the first frame of the scenario.
     pub(super) is_first_frame: bool,
     /// The present moment of the scenario.
-    pub(super) now: Moment,
+    pub(super) now: ScenarioMoment,
     /// The wall-clock time of that moment.
     pub(super) wall: WallStamp,
 }
 
 impl ScenarioState {
     /// Makes the transitions of the controllers that are due in this frame.
-    pub(super) fn run_controllers(&mut self, scenario: &Scenario, frame: Frame) -> Result<(), Refusal> {
+    pub(super) fn run_controllers(
+        &mut self,
+        scenario: &Scenario,
+        frame: FrameTimes,
+    ) -> Result<(), ActionRefusal> {
         let mut from = 0;
         while let Some(index) = self.controllers.next_awake(from, frame) {
             let Some(controller) = scenario.controllers.get(index) else { break };
@@ -62,16 +66,16 @@ impl ScenarioState {
         scenario: &Scenario,
         action: &Action,
         source: ActionSource,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ActionRefusal> {
         match action {
             Action::SetState { target, state } => self.set(*target, state)?,
             Action::Clear { target } => {
-                self.lights.write(*target, Change::Clear)?;
+                self.lights.write(*target, LightChange::Clear)?;
             }
             Action::EnterPhase { controller, phase } => self.jump(scenario, *controller, phase)?,
             Action::SetV2iState { id, state, rate_hz } => {
-                let rate = rate_hz.map(|hz| Rate::from_hz(hz).ok_or(Refusal::Rate(hz))).transpose()?;
-                let target = Target { id: *id, store: StoreId::V2I };
+                let rate = rate_hz.map(|hz| Rate::from_hz(hz).ok_or(ActionRefusal::Rate(hz))).transpose()?;
+                let target = SignalTarget { id: *id, store: StoreId::V2I };
                 if !self.quirks.finds_mistakes_late {
                     self.set(target, state)?;
                 }
@@ -83,11 +87,11 @@ impl ScenarioState {
                 }
             }
             Action::SetV2iRate { rate_hz } => {
-                let rate = Rate::from_hz(*rate_hz).ok_or(Refusal::Rate(*rate_hz))?;
+                let rate = Rate::from_hz(*rate_hz).ok_or(ActionRefusal::Rate(*rate_hz))?;
                 self.v2i.restart(rate, self.now.nanos);
             }
             Action::SetGroundTruthRate { rate_hz } => {
-                let rate = Rate::from_hz(*rate_hz).ok_or(Refusal::Rate(*rate_hz))?;
+                let rate = Rate::from_hz(*rate_hz).ok_or(ActionRefusal::Rate(*rate_hz))?;
                 self.ground_truth.restart(rate, self.now.nanos);
             }
             Action::EnableV2i { ids } => self.enable_v2i(scenario, ids)?,
@@ -98,9 +102,9 @@ impl ScenarioState {
             }
             Action::SetConfidence { target, confidence } => {
                 if !self.quirks.takes_any_confidence && !(0.0..=1.0).contains(confidence) {
-                    return Err(Refusal::Confidence(*confidence));
+                    return Err(ActionRefusal::Confidence(*confidence));
                 }
-                self.lights.write(*target, Change::Confidence(*confidence))?;
+                self.lights.write(*target, LightChange::Confidence(*confidence))?;
             }
             Action::SetVariable { variable, value } => {
                 if let Some(present) = self.variables.get_mut(variable.0) {
@@ -141,23 +145,29 @@ impl ScenarioState {
         self.events.push_back(LoggedEvent { at: Duration::from_nanos(self.now.nanos), event });
     }
 
-    fn set(&mut self, target: Target, state: &StateText) -> Result<(), Refusal> {
+    fn set(&mut self, target: SignalTarget, state: &StateText) -> Result<(), ActionRefusal> {
         if !self.quirks.finds_mistakes_late {
             readable(state)?;
         }
-        self.lights.write(target, Change::Set(state.bulbs))?;
+        self.lights.write(target, LightChange::Set(state.bulbs))?;
         readable(state)
     }
 
-    fn jump(&mut self, scenario: &Scenario, index: ControllerIndex, phase: &str) -> Result<(), Refusal> {
-        let controller = scenario.controllers.get(index.0).ok_or(Refusal::UnknownController(index.0))?;
+    fn jump(
+        &mut self,
+        scenario: &Scenario,
+        index: ControllerIndex,
+        phase: &str,
+    ) -> Result<(), ActionRefusal> {
+        let controller =
+            scenario.controllers.get(index.0).ok_or(ActionRefusal::UnknownController(index.0))?;
         let to = controller.phases.iter().position(|known| known.name == phase).ok_or_else(|| {
-            Refusal::UnknownPhase { controller: controller.name.clone(), phase: phase.to_owned() }
+            ActionRefusal::UnknownPhase { controller: controller.name.clone(), phase: phase.to_owned() }
         })?;
         self.enter(scenario, index.0, Transition { phase: to, start: self.now })
     }
 
-    fn enable_v2i(&mut self, scenario: &Scenario, ids: &[i64]) -> Result<(), Refusal> {
+    fn enable_v2i(&mut self, scenario: &Scenario, ids: &[i64]) -> Result<(), ActionRefusal> {
         let heads = self.lights.enable(ids, true)?;
         if heads.is_empty() {
             return Ok(());
@@ -170,7 +180,7 @@ impl ScenarioState {
     }
 
     /// Heads whose V2I state is explicit in a running phase.
-    fn explicit_heads(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, Refusal> {
+    fn explicit_heads(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut explicit = BTreeSet::new();
         for (index, controller) in scenario.controllers.iter().enumerate() {
             let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
@@ -183,7 +193,7 @@ impl ScenarioState {
     }
 
     /// Predicts anew when other heads are copied; upstream waits for the next phase (Q5).
-    fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), Refusal> {
+    fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), ActionRefusal> {
         if !self.quirks.renews_predictions_late && self.verdict.is_none() {
             for (index, controller) in scenario.controllers.iter().enumerate() {
                 if let Some(state) = self.controllers.state(ControllerIndex(index)) {
@@ -194,7 +204,7 @@ impl ScenarioState {
         Ok(())
     }
 
-    fn enter(&mut self, scenario: &Scenario, index: usize, to: Transition) -> Result<(), Refusal> {
+    fn enter(&mut self, scenario: &Scenario, index: usize, to: Transition) -> Result<(), ActionRefusal> {
         let Some(controller) = scenario.controllers.get(index) else { return Ok(()) };
         let Some(entered) = controller.phases.get(to.phase) else { return Ok(()) };
         let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
@@ -212,15 +222,15 @@ impl ScenarioState {
         self.fill(entered)
     }
 
-    fn clear<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), Refusal> {
+    fn clear<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), ActionRefusal> {
         for entry in entries {
-            self.lights.write(entry.target, Change::Clear)?;
+            self.lights.write(entry.target, LightChange::Clear)?;
         }
         Ok(())
     }
 
     /// Clears the targets of a phase, then adds its states.
-    fn fill(&mut self, phase: &Phase) -> Result<(), Refusal> {
+    fn fill(&mut self, phase: &Phase) -> Result<(), ActionRefusal> {
         self.clear(phase.entries.iter())?;
         if self.quirks.unites_copies {
             return self.add(phase.entries.iter());
@@ -233,9 +243,9 @@ impl ScenarioState {
         self.add(explicit.into_iter())
     }
 
-    fn add<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), Refusal> {
+    fn add<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), ActionRefusal> {
         for entry in entries {
-            self.lights.write(entry.target, Change::Add(entry.state.bulbs))?;
+            self.lights.write(entry.target, LightChange::Add(entry.state.bulbs))?;
             readable(&entry.state)?;
         }
         Ok(())
@@ -246,9 +256,9 @@ fn is_v2i_truth(entry: &PhaseEntry) -> bool {
     entry.target.store == StoreId::V2I
 }
 
-fn readable(state: &StateText) -> Result<(), Refusal> {
+fn readable(state: &StateText) -> Result<(), ActionRefusal> {
     match &state.mistake {
         None => Ok(()),
-        Some(mistake) => Err(Refusal::State { text: state.text.clone(), mistake: mistake.clone() }),
+        Some(mistake) => Err(ActionRefusal::State { text: state.text.clone(), mistake: mistake.clone() }),
     }
 }

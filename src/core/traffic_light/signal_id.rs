@@ -4,7 +4,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::target::{Channel, Layer, StoreId, Target};
+use super::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use super::text::{is_blank, printable};
 
 /// The reason why a text is not the id of a light, with the wrong part, cut when it is very long.
@@ -26,7 +26,7 @@ pub fn parse_id(text: &str) -> Result<i64, SignalIdError> {
     text.parse().map_err(|_| SignalIdError::Id(printable(text)))
 }
 
-impl Target {
+impl SignalTarget {
     /// Reads `<id>` or `<id> <channel>`; the id alone means the ground truth of the conventional channel.
     pub fn parse(text: &str) -> Result<Self, SignalIdError> {
         let Some(end) = text.find(is_blank) else {
@@ -44,8 +44,8 @@ impl Target {
     }
 }
 
-/// In the form that [`Target::parse`] reads; the default store is not printed.
-impl fmt::Display for Target {
+/// In the form that [`SignalTarget::parse`] reads; the default store is not printed.
+impl fmt::Display for SignalTarget {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, store } = self;
         if *store == StoreId::CONVENTIONAL { write!(f, "{id}") } else { write!(f, "{id} {store}") }
@@ -56,10 +56,10 @@ impl StoreId {
     /// The name of the store in scenarios and configurations.
     pub const fn name(self) -> &'static str {
         match (self.channel, self.layer) {
-            (Channel::Conventional, Layer::GroundTruth) => "conventional",
-            (Channel::Conventional, Layer::Detected) => "conventional_detected",
-            (Channel::V2i, Layer::GroundTruth) => "v2i",
-            (Channel::V2i, Layer::Detected) => "v2i_detected",
+            (LightChannel::Conventional, StoreLayer::GroundTruth) => "conventional",
+            (LightChannel::Conventional, StoreLayer::Detected) => "conventional_detected",
+            (LightChannel::V2i, StoreLayer::GroundTruth) => "v2i",
+            (LightChannel::V2i, StoreLayer::Detected) => "v2i_detected",
         }
     }
 }
@@ -105,21 +105,21 @@ mod tests {
             ("one two three", format("one two three")),
         ];
         for (text, error) in cases {
-            assert_eq!(Target::parse(text), Err(error), "{text:?}");
+            assert_eq!(SignalTarget::parse(text), Err(error), "{text:?}");
         }
     }
 
     proptest! {
         #[test]
         fn printed_targets_are_read_back(id: i64, store in proptest::sample::select(&StoreId::ALL[..])) {
-            let target = Target { id, store };
-            prop_assert_eq!(Target::parse(&target.to_string()), Ok(target));
+            let target = SignalTarget { id, store };
+            prop_assert_eq!(SignalTarget::parse(&target.to_string()), Ok(target));
         }
 
         #[test]
         fn any_text_is_read_or_refused_without_a_panic(text in "[0-9+v2i_dct \\PC\t-]{0,20}") {
-            if let Ok(target) = Target::parse(&text) {
-                prop_assert_eq!(Target::parse(&target.to_string()), Ok(target));
+            if let Ok(target) = SignalTarget::parse(&text) {
+                prop_assert_eq!(SignalTarget::parse(&target.to_string()), Ok(target));
             }
         }
     }

@@ -1,92 +1,79 @@
 //! The clock of a simulator, which other nodes follow with `use_sim_time`
 //! (docs/spec/traffic-lights.md, "Simulated clock").
 //!
-//! Its messages are events: between two of them no time passes. It can stand still, run at any speed, and begin anew
+//! Its messages are events: between two of them no time passes. It can stand still, run at any speed, and begin again
 //! when a recording is repeated.
 
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// The largest step back that is a message overtaken by another, and not a new beginning.
+/// The largest step back that means an overtaken message rather than a new beginning.
 const MAX_OVERTAKEN_NANOS: i64 = 1_000_000_000;
-/// The time of the gateway's own clock after which a clock without messages is reported.
+/// The time without messages, by the gateway's own clock, after which the clock is reported as silent.
 const SILENCE: Duration = Duration::from_secs(5);
-
-/// The effect of a message of the clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ClockStep {
-    /// Time begins, or begins anew: what was before does not count.
-    Begins,
-    /// Time goes on, or stands still.
-    GoesOn,
-    /// The message was overtaken by a newer one, so it has no effect.
-    Overtaken,
-}
 
 /// The clock of a simulator, as its messages give it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SimulatedClock {
     /// `None` before the first message.
-    run: Option<Run>,
-    /// The number of times that it began anew.
+    latest: Option<ClockState>,
+    /// The number of times that the clock began again.
     pub(super) restarts: u64,
-    /// The number of messages that were overtaken.
+    /// The number of messages that were overtaken by a newer one, and so had no effect.
     pub(super) overtaken: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Run {
-    /// Its first and its present time, nanoseconds.
+struct ClockState {
+    /// The stamps of the first and of the newest message, nanoseconds.
     begin: i64,
     present: i64,
-    /// The time at which its last message was received.
+    /// The time at which the last message was received.
     received: MonoTime,
 }
 
 impl SimulatedClock {
-    /// Takes a message of the clock that was received at `now`.
-    pub(super) fn handle(&mut self, stamp: WallStamp, now: MonoTime) -> ClockStep {
-        let present = stamp.as_nanos();
-        let begin = match self.run {
-            Some(run) if present >= run.present => run.begin,
-            Some(mut run) if run.present.saturating_sub(present) <= MAX_OVERTAKEN_NANOS => {
-                run.received = now;
-                self.run = Some(run);
-                self.overtaken += 1;
-                return ClockStep::Overtaken;
+    /// Takes a message of the clock that was received at `now`. Returns true when time begins, or begins again: what was
+    /// before does not count.
+    pub(super) fn handle(&mut self, stamp: WallStamp, now: MonoTime) -> bool {
+        let stamp = stamp.as_nanos();
+        match &mut self.latest {
+            Some(latest) if latest.present.saturating_sub(stamp) <= MAX_OVERTAKEN_NANOS => {
+                latest.received = now;
+                self.overtaken += u64::from(stamp < latest.present);
+                latest.present = latest.present.max(stamp);
+                false
             }
             before => {
                 self.restarts += u64::from(before.is_some());
-                self.run = Some(Run { begin: present, present, received: now });
-                return ClockStep::Begins;
+                self.latest = Some(ClockState { begin: stamp, present: stamp, received: now });
+                true
             }
-        };
-        self.run = Some(Run { begin, present, received: now });
-        ClockStep::GoesOn
+        }
     }
 
-    /// The present time; `None` before the first message. Its monotonic part counts from the beginning.
+    /// Returns the present time; `None` before the first message. Its monotonic part counts from the beginning.
     pub(super) fn now(&self) -> Option<Now> {
-        let Run { begin, present, .. } = self.run?;
+        let ClockState { begin, present, .. } = self.latest?;
         let mono = MonoTime::from_nanos(present.abs_diff(begin));
         Some(Now { mono, wall: WallStamp::from_nanos(present) })
     }
 
     /// Returns whether messages have stopped. A clock that stands still sends them.
     pub(super) fn is_silent(&self, now: MonoTime) -> bool {
-        self.run.is_some_and(|run| now.since(run.received) > SILENCE)
+        self.latest.is_some_and(|latest| now.since(latest.received) > SILENCE)
     }
 
-    /// The time at which it becomes silent if no message is received; `None` when it has, or never spoke.
+    /// Returns the time at which it becomes silent if no message is received; `None` when it is, or before the first
+    /// message.
     pub(super) fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        self.run.map(|run| deadline_after(run.received, SILENCE)).filter(|at| *at > now)
+        self.latest.map(|latest| deadline_after(latest.received, SILENCE)).filter(|at| *at > now)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::ClockStep::{Begins, GoesOn, Overtaken};
     use super::*;
 
     const SECOND: i64 = 1_000_000_000;
@@ -95,24 +82,21 @@ mod tests {
     fn time_counts_from_the_first_message_and_from_each_new_beginning() {
         let mut clock = SimulatedClock::default();
         assert_eq!(clock.now(), None);
-        let mut steps = Vec::new();
-        for (received_s, stamp) in [(0, 100), (1, 110), (2, 110), (3, 109), (4, 120), (5, 50), (6, 51)] {
-            let step =
-                clock.handle(WallStamp::from_nanos(stamp * SECOND), MonoTime::from_millis(received_s * 1000));
+        // Stamp, whether time begins, time since the beginning and present stamp, seconds.
+        for (received_s, (stamp, begins, since, present)) in (0..).zip([
+            (100, true, 0, 100),
+            (110, false, 10, 110),
+            (110, false, 10, 110),
+            (109, false, 10, 110),
+            (120, false, 20, 120),
+            (50, true, 0, 50),
+            (51, false, 1, 51),
+        ]) {
+            let received = MonoTime::from_millis(received_s * 1_000);
+            assert_eq!(clock.handle(WallStamp::from_nanos(stamp * SECOND), received), begins, "{received_s}");
             let now = clock.now().unwrap();
-            assert_eq!(now.wall.as_nanos() / SECOND, if step == Overtaken { 110 } else { stamp });
-            steps.push((step, now.mono.as_nanos() / 1_000_000_000));
+            assert_eq!((now.mono.as_nanos(), now.wall.as_nanos()), (since * 1_000_000_000, present * SECOND));
         }
-        let expected = [
-            (Begins, 0),
-            (GoesOn, 10),
-            (GoesOn, 10),
-            (Overtaken, 10),
-            (GoesOn, 20),
-            (Begins, 0),
-            (GoesOn, 1),
-        ];
-        assert_eq!(steps, expected);
         assert_eq!((clock.restarts, clock.overtaken), (1, 1));
     }
 

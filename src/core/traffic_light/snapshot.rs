@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::flow::TrafficLightFlow;
 use super::scenario::ControllerIndex;
-use super::target::{Channel, Layer, StoreId};
+use super::target::{LightChannel, StoreId, StoreLayer};
 use crate::core::can::bus::Bus;
 use crate::core::time::MonoTime;
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot};
@@ -85,21 +85,21 @@ impl TrafficLightFlow {
             }
         });
         TrafficLightsSnapshot {
-            channels: Channel::ALL.into_iter().map(|channel| self.channel_snapshot(channel)).collect(),
+            channels: LightChannel::ALL.into_iter().map(|channel| self.channel_snapshot(channel)).collect(),
             controllers: controllers.collect(),
             refused_commands: self.refused_commands(),
         }
     }
 
-    fn channel_snapshot(&self, channel: Channel) -> ChannelSnapshot {
+    fn channel_snapshot(&self, channel: LightChannel) -> ChannelSnapshot {
         let engine = self.engine();
         let (truth, detected) =
             (engine.stores().truth(channel).counts, engine.stores().detected(channel).counts);
         let stale = match channel {
-            Channel::Conventional => 0,
-            Channel::V2i => engine.expiry.expired(),
+            LightChannel::Conventional => 0,
+            LightChannel::V2i => engine.expiry.expired(),
         };
-        let layers = [(Layer::GroundTruth, "ground_truth"), (Layer::Detected, "detected")];
+        let layers = [(StoreLayer::GroundTruth, "ground_truth"), (StoreLayer::Detected, "detected")];
         let states = layers.into_iter().flat_map(|(layer, name)| {
             self.light_snapshots(StoreId { channel, layer }, name).take(MAX_LISTED_LIGHTS)
         });

@@ -1,13 +1,13 @@
 //! Rules for writing states (docs/spec/traffic-lights.md, "Unknown states").
 
-use super::quirks::UpstreamQuirks;
+use super::quirks::LightQuirks;
 use super::scenario::StateText;
-use super::target::{Layer, StoreId};
+use super::target::{StoreId, StoreLayer};
 use super::text::printable;
 
 /// The writer of a state. States received on topics or over CAN are not checked, so they are not listed here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Writer {
+pub enum StateWriter {
     /// A phase of a controller.
     PhaseEntry,
     /// An action of a scenario or a command.
@@ -44,22 +44,22 @@ pub enum StateError {
 pub fn check_state(
     store: StoreId,
     state: &StateText,
-    writer: Writer,
-    quirks: impl Into<UpstreamQuirks>,
+    writer: StateWriter,
+    quirks: impl Into<LightQuirks>,
 ) -> Result<(), StateError> {
     let (quirks, text) = (quirks.into(), || state.text.clone());
     if let Some(mistake) = state.mistake.as_ref().filter(|_| !quirks.finds_mistakes_late) {
         return Err(StateError::Mistake { text: text(), mistake: mistake.clone() });
     }
     let is_checked = match writer {
-        Writer::PhaseEntry => true,
-        Writer::Action => !quirks.allows_unknown,
+        StateWriter::PhaseEntry => true,
+        StateWriter::Action => !quirks.allows_unknown,
     };
     match store.layer {
-        Layer::GroundTruth if is_checked && state.text.contains("unknown") => {
+        StoreLayer::GroundTruth if is_checked && state.text.contains("unknown") => {
             Err(StateError::Reserved { text: text(), store })
         }
-        Layer::GroundTruth | Layer::Detected => Ok(()),
+        StoreLayer::GroundTruth | StoreLayer::Detected => Ok(()),
     }
 }
 
@@ -67,15 +67,15 @@ pub fn check_state(
 mod tests {
     use super::*;
     use crate::core::compat::Compat;
-    use crate::core::traffic_light::target::Channel;
+    use crate::core::traffic_light::target::LightChannel;
 
     /// docs/spec/traffic-lights.md, "Unknown states":
     /// every row of its table but the last, for both channels.
     #[test]
     fn unknown_is_for_detected_states() {
         use Compat::{Improved, Upstream};
-        use Layer::{Detected, GroundTruth};
-        use Writer::{Action, PhaseEntry};
+        use StateWriter::{Action, PhaseEntry};
+        use StoreLayer::{Detected, GroundTruth};
         let cases = [
             (PhaseEntry, GroundTruth, Upstream, false),
             (PhaseEntry, GroundTruth, Improved, false),
@@ -87,7 +87,7 @@ mod tests {
             (Action, Detected, Improved, true),
         ];
         for (writer, layer, compat, allowed) in cases {
-            for channel in Channel::ALL {
+            for channel in LightChannel::ALL {
                 let store = StoreId { channel, layer };
                 let checked = |text| check_state(store, &StateText::new(text), writer, compat);
                 assert_eq!(checked("red, green unknown").is_ok(), allowed, "{writer:?} {store} {compat:?}");
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_refusal_names_the_store_that_allows_unknown() {
         let state = StateText::new("unknown");
-        let error = check_state(StoreId::V2I, &state, Writer::Action, Compat::Improved).unwrap_err();
+        let error = check_state(StoreId::V2I, &state, StateWriter::Action, Compat::Improved).unwrap_err();
         assert!(error.to_string().contains("written to `v2i_detected` but not to `v2i`"), "{error}");
     }
 }

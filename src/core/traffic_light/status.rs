@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::engine::TrafficLights;
 use super::event_log::ScenarioOutcome;
 use super::scenario::ControllerIndex;
-use super::target::Channel;
+use super::target::LightChannel;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
@@ -17,15 +17,15 @@ const REJECTED_LATELY: Duration = Duration::from_secs(10);
 impl TrafficLights {
     /// One status for each channel and one for the scenario.
     pub fn statuses(&self, node: &str, now: MonoTime) -> Vec<Status> {
-        let channels = Channel::ALL.into_iter().map(|channel| self.channel_status(node, channel, now));
+        let channels = LightChannel::ALL.into_iter().map(|channel| self.channel_status(node, channel, now));
         channels.chain([self.scenario_status(node, now)]).collect()
     }
 
-    fn channel_status(&self, node: &str, channel: Channel, now: MonoTime) -> Status {
+    fn channel_status(&self, node: &str, channel: LightChannel, now: MonoTime) -> Status {
         let (truth_rate, v2i_rate) = self.rates();
         let (rate, stale) = match channel {
-            Channel::Conventional => (truth_rate, 0),
-            Channel::V2i => (v2i_rate, self.expiry.expired()),
+            LightChannel::Conventional => (truth_rate, 0),
+            LightChannel::V2i => (v2i_rate, self.expiry.expired()),
         };
         let counts = self.counts[channel as usize];
         let (truth, detected) = (self.stores().truth(channel).counts, self.stores().detected(channel).counts);

@@ -7,12 +7,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::bulb::{Bulb, BulbSet, Status};
+use super::bulb::{Bulb, BulbSet, BulbStatus};
 use super::bulb_counts::BulbCounts;
 use super::change_log::ChangeLog;
-use super::quirks::UpstreamQuirks;
-use super::refusal::Refusal;
-use super::target::{Channel, Layer, StoreId, Target};
+use super::quirks::LightQuirks;
+use super::refusal::ActionRefusal;
+use super::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use crate::core::map::light_map::{HeadIndex, LightMap};
 
 /// The state of one light.
@@ -28,7 +28,7 @@ pub struct Light {
 
 /// A change of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Change {
+pub enum LightChange {
     /// Replaces the bulbs by these.
     Set(BulbSet),
     /// Adds these bulbs.
@@ -81,17 +81,17 @@ pub struct DetectedLight {
 #[derive(Debug, Clone)]
 pub struct Stores {
     map: Arc<LightMap>,
-    quirks: UpstreamQuirks,
+    quirks: LightQuirks,
     channels: [(GroundTruth, Detected); 2],
     writes: u64,
 }
 
 /// The heads of an id: those of the group, else the one head.
-pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadIndex> + '_, Refusal> {
+pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadIndex> + '_, ActionRefusal> {
     let group = map.group(id);
     let head = if group.is_none() { map.head(id) } else { None };
     if group.is_none() && head.is_none() {
-        return Err(Refusal::UnknownId(id));
+        return Err(ActionRefusal::UnknownId(id));
     }
     Ok(group.into_iter().flat_map(|group| group.heads.iter().copied()).chain(head))
 }
@@ -100,14 +100,14 @@ impl Light {
     const UNTOUCHED: Self = Self { bulbs: None, confidence: 1.0, written: 0 };
 
     /// Applies a change. Returns whether anything differs afterwards.
-    fn apply(&mut self, change: Change, write: u64) -> bool {
+    fn apply(&mut self, change: LightChange, write: u64) -> bool {
         let before = (self.bulbs, self.confidence.to_bits());
         match change {
-            Change::Set(bulbs) => self.bulbs = Some(bulbs),
-            Change::Add(bulbs) => self.bulbs = Some(self.bulbs.unwrap_or_default().union(bulbs)),
-            Change::Clear => self.bulbs = self.bulbs.map(|_| BulbSet::EMPTY),
-            Change::Remove => *self = Self::UNTOUCHED,
-            Change::Confidence(confidence) => self.confidence = confidence,
+            LightChange::Set(bulbs) => self.bulbs = Some(bulbs),
+            LightChange::Add(bulbs) => self.bulbs = Some(self.bulbs.unwrap_or_default().union(bulbs)),
+            LightChange::Clear => self.bulbs = self.bulbs.map(|_| BulbSet::EMPTY),
+            LightChange::Remove => *self = Self::UNTOUCHED,
+            LightChange::Confidence(confidence) => self.confidence = confidence,
         }
         self.written = write;
         before != (self.bulbs, self.confidence.to_bits())
@@ -125,7 +125,7 @@ impl GroundTruth {
         &self.lights
     }
 
-    fn apply(&mut self, head: HeadIndex, change: Change, write: u64, quirks: UpstreamQuirks) -> bool {
+    fn apply(&mut self, head: HeadIndex, change: LightChange, write: u64, quirks: LightQuirks) -> bool {
         let Some(light) = self.lights.get_mut(head.0 as usize) else { return false };
         let before = light.bulbs;
         let created = quirks.touches_by_reading && light.bulbs.is_none();
@@ -155,20 +155,20 @@ impl Detected {
         &mut self,
         key: i64,
         head: HeadIndex,
-        change: Change,
+        change: LightChange,
         write: u64,
-        quirks: UpstreamQuirks,
+        quirks: LightQuirks,
     ) -> bool {
         let before = self.light(key).bulbs;
         let changed = match change {
-            Change::Remove => self.entries.remove(&key).is_some(),
-            Change::Clear if quirks.clears_confidence => self.entries.remove(&key).is_some(),
+            LightChange::Remove => self.entries.remove(&key).is_some(),
+            LightChange::Clear if quirks.clears_confidence => self.entries.remove(&key).is_some(),
             // Its confidence is kept.
-            Change::Clear => self.entries.get_mut(&key).is_some_and(|entry| {
+            LightChange::Clear => self.entries.get_mut(&key).is_some_and(|entry| {
                 entry.light.written = write;
                 entry.light.bulbs.take().is_some()
             }),
-            Change::Set(_) | Change::Add(_) | Change::Confidence(_) => {
+            LightChange::Set(_) | LightChange::Add(_) | LightChange::Confidence(_) => {
                 let entry =
                     self.entries.entry(key).or_insert(DetectedLight { head, light: Light::UNTOUCHED });
                 entry.light.apply(change, write)
@@ -184,7 +184,7 @@ impl Detected {
 
 impl Stores {
     /// Creates the stores of a map, in which no light was touched.
-    pub fn new(map: Arc<LightMap>, quirks: impl Into<UpstreamQuirks>) -> Self {
+    pub fn new(map: Arc<LightMap>, quirks: impl Into<LightQuirks>) -> Self {
         let (heads, counts) = (map.heads().len(), BulbCounts::default());
         let change_log = ChangeLog::new(heads);
         let truth =
@@ -200,22 +200,22 @@ impl Stores {
     }
 
     /// The rules of upstream that they follow.
-    pub fn quirks(&self) -> UpstreamQuirks {
+    pub fn quirks(&self) -> LightQuirks {
         self.quirks
     }
 
     /// Ground truth of a channel.
-    pub fn truth(&self, channel: Channel) -> &GroundTruth {
+    pub fn truth(&self, channel: LightChannel) -> &GroundTruth {
         &self.channels[channel as usize].0
     }
 
     /// Detections of a channel.
-    pub fn detected(&self, channel: Channel) -> &Detected {
+    pub fn detected(&self, channel: LightChannel) -> &Detected {
         &self.channels[channel as usize].1
     }
 
     /// Way id of the first light of a channel that shows red and green; for upstream the id as it was written.
-    pub(super) fn contradictory_light(&self, channel: Channel) -> Option<i64> {
+    pub(super) fn contradictory_light(&self, channel: LightChannel) -> Option<i64> {
         let (truth, detected) = (self.truth(channel), self.detected(channel));
         let is_contradictory = |light: &Light| light.bulbs.is_some_and(BulbSet::is_contradictory);
         // Counts are cheap to read, a search is not.
@@ -230,49 +230,49 @@ impl Stores {
     /// Number of changes of a store so far: it differs whenever a light of the store does.
     pub fn changes(&self, store: StoreId) -> u64 {
         match store.layer {
-            Layer::GroundTruth => self.truth(store.channel).change_log.changes(),
-            Layer::Detected => self.detected(store.channel).change_log.changes(),
+            StoreLayer::GroundTruth => self.truth(store.channel).change_log.changes(),
+            StoreLayer::Detected => self.detected(store.channel).change_log.changes(),
         }
     }
 
     /// Changes all lights of a target. Returns whether anything differs afterwards; an unknown id is refused.
-    pub fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
+    pub fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         self.writes += 1;
         let Self { map, quirks, channels, writes } = self;
         let (truth, detected) = &mut channels[target.store.channel as usize];
         match target.store.layer {
-            Layer::GroundTruth => {
+            StoreLayer::GroundTruth => {
                 let changed =
                     heads_of(map, target.id)?.filter(|head| truth.apply(*head, change, *writes, *quirks));
                 Ok(changed.count() > 0)
             }
-            Layer::Detected if !quirks.detects_by_written_id => {
+            StoreLayer::Detected if !quirks.detects_by_written_id => {
                 let changed = heads_of(map, target.id)?.filter(|index| {
                     let head = map.at(*index);
                     head.is_some_and(|head| detected.apply(head.way_id, *index, change, *writes, *quirks))
                 });
                 Ok(changed.count() > 0)
             }
-            Layer::Detected => {
+            StoreLayer::Detected => {
                 let head = map.head(target.id).or_else(|| map.group(target.id)?.heads.first().copied());
-                let head = head.ok_or(Refusal::UnknownId(target.id))?;
+                let head = head.ok_or(ActionRefusal::UnknownId(target.id))?;
                 Ok(detected.apply(target.id, head, change, *writes, *quirks))
             }
         }
     }
 
     /// Changes ground truth of one head.
-    pub(super) fn write_head(&mut self, channel: Channel, head: HeadIndex, change: Change) {
+    pub(super) fn write_head(&mut self, channel: LightChannel, head: HeadIndex, change: LightChange) {
         self.writes += 1;
         self.channels[channel as usize].0.apply(head, change, self.writes, self.quirks);
     }
 
     /// Compares all heads of a target with an expected state. Upstream makes lights of them.
-    pub fn matches(&mut self, target: Target, expected: Expected) -> Result<bool, Refusal> {
-        if self.quirks.touches_by_reading && target.store.layer == Layer::GroundTruth {
-            self.write(target, Change::Add(BulbSet::EMPTY))?;
+    pub fn matches(&mut self, target: SignalTarget, expected: Expected) -> Result<bool, ActionRefusal> {
+        if self.quirks.touches_by_reading && target.store.layer == StoreLayer::GroundTruth {
+            self.write(target, LightChange::Add(BulbSet::EMPTY))?;
         }
-        let is_dark = |bulb: Bulb| bulb.status == Status::SolidOff && !self.quirks.solid_off_is_not_dark;
+        let is_dark = |bulb: Bulb| bulb.status == BulbStatus::SolidOff && !self.quirks.solid_off_is_not_dark;
         Ok(self.bulbs(target)?.all(|bulbs| match expected {
             Expected::Dark => bulbs.iter().all(is_dark),
             Expected::Contains(expected) => bulbs.contains_all(&expected),
@@ -281,29 +281,29 @@ impl Stores {
     }
 
     /// Number of the last write to the light of an id, or to the first one of a group; 0 when there is none.
-    pub(super) fn written(&self, target: Target) -> u64 {
+    pub(super) fn written(&self, target: SignalTarget) -> u64 {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         let light = match target.store.layer {
-            Layer::GroundTruth => {
+            StoreLayer::GroundTruth => {
                 let head = heads_of(&self.map, target.id).ok().and_then(|mut heads| heads.next());
                 head.and_then(|head| truth.light(head).copied())
             }
-            Layer::Detected => Some(detected.light(target.id)),
+            StoreLayer::Detected => Some(detected.light(target.id)),
         };
         light.map_or(0, |light| light.written)
     }
 
     /// The bulbs of each head of a target, empty for a light that was never touched.
-    pub fn bulbs(&self, target: Target) -> Result<impl Iterator<Item = BulbSet> + '_, Refusal> {
+    pub fn bulbs(&self, target: SignalTarget) -> Result<impl Iterator<Item = BulbSet> + '_, ActionRefusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         // Upstream's detections are under the id as written: one entry, even for a group.
-        let as_written = target.store.layer == Layer::Detected && self.quirks.detects_by_written_id;
+        let as_written = target.store.layer == StoreLayer::Detected && self.quirks.detects_by_written_id;
         let heads = heads_of(&self.map, target.id)?.take(if as_written { 1 } else { usize::MAX });
         Ok(heads.map(move |head| {
             let light = match target.store.layer {
-                Layer::GroundTruth => truth.light(head).copied(),
-                Layer::Detected if as_written => Some(detected.light(target.id)),
-                Layer::Detected => self.map.at(head).map(|head| detected.light(head.way_id)),
+                StoreLayer::GroundTruth => truth.light(head).copied(),
+                StoreLayer::Detected if as_written => Some(detected.light(target.id)),
+                StoreLayer::Detected => self.map.at(head).map(|head| detected.light(head.way_id)),
             };
             light.and_then(|light| light.bulbs).unwrap_or_default()
         }))

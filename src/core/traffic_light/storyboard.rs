@@ -5,7 +5,7 @@
 //! own next evaluation, so that its position in the document does not matter.
 
 use super::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
-use super::refusal::Refusal;
+use super::refusal::ActionRefusal;
 use super::scenario::{Act, ElementState, Event, Scenario, Trigger};
 use super::scenario_state::ScenarioState;
 use super::trigger::TriggerState;
@@ -15,7 +15,7 @@ use super::trigger::TriggerState;
 pub(super) struct Storyboard {
     acts: Vec<ActTriggers>,
     stop: Option<TriggerState>,
-    board: Board,
+    board: ElementBoard,
 }
 
 #[derive(Debug, Clone)]
@@ -26,18 +26,18 @@ struct ActTriggers {
 }
 
 #[derive(Debug, Clone)]
-struct Board {
-    stories: Vec<Progress>,
+struct ElementBoard {
+    stories: Vec<ElementProgress>,
     acts: Vec<ActProgress>,
     now: Evaluation,
 }
 
 #[derive(Debug, Clone)]
 struct ActProgress {
-    progress: Progress,
+    progress: ElementProgress,
     /// The progress of each event, with the number of its executions.
-    events: Vec<(Progress, u32)>,
-    groups: Vec<Progress>,
+    events: Vec<(ElementProgress, u32)>,
+    groups: Vec<ElementProgress>,
 }
 
 /// The evaluation of one element in one frame.
@@ -58,7 +58,7 @@ enum RunState {
 
 /// The state of an element, with the evaluations of its last transitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Progress {
+struct ElementProgress {
     state: RunState,
     started: Option<Evaluation>,
     ended: Option<Evaluation>,
@@ -74,15 +74,15 @@ impl Storyboard {
             events: act.events.iter().map(|event| state(&event.start)).collect(),
         };
         let standby = |act: &Act| ActProgress {
-            progress: Progress::default(),
-            events: vec![(Progress::default(), 0); act.events.len()],
-            groups: vec![Progress::default(); act.groups.len()],
+            progress: ElementProgress::default(),
+            events: vec![(ElementProgress::default(), 0); act.events.len()],
+            groups: vec![ElementProgress::default(); act.groups.len()],
         };
         Self {
             acts: scenario.acts.iter().map(triggers).collect(),
             stop: state(&scenario.stop),
-            board: Board {
-                stories: vec![Progress::default(); scenario.stories.len()],
+            board: ElementBoard {
+                stories: vec![ElementProgress::default(); scenario.stories.len()],
                 acts: scenario.acts.iter().map(standby).collect(),
                 now: Evaluation::default(),
             },
@@ -94,7 +94,7 @@ impl Storyboard {
         &mut self,
         scenario: &Scenario,
         scenario_state: &mut ScenarioState,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ActionRefusal> {
         self.board.now = Evaluation { frame: self.board.now.frame + 1, position: 0 };
         self.board.start_stories();
         for (index, (triggers, act)) in self.acts.iter_mut().zip(&scenario.acts).enumerate() {
@@ -121,10 +121,10 @@ impl ActTriggers {
     fn step(
         &mut self,
         (index, act): (usize, &Act),
-        board: &mut Board,
+        board: &mut ElementBoard,
         scenario: &Scenario,
         scenario_state: &mut ScenarioState,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ActionRefusal> {
         match board.acts[index].progress.state {
             RunState::Complete => return Ok(()),
             RunState::Running => {}
@@ -169,10 +169,10 @@ impl ActTriggers {
 fn execute(
     (act, event): (usize, usize),
     planned: &Event,
-    board: &mut Board,
+    board: &mut ElementBoard,
     scenario: &Scenario,
     scenario_state: &mut ScenarioState,
-) -> Result<(), Refusal> {
+) -> Result<(), ActionRefusal> {
     scenario_state.log(ScenarioEvent::EventStarted { act, event });
     let (progress, executions) = &mut board.acts[act].events[event];
     *executions = executions.saturating_add(1);
@@ -192,21 +192,21 @@ fn execute(
 fn fires(
     state: &mut Option<TriggerState>,
     trigger: Option<&Trigger>,
-    board: &Board,
+    board: &ElementBoard,
     scenario: &Scenario,
     scenario_state: &mut ScenarioState,
-) -> Result<Option<bool>, Refusal> {
+) -> Result<Option<bool>, ActionRefusal> {
     let (Some(state), Some(trigger)) = (state, trigger) else { return Ok(None) };
     let remembers = scenario_state.quirks.remembers_element_states;
     let element = |name: &str, state| board.element_is(scenario, name, state, remembers);
     state.fires(trigger, scenario, scenario_state, element).map(Some)
 }
 
-impl Board {
+impl ElementBoard {
     /// Returns whether an element of that name is in a state, or `remembers` that it was. An action has the state of its
     /// event.
     fn element_is(&self, scenario: &Scenario, name: &str, state: ElementState, remembers: bool) -> bool {
-        let is = |progress: &Progress| {
+        let is = |progress: &ElementProgress| {
             if remembers { progress.has_been(state) } else { progress.is(state, self.now) }
         };
         let mut stories = scenario.stories.iter().zip(&self.stories);
@@ -224,7 +224,7 @@ impl Board {
     }
 }
 
-impl Board {
+impl ElementBoard {
     /// Stories start with the storyboard.
     fn start_stories(&mut self) {
         for story in self.stories.iter_mut().filter(|story| story.state == RunState::Standby) {
@@ -272,7 +272,7 @@ impl ActProgress {
     }
 }
 
-impl Progress {
+impl ElementProgress {
     fn start(&mut self, now: Evaluation) {
         (self.state, self.started) = (RunState::Running, Some(now));
     }

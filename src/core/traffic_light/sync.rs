@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::refusal::Refusal;
-use super::store::{Change, Stores, heads_of};
-use super::target::{Channel, StoreId, Target};
+use super::refusal::ActionRefusal;
+use super::store::{LightChange, Stores, heads_of};
+use super::target::{LightChannel, SignalTarget, StoreId};
 use crate::core::map::light_map::HeadIndex;
 
 /// The stores, with the heads that are copied. All writes but those of comparisons come through here.
@@ -36,24 +36,24 @@ impl SyncedStores {
 
     /// Writes to a store, and to V2I where it is copied: in improved mode head by head, in upstream mode when the
     /// id itself is that of an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
-    pub(super) fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
+    pub(super) fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         let changed = self.stores.write(target, change)?;
         let is_copied = match change {
-            Change::Set(_) | Change::Add(_) | Change::Clear | Change::Remove => {
+            LightChange::Set(_) | LightChange::Add(_) | LightChange::Clear | LightChange::Remove => {
                 target.store == StoreId::CONVENTIONAL
             }
-            Change::Confidence(_) => false,
+            LightChange::Confidence(_) => false,
         };
         if is_copied {
             let map = self.stores.map().clone();
             if !self.stores.quirks().copies_by_written_id {
                 for head in heads_of(&map, target.id)? {
                     if self.is_enabled(head) {
-                        self.stores.write_head(Channel::V2i, head, change);
+                        self.stores.write_head(LightChannel::V2i, head, change);
                     }
                 }
             } else if map.head(target.id).is_some_and(|head| self.is_enabled(head)) {
-                self.stores.write(Target { id: target.id, store: StoreId::V2I }, change)?;
+                self.stores.write(SignalTarget { id: target.id, store: StoreId::V2I }, change)?;
             }
         }
         Ok(changed)
@@ -61,7 +61,7 @@ impl SyncedStores {
 
     /// Begins or ends copying. Returns the heads for which that is new. Improved mode refuses an unknown id and
     /// does nothing then, upstream ignores it (Q14).
-    pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, Refusal> {
+    pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut heads = BTreeSet::new();
         for id in ids {
             match heads_of(self.stores.map(), *id) {
@@ -80,9 +80,9 @@ impl SyncedStores {
 
     /// Copies the present state of a head; one that was never touched stays untouched.
     pub(super) fn copy_now(&mut self, head: HeadIndex) {
-        let bulbs = self.stores.truth(Channel::Conventional).light(head).and_then(|light| light.bulbs);
+        let bulbs = self.stores.truth(LightChannel::Conventional).light(head).and_then(|light| light.bulbs);
         if let Some(bulbs) = bulbs {
-            self.stores.write_head(Channel::V2i, head, Change::Set(bulbs));
+            self.stores.write_head(LightChannel::V2i, head, LightChange::Set(bulbs));
         }
     }
 }

@@ -2,14 +2,14 @@
 
 /// The equipment over which a state reaches the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Channel {
+pub enum LightChannel {
     /// Lamps that a camera detects.
     Conventional,
     /// Messages of a network.
     V2i,
 }
 
-impl Channel {
+impl LightChannel {
     /// Both channels, in the order of their numbers.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::V2i];
 
@@ -24,7 +24,7 @@ impl Channel {
 
 /// The origin of a state: the light itself, or the vehicle's perception of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Layer {
+pub enum StoreLayer {
     /// The state that the light has.
     GroundTruth,
     /// The state that the perception pipeline reports instead.
@@ -35,28 +35,29 @@ pub enum Layer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StoreId {
     /// The equipment over which its states reach the vehicle.
-    pub channel: Channel,
+    pub channel: LightChannel,
     /// The origin of its states.
-    pub layer: Layer,
+    pub layer: StoreLayer,
 }
 
 impl StoreId {
     /// Ground truth of the conventional channel, which an id without a channel means.
-    pub const CONVENTIONAL: Self = Self { channel: Channel::Conventional, layer: Layer::GroundTruth };
+    pub const CONVENTIONAL: Self =
+        Self { channel: LightChannel::Conventional, layer: StoreLayer::GroundTruth };
     /// Ground truth of the V2I channel.
-    pub const V2I: Self = Self { channel: Channel::V2i, layer: Layer::GroundTruth };
+    pub const V2I: Self = Self { channel: LightChannel::V2i, layer: StoreLayer::GroundTruth };
     /// All four, in the order in which reports list them.
     pub const ALL: [Self; 4] = [
         Self::CONVENTIONAL,
-        Self { layer: Layer::Detected, ..Self::CONVENTIONAL },
+        Self { layer: StoreLayer::Detected, ..Self::CONVENTIONAL },
         Self::V2I,
-        Self { layer: Layer::Detected, ..Self::V2I },
+        Self { layer: StoreLayer::Detected, ..Self::V2I },
     ];
 }
 
 /// A light or group in one of the stores: `34802`, `34802 v2i_detected`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Target {
+pub struct SignalTarget {
     /// Way id of a signal head, or relation id of a group.
     pub id: i64,
     /// The store that holds its state.

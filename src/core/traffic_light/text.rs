@@ -8,7 +8,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use super::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use super::scenario::StateText;
 
 #[cfg(test)]
@@ -27,28 +27,28 @@ const COLORS: &[(&str, Color)] = &[
     ("unknown", Color::Unknown),
 ];
 /// Spellings of the statuses; the first one of a status is its name.
-const STATUSES: &[(&str, Status)] = &[
-    ("solidOn", Status::SolidOn),
-    ("solidOff", Status::SolidOff),
-    ("Blank", Status::SolidOff),
-    ("none", Status::SolidOff),
-    ("flashing", Status::Flashing),
-    ("unknown", Status::Unknown),
+const STATUSES: &[(&str, BulbStatus)] = &[
+    ("solidOn", BulbStatus::SolidOn),
+    ("solidOff", BulbStatus::SolidOff),
+    ("Blank", BulbStatus::SolidOff),
+    ("none", BulbStatus::SolidOff),
+    ("flashing", BulbStatus::Flashing),
+    ("unknown", BulbStatus::Unknown),
 ];
 /// Spellings of the shapes; the first one of a shape is its name.
-const SHAPES: &[(&str, Shape)] = &[
-    ("circle", Shape::Circle),
-    ("cross", Shape::Cross),
-    ("left", Shape::Left),
-    ("right", Shape::Right),
-    ("up", Shape::Up),
-    ("straight", Shape::Up),
-    ("upperLeft", Shape::UpperLeft),
-    ("upperRight", Shape::UpperRight),
-    ("down", Shape::Down),
-    ("lowerLeft", Shape::LowerLeft),
-    ("lowerRight", Shape::LowerRight),
-    ("unknown", Shape::Unknown),
+const SHAPES: &[(&str, BulbShape)] = &[
+    ("circle", BulbShape::Circle),
+    ("cross", BulbShape::Cross),
+    ("left", BulbShape::Left),
+    ("right", BulbShape::Right),
+    ("up", BulbShape::Up),
+    ("straight", BulbShape::Up),
+    ("upperLeft", BulbShape::UpperLeft),
+    ("upperRight", BulbShape::UpperRight),
+    ("down", BulbShape::Down),
+    ("lowerLeft", BulbShape::LowerLeft),
+    ("lowerRight", BulbShape::LowerRight),
+    ("unknown", BulbShape::Unknown),
 ];
 
 /// The length to which a wrong text is cut in an error, characters.
@@ -129,14 +129,14 @@ impl Color {
     }
 }
 
-impl Status {
+impl BulbStatus {
     /// The name in state texts.
     pub fn name(self) -> &'static str {
         name_of(STATUSES, &self)
     }
 }
 
-impl Shape {
+impl BulbShape {
     /// The name in state texts.
     pub fn name(self) -> &'static str {
         name_of(SHAPES, &self)
@@ -151,7 +151,7 @@ impl FromStr for Color {
     }
 }
 
-impl FromStr for Status {
+impl FromStr for BulbStatus {
     type Err = TextError;
 
     fn from_str(text: &str) -> Result<Self, TextError> {
@@ -159,7 +159,7 @@ impl FromStr for Status {
     }
 }
 
-impl FromStr for Shape {
+impl FromStr for BulbShape {
     type Err = TextError;
 
     fn from_str(text: &str) -> Result<Self, TextError> {
@@ -170,8 +170,8 @@ impl FromStr for Shape {
 /// Reads one bulb. Empty text is a bulb of defaults only.
 pub fn parse_bulb(text: &str) -> Result<Bulb, TextError> {
     let (color, rest) = take(COLORS, text, Color::Green);
-    let (status, rest) = take(STATUSES, rest.trim_start_matches(is_blank), Status::SolidOn);
-    let (shape, rest) = take(SHAPES, rest.trim_start_matches(is_blank), Shape::Circle);
+    let (status, rest) = take(STATUSES, rest.trim_start_matches(is_blank), BulbStatus::SolidOn);
+    let (shape, rest) = take(SHAPES, rest.trim_start_matches(is_blank), BulbShape::Circle);
     let rest = rest.trim_start_matches(is_blank);
     if rest.is_empty() { Ok(Bulb { color, status, shape }) } else { Err(unexpected_token(text, rest)) }
 }

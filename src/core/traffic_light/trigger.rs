@@ -8,15 +8,15 @@ use std::cmp::Ordering;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::periodic_timer::Moment;
-use super::quirks::UpstreamQuirks;
-use super::refusal::Refusal;
+use super::periodic_timer::ScenarioMoment;
+use super::quirks::LightQuirks;
+use super::refusal::ActionRefusal;
 use super::scenario::{
     Condition, ControllerIndex, Edge, ElementState, Rule, Scenario, StateText, Test, Trigger,
 };
 use super::scenario_state::ScenarioState;
 use super::store::Expected;
-use super::target::Target;
+use super::target::SignalTarget;
 
 /// The state of a trigger: that of each condition of each group.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub(super) struct TriggerState {
 #[derive(Debug, Clone, Default)]
 struct ConditionState {
     /// The changes of the value within the delay, and the last one before it.
-    history: VecDeque<(Moment, bool)>,
+    history: VecDeque<(ScenarioMoment, bool)>,
     /// The delayed value at the last evaluation.
     previous: Option<bool>,
     /// True once the delayed value was true.
@@ -51,7 +51,7 @@ impl TriggerState {
         scenario: &Scenario,
         scenario_state: &mut ScenarioState,
         element: impl Fn(&str, ElementState) -> bool,
-    ) -> Result<bool, Refusal> {
+    ) -> Result<bool, ActionRefusal> {
         if scenario_state.now.nanos < self.idle_until {
             return Ok(false);
         }
@@ -109,16 +109,22 @@ impl ConditionState {
         let Test::SimulationTime { rule, value } = &condition.test else { return };
         if matches!(condition.edge, Edge::Rising | Edge::Falling | Edge::RisingOrFalling) {
             let at_start = rule.holds(&Duration::ZERO, value);
-            self.history.push_back((Moment::default(), at_start));
+            self.history.push_back((ScenarioMoment::default(), at_start));
             self.previous = condition.delay.is_zero().then_some(at_start);
         }
     }
 
-    fn is_true(&mut self, condition: &Condition, value: bool, now: Moment, quirks: UpstreamQuirks) -> bool {
+    fn is_true(
+        &mut self,
+        condition: &Condition,
+        value: bool,
+        now: ScenarioMoment,
+        quirks: LightQuirks,
+    ) -> bool {
         if self.history.back().is_none_or(|(_, last)| *last != value) {
             self.history.push_back((now, value));
         }
-        let is_over = |at: Moment| at.has_lasted(condition.delay, now, quirks);
+        let is_over = |at: ScenarioMoment| at.has_lasted(condition.delay, now, quirks);
         while self.history.get(1).is_some_and(|(at, _)| is_over(*at)) {
             self.history.pop_front();
         }
@@ -145,7 +151,7 @@ fn value(
     scenario: &Scenario,
     scenario_state: &mut ScenarioState,
     element: impl Fn(&str, ElementState) -> bool,
-) -> Result<bool, Refusal> {
+) -> Result<bool, ActionRefusal> {
     match test {
         Test::SimulationTime { rule, value } => Ok(if scenario_state.quirks.slips_by_frames {
             rule.holds(&scenario_state.now.seconds, &value.as_secs_f64())
@@ -166,14 +172,14 @@ fn value(
 
 fn matches(
     scenario_state: &mut ScenarioState,
-    target: Target,
+    target: SignalTarget,
     state: Option<&StateText>,
     exact: bool,
-) -> Result<bool, Refusal> {
+) -> Result<bool, ActionRefusal> {
     let expected = match state {
         None => Expected::Dark,
         Some(state) if scenario_state.quirks.compares_single_bulbs => {
-            let bulb = state.single.ok_or_else(|| Refusal::State {
+            let bulb = state.single.ok_or_else(|| ActionRefusal::State {
                 text: state.text.clone(),
                 mistake: "a light is compared with one bulb".to_owned(),
             })?;
@@ -227,11 +233,11 @@ mod tests {
     /// The results of a condition for values one second apart, `#` for true.
     fn run(edge: Edge, delay_s: u64, values: &str) -> String {
         let (condition, mut state) = (condition(edge, delay_s), ConditionState::default());
-        let mut now = Moment::default();
+        let mut now = ScenarioMoment::default();
         values
             .chars()
             .map(|value| {
-                let is_true = state.is_true(&condition, value == '#', now, UpstreamQuirks::default());
+                let is_true = state.is_true(&condition, value == '#', now, LightQuirks::default());
                 now = now.after(Duration::from_secs(1));
                 if is_true { '#' } else { '.' }
             })
@@ -275,7 +281,7 @@ mod tests {
         ) {
             let (trigger, scenario) = (Trigger { groups }, Scenario::default());
             let settings =
-                LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), UpstreamQuirks::default());
+                LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), LightQuirks::default());
             let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
             let mut scenario_state = TrafficLights::new(settings, now).scenario_state;
             let (mut idle, mut busy) = (TriggerState::new(&trigger), TriggerState::new(&trigger));

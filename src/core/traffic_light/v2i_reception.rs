@@ -19,7 +19,7 @@ use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observation, Observations};
 use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
-use binding::{Cycle, Group, V2iBinding, V2iSource, V2iStates};
+use binding::{BoundGroup, CyclingMessage, V2iBinding, V2iSource, V2iStates};
 
 pub use finding::GroupFinding;
 
@@ -265,11 +265,11 @@ fn of_source(groups: &mut [Tracked], source: usize) -> &mut [Tracked] {
     &mut groups[first..behind]
 }
 
-fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSource, &Group)> {
+fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSource, &BoundGroup)> {
     let source = binding.sources.get(source)?;
     let group = match &source.states {
         V2iStates::Single(group) => Some(group),
-        V2iStates::Cycling(Cycle { groups, .. }) => groups.get(own).map(|(_, group)| group),
+        V2iStates::Cycling(CyclingMessage { groups, .. }) => groups.get(own).map(|(_, group)| group),
     };
     Some((source, group?))
 }
@@ -278,7 +278,12 @@ fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSou
 type Context<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
 
 /// The state of a group now. `last` is its state in a cycling message.
-fn evaluate(context: Context<'_>, source: &V2iSource, group: &Group, last: Option<CyclingState>) -> State {
+fn evaluate(
+    context: Context<'_>,
+    source: &V2iSource,
+    group: &BoundGroup,
+    last: Option<CyclingState>,
+) -> State {
     let (binding, _, _, now) = context;
     let cycle = match &source.states {
         V2iStates::Single(_) => None,
@@ -326,7 +331,7 @@ fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
 
 /// The state of a group by the values of its signals.
 fn state_of(
-    group: &Group,
+    group: &BoundGroup,
     received: Received,
     raw: impl Fn(SignalIndex) -> Result<i128, InvalidReason>,
 ) -> State {

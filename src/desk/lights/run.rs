@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::traffic_light::emission::{Content, LightsTopic};
+use crate::core::traffic_light::emission::{LightsContent, LightsTopic};
 use crate::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use crate::core::traffic_light::event_log::{LoggedEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
@@ -13,7 +13,7 @@ use crate::report::lights::{Snapshot, States};
 
 /// A scenario in progress.
 #[derive(Debug)]
-pub struct Run {
+pub struct ScenarioRun {
     lights: TrafficLights,
     until: MonoTime,
     states: States,
@@ -23,7 +23,7 @@ pub struct Run {
     contradictions: BTreeMap<(StoreId, i64), MonoTime>,
 }
 
-impl Run {
+impl ScenarioRun {
     /// A run before its start, to the end of the scenario or `until`. It has the camera's and the V2I topic,
     /// whatever the topics of the settings.
     pub fn new(mut settings: LightsSettings, until: Duration) -> Self {
@@ -63,7 +63,7 @@ impl Run {
                 | LightsTopic::Markers
                 | LightsTopic::Clock => continue,
             };
-            let Content::Groups(groups) = emission.content else { continue };
+            let LightsContent::Groups(groups) = emission.content else { continue };
             if sent.as_ref() != Some(&groups) {
                 has_changed = true;
                 *sent = Some(groups);

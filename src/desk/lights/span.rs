@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::core::traffic_light::scenario::{Action, Controller, Scenario, Test, Trigger};
+use crate::core::traffic_light::scenario::{Action, Scenario, Test, TrafficSignalController, Trigger};
 
 /// Limit for scenarios that end by themselves.
 const MAX_LENGTH: Duration = Duration::from_secs(3_600);
@@ -13,14 +13,14 @@ const AFTERMATH: Duration = Duration::from_secs(5);
 
 /// The length of a run with its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Span {
+pub struct RunLength {
     /// End of the run, from the start.
     pub until: Duration,
     /// The reason for this end, as text.
     pub why: &'static str,
 }
 
-impl Span {
+impl RunLength {
     /// Up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s after the last
     /// time that a trigger names; a minute without either.
     pub fn of(scenario: &Scenario) -> Self {
@@ -52,7 +52,7 @@ fn ends_by_itself(scenario: &Scenario) -> bool {
 }
 
 /// Twice the cycle of a controller, with the delays of those it follows; `None` for a cycle without end or length.
-fn shown_cycles(scenario: &Scenario, controller: &Controller) -> Option<Duration> {
+fn shown_cycles(scenario: &Scenario, controller: &TrafficSignalController) -> Option<Duration> {
     let cycle =
         controller.phases.iter().try_fold(Duration::ZERO, |sum, phase| sum.checked_add(phase.duration?))?;
     let mut shown = cycle.checked_mul(2).filter(|shown| !shown.is_zero())?;
@@ -82,7 +82,7 @@ mod tests {
         Act, Condition, ControllerIndex, Edge, Event, Phase, Reference, Rule,
     };
 
-    fn controller(durations_s: &[Option<u64>], reference: Option<(usize, u64)>) -> Controller {
+    fn controller(durations_s: &[Option<u64>], reference: Option<(usize, u64)>) -> TrafficSignalController {
         let phase = |duration: &Option<u64>| Phase {
             name: "p".into(),
             duration: duration.map(Duration::from_secs),
@@ -92,7 +92,11 @@ mod tests {
             controller: ControllerIndex(controller),
             delay: Duration::from_secs(delay),
         });
-        Controller { name: "c".into(), reference, phases: durations_s.iter().map(phase).collect() }
+        TrafficSignalController {
+            name: "c".into(),
+            reference,
+            phases: durations_s.iter().map(phase).collect(),
+        }
     }
 
     fn at(seconds: u64) -> Trigger {
@@ -112,15 +116,15 @@ mod tests {
         let empty = controller(&[], None);
         let following = controller(&[Some(4), Some(4)], Some((0, 3)));
         let controllers = vec![controller(&[Some(4), Some(4)], None), following, endless, empty];
-        let span = Span::of(&Scenario { controllers, ..Scenario::default() });
-        assert_eq!(span, Span { until: Duration::from_secs(19), why: "twice the longest cycle" });
+        let span = RunLength::of(&Scenario { controllers, ..Scenario::default() });
+        assert_eq!(span, RunLength { until: Duration::from_secs(19), why: "twice the longest cycle" });
     }
 
     #[test]
     fn late_events_are_shown_too() {
         let controllers = vec![controller(&[Some(4)], None)];
         let until = |seconds, controllers| {
-            Span::of(&Scenario { controllers, acts: vec![event(seconds)], ..Scenario::default() })
+            RunLength::of(&Scenario { controllers, acts: vec![event(seconds)], ..Scenario::default() })
                 .until
                 .as_secs()
         };
@@ -136,7 +140,7 @@ mod tests {
         let circle = Scenario { controllers: circle, ..Scenario::default() };
         let cases = [(stopped, 3_600), (ended, 3_600), (Scenario::default(), 60), (circle, 3_600)];
         for (scenario, until_s) in cases {
-            assert_eq!(Span::of(&scenario).until.as_secs(), until_s);
+            assert_eq!(RunLength::of(&scenario).until.as_secs(), until_s);
         }
     }
 }

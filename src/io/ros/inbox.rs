@@ -96,7 +96,7 @@ mod tests {
     use crate::core::command::input::CommandInput;
     use crate::core::command::origin::{CommandOrigin, SampleId};
     use crate::core::time::WallStamp;
-    use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+    use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 
     type Arrival = (usize, Input);
 
@@ -105,7 +105,7 @@ mod tests {
     }
 
     fn state(subscription: usize, nanos: i64) -> Arrival {
-        let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+        let store = StoreId { channel: LightChannel::V2i, layer: StoreLayer::GroundTruth };
         let (stamp, states) = (WallStamp::from_nanos(nanos), Vec::new());
         (subscription, TrafficLightInput::States { store, stamp, states, rejected: 0 }.into())
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::look::{BASE_LINE, Look};
 use super::svg::{Area, Element, text_at};
 use super::{ink, text};
-use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 
 const SIZE_PX: f64 = 11.0;
 /// Width and height of a sample.
@@ -30,20 +30,20 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
         }
     }
     let sample = |bulb: Bulb| Look::Bulbs([bulb].into_iter().collect());
-    let plain = |color, status| sample(Bulb { color, status, shape: Shape::Circle });
+    let plain = |color, status| sample(Bulb { color, status, shape: BulbShape::Circle });
     let mut entries = Vec::new();
     for color in Color::ALL.into_iter().filter(|color| bulbs.iter().any(|bulb| bulb.color == *color)) {
-        entries.push((plain(color, Status::SolidOn), color.name().to_owned()));
+        entries.push((plain(color, BulbStatus::SolidOn), color.name().to_owned()));
     }
-    for status in [Status::Flashing, Status::SolidOff, Status::Unknown] {
+    for status in [BulbStatus::Flashing, BulbStatus::SolidOff, BulbStatus::Unknown] {
         if let Some(bulb) = bulbs.iter().find(|bulb| bulb.status == status) {
-            let meaning = if status == Status::Unknown { "status unknown" } else { status.name() };
+            let meaning = if status == BulbStatus::Unknown { "status unknown" } else { status.name() };
             entries.push((plain(bulb.color, status), meaning.to_owned()));
         }
     }
     if several {
         let both = [Color::Green, Color::Red];
-        let both = both.map(|color| Bulb { color, status: Status::SolidOn, shape: Shape::Circle });
+        let both = both.map(|color| Bulb { color, status: BulbStatus::SolidOn, shape: BulbShape::Circle });
         entries.push((Look::Bulbs(both.into_iter().collect()), "several bulbs".to_owned()));
     }
     if dark {

@@ -5,7 +5,7 @@ use super::ink::{self, Ink};
 use super::svg::{Area, Element, line, pixels, rect, text_at};
 use super::text;
 use crate::core::diagnostics::Level;
-use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 
 /// The state that a bar shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -176,7 +176,7 @@ fn stripe(bulb: Bulb, area: Area) -> Vec<Element> {
     let mut drawn = field(bulb, ink, area);
     let size = SIGN_PX.min(area.height - 2.0);
     if size >= 7.0 {
-        let sign = if bulb.status == Status::SolidOff { ink.edge } else { ink.sign };
+        let sign = if bulb.status == BulbStatus::SolidOff { ink.edge } else { ink.sign };
         drawn.extend(signs(bulb, ink, sign, area, size));
     }
     drawn
@@ -192,16 +192,16 @@ fn field(bulb: Bulb, ink: Ink, area: Area) -> Vec<Element> {
         rect(x, y, width, height).with("fill", fill)
     };
     match bulb.status {
-        Status::SolidOn => vec![field.with("fill", ink.fill)],
-        Status::Flashing => {
+        BulbStatus::SolidOn => vec![field.with("fill", ink.fill)],
+        BulbStatus::Flashing => {
             vec![field.with("fill", ink.fill).with("stroke-dasharray", "3 2"), over("flashing")]
         }
-        Status::Unknown => {
+        BulbStatus::Unknown => {
             let pale = field.with("fill", ink.fill).with("fill-opacity", 0.5);
             vec![pale.with("stroke-dasharray", "1 2"), over("unsure")]
         }
         // Hollow: the border alone, drawn inside so that neighbours do not cover it.
-        Status::SolidOff if wide => {
+        BulbStatus::SolidOff if wide => {
             vec![
                 rect(x + 1.0, y + 1.0, width - 2.0, height - 2.0)
                     .with("fill", "#ffffff")
@@ -209,7 +209,7 @@ fn field(bulb: Bulb, ink: Ink, area: Area) -> Vec<Element> {
                     .with("stroke-width", 2),
             ]
         }
-        Status::SolidOff => vec![field.with("fill", ink.fill).with("fill-opacity", 0.3)],
+        BulbStatus::SolidOff => vec![field.with("fill", ink.fill).with("fill-opacity", 0.3)],
     }
 }
 
@@ -220,7 +220,7 @@ fn signs(bulb: Bulb, ink: Ink, color: &str, area: Area, size: f64) -> Vec<Elemen
     let letter = |x: f64| {
         let area = Area { x, width: 0.0, ..area };
         let halo =
-            if bulb.status == Status::Flashing && bulb.color != Color::White { ink.edge } else { "none" };
+            if bulb.status == BulbStatus::Flashing && bulb.color != Color::White { ink.edge } else { "none" };
         let halo = if bulb.color == Color::Yellow && halo != "none" { ink.fill } else { halo };
         centred(area, size, ink.letter)
             .with("font-weight", "bold")
@@ -240,27 +240,27 @@ fn signs(bulb: Bulb, ink: Ink, color: &str, area: Area, size: f64) -> Vec<Elemen
 /// The sign of a shape; none for the circle, which is the default.
 fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Element> {
     let turn_deg = match bulb.shape {
-        Shape::Circle => return None,
+        BulbShape::Circle => return None,
         // The letter is a question mark already.
-        Shape::Unknown if bulb.color == Color::Unknown => return None,
-        Shape::Unknown => {
+        BulbShape::Unknown if bulb.color == Color::Unknown => return None,
+        BulbShape::Unknown => {
             let area = Area { x, y: y - size, width: 0.0, height: 2.0 * size };
             return Some(centred(area, size, "?").with("font-weight", "bold").with("fill", color));
         }
-        Shape::Cross => {
+        BulbShape::Cross => {
             let arm = size * 0.36;
             let path = format!("M{0} {0}L{1} {1}M{0} {1}L{1} {0}", pixels(-arm), pixels(arm));
             let cross = Element::new("path").with("d", path).with("stroke", color).with("stroke-width", 2);
             return Some(cross.with("transform", format!("translate({} {})", pixels(x), pixels(y))));
         }
-        Shape::Right => 0,
-        Shape::LowerRight => 45,
-        Shape::Down => 90,
-        Shape::LowerLeft => 135,
-        Shape::Left => 180,
-        Shape::UpperLeft => 225,
-        Shape::Up => 270,
-        Shape::UpperRight => 315,
+        BulbShape::Right => 0,
+        BulbShape::LowerRight => 45,
+        BulbShape::Down => 90,
+        BulbShape::LowerLeft => 135,
+        BulbShape::Left => 180,
+        BulbShape::UpperLeft => 225,
+        BulbShape::Up => 270,
+        BulbShape::UpperRight => 315,
     };
     let tip = size * 0.5;
     let corners =

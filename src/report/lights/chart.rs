@@ -11,7 +11,7 @@ use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::traffic_light::event_log::ScenarioEvent;
 use crate::core::traffic_light::scenario::{Action, Scenario};
-use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use crate::report::chart::{Along, Bar, Chart, Lane, Look, Mark, Row};
 use crate::report::seconds;
 
@@ -27,7 +27,7 @@ pub struct LightsChart {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Subject {
     Controller(usize),
-    Light { id: i64, channel: Channel, is_truth: bool },
+    Light { id: i64, channel: LightChannel, is_truth: bool },
     Group { id: i64, is_external: bool },
 }
 
@@ -114,10 +114,10 @@ impl LightsChart {
             }
             Subject::Light { id, channel, is_truth } => {
                 let row = match (channel, is_truth) {
-                    (Channel::Conventional, true) => "GroundTruth",
-                    (Channel::Conventional, false) => "Detected",
-                    (Channel::V2i, true) => "v2i GroundTruth",
-                    (Channel::V2i, false) => "v2i Detected",
+                    (LightChannel::Conventional, true) => "GroundTruth",
+                    (LightChannel::Conventional, false) => "Detected",
+                    (LightChannel::V2i, true) => "v2i GroundTruth",
+                    (LightChannel::V2i, false) => "v2i Detected",
                 };
                 (self.light(id), row)
             }
@@ -162,7 +162,7 @@ fn looks(snapshot: &Snapshot<'_>) -> BTreeMap<Subject, Look> {
         Some((Subject::Controller(index), Look::Named(phase.name.clone())))
     });
     let lights = StoreId::ALL.into_iter().flat_map(|store| {
-        let (channel, is_truth) = (store.channel, store.layer == Layer::GroundTruth);
+        let (channel, is_truth) = (store.channel, store.layer == StoreLayer::GroundTruth);
         let subject = move |id| Subject::Light { id, channel, is_truth };
         states.store(store).map(move |(id, light)| (subject(id), Look::Bulbs(light.bulbs)))
     });

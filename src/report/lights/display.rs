@@ -2,8 +2,8 @@
 
 use super::snapshot::time_of;
 use crate::core::time::MonoTime;
-use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
-use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
+use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
 use crate::core::traffic_light::engine::LightObservation;
 
 const RESET: &str = "\x1b[0m";
@@ -39,17 +39,17 @@ impl Style {
         format!("{} at {}", self.elements(&prediction.elements), seconds(time_of(prediction.at)))
     }
 
-    fn elements(self, elements: &[Element]) -> String {
+    fn elements(self, elements: &[GroupElement]) -> String {
         lit(elements.iter().map(|element| self.bulb(element.bulb) + &unsure(element.confidence)))
     }
 
     /// A state text without its defaults.
     fn bulb(self, bulb: Bulb) -> String {
         let mut parts = vec![bulb.color.name()];
-        if bulb.status != Status::SolidOn || bulb.shape == Shape::Unknown {
+        if bulb.status != BulbStatus::SolidOn || bulb.shape == BulbShape::Unknown {
             parts.push(bulb.status.name());
         }
-        if bulb.shape != Shape::Circle {
+        if bulb.shape != BulbShape::Circle {
             parts.push(bulb.shape.name());
         }
         let text = parts.join(" ");
@@ -101,8 +101,8 @@ mod tests {
     #[test]
     fn every_bulb_is_written_as_its_state_text() {
         for color in Color::ALL {
-            for status in Status::ALL {
-                for shape in Shape::ALL {
+            for status in BulbStatus::ALL {
+                for shape in BulbShape::ALL {
                     let bulb = Bulb { color, status, shape };
                     let text = Style::Plain.bulb(bulb);
                     assert_eq!(parse_bulbs(&text), Ok([bulb].into_iter().collect()), "{text}");

@@ -5,7 +5,7 @@ use serde_json::json;
 use super::display::list;
 use crate::core::traffic_light::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{Action, Scenario};
-use crate::core::traffic_light::target::{StoreId, Target};
+use crate::core::traffic_light::target::{SignalTarget, StoreId};
 use crate::core::traffic_light::variable::VariableIndex;
 use crate::report::Entry;
 
@@ -77,7 +77,7 @@ pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Ac
 
 /// An action as text.
 fn action(action: &Action, scenario: &Scenario) -> String {
-    let set = |target: &Target, text: &str| {
+    let set = |target: &SignalTarget, text: &str| {
         if text.is_empty() { format!("set {target} to nothing") } else { format!("set {target} to {text}") }
     };
     match action {
@@ -89,7 +89,7 @@ fn action(action: &Action, scenario: &Scenario) -> String {
         }
         Action::SetV2iState { id, state, rate_hz } => {
             let rate = rate_hz.map(|rate| format!(", v2i at {rate} Hz")).unwrap_or_default();
-            set(&Target { id: *id, store: StoreId::V2I }, &state.text) + &rate
+            set(&SignalTarget { id: *id, store: StoreId::V2I }, &state.text) + &rate
         }
         Action::SetV2iRate { rate_hz } => format!("send v2i at {rate_hz} Hz"),
         Action::SetGroundTruthRate { rate_hz } => format!("send ground truth at {rate_hz} Hz"),

@@ -8,8 +8,8 @@ use super::entry::entry;
 use super::snapshot::{Snapshot, States, time_of};
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::Bulb;
-use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
-use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
+use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use crate::report::seconds;
 
 pub(super) fn object(snapshot: &Snapshot<'_>) -> Value {
@@ -18,8 +18,8 @@ pub(super) fn object(snapshot: &Snapshot<'_>) -> Value {
     json!({
         "t": seconds(snapshot.at),
         "events": events.collect::<Vec<_>>(),
-        "ground_truth": channels(states, Layer::GroundTruth),
-        "detected": channels(states, Layer::Detected),
+        "ground_truth": channels(states, StoreLayer::GroundTruth),
+        "detected": channels(states, StoreLayer::Detected),
         "internal": states.internal.as_ref().map(|groups| list(groups, internal)),
         "external": states.external.as_ref().map(|groups| list(groups, external)),
     })
@@ -30,7 +30,7 @@ pub(super) fn undecided(at: MonoTime, reason: &str) -> Value {
     json!({ "t": seconds(at), "events": [{ "what": "end", "verdict": "undecided", "reason": reason }] })
 }
 
-fn channels(states: &States, layer: Layer) -> Value {
+fn channels(states: &States, layer: StoreLayer) -> Value {
     let lights = |channel| -> Map<String, Value> {
         let lights = states.store(StoreId { channel, layer });
         let light = lights.map(|(id, light)| {
@@ -39,7 +39,7 @@ fn channels(states: &States, layer: Layer) -> Value {
         });
         light.collect()
     };
-    json!({ "conventional": lights(Channel::Conventional), "v2i": lights(Channel::V2i) })
+    json!({ "conventional": lights(LightChannel::Conventional), "v2i": lights(LightChannel::V2i) })
 }
 
 fn internal(group: &Arc<GroupState>) -> Value {
@@ -54,7 +54,7 @@ fn external(group: &Arc<GroupState>) -> Value {
     })
 }
 
-fn element(element: &Element) -> Value {
+fn element(element: &GroupElement) -> Value {
     let Bulb { color, status, shape } = element.bulb;
     let (color, status, shape) = (color.name(), status.name(), shape.name());
     json!({ "color": color, "status": status, "shape": shape, "confidence": element.confidence })

@@ -10,14 +10,14 @@ use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::map::light_map::{Lamp, LampColor};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::bulb::BulbSet;
-use signal_gateway::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
+use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use signal_gateway::core::traffic_light::emission::{
-    Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic, Prediction,
+    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic, Prediction,
 };
 use signal_gateway::core::traffic_light::engine::LightObservation;
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::output::TrafficLightOutput;
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
+use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::messages::LightsType;
 use signal_gateway::io::ros::session::{
@@ -27,7 +27,7 @@ use signal_gateway::io::ros::session::{
 use super::autoware_topics;
 use crate::support::waiting::Pace;
 
-const RED: Bulb = Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle };
+const RED: Bulb = Bulb { color: Color::Red, status: BulbStatus::SolidOn, shape: BulbShape::Circle };
 
 /// Topics in the order of the status.
 pub(crate) fn outlets() -> Vec<LightsTopicSettings> {
@@ -48,7 +48,8 @@ pub(crate) fn outlets() -> Vec<LightsTopicSettings> {
 
 /// Subscriptions 0 to 3.
 pub(crate) fn subscriptions() -> Vec<Subscription> {
-    let groups = SubscriptionKind::Groups(StoreId { channel: Channel::V2i, layer: Layer::Detected });
+    let groups =
+        SubscriptionKind::Groups(StoreId { channel: LightChannel::V2i, layer: StoreLayer::Detected });
     let subscription = |name: &str, kind, reliability, durability| Subscription {
         name: name.to_owned(),
         kind,
@@ -98,9 +99,9 @@ pub(crate) fn send(session: &RosSession, command: &str) {
     }
 }
 
-fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
+fn content(topic: &str, count: i64) -> (LightsTopic, LightsContent) {
     let bulbs = [RED].into_iter().collect();
-    let elements = vec![Element { bulb: RED, confidence: 0.5 }];
+    let elements = vec![GroupElement { bulb: RED, confidence: 0.5 }];
     let prediction = Prediction {
         at: WallStamp::from_nanos(9_000_000_001),
         elements: elements.clone(),
@@ -113,13 +114,16 @@ fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
     match topic {
         "truth" => (
             LightsTopic::GroundTruth,
-            Content::lights((0..count).map(|way_id| LightState { way_id, bulbs, confidence: 0.5 })),
+            LightsContent::lights((0..count).map(|way_id| LightState { way_id, bulbs, confidence: 0.5 })),
         ),
-        "camera" => (LightsTopic::Camera, Content::groups((0..count).map(|id| group(id, vec![])))),
-        "v2i" => {
-            (LightsTopic::V2i, Content::groups((0..count).map(|id| group(id, vec![prediction.clone()]))))
+        "camera" => (LightsTopic::Camera, LightsContent::groups((0..count).map(|id| group(id, vec![])))),
+        "v2i" => (
+            LightsTopic::V2i,
+            LightsContent::groups((0..count).map(|id| group(id, vec![prediction.clone()]))),
+        ),
+        "markers" => {
+            (LightsTopic::Markers, LightsContent::markers([LampMarker { way_id: 1, lamp, is_on: true }]))
         }
-        "markers" => (LightsTopic::Markers, Content::markers([LampMarker { way_id: 1, lamp, is_on: true }])),
         other => panic!("unknown topic {other}"),
     }
 }

@@ -7,7 +7,7 @@ use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::traffic_light::engine::LightsSettings;
 use signal_gateway::core::traffic_light::event_log::ScenarioEvent;
-use signal_gateway::desk::lights::run::Run;
+use signal_gateway::desk::lights::run::ScenarioRun;
 
 use crate::support::files::MemoryFiles;
 
@@ -18,7 +18,7 @@ pub(super) fn starts(compat: Compat, name: &str, text: &str) -> (Vec<(String, u1
     let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     let map = LightMap::new([], &[GroupEntry::new(200, [21])]);
     let settings = LightsSettings::new(map.into(), file.scenario, compat);
-    let mut run = Run::new(settings, std::time::Duration::from_secs(20));
+    let mut run = ScenarioRun::new(settings, std::time::Duration::from_secs(20));
     let mut starts = Vec::new();
     while let Some(snapshot) = run.step() {
         for logged in snapshot.events {

@@ -11,7 +11,7 @@ use std::time::Duration;
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Priority};
-use signal_gateway::core::traffic_light::emission::{Element, GroupState, Groups, Prediction};
+use signal_gateway::core::traffic_light::emission::{GroupElement, GroupState, Groups, Prediction};
 use signal_gateway::core::traffic_light::text::parse_bulb;
 
 /// An input of the arbiter.
@@ -69,8 +69,8 @@ fn group(text: &'static str) -> GroupState {
     let element = |text: &'static str| {
         let (bulb, confidence) = text.rsplit_once(' ').unwrap_or((text, ""));
         match confidence.parse() {
-            Ok(confidence) => Element { bulb: parse_bulb(bulb).unwrap(), confidence },
-            Err(_) => Element { bulb: parse_bulb(text).unwrap(), confidence: 1.0 },
+            Ok(confidence) => GroupElement { bulb: parse_bulb(bulb).unwrap(), confidence },
+            Err(_) => GroupElement { bulb: parse_bulb(text).unwrap(), confidence: 1.0 },
         }
     };
     let prediction =

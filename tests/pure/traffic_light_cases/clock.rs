@@ -7,9 +7,11 @@ use signal_gateway::core::compat::Compat::{Improved, Upstream};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
-use signal_gateway::core::traffic_light::emission::{Content, Element, Emission, GroupState, LightsTopic};
+use signal_gateway::core::traffic_light::emission::{
+    Emission, GroupElement, GroupState, LightsContent, LightsTopic,
+};
 use signal_gateway::core::traffic_light::engine::LightsSettings;
-use signal_gateway::core::traffic_light::flow::{FlowSettings, TrafficLightFlow};
+use signal_gateway::core::traffic_light::flow::{LightsFlowSettings, TrafficLightFlow};
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::output::TrafficLightOutput;
 use signal_gateway::core::traffic_light::scenario::Scenario;
@@ -31,14 +33,14 @@ struct Bench {
 
 impl Bench {
     /// One phase of 3 s, then one of 60 s, and these settings.
-    fn new(change: impl FnOnce(&mut FlowSettings)) -> Self {
+    fn new(change: impl FnOnce(&mut LightsFlowSettings)) -> Self {
         let scenario = Scenario {
             controllers: vec![controller("A", &[("go", "3", "21=green"), ("stop", "60", "21=red")])],
             ..Scenario::default()
         };
         let topics = [LightsTopic::Camera, LightsTopic::GroundTruth, LightsTopic::Clock].into();
         let lights = LightsSettings { topics, first_frame: 0, ..settings(small_map(), scenario, Improved) };
-        let mut settings = FlowSettings::new(lights);
+        let mut settings = LightsFlowSettings::new(lights);
         change(&mut settings);
         let flow = TrafficLightFlow::new(settings, V2iBinding::default(), at_ms(0));
         Self { flow, now: at_ms(0), sent: Vec::new() }
@@ -163,7 +165,7 @@ fn a_clock_goes_out_with_each_frame() {
     let clocks: Vec<_> = bench.sent.iter().filter(|emission| emission.topic == LightsTopic::Clock).collect();
     let stamps: Vec<_> = clocks.iter().map(|emission| emission.stamp).collect();
     assert_eq!(stamps, [0, 1_000, 2_000, 3_000].map(|ms| at_ms(ms).wall));
-    assert!(clocks.iter().all(|emission| emission.content == Content::Clock));
+    assert!(clocks.iter().all(|emission| emission.content == LightsContent::Clock));
 }
 
 #[test]
@@ -192,12 +194,12 @@ fn the_arbiter_takes_the_camera_pipeline_instead_of_the_own_camera_topic() {
         let own = bench.sent.iter().filter(|emission| emission.topic == LightsTopic::Arbiter).count();
         assert_eq!(own > 0, !external_camera);
         bench.sent.clear();
-        let element = Element { bulb: parse_bulb("red").unwrap(), confidence: 0.5 };
+        let element = GroupElement { bulb: parse_bulb("red").unwrap(), confidence: 0.5 };
         let group = GroupState { relation_id: 200, elements: vec![element], predictions: Vec::new() };
         let (stamp, groups) = (bench.now.wall, Arc::new(vec![Arc::new(group.clone())]));
         bench.input(TrafficLightInput::Camera { stamp, groups, rejected: 1 });
         let merged = bench.sent.iter().find(|emission| emission.topic == LightsTopic::Arbiter).unwrap();
-        assert_eq!((merged.stamp, &merged.content), (stamp, &Content::groups([group])));
+        assert_eq!((merged.stamp, &merged.content), (stamp, &LightsContent::groups([group])));
         let status = &bench.flow.statuses("node", &[], MonoTime::from_millis(1_000))[0];
         assert_eq!(status.message, "an unreadable input was rejected");
     }
@@ -212,7 +214,7 @@ fn a_camera_pipeline_that_stops_is_not_repeated() {
             settings.external_camera = true;
             settings.lights.topics = [LightsTopic::V2i].into();
         });
-        let element = Element { bulb: parse_bulb("green").unwrap(), confidence: 0.5 };
+        let element = GroupElement { bulb: parse_bulb("green").unwrap(), confidence: 0.5 };
         let group = GroupState { relation_id: 200, elements: vec![element], predictions: Vec::new() };
         let camera = |bench: &Bench| TrafficLightInput::Camera {
             stamp: bench.now.wall,
@@ -223,7 +225,7 @@ fn a_camera_pipeline_that_stops_is_not_repeated() {
         bench.input(camera(&bench));
         bench.settle();
         bench.pass(5_000);
-        let empty = Content::groups([]);
+        let empty = LightsContent::groups([]);
         let merged = bench.sent.iter().filter(|emission| emission.topic == LightsTopic::Arbiter);
         let end = merged.clone().find(|emission| emission.content == empty);
         let end_ms = end.map(|emission| (emission.stamp.as_nanos() - sent) / 1_000_000);
@@ -234,6 +236,6 @@ fn a_camera_pipeline_that_stops_is_not_repeated() {
         bench.input(camera(&bench));
         bench.settle();
         let merged = bench.sent.iter().find(|emission| emission.topic == LightsTopic::Arbiter).unwrap();
-        assert_eq!(merged.content, Content::groups([group.clone()]), "it counts again");
+        assert_eq!(merged.content, LightsContent::groups([group.clone()]), "it counts again");
     }
 }

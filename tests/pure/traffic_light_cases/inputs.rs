@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::diagnostics::{Level, Status};
-use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
+use signal_gateway::core::traffic_light::emission::{LightsContent, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::refusal::Refusal;
+use signal_gateway::core::traffic_light::refusal::ActionRefusal;
 use signal_gateway::core::traffic_light::scenario::{Action, ControllerIndex, Scenario, StateText};
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
+use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use signal_gateway::core::traffic_light::text::parse_bulbs;
 
 use super::scene::{BOTH, SECOND, controller, set, small_map, target};
@@ -29,8 +29,8 @@ fn red() -> LightObservation {
     LightObservation { bulbs: parse_bulbs("red").unwrap(), confidence: 0.5 }
 }
 
-fn truth(lights: &TrafficLights, channel: Channel) -> Vec<(i64, String)> {
-    let states = lights.states(StoreId { channel, layer: Layer::GroundTruth });
+fn truth(lights: &TrafficLights, channel: LightChannel) -> Vec<(i64, String)> {
+    let states = lights.states(StoreId { channel, layer: StoreLayer::GroundTruth });
     states.into_iter().map(|(id, light)| (id, light.bulbs.to_string())).collect()
 }
 
@@ -41,9 +41,9 @@ fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
 #[test]
 fn v2i_states_that_are_no_longer_received_are_removed() {
     for compat in BOTH {
-        for layer in [Layer::GroundTruth, Layer::Detected] {
+        for layer in [StoreLayer::GroundTruth, StoreLayer::Detected] {
             let mut lights = engine(compat, &[]);
-            let store = StoreId { channel: Channel::V2i, layer };
+            let store = StoreId { channel: LightChannel::V2i, layer };
             let known = |lights: &TrafficLights| lights.states(store).into_keys().collect::<Vec<_>>();
             let states = [(11, Some(red())), (21, Some(red()))];
             assert_eq!(lights.set_states(store, states, true, at_ns(0)), 0);
@@ -73,7 +73,7 @@ fn a_state_written_since_does_not_expire() {
         lights.set_states(StoreId::V2I, [(11, Some(red()))], true, at_ns(0));
         lights.apply(&set("11 v2i", "red"), at_ns(SECOND / 10)).unwrap();
         lights.advance(at_ns(SECOND));
-        assert_eq!(truth(&lights, Channel::V2i), [(11, "red solidOn circle".to_owned())], "{compat:?}");
+        assert_eq!(truth(&lights, LightChannel::V2i), [(11, "red solidOn circle".to_owned())], "{compat:?}");
     }
 }
 
@@ -101,9 +101,9 @@ fn rejected_inputs_are_counted_and_the_others_written() {
         );
         assert!(of_camera.values.contains(&("rejected", "4".to_owned())));
         assert_eq!(status(&lights, 0, 10).level, Level::Ok, "long ago");
-        lights.count_rejected(Channel::Conventional, 0, at_ns(11 * SECOND));
+        lights.count_rejected(LightChannel::Conventional, 0, at_ns(11 * SECOND));
         assert_eq!(status(&lights, 0, 11).level, Level::Ok, "none");
-        lights.count_rejected(Channel::Conventional, 2, at_ns(11 * SECOND));
+        lights.count_rejected(LightChannel::Conventional, 2, at_ns(11 * SECOND));
         let of_camera = status(&lights, 0, 11);
         assert_eq!(of_camera.level, Level::Warn, "unreadable ones count as well");
         assert!(of_camera.values.contains(&("rejected", "6".to_owned())));
@@ -116,10 +116,10 @@ fn states_from_outside_are_copied_and_sent() {
     lights.apply(&Action::EnableV2i { ids: vec![100] }, at_ns(0)).unwrap();
     lights.set_states(StoreId::CONVENTIONAL, [(100, Some(red()))], true, at_ns(0));
     let both = [(11, "red solidOn circle".to_owned()), (12, "red solidOn circle".to_owned())];
-    assert_eq!(truth(&lights, Channel::V2i), both);
+    assert_eq!(truth(&lights, LightChannel::V2i), both);
     lights.advance(at_ns(SECOND / 10));
     let camera = std::iter::from_fn(|| lights.poll_output()).find(|sent| sent.topic == LightsTopic::Camera);
-    let Content::Groups(groups) = &camera.unwrap().content else { unreachable!() };
+    let LightsContent::Groups(groups) = &camera.unwrap().content else { unreachable!() };
     assert_eq!((groups.len(), groups[0].relation_id, groups[0].elements.len()), (1, 100, 1));
     assert!((groups[0].elements[0].confidence - 0.5).abs() < f64::EPSILON);
 }
@@ -128,27 +128,30 @@ fn states_from_outside_are_copied_and_sent() {
 fn refused_actions_change_nothing() {
     let mut lights = engine(Compat::Improved, &[("p1", "inf", "21=green")]);
     lights.advance(at_ns(SECOND));
-    let before = truth(&lights, Channel::Conventional);
+    let before = truth(&lights, LightChannel::Conventional);
     let enter = |index, phase: &str| Action::EnterPhase {
         controller: ControllerIndex(index),
         phase: phase.to_owned(),
     };
     let v2i = |rate_hz| Action::SetV2iState { id: 21, state: StateText::new("red"), rate_hz: Some(rate_hz) };
     let confidence = |confidence| Action::SetConfidence { target: target("21"), confidence };
-    let unknown = Refusal::UnknownPhase { controller: "A".to_owned(), phase: "p2".to_owned() };
+    let unknown = ActionRefusal::UnknownPhase { controller: "A".to_owned(), phase: "p2".to_owned() };
     for (action, refusal) in [
-        (set("5", "red"), Refusal::UnknownId(5)),
-        (enter(1, "p1"), Refusal::UnknownController(1)),
+        (set("5", "red"), ActionRefusal::UnknownId(5)),
+        (enter(1, "p1"), ActionRefusal::UnknownController(1)),
         (enter(0, "p2"), unknown),
-        (v2i(0.0), Refusal::Rate(0.0)),
-        (v2i(-1.0), Refusal::Rate(-1.0)),
-        (confidence(1.01), Refusal::Confidence(1.01)),
-        (Action::EnableV2i { ids: vec![21, 5] }, Refusal::UnknownId(5)),
+        (v2i(0.0), ActionRefusal::Rate(0.0)),
+        (v2i(-1.0), ActionRefusal::Rate(-1.0)),
+        (confidence(1.01), ActionRefusal::Confidence(1.01)),
+        (Action::EnableV2i { ids: vec![21, 5] }, ActionRefusal::UnknownId(5)),
     ] {
         assert_eq!(lights.apply(&action, at_ns(SECOND)), Err(refusal));
     }
-    assert!(matches!(lights.apply(&set("21", "red,,"), at_ns(SECOND)), Err(Refusal::State { .. })));
-    assert_eq!((truth(&lights, Channel::Conventional), truth(&lights, Channel::V2i)), (before, Vec::new()));
+    assert!(matches!(lights.apply(&set("21", "red,,"), at_ns(SECOND)), Err(ActionRefusal::State { .. })));
+    assert_eq!(
+        (truth(&lights, LightChannel::Conventional), truth(&lights, LightChannel::V2i)),
+        (before, Vec::new())
+    );
     assert_eq!(lights.verdict(), None, "the scenario continues");
     let mut upstream = engine(Compat::Upstream, &[]);
     assert_eq!(upstream.apply(&Action::EnableV2i { ids: vec![5] }, at_ns(0)), Ok(()), "Q14");
@@ -160,11 +163,11 @@ fn enabling_v2i_predicts_and_copies_states_that_are_not_explicit() {
     let mut lights = engine(Compat::Improved, &phases);
     lights.apply(&Action::EnableV2i { ids: vec![21, 100] }, at_ns(SECOND)).unwrap();
     let expected = [(11, "red solidOn circle".to_owned()), (21, "green solidOn circle".to_owned())];
-    assert_eq!(truth(&lights, Channel::V2i), expected);
+    assert_eq!(truth(&lights, LightChannel::V2i), expected);
     let predicted = |lights: &mut TrafficLights, until: u64| {
         lights.advance(at_ns(until * SECOND));
         let sent = std::iter::from_fn(|| lights.poll_output()).filter(|sent| sent.topic == LightsTopic::V2i);
-        let Content::Groups(groups) = &sent.last().unwrap().content else { unreachable!() };
+        let LightsContent::Groups(groups) = &sent.last().unwrap().content else { unreachable!() };
         groups.iter().find(|group| group.relation_id == 200).map_or(0, |group| group.predictions.len())
     };
     assert_eq!(predicted(&mut lights, 2), 6);

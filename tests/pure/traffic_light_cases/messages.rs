@@ -4,9 +4,9 @@ use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::light_map::{Lamp, LampColor};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::architecture::{Architecture, ArchitectureError};
-use signal_gateway::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
+use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use signal_gateway::core::traffic_light::emission::{
-    Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic,
+    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic,
 };
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType, Time, TrafficLightElement};
 
@@ -15,11 +15,11 @@ const NOW: WallStamp = WallStamp::from_nanos(12_345_000_000_678);
 
 /// `red solidOn circle, yellow flashing circle` in the order of keys.
 const BULBS: [Bulb; 2] = [
-    Bulb { color: Color::Yellow, status: Status::Flashing, shape: Shape::Circle },
-    Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle },
+    Bulb { color: Color::Yellow, status: BulbStatus::Flashing, shape: BulbShape::Circle },
+    Bulb { color: Color::Red, status: BulbStatus::SolidOn, shape: BulbShape::Circle },
 ];
 
-fn sent(content: Content, lights: LightsType, compat: Compat) -> Vec<LightsMessage> {
+fn sent(content: LightsContent, lights: LightsType, compat: Compat) -> Vec<LightsMessage> {
     let emission = Emission { topic: LightsTopic::V2i, stamp: NOW, content };
     LightsMessage::of(&emission, lights, compat)
 }
@@ -27,8 +27,8 @@ fn sent(content: Content, lights: LightsType, compat: Compat) -> Vec<LightsMessa
 /// K 133, and the contents of 135 to 141.
 #[test]
 fn group_k_one_group_with_both_bulbs_in_order() {
-    let elements = BULBS.map(|bulb| Element { bulb, confidence: 0.7 }).to_vec();
-    let content = Content::groups([GroupState { relation_id: 34806, elements, predictions: vec![] }]);
+    let elements = BULBS.map(|bulb| GroupElement { bulb, confidence: 0.7 }).to_vec();
+    let content = LightsContent::groups([GroupState { relation_id: 34806, elements, predictions: vec![] }]);
     let now = Time { sec: 12_345, nanosec: 678 };
     let expected = [
         (2, 3), // AMBER, FLASHING
@@ -70,7 +70,7 @@ fn check(case: &str, elements: &[TrafficLightElement], expected: &[(u8, u8)]) {
 fn group_k_markers_are_three_spheres_of_which_the_red_one_is_bright() {
     let lamp =
         |color, position_m, is_on| LampMarker { way_id: 34836, lamp: Lamp { color, position_m }, is_on };
-    let content = Content::markers([
+    let content = LightsContent::markers([
         lamp(LampColor::Green, [3770.02, 73738.34, 5.80], false),
         lamp(LampColor::Yellow, [3769.60, 73738.12, 5.81], false),
         lamp(LampColor::Red, [3769.15, 73737.92, 5.81], true),
@@ -108,12 +108,12 @@ fn group_k_markers_are_three_spheres_of_which_the_red_one_is_bright() {
 /// The numbers of one bulb in every message: colour, shape, status.
 fn numbers(bulb: Bulb, compat: Compat) -> [u8; 3] {
     let head = LightState { way_id: 1, bulbs: [bulb].into_iter().collect(), confidence: 1.0 };
-    let lights = sent(Content::lights([head]), LightsType::ArrayV1, compat);
+    let lights = sent(LightsContent::lights([head]), LightsType::ArrayV1, compat);
     let [LightsMessage::ArrayV1(array)] = &lights[..] else { panic!("{lights:?}") };
     let shown = array.traffic_lights[0].traffic_light_bulbs[0];
-    let elements = vec![Element { bulb, confidence: 1.0 }];
+    let elements = vec![GroupElement { bulb, confidence: 1.0 }];
     let group = GroupState { relation_id: 1, elements, predictions: vec![] };
-    let groups = sent(Content::groups([group]), LightsType::GroupArray, compat);
+    let groups = sent(LightsContent::groups([group]), LightsType::GroupArray, compat);
     let [LightsMessage::GroupArray(array)] = &groups[..] else { panic!("{groups:?}") };
     let element = array.traffic_light_groups[0].elements[0];
     assert_eq!((shown.color, shown.shape, shown.status), (element.color, element.shape, element.status));
@@ -127,23 +127,28 @@ fn group_n_numbers_of_colours_states_and_shapes() {
     let bulb = BULBS[0];
     let colors =
         [(Color::Red, 1), (Color::Yellow, 2), (Color::Green, 3), (Color::White, 4), (Color::Unknown, 0)];
-    let states = [(Status::SolidOff, 1), (Status::SolidOn, 2), (Status::Flashing, 3), (Status::Unknown, 0)];
+    let states = [
+        (BulbStatus::SolidOff, 1),
+        (BulbStatus::SolidOn, 2),
+        (BulbStatus::Flashing, 3),
+        (BulbStatus::Unknown, 0),
+    ];
     let shapes = [
-        (Shape::Circle, 1, 1),
-        (Shape::Left, 2, 2),
-        (Shape::Right, 3, 3),
-        (Shape::Up, 4, 4),
-        (Shape::UpperLeft, 5, 0),
-        (Shape::UpperRight, 6, 0),
-        (Shape::Down, 7, 7),
-        (Shape::LowerLeft, 8, 8),
-        (Shape::LowerRight, 9, 9),
-        (Shape::Cross, 10, 10),
-        (Shape::Unknown, 0, 0),
+        (BulbShape::Circle, 1, 1),
+        (BulbShape::Left, 2, 2),
+        (BulbShape::Right, 3, 3),
+        (BulbShape::Up, 4, 4),
+        (BulbShape::UpperLeft, 5, 0),
+        (BulbShape::UpperRight, 6, 0),
+        (BulbShape::Down, 7, 7),
+        (BulbShape::LowerLeft, 8, 8),
+        (BulbShape::LowerRight, 9, 9),
+        (BulbShape::Cross, 10, 10),
+        (BulbShape::Unknown, 0, 0),
     ];
     assert_eq!(
         (colors.len(), states.len(), shapes.len()),
-        (Color::ALL.len(), Status::ALL.len(), Shape::ALL.len())
+        (Color::ALL.len(), BulbStatus::ALL.len(), BulbShape::ALL.len())
     );
     for compat in BOTH {
         for (color, number) in colors {
@@ -169,7 +174,7 @@ fn large_ids_are_kept_and_upstream_cuts_them() {
     for (id, upstreams) in [(2_147_483_647, 2_147_483_647), (2_147_483_648, -2_147_483_648), (1 << 40, 0)] {
         for (compat, expected) in [(Compat::Improved, id), (Compat::Upstream, upstreams)] {
             let head = LightState { way_id: id, bulbs: BULBS.into_iter().collect(), confidence: 1.0 };
-            let lights = sent(Content::lights([head]), LightsType::ArrayV1, compat);
+            let lights = sent(LightsContent::lights([head]), LightsType::ArrayV1, compat);
             let [LightsMessage::ArrayV1(array)] = &lights[..] else { panic!("{lights:?}") };
             assert_eq!(array.traffic_lights[0].lanelet_way_id, expected, "{id} {compat:?}");
         }

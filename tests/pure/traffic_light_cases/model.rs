@@ -8,16 +8,16 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet};
-use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
-use signal_gateway::core::traffic_light::scenario::{Action, Controller, Scenario, StateText};
-use signal_gateway::core::traffic_light::target::{Layer, StoreId, Target};
+use signal_gateway::core::traffic_light::emission::{LightsContent, LightsTopic};
+use signal_gateway::core::traffic_light::scenario::{Action, Scenario, StateText, TrafficSignalController};
+use signal_gateway::core::traffic_light::target::{SignalTarget, StoreId, StoreLayer};
 
 use super::scene::{Scene, controller, script, settings, small_map};
 
 const IDS: [i64; 5] = [11, 12, 21, 100, 200];
 const STATES: [&str; 5] = ["green", "red", "yellow", "red, green right", ""];
 
-const CONVENTIONAL_DETECTED: StoreId = StoreId { layer: Layer::Detected, ..StoreId::CONVENTIONAL };
+const CONVENTIONAL_DETECTED: StoreId = StoreId { layer: StoreLayer::Detected, ..StoreId::CONVENTIONAL };
 
 type Bulbs = BTreeSet<Bulb>;
 
@@ -40,8 +40,8 @@ fn heads(id: i64) -> Vec<i64> {
 
 impl Model {
     /// Adds bulbs to each light of a target, or clears it.
-    fn write(&mut self, at: Target, add: Option<&Bulbs>) {
-        if at.store.layer == Layer::Detected {
+    fn write(&mut self, at: SignalTarget, add: Option<&Bulbs>) {
+        if at.store.layer == StoreLayer::Detected {
             let keys = if self.upstream { vec![at.id] } else { heads(at.id) };
             for key in keys {
                 match add {
@@ -67,7 +67,7 @@ impl Model {
         }
     }
 
-    fn enter(&mut self, number: usize, controller: &Controller, phase: usize, now: u64) {
+    fn enter(&mut self, number: usize, controller: &TrafficSignalController, phase: usize, now: u64) {
         if let Some((left, _)) = self.phases[number] {
             for entry in &controller.phases[left].entries {
                 self.clear(entry.target);
@@ -93,8 +93,8 @@ impl Model {
     }
 
     /// Improved mode does not make a light by clearing it.
-    fn clear(&mut self, at: Target) {
-        if self.upstream || at.store.layer == Layer::Detected {
+    fn clear(&mut self, at: SignalTarget) {
+        if self.upstream || at.store.layer == StoreLayer::Detected {
             return self.write(at, None);
         }
         let before: BTreeSet<_> = self.lights.keys().copied().collect();
@@ -102,7 +102,7 @@ impl Model {
         self.lights.retain(|key, _| before.contains(key));
     }
 
-    fn frame(&mut self, controllers: &[Controller], now: u64) {
+    fn frame(&mut self, controllers: &[TrafficSignalController], now: u64) {
         for (number, controller) in controllers.iter().enumerate() {
             match self.phases[number] {
                 None => self.enter(number, controller, 0, now),
@@ -144,11 +144,11 @@ impl Model {
     }
 }
 
-fn some_target() -> impl Strategy<Value = Target> {
-    (select(&IDS[..]), select(&StoreId::ALL[..])).prop_map(|(id, store)| Target { id, store })
+fn some_target() -> impl Strategy<Value = SignalTarget> {
+    (select(&IDS[..]), select(&StoreId::ALL[..])).prop_map(|(id, store)| SignalTarget { id, store })
 }
 
-fn some_controllers() -> impl Strategy<Value = Vec<Controller>> {
+fn some_controllers() -> impl Strategy<Value = Vec<TrafficSignalController>> {
     let entry = (some_target(), select(&STATES[..])).prop_map(|(target, state)| format!("{target}={state}"));
     let phase = (0..4_u32, proptest::collection::vec(entry, 0..4)).prop_map(|(seconds, entries)| {
         (if seconds == 3 { "inf".to_owned() } else { seconds.to_string() }, entries.join(";"))
@@ -232,7 +232,7 @@ proptest! {
         let entries: Vec<_> = named.iter().map(|head| format!("{} conventional_detected=red", IDS[*head])).collect();
         let phases = [("p1", "3", &*entries.join(";")), ("p2", "3", "")];
         let hand = |head: &usize| {
-            let target = Target { id: IDS[*head], store: CONVENTIONAL_DETECTED };
+            let target = SignalTarget { id: IDS[*head], store: CONVENTIONAL_DETECTED };
             (1, Action::SetState { target, state: StateText::new("yellow") })
         };
         let actions: Vec<_> = by_hand.iter().map(hand).collect();
@@ -256,7 +256,7 @@ proptest! {
         let mut scene = Scene::new(settings);
         for now in 0..13 {
             scene.run_to(now);
-            let Content::Groups(groups) = &scene.last[&LightsTopic::Camera].content else { unreachable!() };
+            let LightsContent::Groups(groups) = &scene.last[&LightsTopic::Camera].content else { unreachable!() };
             for (id, light) in scene.lights.states(CONVENTIONAL_DETECTED) {
                 let relation = if [11, 12, 100].contains(&id) { 100 } else { 200 };
                 let sent = groups.iter().filter(|group| group.relation_id == relation);

@@ -1,8 +1,8 @@
 //! Groups A to H: ids, names, keys and texts. Rows without a number are neighbours of numbered ones.
 
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use signal_gateway::core::traffic_light::signal_id::{SignalIdError, parse_id};
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use signal_gateway::core::traffic_light::text::{TextErrorKind, parse_bulb, parse_bulbs};
 
 /// The number of a case; 0 for a neighbour.
@@ -10,10 +10,10 @@ type Case = u32;
 
 #[test]
 fn a_signal_ids() {
-    use Channel::{Conventional, V2i};
-    use Layer::{Detected, GroundTruth};
-    let at = |id, channel, layer| Some(Target { id, store: StoreId { channel, layer } });
-    let cases: &[(Case, &str, Option<Target>)] = &[
+    use LightChannel::{Conventional, V2i};
+    use StoreLayer::{Detected, GroundTruth};
+    let at = |id, channel, layer| Some(SignalTarget { id, store: StoreId { channel, layer } });
+    let cases: &[(Case, &str, Option<SignalTarget>)] = &[
         (1, "34802", at(34802, Conventional, GroundTruth)),
         (0, "34802 v2i", at(34802, V2i, GroundTruth)),
         (0, "34802 conventional", at(34802, Conventional, GroundTruth)),
@@ -48,7 +48,7 @@ fn a_signal_ids() {
         (0, "v2i 34802", None),
     ];
     for (case, text, expected) in cases {
-        assert_eq!(Target::parse(text).ok(), *expected, "A {case}: {text:?}");
+        assert_eq!(SignalTarget::parse(text).ok(), *expected, "A {case}: {text:?}");
         let plain = expected.map(|target| target.id).filter(|_| !text.contains(char::is_whitespace));
         assert_eq!(parse_id(text).ok(), plain, "A {case}: {text:?} as a plain id");
     }
@@ -56,17 +56,18 @@ fn a_signal_ids() {
 
 #[test]
 fn a_channel_names() {
-    let cases: &[(Case, &str, Option<Channel>)] = &[
-        (15, "conventional", Some(Channel::Conventional)),
-        (0, "v2i", Some(Channel::V2i)),
+    let cases: &[(Case, &str, Option<LightChannel>)] = &[
+        (15, "conventional", Some(LightChannel::Conventional)),
+        (0, "v2i", Some(LightChannel::V2i)),
         (17, "invalid", None),
         (0, "Conventional", None),
         (0, "", None),
     ];
     for (case, name, channel) in cases {
-        for (name, layer) in
-            [((*name).to_owned(), Layer::GroundTruth), (format!("{name}_detected"), Layer::Detected)]
-        {
+        for (name, layer) in [
+            ((*name).to_owned(), StoreLayer::GroundTruth),
+            (format!("{name}_detected"), StoreLayer::Detected),
+        ] {
             let expected = channel.map(|channel| StoreId { channel, layer });
             assert_eq!(name.parse().ok(), expected, "A {case}: {name:?}");
             match name.parse::<StoreId>() {
@@ -104,23 +105,23 @@ fn b_colors() {
 
 #[test]
 fn c_statuses() {
-    let cases: &[(Case, &str, Status)] = &[
-        (25, "solidOn", Status::SolidOn),
-        (0, "solidOff", Status::SolidOff),
-        (0, "Blank", Status::SolidOff),
-        (0, "none", Status::SolidOff),
-        (27, "flashing", Status::Flashing),
-        (0, "unknown", Status::Unknown),
+    let cases: &[(Case, &str, BulbStatus)] = &[
+        (25, "solidOn", BulbStatus::SolidOn),
+        (0, "solidOff", BulbStatus::SolidOff),
+        (0, "Blank", BulbStatus::SolidOff),
+        (0, "none", BulbStatus::SolidOff),
+        (27, "flashing", BulbStatus::Flashing),
+        (0, "unknown", BulbStatus::Unknown),
     ];
     for (case, text, status) in cases {
         assert_eq!(text.parse(), Ok(*status), "C {case}: {text:?}");
         assert_eq!(status.name().parse(), Ok(*status), "C {case}: printed");
     }
-    assert_eq!(Status::ALL.map(Status::name), ["solidOn", "solidOff", "flashing", "unknown"]);
-    assert_eq!(Status::ALL.map(Status::is_lit), [true, false, true, false]);
+    assert_eq!(BulbStatus::ALL.map(BulbStatus::name), ["solidOn", "solidOff", "flashing", "unknown"]);
+    assert_eq!(BulbStatus::ALL.map(BulbStatus::is_lit), [true, false, true, false]);
     for (case, text) in [(29, "wrong_status"), (0, "off"), (0, "blank"), (0, "None"), (0, "solidon"), (0, "")]
     {
-        let error = text.parse::<Status>().unwrap_err();
+        let error = text.parse::<BulbStatus>().unwrap_err();
         assert_eq!(
             (error.found.as_str(), error.kind),
             (text, TextErrorKind::NotAStatus),
@@ -131,27 +132,27 @@ fn c_statuses() {
 
 #[test]
 fn d_shapes() {
-    let cases: &[(Case, &str, Shape, bool, &str)] = &[
-        (0, "circle", Shape::Circle, false, "circle"),
-        (31, "cross", Shape::Cross, false, "cross"),
-        (0, "left", Shape::Left, true, "left"),
-        (33, "down", Shape::Down, true, "down"),
-        (0, "up", Shape::Up, true, "up"),
-        (0, "straight", Shape::Up, true, "up"),
-        (35, "right", Shape::Right, true, "right"),
-        (0, "lowerLeft", Shape::LowerLeft, true, "lowerLeft"),
-        (37, "upperLeft", Shape::UpperLeft, true, "upperLeft"),
-        (0, "lowerRight", Shape::LowerRight, true, "lowerRight"),
-        (39, "upperRight", Shape::UpperRight, true, "upperRight"),
-        (0, "unknown", Shape::Unknown, false, "unknown"),
+    let cases: &[(Case, &str, BulbShape, bool, &str)] = &[
+        (0, "circle", BulbShape::Circle, false, "circle"),
+        (31, "cross", BulbShape::Cross, false, "cross"),
+        (0, "left", BulbShape::Left, true, "left"),
+        (33, "down", BulbShape::Down, true, "down"),
+        (0, "up", BulbShape::Up, true, "up"),
+        (0, "straight", BulbShape::Up, true, "up"),
+        (35, "right", BulbShape::Right, true, "right"),
+        (0, "lowerLeft", BulbShape::LowerLeft, true, "lowerLeft"),
+        (37, "upperLeft", BulbShape::UpperLeft, true, "upperLeft"),
+        (0, "lowerRight", BulbShape::LowerRight, true, "lowerRight"),
+        (39, "upperRight", BulbShape::UpperRight, true, "upperRight"),
+        (0, "unknown", BulbShape::Unknown, false, "unknown"),
     ];
     for (case, text, shape, is_arrow, printed) in cases {
         assert_eq!(text.parse(), Ok(*shape), "D {case}: {text:?}");
         assert_eq!((shape.is_arrow(), shape.name()), (*is_arrow, *printed), "D {case}: {text:?}");
     }
-    assert!(Shape::ALL.iter().all(|shape| cases.iter().any(|(_, _, parsed, ..)| parsed == shape)));
+    assert!(BulbShape::ALL.iter().all(|shape| cases.iter().any(|(_, _, parsed, ..)| parsed == shape)));
     for (case, text) in [(41, "wrong_shape"), (0, "leftArrow"), (0, "Left"), (0, "upper"), (0, "upperleft")] {
-        let error = text.parse::<Shape>().unwrap_err();
+        let error = text.parse::<BulbShape>().unwrap_err();
         assert_eq!(
             (error.found.as_str(), error.kind),
             (text, TextErrorKind::NotAShape),
@@ -162,28 +163,28 @@ fn d_shapes() {
 
 #[test]
 fn e_sort_keys() {
+    use BulbStatus::{Flashing, SolidOff, SolidOn};
     use Color::{Green, Red, White, Yellow};
-    use Status::{Flashing, SolidOff, SolidOn};
-    let cases: &[(Case, Color, Status, Shape, u32)] = &[
-        (0, Green, SolidOn, Shape::Circle, 0x0000_0000),
-        (43, Yellow, SolidOn, Shape::Circle, 0x0100_0000),
-        (0, Red, SolidOn, Shape::Circle, 0x0200_0000),
-        (45, White, SolidOn, Shape::Circle, 0x0300_0000),
-        (0, Color::Unknown, SolidOn, Shape::Circle, 0x0400_0000),
-        (47, Green, SolidOff, Shape::Circle, 0x0001_0000),
-        (0, Green, Flashing, Shape::Circle, 0x0002_0000),
-        (49, Green, Status::Unknown, Shape::Circle, 0x0003_0000),
-        (0, Green, SolidOn, Shape::Cross, 0x0000_0001),
-        (51, Green, SolidOn, Shape::Left, 0x0000_0802),
-        (0, Green, SolidOn, Shape::Down, 0x0000_0402),
-        (53, Green, SolidOn, Shape::Up, 0x0000_0202),
-        (0, Green, SolidOn, Shape::Right, 0x0000_0102),
-        (55, Green, SolidOn, Shape::LowerLeft, 0x0000_0C02),
-        (0, Green, SolidOn, Shape::UpperLeft, 0x0000_0A02),
-        (57, Green, SolidOn, Shape::LowerRight, 0x0000_0502),
-        (0, Green, SolidOn, Shape::UpperRight, 0x0000_0302),
-        (59, Green, SolidOn, Shape::Unknown, 0x0000_0003),
-        (0, Color::Unknown, Status::Unknown, Shape::LowerLeft, 0x0403_0C02),
+    let cases: &[(Case, Color, BulbStatus, BulbShape, u32)] = &[
+        (0, Green, SolidOn, BulbShape::Circle, 0x0000_0000),
+        (43, Yellow, SolidOn, BulbShape::Circle, 0x0100_0000),
+        (0, Red, SolidOn, BulbShape::Circle, 0x0200_0000),
+        (45, White, SolidOn, BulbShape::Circle, 0x0300_0000),
+        (0, Color::Unknown, SolidOn, BulbShape::Circle, 0x0400_0000),
+        (47, Green, SolidOff, BulbShape::Circle, 0x0001_0000),
+        (0, Green, Flashing, BulbShape::Circle, 0x0002_0000),
+        (49, Green, BulbStatus::Unknown, BulbShape::Circle, 0x0003_0000),
+        (0, Green, SolidOn, BulbShape::Cross, 0x0000_0001),
+        (51, Green, SolidOn, BulbShape::Left, 0x0000_0802),
+        (0, Green, SolidOn, BulbShape::Down, 0x0000_0402),
+        (53, Green, SolidOn, BulbShape::Up, 0x0000_0202),
+        (0, Green, SolidOn, BulbShape::Right, 0x0000_0102),
+        (55, Green, SolidOn, BulbShape::LowerLeft, 0x0000_0C02),
+        (0, Green, SolidOn, BulbShape::UpperLeft, 0x0000_0A02),
+        (57, Green, SolidOn, BulbShape::LowerRight, 0x0000_0502),
+        (0, Green, SolidOn, BulbShape::UpperRight, 0x0000_0302),
+        (59, Green, SolidOn, BulbShape::Unknown, 0x0000_0003),
+        (0, Color::Unknown, BulbStatus::Unknown, BulbShape::LowerLeft, 0x0403_0C02),
     ];
     for (case, color, status, shape, key) in cases {
         let bulb = Bulb { color: *color, status: *status, shape: *shape };
@@ -254,8 +255,8 @@ fn f_texts() {
 
 #[test]
 fn g_printing() {
-    let constructed = Bulb { color: Color::Red, status: Status::Flashing, shape: Shape::Circle };
-    let arrow = Bulb { color: Color::Green, status: Status::SolidOn, shape: Shape::Right };
+    let constructed = Bulb { color: Color::Red, status: BulbStatus::Flashing, shape: BulbShape::Circle };
+    let arrow = Bulb { color: Color::Green, status: BulbStatus::SolidOn, shape: BulbShape::Right };
     let cases: &[(Case, Bulb, &str)] = &[
         (69, constructed, "red flashing circle"),
         (0, arrow, "green solidOn right"),
@@ -272,8 +273,8 @@ fn g_printing() {
 #[test]
 fn h_bulb_sets() {
     let constructed = [
-        Bulb { color: Color::Red, status: Status::Flashing, shape: Shape::Circle },
-        Bulb { color: Color::Green, status: Status::SolidOn, shape: Shape::Right },
+        Bulb { color: Color::Red, status: BulbStatus::Flashing, shape: BulbShape::Circle },
+        Bulb { color: Color::Green, status: BulbStatus::SolidOn, shape: BulbShape::Right },
     ];
     let parsed = ["red flashing circle", "green solidOn right"].map(|text| parse_bulb(text).unwrap());
     // 77, and the neighbour that inserts the bulbs themselves
@@ -281,7 +282,7 @@ fn h_bulb_sets() {
         let set: BulbSet = bulbs.into_iter().chain(bulbs).collect();
         assert!(constructed.iter().all(|bulb| set.contains(*bulb)), "H 77");
         assert_eq!(set.len(), 2, "H 77: once each");
-        let other = Bulb { status: Status::SolidOn, ..constructed[0] };
+        let other = Bulb { status: BulbStatus::SolidOn, ..constructed[0] };
         assert!(!set.contains(other), "H 77: nothing else");
     }
 }

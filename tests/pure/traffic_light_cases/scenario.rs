@@ -5,8 +5,10 @@ use std::sync::Arc;
 use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::traffic_light::bulb::{BulbSet, Color, Shape, Status};
-use signal_gateway::core::traffic_light::emission::{Content, Emission, GroupState, LightsTopic, Prediction};
+use signal_gateway::core::traffic_light::bulb::{BulbSet, BulbShape, BulbStatus, Color};
+use signal_gateway::core::traffic_light::emission::{
+    Emission, GroupState, LightsContent, LightsTopic, Prediction,
+};
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::event_log::{
     ActionSource, LoggedEvent, ScenarioEvent, ScenarioOutcome,
@@ -81,8 +83,10 @@ fn frame_of(logged: &LoggedEvent) -> u128 {
 fn groups(emissions: &[Emission]) -> Vec<&Arc<GroupState>> {
     let of_v2i = emissions.iter().filter(|emission| emission.topic == LightsTopic::V2i);
     let groups = of_v2i.map(|emission| match &emission.content {
-        Content::Groups(groups) => groups.iter(),
-        Content::Lights(_) | Content::Markers(_) | Content::Clock => panic!("V2I sends groups"),
+        LightsContent::Groups(groups) => groups.iter(),
+        LightsContent::Lights(_) | LightsContent::Markers(_) | LightsContent::Clock => {
+            panic!("V2I sends groups")
+        }
     });
     groups.flatten().inspect(|group| assert_eq!(group.relation_id, 34806)).collect()
 }
@@ -100,8 +104,8 @@ fn o_ground_truth() {
         let mut states: Vec<BulbSet> = emissions
             .iter()
             .filter_map(|emission| match &emission.content {
-                Content::Lights(lights) => lights.iter().find(|light| light.way_id == 34802),
-                Content::Groups(_) | Content::Markers(_) | Content::Clock => None,
+                LightsContent::Lights(lights) => lights.iter().find(|light| light.way_id == 34802),
+                LightsContent::Groups(_) | LightsContent::Markers(_) | LightsContent::Clock => None,
             })
             .map(|light| light.bulbs)
             .collect();
@@ -109,7 +113,7 @@ fn o_ground_truth() {
         assert_eq!(states.len(), 4, "O 193 {compat:?}");
         for (case, change) in [(195, 1), (197, 3)] {
             let bulb = states[change].iter().next().unwrap();
-            let expected = (Color::Red, Shape::Circle, Status::SolidOn);
+            let expected = (Color::Red, BulbShape::Circle, BulbStatus::SolidOn);
             assert_eq!((bulb.color, bulb.shape, bulb.status), expected, "O {case} {compat:?}");
         }
     }

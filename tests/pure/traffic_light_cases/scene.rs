@@ -10,17 +10,17 @@ use std::time::Duration;
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::traffic_light::bulb::Bulb;
-use signal_gateway::core::traffic_light::emission::{Content, Emission, GroupState, LightsTopic};
+use signal_gateway::core::traffic_light::emission::{Emission, GroupState, LightsContent, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::event_log::{LoggedEvent, ScenarioEvent, ScenarioOutcome};
 use signal_gateway::core::traffic_light::periodic_timer::Rate;
 use signal_gateway::core::traffic_light::scenario::{
-    Act, Action, Condition, Controller, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule,
-    Scenario, StateText, Test, Trigger,
+    Act, Action, Condition, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule, Scenario,
+    StateText, Test, TrafficSignalController, Trigger,
 };
 
 use crate::support::clock::{EPOCH_NS, at_ns};
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 
 pub(crate) const BOTH: [Compat; 2] = [Compat::Improved, Compat::Upstream];
 pub(crate) const SECOND: u64 = 1_000_000_000;
@@ -30,8 +30,8 @@ pub(crate) fn small_map() -> Arc<LightMap> {
     Arc::new(LightMap::new([], &[GroupEntry::new(100, [11, 12]), GroupEntry::new(200, [21])]))
 }
 
-pub(crate) fn target(text: &str) -> Target {
-    Target::parse(text).unwrap()
+pub(crate) fn target(text: &str) -> SignalTarget {
+    SignalTarget::parse(text).unwrap()
 }
 
 pub(crate) fn set(at: &str, state: &str) -> Action {
@@ -39,7 +39,7 @@ pub(crate) fn set(at: &str, state: &str) -> Action {
 }
 
 /// Phases as (name, seconds or `inf`, entries as `target=state; …`).
-pub(crate) fn controller(name: &str, phases: &[(&str, &str, &str)]) -> Controller {
+pub(crate) fn controller(name: &str, phases: &[(&str, &str, &str)]) -> TrafficSignalController {
     let entry = |text: &str| {
         let (at, state) = text.split_once('=').unwrap();
         PhaseEntry { target: target(at.trim()), state: StateText::new(state) }
@@ -49,10 +49,18 @@ pub(crate) fn controller(name: &str, phases: &[(&str, &str, &str)]) -> Controlle
         duration: duration.parse().ok().filter(|s: &f64| s.is_finite()).map(Duration::from_secs_f64),
         entries: entries.split(';').filter(|text| !text.is_empty()).map(entry).collect(),
     };
-    Controller { name: name.to_owned(), reference: None, phases: phases.iter().map(phase).collect() }
+    TrafficSignalController {
+        name: name.to_owned(),
+        reference: None,
+        phases: phases.iter().map(phase).collect(),
+    }
 }
 
-pub(crate) fn following(mut follower: Controller, controller: usize, delay_s: f64) -> Controller {
+pub(crate) fn following(
+    mut follower: TrafficSignalController,
+    controller: usize,
+    delay_s: f64,
+) -> TrafficSignalController {
     let delay = Duration::from_secs_f64(delay_s);
     follower.reference = Some(Reference { controller: ControllerIndex(controller), delay });
     follower
@@ -106,7 +114,11 @@ impl Scene {
         }
     }
 
-    pub(crate) fn of(compat: Compat, controllers: Vec<Controller>, actions: &[(u32, Action)]) -> Self {
+    pub(crate) fn of(
+        compat: Compat,
+        controllers: Vec<TrafficSignalController>,
+        actions: &[(u32, Action)],
+    ) -> Self {
         let scenario = Scenario { controllers, acts: script(actions), ..Scenario::default() };
         Self::new(settings(small_map(), scenario, compat))
     }
@@ -140,8 +152,8 @@ impl Scene {
     /// `ext`: groups as sent. `p200`: predictions of group 200, seconds from now. `A`: phase of controller A.
     pub(crate) fn value(&self, what: &str, second: u64) -> String {
         match what {
-            "det" => self.detections(Channel::Conventional),
-            "v2idet" => self.detections(Channel::V2i),
+            "det" => self.detections(LightChannel::Conventional),
+            "v2idet" => self.detections(LightChannel::V2i),
             "int" => self.groups(LightsTopic::Camera).iter().map(group_text).collect::<Vec<_>>().join(","),
             "ext" => self.groups(LightsTopic::V2i).iter().map(group_text).collect::<Vec<_>>().join(","),
             _ if what.starts_with("gt") => self.truth(StoreId::CONVENTIONAL, &what[2..]),
@@ -173,8 +185,8 @@ impl Scene {
 
     fn groups(&self, topic: LightsTopic) -> &[Arc<GroupState>] {
         match self.last.get(&topic).map(|emission| &emission.content) {
-            Some(Content::Groups(groups)) => groups,
-            Some(Content::Lights(_) | Content::Markers(_) | Content::Clock) => {
+            Some(LightsContent::Groups(groups)) => groups,
+            Some(LightsContent::Lights(_) | LightsContent::Markers(_) | LightsContent::Clock) => {
                 panic!("{topic:?} sends groups")
             }
             None => &[],
@@ -186,8 +198,8 @@ impl Scene {
         light.map_or("-".to_owned(), |light| bulbs_text(light.bulbs.iter()))
     }
 
-    fn detections(&self, channel: Channel) -> String {
-        let states = self.lights.states(StoreId { channel, layer: Layer::Detected });
+    fn detections(&self, channel: LightChannel) -> String {
+        let states = self.lights.states(StoreId { channel, layer: StoreLayer::Detected });
         let texts: Vec<_> =
             states.iter().map(|(id, light)| format!("{id}:{}", bulbs_text(light.bulbs.iter()))).collect();
         if texts.is_empty() { "-".to_owned() } else { texts.join(",") }

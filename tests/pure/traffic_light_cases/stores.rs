@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
-use signal_gateway::core::traffic_light::bulb::{BulbSet, Color, Status};
-use signal_gateway::core::traffic_light::refusal::Refusal;
-use signal_gateway::core::traffic_light::store::{Change, Expected, Stores};
-use signal_gateway::core::traffic_light::target::{Channel, StoreId, Target};
+use signal_gateway::core::traffic_light::bulb::{BulbSet, BulbStatus, Color};
+use signal_gateway::core::traffic_light::refusal::ActionRefusal;
+use signal_gateway::core::traffic_light::store::{Expected, LightChange, Stores};
+use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId};
 use signal_gateway::core::traffic_light::text::{parse_bulb, parse_bulbs};
 
 use super::scene::{BOTH, Scene, target};
@@ -22,13 +22,13 @@ fn stores(compat: Compat) -> Stores {
 }
 
 /// The bulbs of a target: those of a head joined by `, `, heads by `; `.
-fn text(stores: &Stores, at: Target) -> String {
+fn text(stores: &Stores, at: SignalTarget) -> String {
     let heads: Vec<_> = stores.bulbs(at).unwrap().map(|bulbs| bulbs.to_string()).collect();
     heads.join("; ")
 }
 
-fn set(stores: &mut Stores, at: Target, state: &str) {
-    stores.write(at, Change::Set(parse_bulbs(state).unwrap())).unwrap();
+fn set(stores: &mut Stores, at: SignalTarget, state: &str) {
+    stores.write(at, LightChange::Set(parse_bulbs(state).unwrap())).unwrap();
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn i_colours_are_added_and_never_cleared() {
     for (compat, at) in BOTH.into_iter().flat_map(|compat| TRUTHS.map(|at| (compat, target(at)))) {
         let mut stores = stores(compat);
         for (case, color) in [(79, "green"), (0, "yellow"), (81, "red"), (0, "white"), (83, "unknown")] {
-            stores.write(at, Change::Add(parse_bulbs(color).unwrap())).unwrap();
+            stores.write(at, LightChange::Add(parse_bulbs(color).unwrap())).unwrap();
             assert!(text(&stores, at).contains(color), "I {case}");
         }
         let all = "green solidOn circle, yellow solidOn circle, red solidOn circle, white solidOn circle, \
@@ -70,11 +70,11 @@ fn i_composed_states() {
             assert_eq!(text(&stores, at), expected, "I {case} {compat:?}");
         }
         for state in ["green solidOn circle", "red solidOn circle"] {
-            stores.write(at, Change::Add(parse_bulbs(state).unwrap())).unwrap();
+            stores.write(at, LightChange::Add(parse_bulbs(state).unwrap())).unwrap();
         }
         assert_eq!(text(&stores, at), "green solidOn circle, red solidOn circle", "I 111");
-        let group = Target { id: 34806, ..at };
-        set(&mut stores, Target { id: 34802, ..at }, "red");
+        let group = SignalTarget { id: 34806, ..at };
+        set(&mut stores, SignalTarget { id: 34802, ..at }, "red");
         let both = "green solidOn circle, red solidOn circle; red solidOn circle";
         assert_eq!(text(&stores, group), both, "heads in the order of the map");
     }
@@ -155,13 +155,13 @@ fn l_detections() {
         let mut stores = stores(compat);
         let at = target(DETECTED);
         for state in ["red circle", "green up"] {
-            stores.write(at, Change::Add(parse_bulbs(state).unwrap())).unwrap();
+            stores.write(at, LightChange::Add(parse_bulbs(state).unwrap())).unwrap();
         }
         assert_eq!(text(&stores, at), "green solidOn up, red solidOn circle");
-        assert_eq!(stores.write(at, Change::Clear), Ok(true), "L 147");
-        assert_eq!(stores.write(at, Change::Clear), Ok(false), "L 147");
+        assert_eq!(stores.write(at, LightChange::Clear), Ok(true), "L 147");
+        assert_eq!(stores.write(at, LightChange::Clear), Ok(false), "L 147");
         let detected = |stores: &Stores| {
-            let entries = stores.detected(Channel::Conventional).entries();
+            let entries = stores.detected(LightChannel::Conventional).entries();
             entries.filter_map(|(key, entry)| Some((key, entry.light.bulbs?))).collect::<Vec<_>>()
         };
         assert_eq!(detected(&stores), [], "L 147");
@@ -169,8 +169,8 @@ fn l_detections() {
         assert_eq!(detected(&stores).len(), 1, "L 149");
         set(&mut stores, at, "unknown unknown circle");
         let bulb = detected(&stores)[0].1.iter().next().unwrap();
-        assert_eq!((bulb.color, bulb.status), (Color::Unknown, Status::Unknown), "L 151");
-        assert!(stores.truth(Channel::Conventional).lights().iter().all(|light| light.bulbs.is_none()));
+        assert_eq!((bulb.color, bulb.status), (Color::Unknown, BulbStatus::Unknown), "L 151");
+        assert!(stores.truth(LightChannel::Conventional).lights().iter().all(|light| light.bulbs.is_none()));
     }
 }
 
@@ -188,8 +188,8 @@ fn unknown_ids_are_refused_and_change_nothing() {
         let mut stores = stores(compat);
         for text in ["1000003", "1000003 v2i_detected", "120659 conventional_detected"] {
             let at = target(text);
-            let refusal = Err(Refusal::UnknownId(at.id));
-            assert_eq!(stores.write(at, Change::Set(BulbSet::EMPTY)), refusal, "{text}");
+            let refusal = Err(ActionRefusal::UnknownId(at.id));
+            assert_eq!(stores.write(at, LightChange::Set(BulbSet::EMPTY)), refusal, "{text}");
             assert_eq!(stores.matches(at, Expected::Dark), refusal, "{text}");
         }
         assert_eq!(stores.changes(StoreId::CONVENTIONAL), 0);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::traffic_light::event_log::{ScenarioEvent, ScenarioOutcome};
-use signal_gateway::core::traffic_light::refusal::Refusal;
+use signal_gateway::core::traffic_light::refusal::ActionRefusal;
 use signal_gateway::core::traffic_light::scenario::{
     Act, Action, Condition, ControllerIndex, Edge, ElementState, Event, Rule, Scenario, StateText, Test,
     Trigger,
@@ -258,7 +258,10 @@ fn only_upstream_applies_a_wrong_text_up_to_its_mistake() {
         let mut acts = wrong();
         acts[0].events[0].start = None;
         let scene = run(compat, acts);
-        assert!(matches!(scene.verdict(), Some(ScenarioOutcome::Fault(Refusal::State { .. }))), "{compat:?}");
+        assert!(
+            matches!(scene.verdict(), Some(ScenarioOutcome::Fault(ActionRefusal::State { .. }))),
+            "{compat:?}"
+        );
         assert_eq!(scene.value("gt11", 10), expected, "{compat:?}");
     }
 }

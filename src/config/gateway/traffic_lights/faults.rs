@@ -2,10 +2,10 @@
 
 use crate::config::reading::fields::Fields;
 use crate::core::traffic_light::bulb::Color;
-use crate::core::traffic_light::faults::{Confusion, FaultSettings, Faults, MAX_LATENCY, Spells};
+use crate::core::traffic_light::faults::{ChannelFaults, Confusion, FaultSettings, MAX_LATENCY, Spells};
 
 /// Reads the faults of one channel.
-pub(super) fn faults(fields: Fields<'_>) -> Option<Faults> {
+pub(super) fn faults(fields: Fields<'_>) -> Option<ChannelFaults> {
     let max_ms = u64::try_from(MAX_LATENCY.as_millis()).unwrap_or(u64::MAX);
     let time = |key| fields.millis(key, 0..=max_ms).unwrap_or_default();
     let share = |key| fields.number(key, 0.0..=1.0, "").unwrap_or_default();
@@ -24,7 +24,7 @@ pub(super) fn faults(fields: Fields<'_>) -> Option<Faults> {
         confidence_mean: fields.number("confidence", 0.0..=1.0, ""),
         confidence_spread: fields.number("confidence_spread", 0.0..=f64::MAX, "").unwrap_or_default(),
     };
-    let faults = fields.checker.accept(fields.location(), Faults::new(settings), "");
+    let faults = fields.checker.accept(fields.location(), ChannelFaults::new(settings), "");
     fields.done();
     faults
 }

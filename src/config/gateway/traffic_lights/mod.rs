@@ -22,7 +22,7 @@ use crate::core::traffic_light::architecture::{Architecture, LightsType};
 use crate::core::traffic_light::command::RATES_HZ;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::engine::LightsSettings;
-use crate::core::traffic_light::flow::FlowSettings;
+use crate::core::traffic_light::flow::LightsFlowSettings;
 use crate::core::traffic_light::periodic_timer::Rate;
 use crate::core::traffic_light::target::StoreId;
 use faults::faults;
@@ -56,7 +56,7 @@ pub(super) fn traffic_lights(
     files: &dyn Files,
     fields: Fields<'_>,
     use_sim_time: Option<bool>,
-) -> Option<(FlowSettings, LightTopics)> {
+) -> Option<(LightsFlowSettings, LightTopics)> {
     let checker = fields.checker;
     let before = checker.count();
     let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
@@ -106,7 +106,8 @@ pub(super) fn traffic_lights(
     lights.v2i_timeout = v2i_timeout;
     lights.topics = topics(&outputs, camera.is_some());
     let external_camera = camera.is_some();
-    let flow = FlowSettings { lights, camera_faults, v2i_faults, arbiter, external_camera, use_sim_time };
+    let flow =
+        LightsFlowSettings { lights, camera_faults, v2i_faults, arbiter, external_camera, use_sim_time };
     let topics =
         LightTopics { compat, outputs, inputs: states, camera, command, use_sim_time, not_interpreted };
     Some((flow, topics))

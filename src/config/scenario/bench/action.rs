@@ -1,11 +1,11 @@
 //! `do = [ … ]`: each action is a table with one of several keys.
 
-use super::super::reader::Reader;
-use super::condition::Known;
+use super::super::reader::ScenarioReader;
+use super::condition::KnownNames;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Value, items};
 use crate::core::traffic_light::scenario::Action;
-use crate::core::traffic_light::state_check::Writer;
+use crate::core::traffic_light::state_check::StateWriter;
 
 /// The kinds of actions by their keys; an action has exactly one of them.
 const KINDS: &[&str] = &[
@@ -21,11 +21,11 @@ const KINDS: &[&str] = &[
 ];
 
 /// Reads a list of actions, or one action.
-pub(super) fn actions(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Vec<Action> {
+pub(super) fn actions(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Vec<Action> {
     items(value).iter().filter_map(|item| action(reader, item, known)).collect()
 }
 
-fn action(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Option<Action> {
+fn action(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Option<Action> {
     let fields = Fields::of(reader.checker, value)?;
     let kind = fields.only_one_of(KINDS, "an action does exactly one thing")?;
     let action = of_kind(reader, &fields, kind, known);
@@ -34,15 +34,15 @@ fn action(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Option<A
 }
 
 fn of_kind(
-    reader: &mut Reader<'_>,
+    reader: &mut ScenarioReader<'_>,
     fields: &Fields<'_>,
     kind: &'static str,
-    known: &Known<'_>,
+    known: &KnownNames<'_>,
 ) -> Option<Action> {
     match kind {
         "set" => {
             let (target, state) = (fields.required_text(kind), fields.required_text("state"));
-            let (target, state) = reader.written(target, state, Writer::Action)?;
+            let (target, state) = reader.written(target, state, StateWriter::Action)?;
             Some(Action::SetState { target, state })
         }
         "clear" => {
@@ -78,7 +78,7 @@ fn of_kind(
     }
 }
 
-fn ids(reader: &mut Reader<'_>, value: &Value) -> Option<Vec<i64>> {
+fn ids(reader: &mut ScenarioReader<'_>, value: &Value) -> Option<Vec<i64>> {
     let values = items(value);
     if values.is_empty() {
         reader.refuse(&value.location, "no id is given", "give way or relation ids: [21, 100]");

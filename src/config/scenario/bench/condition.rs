@@ -1,15 +1,17 @@
 //! `when = …`: one condition, a list of which all must hold, or `{ any = [ … ] }` of either.
 
 use super::super::naming::listed;
-use super::super::reader::Reader;
+use super::super::reader::ScenarioReader;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Value, items};
-use crate::core::traffic_light::scenario::{Condition, Controller, Edge, ElementState, Rule, Test, Trigger};
+use crate::core::traffic_light::scenario::{
+    Condition, Edge, ElementState, Rule, Test, TrafficSignalController, Trigger,
+};
 
 /// The controllers and events to which conditions and actions can refer.
-pub(super) struct Known<'a> {
-    pub(super) controllers: &'a [Controller],
+pub(super) struct KnownNames<'a> {
+    pub(super) controllers: &'a [TrafficSignalController],
     /// The names of the events.
     pub(super) events: &'a [String],
 }
@@ -32,7 +34,7 @@ const STATES: Keywords<ElementState> = &[
 ];
 
 /// Reads a trigger: the value of `when`.
-pub(super) fn trigger(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Trigger {
+pub(super) fn trigger(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Trigger {
     let any = Fields::of_table(reader.checker, value).filter(|fields| fields.has("any"));
     let Some(fields) = any else {
         return Trigger { groups: vec![group(reader, value, known)] };
@@ -45,14 +47,14 @@ pub(super) fn trigger(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>)
     Trigger { groups: any.iter().map(|value| group(reader, value, known)).collect() }
 }
 
-fn group(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Vec<Condition> {
+fn group(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Vec<Condition> {
     if items(value).is_empty() {
         reader.refuse(&value.location, "no condition is given", "give at least one");
     }
     items(value).iter().filter_map(|item| condition(reader, item, known)).collect()
 }
 
-fn condition(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Option<Condition> {
+fn condition(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Option<Condition> {
     let fields = Fields::of(reader.checker, value)?;
     let kind = fields.only_one_of(KINDS, "a condition tests exactly one thing")?;
     let test = test(reader, &fields, kind, known);
@@ -63,7 +65,12 @@ fn condition(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Optio
     Some(Condition { name, test: test?, edge, delay })
 }
 
-fn test(reader: &mut Reader<'_>, fields: &Fields<'_>, kind: &'static str, known: &Known<'_>) -> Option<Test> {
+fn test(
+    reader: &mut ScenarioReader<'_>,
+    fields: &Fields<'_>,
+    kind: &'static str,
+    known: &KnownNames<'_>,
+) -> Option<Test> {
     match kind {
         "after_s" | "before_s" => {
             let given = fields.unquoted(kind)?;

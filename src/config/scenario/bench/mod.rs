@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::file::ScenarioFile;
 use super::naming::{Names, action_path, event_path};
-use super::reader::Reader;
+use super::reader::ScenarioReader;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Entry, Kind, Value, items};
@@ -16,14 +16,14 @@ use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::scenario::{
     Act, Condition, Edge, Event, PhaseEntry, Rule, Scenario, Test, Trigger,
 };
-use crate::core::traffic_light::state_check::Writer;
-use condition::Known;
+use crate::core::traffic_light::state_check::StateWriter;
+use condition::KnownNames;
 
 /// Name of the one act that a file is.
 const ACT: &str = "bench";
 
 /// Reads the file.
-pub(super) fn interpret(root: &Value, reader: &mut Reader<'_>) -> ScenarioFile {
+pub(super) fn interpret(root: &Value, reader: &mut ScenarioReader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
     let Some(top) = Fields::of(reader.checker, root) else { return file };
     file.map = top.text("map").map(|map| reader.beside(&map.text));
@@ -35,7 +35,7 @@ pub(super) fn interpret(root: &Value, reader: &mut Reader<'_>) -> ScenarioFile {
     let controllers = resolve(reader, drafts);
     let events: Vec<_> = top.tables("event").collect();
     let (names, known_events) = event_names(&events);
-    let known = Known { controllers: &controllers, events: &known_events };
+    let known = KnownNames { controllers: &controllers, events: &known_events };
     let init = top.value("init");
     let init = init.map(|init| action::actions(reader, init, &known)).unwrap_or_default();
     let events = events.into_iter().zip(names);
@@ -51,7 +51,7 @@ pub(super) fn interpret(root: &Value, reader: &mut Reader<'_>) -> ScenarioFile {
     file
 }
 
-fn groups(reader: &mut Reader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> {
+fn groups(reader: &mut ScenarioReader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> {
     let mut groups: Vec<GroupEntry> = Vec::new();
     let mut indices = BTreeMap::new();
     for entry in top.entries("groups", "give relation ids with their heads: 100 = [11, 12]") {
@@ -84,7 +84,7 @@ fn key(entry: &Entry) -> LocatedText {
     LocatedText { text: entry.key.clone(), location: entry.location.clone() }
 }
 
-fn controller(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<ControllerDraft> {
+fn controller(reader: &mut ScenarioReader<'_>, fields: Fields<'_>) -> Option<ControllerDraft> {
     let name = fields.required_text("name");
     let reference = fields.text("reference");
     let delay = fields.text("delay_s");
@@ -94,7 +94,7 @@ fn controller(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<ControllerD
     Some(ControllerDraft { name: name?.text, location, reference, delay, phases })
 }
 
-fn phase(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
+fn phase(reader: &mut ScenarioReader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
     let name = fields.required_text("name");
     let seconds = match fields.unquoted("duration_s") {
         Some(given) => reader.phase_seconds(&given),
@@ -130,9 +130,13 @@ fn phase(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
     Some(PhaseDraft { name: name?.text, seconds: seconds?, entries })
 }
 
-fn phase_entry(reader: &mut Reader<'_>, target: Option<LocatedText>, state: &Value) -> Option<PhaseEntry> {
+fn phase_entry(
+    reader: &mut ScenarioReader<'_>,
+    target: Option<LocatedText>,
+    state: &Value,
+) -> Option<PhaseEntry> {
     let state = reader.checker.text(state);
-    let (target, state) = reader.written(target, state, Writer::PhaseEntry)?;
+    let (target, state) = reader.written(target, state, StateWriter::PhaseEntry)?;
     Some(PhaseEntry { target, state })
 }
 
@@ -154,7 +158,7 @@ fn event_names(events: &[Fields<'_>]) -> (Vec<String>, Vec<String>) {
     (assigned, own)
 }
 
-fn event(reader: &mut Reader<'_>, fields: Fields<'_>, name: String, known: &Known<'_>) -> Event {
+fn event(reader: &mut ScenarioReader<'_>, fields: Fields<'_>, name: String, known: &KnownNames<'_>) -> Event {
     let start = trigger(reader, &fields, ["at_s", "when"], known);
     let max_executions = fields.number("times", 1..=u32::MAX, "").unwrap_or(1);
     fields.require(&["do"], "give the actions: do = [{ clear = \"21\" }]");
@@ -166,10 +170,10 @@ fn event(reader: &mut Reader<'_>, fields: Fields<'_>, name: String, known: &Know
 
 /// Reads a trigger at a time or on conditions; not both.
 fn trigger(
-    reader: &mut Reader<'_>,
+    reader: &mut ScenarioReader<'_>,
     fields: &Fields<'_>,
     [at_s, when]: [&'static str; 2],
-    known: &Known<'_>,
+    known: &KnownNames<'_>,
 ) -> Option<Trigger> {
     let at = fields.unquoted(at_s);
     match (at, fields.value(when)) {
@@ -185,7 +189,7 @@ fn trigger(
 }
 
 /// A condition that is true from a time on.
-fn after(reader: &Reader<'_>, at: &LocatedText) -> Option<Condition> {
+fn after(reader: &ScenarioReader<'_>, at: &LocatedText) -> Option<Condition> {
     let test = Test::SimulationTime { rule: Rule::GreaterOrEqual, value: reader.seconds(at)? };
     Some(Condition { name: String::new(), test, edge: Edge::None, delay: std::time::Duration::ZERO })
 }

@@ -5,7 +5,7 @@ use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
-use crate::core::traffic_light::state_check::Writer;
+use crate::core::traffic_light::state_check::StateWriter;
 use crate::core::traffic_light::variable::{Modification, VariableValue};
 
 impl Document<'_, '_> {
@@ -58,7 +58,7 @@ impl Document<'_, '_> {
         self.no_others(element);
         let target = self.reader.upstream_plain_target(&name?);
         let (target, state) = (target?, state?);
-        let state = self.reader.state(target, &state, Writer::Action)?;
+        let state = self.reader.state(target, &state, StateWriter::Action)?;
         Some(Action::SetState { target, state })
     }
 

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::super::reader::Reader;
-use super::parameters::{Declared, Parameter, Parameters, is_name};
+use super::super::reader::ScenarioReader;
+use super::parameters::{Declared, DeclaredParameter, ParameterScopes, is_name};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::{Attribute, Element};
 use crate::core::compat::Compat;
-use crate::core::traffic_light::scenario::Controller;
+use crate::core::traffic_light::scenario::TrafficSignalController;
 use crate::core::traffic_light::variable::{Variable, VariableIndex, VariableValue};
 
 /// The numeric types of parameters and variables.
@@ -15,14 +15,14 @@ const NUMBERS: [&str; 6] = ["integer", "int", "unsignedInt", "unsignedShort", "d
 
 /// A document while it is read.
 pub(super) struct Document<'r, 'c> {
-    pub(super) reader: &'r mut Reader<'c>,
-    pub(super) parameters: Parameters,
+    pub(super) reader: &'r mut ScenarioReader<'c>,
+    pub(super) parameters: ParameterScopes,
     /// The parameters of each element that can have some, by its position in the file.
     pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Declared>>,
     /// The declared parameters and variables.
     pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
-    pub(super) controllers: Vec<Controller>,
+    pub(super) controllers: Vec<TrafficSignalController>,
     /// The reason why the map cannot be found, with the remedy.
     pub(super) unresolved_map: Option<String>,
     /// The number of conditions so far that refer to elements of the storyboard.
@@ -73,7 +73,11 @@ impl Document<'_, '_> {
                 let variable = self.add_variable(&name, kind, &value);
                 let given = declaration.attribute("value");
                 let is_of_launch_system = given.is_some_and(|given| given.value.contains("$("));
-                self.parameters.declare(path, name, Ok(Parameter { value, is_of_launch_system, variable }));
+                self.parameters.declare(
+                    path,
+                    name,
+                    Ok(DeclaredParameter { value, is_of_launch_system, variable }),
+                );
             }
         }
         self.scopes.insert(element.location.position, self.parameters.innermost());

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::super::reader::Reader;
+use super::super::reader::ScenarioReader;
 use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 
 /// Lists every element and attribute that was not interpreted, those of one kind together.
-pub(super) fn list(root: &Element, reader: &mut Reader<'_>) {
+pub(super) fn list(root: &Element, reader: &mut ScenarioReader<'_>) {
     let mut kinds = BTreeMap::new();
     collect(root, &mut kinds);
     for Leftover { location, times, elements, .. } in kinds.into_values() {

@@ -15,17 +15,17 @@ mod trigger;
 use std::collections::BTreeMap;
 
 use super::file::ScenarioFile;
-use super::reader::Reader;
+use super::reader::ScenarioReader;
 use crate::config::reading::element::Element;
 use document::Document;
-use parameters::Parameters;
+use parameters::ParameterScopes;
 pub(super) use transliterated::from_values;
 
 /// Name of the root element.
 pub(super) const ROOT: &str = "OpenSCENARIO";
 
 /// Reads the document. Problems and parts that are left out go to `reader`.
-pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile {
+pub(super) fn interpret(root: &Element, reader: &mut ScenarioReader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
     if root.name != ROOT {
         let reason = format!("the root is {}, not {ROOT}", root.name);
@@ -42,7 +42,7 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
     if let Some(header) = root.child("FileHeader") {
         header.mark_all_interpreted(); // It has no effect.
     }
-    let parameters = Parameters::new(reader.options.packages.clone());
+    let parameters = ParameterScopes::new(reader.options.packages.clone());
     let (controllers, variables) = (Vec::new(), Vec::new());
     let scopes = BTreeMap::new();
     let mut document =

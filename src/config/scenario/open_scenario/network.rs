@@ -6,7 +6,7 @@ use super::super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::document::Document;
 use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::PhaseEntry;
-use crate::core::traffic_light::state_check::Writer;
+use crate::core::traffic_light::state_check::StateWriter;
 
 impl Document<'_, '_> {
     /// The map, unless its path needs a launch system that is not here.
@@ -58,7 +58,7 @@ impl Document<'_, '_> {
         let target = self.required(element, "trafficSignalId");
         let state = self.required(element, "state");
         self.no_others(element);
-        let (target, state) = self.reader.written(target, state, Writer::PhaseEntry)?;
+        let (target, state) = self.reader.written(target, state, StateWriter::PhaseEntry)?;
         Some(PhaseEntry { target, state })
     }
 }

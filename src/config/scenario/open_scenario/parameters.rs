@@ -11,11 +11,11 @@ use crate::core::traffic_light::variable::VariableIndex;
 const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
 /// A declared parameter, or the reason why its value is not known and the remedy.
-pub(super) type Declared = Result<Parameter, (String, String)>;
+pub(super) type Declared = Result<DeclaredParameter, (String, String)>;
 
 /// A declared parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Parameter {
+pub(super) struct DeclaredParameter {
     /// The value that replaces references to it.
     pub(super) value: String,
     /// True when a launch system computed the value, so that paths in it are not relative to the file.
@@ -26,7 +26,7 @@ pub(super) struct Parameter {
 
 /// The declared parameters, those of the innermost scope last.
 #[derive(Debug, Default)]
-pub(super) struct Parameters {
+pub(super) struct ParameterScopes {
     scopes: Vec<BTreeMap<String, Declared>>,
     /// The parameters of the whole document, by the names of the elements around each and its own name.
     declared: Vec<(Vec<String>, String, Declared)>,
@@ -36,7 +36,7 @@ pub(super) struct Parameters {
     packages: BTreeMap<String, PathBuf>,
 }
 
-impl Parameters {
+impl ParameterScopes {
     /// No parameters yet; `packages` are the folders of packages by name.
     pub(super) fn new(packages: BTreeMap<String, PathBuf>) -> Self {
         Self { packages, ..Self::default() }
@@ -116,7 +116,7 @@ impl Parameters {
     ///
     /// # Errors
     /// The reason and the remedy.
-    pub(super) fn parameter(&self, name: &str) -> Result<&Parameter, (String, String)> {
+    pub(super) fn parameter(&self, name: &str) -> Result<&DeclaredParameter, (String, String)> {
         let found = self.declared(name).ok_or_else(|| {
             let known = self.scopes.iter().flat_map(BTreeMap::keys);
             (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
@@ -202,14 +202,15 @@ pub(super) fn is_name(text: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn parameter(value: &str) -> Parameter {
-        Parameter { value: value.to_owned(), is_of_launch_system: false, variable: VariableIndex(0) }
+    fn parameter(value: &str) -> DeclaredParameter {
+        DeclaredParameter { value: value.to_owned(), is_of_launch_system: false, variable: VariableIndex(0) }
     }
 
     #[test]
     fn a_reference_is_the_value_of_the_innermost_scope() {
         let scope = |value: &str| BTreeMap::from([("light".to_owned(), Ok(parameter(value)))]);
-        let parameters = Parameters { scopes: vec![scope("1"), scope("2")], ..Parameters::default() };
+        let parameters =
+            ParameterScopes { scopes: vec![scope("1"), scope("2")], ..ParameterScopes::default() };
         for text in ["$light", "${light}", "${ $light }", "2"] {
             assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
         }
@@ -221,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_path_leads_to_a_parameter_anywhere_in_the_document() {
-        let mut parameters = Parameters::default();
+        let mut parameters = ParameterScopes::default();
         parameters.enter(BTreeMap::new());
         let path = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         parameters.declare(&[], "light".to_owned(), Ok(parameter("1")));
@@ -239,7 +240,7 @@ mod tests {
     fn an_expression_of_parameters_is_computed() {
         let scope = [("way", "34802"), ("step", "-2"), ("color", "red"), ("last-way", "7")];
         let scope = scope.map(|(name, value)| (name.to_owned(), Ok(parameter(value)))).into();
-        let parameters = Parameters { scopes: vec![scope], ..Parameters::default() };
+        let parameters = ParameterScopes { scopes: vec![scope], ..ParameterScopes::default() };
         for (text, value) in [
             ("${$way + 1}", "34803"),
             ("${$way - $step}", "34804"),
@@ -259,7 +260,7 @@ mod tests {
     #[test]
     fn a_package_is_replaced_by_its_folder() {
         let packages = BTreeMap::from([("town".to_owned(), PathBuf::from("/maps/town"))]);
-        let parameters = Parameters::new(packages);
+        let parameters = ParameterScopes::new(packages);
         for text in ["$(find-pkg-share town)/map.osm", "$(ros2 pkg prefix --share town)/map.osm"] {
             assert_eq!(parameters.value(text).as_deref(), Ok("/maps/town/map.osm"), "{text}");
         }

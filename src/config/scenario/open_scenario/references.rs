@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::super::file::UncertainEnd;
 use super::super::naming::{Names, action_path, event_path};
-use super::super::reader::Reader;
+use super::super::reader::ScenarioReader;
 use super::draft::{ActDraft, ConditionDraft, EventDraft, StoryDraft, TestDraft, TriggerDraft};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
@@ -39,12 +39,12 @@ pub(super) struct Resolved {
 
 /// Returns what can run, and lists the elements that were left out.
 pub(super) fn resolve(
-    reader: &mut Reader<'_>,
+    reader: &mut ScenarioReader<'_>,
     stories: &[StoryDraft],
     acts: Vec<ActDraft<'_>>,
     stop: Option<(&Element, TriggerDraft)>,
 ) -> Resolved {
-    let mut board = Board::new(reader, stories, &acts, stop.as_ref().map(|(_, groups)| groups));
+    let mut board = References::new(reader, stories, &acts, stop.as_ref().map(|(_, groups)| groups));
     board.leave_out_undecidable(&acts);
     if let Some((storyboard, groups)) = &stop {
         board.list_stop(reader, storyboard, groups);
@@ -73,7 +73,7 @@ pub(super) fn resolve(
 }
 
 /// The acts with the references to them.
-struct Board {
+struct References {
     /// The target of each reference, by its number.
     targets: BTreeMap<usize, At>,
     /// Acts and events that are left out, with the reason.
@@ -84,9 +84,9 @@ struct Board {
     members: BTreeMap<At, Vec<At>>,
 }
 
-impl Board {
+impl References {
     fn new(
-        reader: &mut Reader<'_>,
+        reader: &mut ScenarioReader<'_>,
         stories: &[StoryDraft],
         acts: &[ActDraft<'_>],
         stop: Option<&TriggerDraft>,
@@ -197,7 +197,7 @@ impl Board {
     }
 
     /// Lists the groups of the stop trigger that cannot be decided.
-    fn list_stop(&self, reader: &mut Reader<'_>, storyboard: &Element, groups: &TriggerDraft) {
+    fn list_stop(&self, reader: &mut ScenarioReader<'_>, storyboard: &Element, groups: &TriggerDraft) {
         let elements =
             storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup"));
         for (group, element) in groups.iter().zip(elements) {
@@ -208,7 +208,7 @@ impl Board {
         }
     }
 
-    fn list(&self, reader: &mut Reader<'_>, acts: &[ActDraft<'_>]) {
+    fn list(&self, reader: &mut ScenarioReader<'_>, acts: &[ActDraft<'_>]) {
         for (at, reason) in &self.left_out {
             let (element, path, is_within) = match *at {
                 At::Act(act) => (acts[act].element, &acts[act].path, false),
@@ -265,7 +265,12 @@ fn known<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Known<'a> {
 
 /// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. An element of
 /// another kind is taken, as upstream does, and the kind listed.
-fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
+fn find(
+    reader: &mut ScenarioReader<'_>,
+    known: &Known<'_>,
+    kind: &'static str,
+    given: &LocatedText,
+) -> Option<At> {
     let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
     let name = steps.pop().unwrap_or_default();
     let named = known.get(name).map(Vec::as_slice).unwrap_or_default();
@@ -364,7 +369,7 @@ fn names(stories: &[StoryDraft], acts: &[ActDraft<'_>]) -> BTreeMap<At, String> 
 
 /// Turns drafts into the acts that the engine runs.
 struct Finish<'a> {
-    board: &'a Board,
+    board: &'a References,
     names: &'a BTreeMap<At, String>,
 }
 

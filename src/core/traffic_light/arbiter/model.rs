@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::selection::{Sides, select};
+use super::selection::{GroupSides, select};
 use super::{ArbiterSettings, ArbiterStamp};
 use crate::core::map::light_map::LightMap;
 use crate::core::traffic_light::emission::{GroupState, Groups};
 
-pub(super) struct Model {
+pub(super) struct ArbiterModel {
     settings: ArbiterSettings,
     map: BTreeMap<i64, bool>,
     perception: Option<(ArbiterStamp, Vec<Arc<GroupState>>)>,
     external: BTreeMap<i64, (ArbiterStamp, Arc<GroupState>)>,
 }
 
-impl Model {
+impl ArbiterModel {
     pub(super) fn new(settings: ArbiterSettings, map: &LightMap) -> Self {
         let map = map.groups().map(|(id, group)| (id, group.is_pedestrian)).collect();
         Self { settings, map, perception: None, external: BTreeMap::new() }
@@ -65,7 +65,7 @@ impl Model {
         }
         let merged = reports.into_iter().filter_map(|(relation_id, perception)| {
             let external = self.external.get(&relation_id).map(|(_, group)| &**group);
-            let sides = Sides { perception: &perception, external };
+            let sides = GroupSides { perception: &perception, external };
             Some(Arc::new(GroupState {
                 relation_id,
                 elements: select(&sides, *self.map.get(&relation_id)?, &self.settings),

@@ -4,18 +4,18 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::model::Model;
+use super::model::ArbiterModel;
 use super::*;
 use crate::core::map::light_map::GroupEntry;
 use crate::core::time::WallStamp;
-use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
-use crate::core::traffic_light::emission::{Element, Prediction};
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
+use crate::core::traffic_light::emission::{GroupElement, Prediction};
 
 const ON_MAP: [i64; 3] = [1001, 1002, 2001];
 
-fn element() -> impl Strategy<Value = Element> {
-    (select(&Color::ALL[..]), select(&Status::ALL[..]), select(&Shape::ALL[..4]), 0..4_u8).prop_map(
-        |(color, status, shape, confidence)| Element {
+fn element() -> impl Strategy<Value = GroupElement> {
+    (select(&Color::ALL[..]), select(&BulbStatus::ALL[..]), select(&BulbShape::ALL[..4]), 0..4_u8).prop_map(
+        |(color, status, shape, confidence)| GroupElement {
             bulb: Bulb { color, status, shape },
             confidence: f64::from(confidence) / 4.0,
         },
@@ -52,7 +52,7 @@ fn map(relation_ids: &[i64]) -> LightMap {
 
 /// An input of the arbiter. Messages share groups of a pool, as emissions do.
 #[derive(Debug, Clone)]
-enum Step {
+enum ArbiterStep {
     /// Tenths of a second, positions in the pool.
     Perception(i64, Vec<usize>),
     /// Those of stamp and clock, likewise.
@@ -63,13 +63,13 @@ enum Step {
 
 const POOL: usize = 8;
 
-fn step() -> impl Strategy<Value = Step> {
+fn step() -> impl Strategy<Value = ArbiterStep> {
     let message = || prop_oneof![Just((0..POOL).collect()), vec(0..POOL, 0..POOL)];
     prop_oneof![
-        4 => (-70..70_i64, message()).prop_map(|(stamp, groups)| Step::Perception(stamp, groups)),
+        4 => (-70..70_i64, message()).prop_map(|(stamp, groups)| ArbiterStep::Perception(stamp, groups)),
         4 => (-60..60_i64, -10..10_i64, message())
-            .prop_map(|(stamp, clock, groups)| Step::External(stamp, clock, groups)),
-        4 => (0..POOL, group()).prop_map(|(index, group)| Step::Change(index, group)),
+            .prop_map(|(stamp, clock, groups)| ArbiterStep::External(stamp, clock, groups)),
+        4 => (0..POOL, group()).prop_map(|(index, group)| ArbiterStep::Change(index, group)),
     ]
 }
 
@@ -84,7 +84,7 @@ proptest! {
         steps in vec(step(), 1..40),
     ) {
         let map = map(relation_ids);
-        let (mut arbiter, mut model) = (Arbiter::new(settings, &map), Model::new(settings, &map));
+        let (mut arbiter, mut model) = (Arbiter::new(settings, &map), ArbiterModel::new(settings, &map));
         let mut held: Vec<(Groups, Vec<GroupState>)> = Vec::new();
         for (number, step) in (0..).zip(steps) {
             if sorted {
@@ -93,7 +93,7 @@ proptest! {
             let of_pool = |indices: &[usize]| indices.iter().map(|at| Arc::clone(&pool[*at])).collect::<Vec<_>>();
             let at = |tenths| ArbiterStamp(tenths * 100_000_000);
             let (output, expected) = match step {
-                Step::Change(index, mut group) => {
+                ArbiterStep::Change(index, mut group) => {
                     // The predictions make each group a different one.
                     group.predictions.push(Prediction {
                         at: WallStamp::from_nanos(number),
@@ -104,11 +104,11 @@ proptest! {
                     pool[index] = Arc::new(group);
                     continue;
                 }
-                Step::Perception(stamp, indices) => {
+                ArbiterStep::Perception(stamp, indices) => {
                     let groups = of_pool(&indices);
                     (Some(arbiter.perception(at(stamp), &groups)), Some(model.perception(at(stamp), &groups)))
                 }
-                Step::External(stamp, clock, indices) => {
+                ArbiterStep::External(stamp, clock, indices) => {
                     let (stamp, clock, groups) = (at(stamp), at(clock), of_pool(&indices));
                     (arbiter.external(stamp, &groups, clock), model.external(stamp, &groups, clock))
                 }
@@ -133,7 +133,7 @@ proptest! {
         inputs in vec(input(), 1..12),
     ) {
         let mut arbiter = Arbiter::new(settings, &map(&ON_MAP));
-        let mut reported: Vec<Element> = Vec::new();
+        let mut reported: Vec<GroupElement> = Vec::new();
         for (is_perception, tenths, groups) in inputs {
             let (clock, stamp) = (ArbiterStamp(0), ArbiterStamp(tenths * 100_000_000));
             reported.extend(groups.iter().flat_map(|group| &group.elements));
@@ -149,8 +149,8 @@ proptest! {
             prop_assert!(merged.is_sorted_by(|one, next| one.relation_id < next.relation_id));
             prop_assert!(merged.iter().all(|group| ON_MAP.contains(&group.relation_id)));
             for element in merged.iter().flat_map(|group| &group.elements) {
-                let unknown = Bulb { color: Color::Unknown, status: Status::Unknown, ..element.bulb };
-                let made_up = Element { bulb: unknown, confidence: 1.0 };
+                let unknown = Bulb { color: Color::Unknown, status: BulbStatus::Unknown, ..element.bulb };
+                let made_up = GroupElement { bulb: unknown, confidence: 1.0 };
                 prop_assert!(reported.contains(element) || settings.matching && *element == made_up);
             }
             for group in merged.iter() {

@@ -4,19 +4,19 @@
 use std::sync::Arc;
 
 use super::{ArbiterSettings, Priority};
-use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
-use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
+use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
 
 /// The reports of both sides about one group.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sides<'a> {
+pub(super) struct GroupSides<'a> {
     /// The camera's reports: a message may have the group more than once.
     pub(super) perception: &'a [Arc<GroupState>],
     /// The last report of the network.
     pub(super) external: Option<&'a GroupState>,
 }
 
-impl Sides<'_> {
+impl GroupSides<'_> {
     /// Returns whether neither side reports the group.
     pub(super) fn is_empty(&self) -> bool {
         self.perception.is_empty() && self.external.is_none()
@@ -30,7 +30,11 @@ impl Sides<'_> {
 }
 
 /// The elements that count, ascending by the number of their shape, one for each shape.
-pub(super) fn select(sides: &Sides<'_>, is_pedestrian: bool, settings: &ArbiterSettings) -> Vec<Element> {
+pub(super) fn select(
+    sides: &GroupSides<'_>,
+    is_pedestrian: bool,
+    settings: &ArbiterSettings,
+) -> Vec<GroupElement> {
     let external = sides.external.map(|group| group.elements.as_slice());
     if !settings.matching {
         let perception = sides.perception.iter().flat_map(|group| &group.elements);
@@ -52,13 +56,13 @@ pub(super) fn select(sides: &Sides<'_>, is_pedestrian: bool, settings: &ArbiterS
 /// Both sides together; for each shape the preferred side wins, then the more confident element,
 /// then the first one.
 fn pooled<'a>(
-    perception: impl IntoIterator<Item = &'a Element>,
-    external: &'a [Element],
+    perception: impl IntoIterator<Item = &'a GroupElement>,
+    external: &'a [GroupElement],
     priority: Priority,
-) -> Vec<Element> {
+) -> Vec<GroupElement> {
     let perception = perception.into_iter().map(|element| (priority == Priority::Perception, *element));
     let external = external.iter().map(|element| (priority == Priority::External, *element));
-    let mut best: Vec<(bool, Element)> = Vec::new();
+    let mut best: Vec<(bool, GroupElement)> = Vec::new();
     for (preferred, element) in perception.chain(external) {
         match best.iter_mut().find(|(_, kept)| kept.bulb.shape == element.bulb.shape) {
             Some(kept) if (preferred, element.confidence) > (kept.0, kept.1.confidence) => {
@@ -73,13 +77,13 @@ fn pooled<'a>(
     elements
 }
 
-fn one_for_each_shape(elements: &[Element]) -> Vec<Element> {
+fn one_for_each_shape(elements: &[GroupElement]) -> Vec<GroupElement> {
     pooled(elements, &[], Priority::Confidence)
 }
 
 /// For vehicles: elements that both sides report; where they differ, or one side is missing, unknown elements of the
 /// same shapes.
-fn matched(perception: Option<&[Element]>, external: Option<&[Element]>) -> Vec<Element> {
+fn matched(perception: Option<&[GroupElement]>, external: Option<&[GroupElement]>) -> Vec<GroupElement> {
     match (perception, external) {
         (Some(perception), Some(external)) if agree(perception, external) => one_for_each_shape(perception),
         _ => {
@@ -91,8 +95,8 @@ fn matched(perception: Option<&[Element]>, external: Option<&[Element]>) -> Vec<
 }
 
 /// Returns whether both have the same shapes in the same colours; status and confidence do not count.
-fn agree(perception: &[Element], external: &[Element]) -> bool {
-    let sorted = |elements: &[Element]| {
+fn agree(perception: &[GroupElement], external: &[GroupElement]) -> bool {
+    let sorted = |elements: &[GroupElement]| {
         let mut elements = elements.to_vec();
         sort_by_shape(&mut elements);
         elements.into_iter().map(|element| (element.bulb.shape, element.bulb.color)).collect::<Vec<_>>()
@@ -100,28 +104,28 @@ fn agree(perception: &[Element], external: &[Element]) -> bool {
     sorted(perception) == sorted(external)
 }
 
-fn unknown(shape: Shape) -> Element {
-    let bulb = Bulb { color: Color::Unknown, status: Status::Unknown, shape };
-    Element { bulb, confidence: 1.0 }
+fn unknown(shape: BulbShape) -> GroupElement {
+    let bulb = Bulb { color: Color::Unknown, status: BulbStatus::Unknown, shape };
+    GroupElement { bulb, confidence: 1.0 }
 }
 
-fn sort_by_shape(elements: &mut [Element]) {
+fn sort_by_shape(elements: &mut [GroupElement]) {
     elements.sort_by_key(|element| ros_number(element.bulb.shape));
 }
 
 /// The constant of `TrafficLightElement`, by which the arbiter sorts shapes.
-const fn ros_number(shape: Shape) -> u8 {
+const fn ros_number(shape: BulbShape) -> u8 {
     match shape {
-        Shape::Unknown => 0,
-        Shape::Circle => 1,
-        Shape::Left => 2,
-        Shape::Right => 3,
-        Shape::Up => 4,
-        Shape::UpperLeft => 5,
-        Shape::UpperRight => 6,
-        Shape::Down => 7,
-        Shape::LowerLeft => 8,
-        Shape::LowerRight => 9,
-        Shape::Cross => 10,
+        BulbShape::Unknown => 0,
+        BulbShape::Circle => 1,
+        BulbShape::Left => 2,
+        BulbShape::Right => 3,
+        BulbShape::Up => 4,
+        BulbShape::UpperLeft => 5,
+        BulbShape::UpperRight => 6,
+        BulbShape::Down => 7,
+        BulbShape::LowerLeft => 8,
+        BulbShape::LowerRight => 9,
+        BulbShape::Cross => 10,
     }
 }

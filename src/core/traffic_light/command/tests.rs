@@ -6,9 +6,9 @@ use super::*;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::Phase;
 
-fn controllers() -> Vec<Controller> {
+fn controllers() -> Vec<TrafficSignalController> {
     let phase = |name: &str| Phase { name: name.to_owned(), duration: None, entries: Vec::new() };
-    let controller = |name: &str, phases: &[&str]| Controller {
+    let controller = |name: &str, phases: &[&str]| TrafficSignalController {
         name: name.to_owned(),
         reference: None,
         phases: phases.iter().map(|name| phase(name)).collect(),
@@ -20,8 +20,8 @@ fn read(text: &str) -> Result<Action, CommandError> {
     parse_command(text, &controllers(), Compat::Improved)
 }
 
-fn target(text: &str) -> Target {
-    Target::parse(text).unwrap()
+fn target(text: &str) -> SignalTarget {
+    SignalTarget::parse(text).unwrap()
 }
 
 fn v2i(id: i64, state: &str, rate_hz: Option<f64>) -> Action {

@@ -9,29 +9,37 @@ use crate::core::compat::Compat;
 use crate::core::traffic_light::periodic_timer::{FrameClock, Rate};
 use crate::core::traffic_light::scenario::{Phase, Reference, upstream_cycle_s};
 
-fn controller(durations_s: &[f64]) -> Controller {
+fn controller(durations_s: &[f64]) -> TrafficSignalController {
     let phase = |duration: &f64| Phase {
         name: String::new(),
         duration: duration.is_finite().then(|| Duration::from_secs_f64(*duration)),
         entries: Vec::new(),
     };
-    Controller { name: String::new(), reference: None, phases: durations_s.iter().map(phase).collect() }
+    TrafficSignalController {
+        name: String::new(),
+        reference: None,
+        phases: durations_s.iter().map(phase).collect(),
+    }
 }
 
-fn following(mut follower: Controller, delay_s: f64) -> Controller {
+fn following(mut follower: TrafficSignalController, delay_s: f64) -> TrafficSignalController {
     let delay = Duration::from_secs_f64(delay_s);
     follower.reference = Some(Reference { controller: ControllerIndex(0), delay });
     follower
 }
 
 /// (controller, phase, frame) of all transitions within a number of frames at 30 Hz.
-fn transitions(controllers: Vec<Controller>, compat: Compat, frames: u64) -> Vec<(usize, usize, u64)> {
+fn transitions(
+    controllers: Vec<TrafficSignalController>,
+    compat: Compat,
+    frames: u64,
+) -> Vec<(usize, usize, u64)> {
     transitions_of(controllers, compat, frames, false)
 }
 
 /// The same; `all` evaluates each controller in each frame.
 fn transitions_of(
-    controllers: Vec<Controller>,
+    controllers: Vec<TrafficSignalController>,
     compat: Compat,
     frames: u64,
     all: bool,
@@ -41,7 +49,7 @@ fn transitions_of(
     let (mut clock, mut previous, mut found) = (FrameClock::new(Rate::THIRTY_HZ, 1), None, Vec::new());
     for number in 1..=frames {
         let now = clock.tick();
-        let frame = Frame { now, previous: previous.replace(now) };
+        let frame = FrameTimes { now, previous: previous.replace(now) };
         if all {
             (0..scenario.controllers.len()).for_each(|index| states.set_idle(index, 0));
         }

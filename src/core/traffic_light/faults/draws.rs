@@ -8,7 +8,7 @@ use super::Spells;
 
 /// The purpose of a draw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum DrawKind {
     Latency = 1,
     Loss,
     Freeze,
@@ -36,22 +36,22 @@ impl Draws {
     }
 
     /// Draws a number from 0 to 1, 1 excluded, uniformly.
-    pub(super) fn share(self, kind: Kind, of: [u64; 2], message: u64) -> f64 {
+    pub(super) fn share(self, kind: DrawKind, of: [u64; 2], message: u64) -> f64 {
         StandardUniform.sample(&mut self.generator(kind, of, message))
     }
 
     /// Draws from the normal distribution of mean 0 and standard deviation 1.
-    pub(super) fn normal(self, kind: Kind, of: [u64; 2], message: u64) -> f64 {
+    pub(super) fn normal(self, kind: DrawKind, of: [u64; 2], message: u64) -> f64 {
         StandardNormal.sample(&mut self.generator(kind, of, message))
     }
 
     /// Draws true with the given probability.
-    pub(super) fn happens(self, probability: f64, kind: Kind, of: [u64; 2], message: u64) -> bool {
+    pub(super) fn happens(self, probability: f64, kind: DrawKind, of: [u64; 2], message: u64) -> bool {
         probability > 0.0 && self.share(kind, of, message) < probability
     }
 
     /// The generator of a draw. Each key is mixed with a number of the generator that the keys before it seed.
-    fn generator(self, kind: Kind, [one, other]: [u64; 2], message: u64) -> Pcg32 {
+    fn generator(self, kind: DrawKind, [one, other]: [u64; 2], message: u64) -> Pcg32 {
         let keys = [kind as u64, one, other];
         let seed = keys.into_iter().fold(self.seed, |seed, key| Pcg32::seed_from_u64(seed).next_u64() ^ key);
         Pcg32::seed_from_u64(Pcg32::seed_from_u64(seed).next_u64() ^ message)
@@ -64,7 +64,7 @@ impl Spell {
         &mut self,
         draws: Draws,
         spells: Spells,
-        kind: Kind,
+        kind: DrawKind,
         of: u64,
         message: u64,
     ) -> bool {

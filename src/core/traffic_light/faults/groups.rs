@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::FaultSettings;
-use super::draws::{Draws, Kind, Spell};
-use crate::core::traffic_light::bulb::{Bulb, Color, Status};
-use crate::core::traffic_light::emission::{Element, GroupState};
+use super::draws::{DrawKind, Draws, Spell};
+use crate::core::traffic_light::bulb::{Bulb, BulbStatus, Color};
+use crate::core::traffic_light::emission::{GroupElement, GroupState};
 
 /// The faults of groups at work.
 #[derive(Debug, Clone)]
@@ -46,7 +46,7 @@ impl GroupFaults {
         for group in groups {
             let of = group.relation_id.cast_unsigned();
             let spell = self.missing.entry(group.relation_id).or_default();
-            if !spell.goes_on(self.draws, settings.miss, Kind::Miss, of, message) {
+            if !spell.goes_on(self.draws, settings.miss, DrawKind::Miss, of, message) {
                 arriving.push(Arc::new(misread(self.draws, settings, group, message)));
             }
         }
@@ -56,22 +56,23 @@ impl GroupFaults {
 
 fn misread(draws: Draws, settings: &FaultSettings, group: &GroupState, message: u64) -> GroupState {
     let of = group.relation_id.cast_unsigned();
-    let is_unknown = draws.happens(settings.unknown, Kind::Unknown, [of, 0], message);
-    let misread = |element: &Element| {
+    let is_unknown = draws.happens(settings.unknown, DrawKind::Unknown, [of, 0], message);
+    let misread = |element: &GroupElement| {
         let draw = [of, u64::from(element.bulb.key())];
-        let color = || confused(element.bulb.color, draws.share(Kind::Confusion, draw, message), settings);
+        let color =
+            || confused(element.bulb.color, draws.share(DrawKind::Confusion, draw, message), settings);
         let bulb = if is_unknown {
-            Bulb { color: Color::Unknown, status: Status::Unknown, ..element.bulb }
+            Bulb { color: Color::Unknown, status: BulbStatus::Unknown, ..element.bulb }
         } else {
             Bulb { color: color(), ..element.bulb }
         };
-        let noise = || draws.normal(Kind::Confidence, draw, message) * settings.confidence_spread;
+        let noise = || draws.normal(DrawKind::Confidence, draw, message) * settings.confidence_spread;
         let confidence = if settings.change_confidence() {
             (settings.confidence_mean.unwrap_or(element.confidence) + noise()).clamp(0.0, 1.0)
         } else {
             element.confidence
         };
-        Element { bulb, confidence }
+        GroupElement { bulb, confidence }
     };
     let mut elements: Vec<_> = group.elements.iter().map(misread).collect();
     // Bulbs that have become equal are one.

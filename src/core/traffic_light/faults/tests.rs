@@ -3,37 +3,37 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::core::traffic_light::bulb::{Bulb, Shape, Status};
-use crate::core::traffic_light::emission::{Element, GroupState, LightsTopic};
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus};
+use crate::core::traffic_light::emission::{GroupElement, GroupState, LightsTopic};
 
 /// Messages of a statistics test; bounds are four standard deviations of the binomial distribution.
 const MANY: u32 = 6_000;
 /// Time between messages.
 const PERIOD_MS: u64 = 100;
 
-fn element(color: Color, shape: Shape) -> Element {
-    Element { bulb: Bulb { color, status: Status::SolidOn, shape }, confidence: 0.8 }
+fn element(color: Color, shape: BulbShape) -> GroupElement {
+    GroupElement { bulb: Bulb { color, status: BulbStatus::SolidOn, shape }, confidence: 0.8 }
 }
 
-fn group(relation_id: i64, elements: &[Element]) -> Arc<GroupState> {
+fn group(relation_id: i64, elements: &[GroupElement]) -> Arc<GroupState> {
     Arc::new(GroupState { relation_id, elements: elements.to_vec(), predictions: Vec::new() })
 }
 
 fn groups() -> Vec<Arc<GroupState>> {
-    let red = element(Color::Red, Shape::Circle);
-    vec![group(-5, &[red]), group(100, &[element(Color::Green, Shape::Right), red])]
+    let red = element(Color::Red, BulbShape::Circle);
+    vec![group(-5, &[red]), group(100, &[element(Color::Green, BulbShape::Right), red])]
 }
 
 fn emission(number: u64, groups: Vec<Arc<GroupState>>) -> Emission {
     let stamp = WallStamp::from_nanos(i64::try_from(number).unwrap() * 100_000_000);
-    Emission { topic: LightsTopic::V2i, stamp, content: Content::Groups(Arc::new(groups)) }
+    Emission { topic: LightsTopic::V2i, stamp, content: LightsContent::Groups(Arc::new(groups)) }
 }
 
 /// The messages that arrive, with their times of arrival, when one is sent each period.
 fn run(settings: FaultSettings, messages: impl IntoIterator<Item = Emission>) -> Vec<(MonoTime, Emission)> {
-    let mut faults = Faults::new(settings).unwrap();
+    let mut faults = ChannelFaults::new(settings).unwrap();
     let mut arrived = Vec::new();
-    let mut take = |faults: &mut Faults, until: MonoTime| {
+    let mut take = |faults: &mut ChannelFaults, until: MonoTime| {
         while let Some(at) = faults.next_deadline().filter(|at| *at <= until) {
             let before = at.as_nanos().checked_sub(1).map(MonoTime::from_nanos);
             assert_eq!(before.and_then(|before| faults.poll(before)), None, "too early");
@@ -55,8 +55,10 @@ fn many() -> impl Iterator<Item = Emission> {
 
 fn groups_of(emission: &Emission) -> &[Arc<GroupState>] {
     match &emission.content {
-        Content::Groups(groups) => groups,
-        Content::Lights(_) | Content::Markers(_) | Content::Clock => panic!("groups were sent"),
+        LightsContent::Groups(groups) => groups,
+        LightsContent::Lights(_) | LightsContent::Markers(_) | LightsContent::Clock => {
+            panic!("groups were sent")
+        }
     }
 }
 
@@ -104,7 +106,7 @@ fn the_same_seed_gives_the_same_faults_and_another_one_others() {
 #[test]
 fn draws_of_a_seed_are_fixed() {
     let draws = Draws::new(42);
-    let shares = [0, 1, 2].map(|message| draws.share(Kind::Loss, [0, 0], message).to_bits());
+    let shares = [0, 1, 2].map(|message| draws.share(DrawKind::Loss, [0, 0], message).to_bits());
     assert_eq!(shares, [4_603_812_169_380_658_795, 4_606_090_580_161_229_680, 4_602_715_296_966_638_691]);
 }
 
@@ -120,7 +122,7 @@ fn messages_are_lost_as_often_as_set() {
 #[test]
 fn groups_are_unknown_as_often_as_set_and_independently() {
     let arrived = run(FaultSettings { unknown: 0.2, ..FaultSettings::default() }, many());
-    let is_unknown = |group: &Arc<GroupState>| group.elements[0].bulb.status == Status::Unknown;
+    let is_unknown = |group: &Arc<GroupState>| group.elements[0].bulb.status == BulbStatus::Unknown;
     let both = |groups: &[Arc<GroupState>]| groups.iter().all(is_unknown);
     let count = |test: &dyn Fn(&[Arc<GroupState>]) -> bool| {
         arrived.iter().filter(|(_, emission)| test(groups_of(emission))).count()
@@ -130,10 +132,10 @@ fn groups_are_unknown_as_often_as_set_and_independently() {
     for (_, emission) in &arrived {
         let [one, two] = groups_of(emission) else { panic!("a group is missing") };
         let shapes: Vec<_> = two.elements.iter().map(|element| element.bulb.shape).collect();
-        assert_eq!((one.elements[0].bulb.shape, shapes.len()), (Shape::Circle, 2));
+        assert_eq!((one.elements[0].bulb.shape, shapes.len()), (BulbShape::Circle, 2));
         for element in one.elements.iter().chain(&two.elements) {
             let Bulb { color, status, .. } = element.bulb;
-            assert_eq!((color == Color::Unknown, element.confidence), (status == Status::Unknown, 0.8));
+            assert_eq!((color == Color::Unknown, element.confidence), (status == BulbStatus::Unknown, 0.8));
         }
     }
 }
@@ -148,7 +150,7 @@ fn colors_are_confused_as_often_as_set() {
     assert_rate("red as green", count(Color::Green), MANY, 0.1);
     assert_rate("red as yellow", count(Color::Yellow), MANY, 0.3);
     assert_eq!(count(Color::White) + count(Color::Unknown), 0);
-    let green_arrow = element(Color::Green, Shape::Right);
+    let green_arrow = element(Color::Green, BulbShape::Right);
     assert!(bulbs(1).all(|elements| elements.len() == 2 && elements.contains(&green_arrow)));
     assert!(bulbs(1).all(|elements| elements.is_sorted_by_key(|element| element.bulb)));
 }
@@ -156,7 +158,7 @@ fn colors_are_confused_as_often_as_set() {
 #[test]
 fn equal_bulbs_are_one() {
     let confusions = vec![Confusion { from: Color::Red, to: Color::Green, probability: 1.0 }];
-    let two = [element(Color::Green, Shape::Circle), element(Color::Red, Shape::Circle)];
+    let two = [element(Color::Green, BulbShape::Circle), element(Color::Red, BulbShape::Circle)];
     let settings = FaultSettings { confusions, ..FaultSettings::default() };
     let arrived = run(settings, [emission(0, vec![group(1, &two)])]);
     assert_eq!(groups_of(&arrived[0].1), [group(1, &two[..1])]);
@@ -266,10 +268,10 @@ fn contradicting_settings_are_refused() {
     for (settings, part) in
         [(confusions(vec![red(0.6), red(0.6)]), "`red` add up to 1.2"), (jitter, "jitter is 2s; at most")]
     {
-        let error = Faults::new(settings).unwrap_err().to_string();
+        let error = ChannelFaults::new(settings).unwrap_err().to_string();
         assert!(error.contains(part), "{error}: expected {part}");
     }
-    assert!(Faults::new(confusions(vec![red(0.7), red(0.2), red(0.1)])).is_ok());
+    assert!(ChannelFaults::new(confusions(vec![red(0.7), red(0.2), red(0.1)])).is_ok());
 }
 
 proptest! {
@@ -282,7 +284,7 @@ proptest! {
         let all = FaultSettings { freeze: Spells::default(), stamp_offset_ns: 0, unknown: 0.3, ..everything(seed) };
         let is_unknown = |emission: &Emission| {
             let group = groups_of(emission).iter().find(|group| group.relation_id == 100)?;
-            Some((emission.stamp.as_nanos(), group.elements[0].bulb.status == Status::Unknown))
+            Some((emission.stamp.as_nanos(), group.elements[0].bulb.status == BulbStatus::Unknown))
         };
         let alone = |number| emission(number, groups().split_off(1));
         let expected: Vec<_> =

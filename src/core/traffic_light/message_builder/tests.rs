@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::*;
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, Lamp, LightMap};
-use crate::core::traffic_light::store::Change;
-use crate::core::traffic_light::target::{Layer, StoreId, Target};
+use crate::core::traffic_light::store::LightChange;
+use crate::core::traffic_light::target::{SignalTarget, StoreId, StoreLayer};
 use crate::core::traffic_light::text::parse_bulbs;
 
 const WIDE: i64 = (1 << 32) + 21;
@@ -19,10 +19,10 @@ fn stores(compat: Compat) -> Stores {
     Stores::new(Arc::new(LightMap::new(lamps, &groups)), compat)
 }
 
-fn write(stores: &mut Stores, id: i64, layer: Layer, state: &str, confidence: f64) {
-    let target = Target { id, store: StoreId { channel: Channel::V2i, layer } };
-    stores.write(target, Change::Set(parse_bulbs(state).unwrap())).unwrap();
-    stores.write(target, Change::Confidence(confidence)).unwrap();
+fn write(stores: &mut Stores, id: i64, layer: StoreLayer, state: &str, confidence: f64) {
+    let target = SignalTarget { id, store: StoreId { channel: LightChannel::V2i, layer } };
+    stores.write(target, LightChange::Set(parse_bulbs(state).unwrap())).unwrap();
+    stores.write(target, LightChange::Confidence(confidence)).unwrap();
 }
 
 fn sent(stores: &Stores, one_group_per_head: bool) -> Vec<(i64, String)> {
@@ -34,9 +34,9 @@ fn sent(stores: &Stores, one_group_per_head: bool) -> Vec<(i64, String)> {
             .join(", ")
     };
     let groups: Vec<_> = if one_group_per_head {
-        groups_by_head(stores, Channel::V2i, None)
+        groups_by_head(stores, LightChannel::V2i, None)
     } else {
-        all(groups(stores, Channel::V2i, None, &heads(stores)))
+        all(groups(stores, LightChannel::V2i, None, &heads(stores)))
     };
     groups.iter().map(|group| (group.relation_id, text(group))).collect()
 }
@@ -56,13 +56,13 @@ fn listed(expected: &[(i64, &str)]) -> Vec<(i64, String)> {
 #[test]
 fn heads_of_a_relation_are_one_group_with_the_highest_confidence() {
     let mut stores = stores(Compat::Improved);
-    write(&mut stores, 1, Layer::GroundTruth, "red", 0.4);
-    write(&mut stores, 2, Layer::GroundTruth, "red, green right", 0.6);
+    write(&mut stores, 1, StoreLayer::GroundTruth, "red", 0.4);
+    write(&mut stores, 2, StoreLayer::GroundTruth, "red, green right", 0.6);
     let second = "green solidOn right 0.6, red solidOn circle 0.6";
     assert_eq!(sent(&stores, false), listed(&[(7, second), (8, second)]));
     assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4"), (7, second), (8, second)]));
     // A detection hides the truth of that head only, also when it is dark.
-    write(&mut stores, 2, Layer::Detected, "", 0.9);
+    write(&mut stores, 2, StoreLayer::Detected, "", 0.9);
     assert_eq!(sent(&stores, false), listed(&[(7, "red solidOn circle 0.4")]));
     assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4")]));
 }
@@ -74,11 +74,11 @@ fn upstream_cuts_ids_and_misses_their_detections() {
         (Compat::Upstream, vec![(9, "red solidOn circle 1"), (9, "green solidOn circle 1")]),
     ] {
         let mut stores = stores(compat);
-        write(&mut stores, WIDE, Layer::GroundTruth, "red", 1.0);
-        write(&mut stores, WIDE, Layer::Detected, "green", 1.0);
+        write(&mut stores, WIDE, StoreLayer::GroundTruth, "red", 1.0);
+        write(&mut stores, WIDE, StoreLayer::Detected, "green", 1.0);
         assert_eq!(sent(&stores, true), listed(&expected), "{compat:?}");
         let way_id = if compat == Compat::Improved { WIDE } else { 21 };
-        assert_eq!(all(lights(&stores, Channel::V2i, &heads(&stores)))[0].way_id, way_id);
+        assert_eq!(all(lights(&stores, LightChannel::V2i, &heads(&stores)))[0].way_id, way_id);
     }
 }
 
@@ -86,21 +86,21 @@ fn upstream_cuts_ids_and_misses_their_detections() {
 fn upstream_replaces_a_detection_that_was_appended_before() {
     let map = Arc::new(LightMap::new([], &[GroupEntry::new(5, [30])]));
     let mut stores = Stores::new(map, Compat::Upstream);
-    write(&mut stores, 5, Layer::Detected, "red", 1.0);
+    write(&mut stores, 5, StoreLayer::Detected, "red", 1.0);
     assert_eq!(sent(&stores, true), listed(&[(5, "red solidOn circle 1")]));
-    write(&mut stores, 30, Layer::Detected, "green", 1.0);
+    write(&mut stores, 30, StoreLayer::Detected, "green", 1.0);
     assert_eq!(sent(&stores, true), listed(&[(5, "green solidOn circle 1")]));
 }
 
 #[test]
 fn lamps_are_drawn_of_touched_heads_and_solid_off_counts_as_on() {
     let mut stores = stores(Compat::Improved);
-    let drawn = |stores: &Stores, channels: &[Channel]| {
+    let drawn = |stores: &Stores, channels: &[LightChannel]| {
         let markers = all(markers(stores, channels, &heads(stores))).into_iter();
         markers.map(|marker| (marker.way_id, marker.lamp.color, marker.is_on)).collect::<Vec<_>>()
     };
-    assert_eq!(drawn(&stores, &Channel::ALL), []);
-    write(&mut stores, 1, Layer::GroundTruth, "red solidOff, green left", 1.0);
-    assert_eq!(drawn(&stores, &Channel::ALL), [(1, LampColor::Green, false), (1, LampColor::Red, true)]);
-    assert_eq!(drawn(&stores, &[Channel::Conventional]), []);
+    assert_eq!(drawn(&stores, &LightChannel::ALL), []);
+    write(&mut stores, 1, StoreLayer::GroundTruth, "red solidOff, green left", 1.0);
+    assert_eq!(drawn(&stores, &LightChannel::ALL), [(1, LampColor::Green, false), (1, LampColor::Red, true)]);
+    assert_eq!(drawn(&stores, &[LightChannel::Conventional]), []);
 }

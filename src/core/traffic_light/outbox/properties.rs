@@ -15,9 +15,9 @@ use crate::core::time::{MonoTime, Now};
 use crate::core::traffic_light::bulb_counts::BulbCounts;
 use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
 use crate::core::traffic_light::scenario::{
-    Action, Controller, ControllerIndex, Phase, PhaseEntry, Scenario, StateText,
+    Action, ControllerIndex, Phase, PhaseEntry, Scenario, StateText, TrafficSignalController,
 };
-use crate::core::traffic_light::target::{StoreId, Target};
+use crate::core::traffic_light::target::{SignalTarget, StoreId};
 use crate::core::traffic_light::text::parse_bulbs;
 
 const HEADS: i64 = 12;
@@ -26,7 +26,7 @@ const TOPICS: [LightsTopic; 4] =
     [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];
 
 #[derive(Debug, Clone)]
-enum Step {
+enum OutboxStep {
     States(Vec<(i64, Option<&'static str>, u8)>, StoreId),
     Done(Action),
     /// More changes than the change log keeps.
@@ -42,22 +42,22 @@ fn id() -> impl Strategy<Value = i64> {
     (0..HEADS, any::<bool>()).prop_map(|(head, group)| if group { 100 + head } else { head })
 }
 
-fn step() -> impl Strategy<Value = Step> {
+fn step() -> impl Strategy<Value = OutboxStep> {
     let state = (id(), proptest::option::of(select(&STATES[..])), 0..=4_u8);
-    let target = || (id(), store()).prop_map(|(id, store)| Target { id, store });
+    let target = || (id(), store()).prop_map(|(id, store)| SignalTarget { id, store });
     let controller = (0..2_usize).prop_map(ControllerIndex);
     prop_oneof![
-        4 => (vec(state, 1..4), store()).prop_map(|(states, store)| Step::States(states, store)),
-        1 => target().prop_map(|target| Step::Done(Action::Clear { target })),
+        4 => (vec(state, 1..4), store()).prop_map(|(states, store)| OutboxStep::States(states, store)),
+        1 => target().prop_map(|target| OutboxStep::Done(Action::Clear { target })),
         1 => (target(), 0..=4_u8).prop_map(|(target, quarters)| {
-            Step::Done(Action::SetConfidence { target, confidence: f64::from(quarters) / 4.0 })
+            OutboxStep::Done(Action::SetConfidence { target, confidence: f64::from(quarters) / 4.0 })
         }),
         3 => (controller, select(vec!["one", "two", "three"])).prop_map(|(controller, phase)| {
-            Step::Done(Action::EnterPhase { controller, phase: phase.to_owned() })
+            OutboxStep::Done(Action::EnterPhase { controller, phase: phase.to_owned() })
         }),
-        2 => vec(id(), 1..4).prop_map(|ids| Step::Done(Action::EnableV2i { ids })),
-        1 => vec(id(), 1..4).prop_map(|ids| Step::Done(Action::DisableV2i { ids })),
-        1 => Just(Step::Storm),
+        2 => vec(id(), 1..4).prop_map(|ids| OutboxStep::Done(Action::EnableV2i { ids })),
+        1 => vec(id(), 1..4).prop_map(|ids| OutboxStep::Done(Action::DisableV2i { ids })),
+        1 => Just(OutboxStep::Storm),
     ]
 }
 
@@ -71,10 +71,10 @@ fn lights() -> TrafficLights {
         name: name.to_owned(),
         duration: Some(Duration::from_secs(3_600)),
         entries: (first..first + 4)
-            .map(|id| PhaseEntry { target: Target { id, store }, state: StateText::new(state) })
+            .map(|id| PhaseEntry { target: SignalTarget { id, store }, state: StateText::new(state) })
             .collect(),
     };
-    let controller = |first| Controller {
+    let controller = |first| TrafficSignalController {
         name: String::new(),
         reference: None,
         phases: vec![
@@ -99,15 +99,15 @@ fn observation(state: &str, quarters: u8) -> LightObservation {
     LightObservation { bulbs: parse_bulbs(state).unwrap(), confidence: f64::from(quarters) / 4.0 }
 }
 
-fn take(lights: &mut TrafficLights, step: Step, now: Now) {
+fn take(lights: &mut TrafficLights, step: OutboxStep, now: Now) {
     match step {
-        Step::States(states, store) => {
+        OutboxStep::States(states, store) => {
             let states =
                 states.into_iter().map(|(id, state, sure)| (id, state.map(|state| observation(state, sure))));
             assert_eq!(lights.set_states(store, states, true, now), 0);
         }
-        Step::Done(action) => lights.apply(&action, now).unwrap(),
-        Step::Storm => {
+        OutboxStep::Done(action) => lights.apply(&action, now).unwrap(),
+        OutboxStep::Storm => {
             for state in ["red", "green", "red", "yellow"].repeat(2) {
                 let states = (0..HEADS).map(|id| (id, Some(observation(state, 4))));
                 lights.set_states(StoreId::V2I, states, true, now);
@@ -117,23 +117,23 @@ fn take(lights: &mut TrafficLights, step: Step, now: Now) {
 }
 
 /// The lists of all topics, made by a new outbox.
-fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, Content> {
+fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, LightsContent> {
     let (mut outbox, stamp) = (Outbox::new(false), WallStamp::default());
     let (stores, predictions) = (lights.stores(), &lights.scenario_state.predictions);
     outbox.send_ground_truth(stores, stamp);
     outbox.send_camera(stores, stamp);
     outbox.send_v2i(stores, predictions, stamp);
-    outbox.send_markers(stores, Channel::Conventional, stamp);
+    outbox.send_markers(stores, LightChannel::Conventional, stamp);
     outbox.waiting.into_iter().map(|emission| (emission.topic, emission.content)).collect()
 }
 
 /// Equal content, which shares nothing with the original.
-fn copy(content: &Content) -> Content {
+fn copy(content: &LightsContent) -> LightsContent {
     match content {
-        Content::Lights(lights) => Content::lights(lights.iter().copied()),
-        Content::Groups(groups) => Content::groups(groups.iter().map(|group| (**group).clone())),
-        Content::Markers(markers) => Content::markers(markers.iter().copied()),
-        Content::Clock => Content::Clock,
+        LightsContent::Lights(lights) => LightsContent::lights(lights.iter().copied()),
+        LightsContent::Groups(groups) => LightsContent::groups(groups.iter().map(|group| (**group).clone())),
+        LightsContent::Markers(markers) => LightsContent::markers(markers.iter().copied()),
+        LightsContent::Clock => LightsContent::Clock,
     }
 }
 
@@ -152,7 +152,7 @@ proptest! {
     #[test]
     fn updated_lists_equal_new_ones(steps in vec((step(), any::<bool>()), 1..30)) {
         let mut lights = lights();
-        let mut held: Vec<(Content, Content)> = Vec::new();
+        let mut held: Vec<(LightsContent, LightsContent)> = Vec::new();
         for (index, (step, hold)) in (0..).zip(steps) {
             take(&mut lights, step, now(50 + index * 100));
             lights.advance(now(149 + index * 100));
@@ -164,7 +164,7 @@ proptest! {
             if hold {
                 held.extend(sent.values().map(|content| (content.clone(), copy(content))));
             }
-            for channel in Channel::ALL {
+            for channel in LightChannel::ALL {
                 let (truth, detected) = (lights.stores().truth(channel), lights.stores().detected(channel));
                 let counts = truth.lights().iter().map(|light| BulbCounts::of(light.bulbs));
                 prop_assert_eq!(truth.counts, counted(counts));

@@ -1,10 +1,10 @@
 //! Predictions at almost the same time.
 
 use super::*;
-use crate::core::traffic_light::bulb::{Color, Shape, Status};
+use crate::core::traffic_light::bulb::{BulbShape, BulbStatus, Color};
 
 fn bulb(color: Color) -> Bulb {
-    Bulb { color, status: Status::SolidOn, shape: Shape::Circle }
+    Bulb { color, status: BulbStatus::SolidOn, shape: BulbShape::Circle }
 }
 
 #[test]

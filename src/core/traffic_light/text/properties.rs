@@ -23,8 +23,8 @@ fn reference_bulb(text: &str) -> Option<Bulb> {
                 if rest.is_some_and(|rest| rest.is_empty()) {
                     return Some(Bulb {
                         color: color.map_or(Color::Green, |color| color.1),
-                        status: status.map_or(Status::SolidOn, |status| status.1),
-                        shape: shape.map_or(Shape::Circle, |shape| shape.1),
+                        status: status.map_or(BulbStatus::SolidOn, |status| status.1),
+                        shape: shape.map_or(BulbShape::Circle, |shape| shape.1),
                     });
                 }
             }
@@ -52,7 +52,7 @@ fn reference_bulbs(text: &str) -> Option<BulbSet> {
 
 fn any_bulb() -> impl Strategy<Value = Bulb> {
     use proptest::sample::select;
-    (select(&Color::ALL[..]), select(&Status::ALL[..]), select(&Shape::ALL[..]))
+    (select(&Color::ALL[..]), select(&BulbStatus::ALL[..]), select(&BulbShape::ALL[..]))
         .prop_map(|(color, status, shape)| Bulb { color, status, shape })
 }
 

@@ -44,14 +44,14 @@ pub struct V2iSource {
 #[derive(Debug, Clone, PartialEq)]
 pub enum V2iStates {
     /// A signal of its own for one group or head.
-    Single(Group),
+    Single(BoundGroup),
     /// One message that carries one group after another.
-    Cycling(Cycle),
+    Cycling(CyclingMessage),
 }
 
 /// A group or head with a received state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Group {
+pub struct BoundGroup {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
     /// Its state. All groups of a cycle have the same signal.
@@ -82,13 +82,13 @@ impl Confidence {
 
 /// A message that carries one group after another. Its signals are in each of its frames.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cycle {
+pub struct CyclingMessage {
     /// The signal with the number of the intersection.
     pub intersection: SignalIndex,
     /// The signal with the number of the signal group there.
     pub group: SignalIndex,
     /// The mapped groups, ascending by their keys; all have the same signals.
-    pub groups: Vec<(GroupKey, Group)>,
+    pub groups: Vec<(GroupKey, BoundGroup)>,
     /// Age at which a state that is not received again becomes invalid while the message continues for other groups.
     pub timeout: Duration,
 }

@@ -1,23 +1,23 @@
 //! `MovementPhaseState` of SAE J2735 and ETSI TS 103 301 as bulbs
 //! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 
-use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use crate::core::validation::meaning::Meaning;
 
 /// The standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape for a
 /// movement without conflicting traffic: its number does not include a direction.
-pub fn movement_phase_states(protected: Shape) -> [(i128, Meaning<BulbSet>); 10] {
+pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>); 10] {
     let one = |color, status, shape| {
         let bulb = Bulb { color, status, shape };
         Meaning::Defined([bulb].into_iter().collect())
     };
-    let lit = |color, shape| one(color, Status::SolidOn, shape);
-    let circle = Shape::Circle;
+    let lit = |color, shape| one(color, BulbStatus::SolidOn, shape);
+    let circle = BulbShape::Circle;
     [
         (0, Meaning::NotAvailable),
         // Dark: the colour of a lamp that is off is not sent.
-        (1, one(Color::Unknown, Status::SolidOff, circle)),
-        (2, one(Color::Red, Status::Flashing, circle)),
+        (1, one(Color::Unknown, BulbStatus::SolidOff, circle)),
+        (2, one(Color::Red, BulbStatus::Flashing, circle)),
         (3, lit(Color::Red, circle)),
         // Red and yellow together would come out of the arbiter as one of them.
         (4, lit(Color::Red, circle)),
@@ -25,7 +25,7 @@ pub fn movement_phase_states(protected: Shape) -> [(i128, Meaning<BulbSet>); 10]
         (6, lit(Color::Green, protected)),
         (7, lit(Color::Yellow, circle)),
         (8, lit(Color::Yellow, protected)),
-        (9, one(Color::Yellow, Status::Flashing, circle)),
+        (9, one(Color::Yellow, BulbStatus::Flashing, circle)),
     ]
 }
 
@@ -52,10 +52,11 @@ mod tests {
             "yellow solidOn left",
             "yellow flashing circle",
         ];
-        for ((number, meaning), expected) in movement_phase_states(Shape::Left).into_iter().zip(expected) {
+        for ((number, meaning), expected) in movement_phase_states(BulbShape::Left).into_iter().zip(expected)
+        {
             assert_eq!(text(meaning), expected, "{number}");
         }
-        let [.., (six, green), _, (eight, yellow), _] = movement_phase_states(Shape::Circle);
+        let [.., (six, green), _, (eight, yellow), _] = movement_phase_states(BulbShape::Circle);
         assert_eq!((six, text(green)), (6, "green solidOn circle".to_owned()));
         assert_eq!((eight, text(yellow)), (8, "yellow solidOn circle".to_owned()));
     }

@@ -4,8 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::core::compat::Compat;
-use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
-use crate::core::traffic_light::emission::Element;
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
+use crate::core::traffic_light::emission::GroupElement;
 
 /// `autoware_perception_msgs/msg/TrafficLightElement`; the legacy `TrafficSignalElement` has the same
 /// fields and constants.
@@ -38,12 +38,12 @@ impl TrafficLightElement {
     /// confidence is not from 0 to 1.
     pub fn bulb(&self) -> Option<Bulb> {
         let color = Color::ALL.into_iter().find(|known| color(*known) == self.color)?;
-        let shape = Shape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == self.shape)?;
-        let status = Status::ALL.into_iter().find(|known| status(*known) == self.status)?;
+        let shape = BulbShape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == self.shape)?;
+        let status = BulbStatus::ALL.into_iter().find(|known| status(*known) == self.status)?;
         (0.0..=1.0).contains(&self.confidence).then_some(Bulb { color, status, shape })
     }
 
-    pub(super) fn all(elements: &[Element], compat: Compat) -> Vec<Self> {
+    pub(super) fn all(elements: &[GroupElement], compat: Compat) -> Vec<Self> {
         elements.iter().map(|element| Self::new(element.bulb, element.confidence, compat)).collect()
     }
 }
@@ -60,30 +60,30 @@ fn color(color: Color) -> u8 {
 }
 
 /// The constant for a shape. Upstream has no number for the upper diagonals (Q7).
-fn shape(shape: Shape, compat: Compat) -> u8 {
+fn shape(shape: BulbShape, compat: Compat) -> u8 {
     match shape {
-        Shape::UpperLeft | Shape::UpperRight if compat == Compat::Upstream => 0,
-        Shape::Unknown => 0,    // UNKNOWN
-        Shape::Circle => 1,     // CIRCLE
-        Shape::Left => 2,       // LEFT_ARROW
-        Shape::Right => 3,      // RIGHT_ARROW
-        Shape::Up => 4,         // UP_ARROW
-        Shape::UpperLeft => 5,  // UP_LEFT_ARROW
-        Shape::UpperRight => 6, // UP_RIGHT_ARROW
-        Shape::Down => 7,       // DOWN_ARROW
-        Shape::LowerLeft => 8,  // DOWN_LEFT_ARROW
-        Shape::LowerRight => 9, // DOWN_RIGHT_ARROW
-        Shape::Cross => 10,     // CROSS
+        BulbShape::UpperLeft | BulbShape::UpperRight if compat == Compat::Upstream => 0,
+        BulbShape::Unknown => 0,    // UNKNOWN
+        BulbShape::Circle => 1,     // CIRCLE
+        BulbShape::Left => 2,       // LEFT_ARROW
+        BulbShape::Right => 3,      // RIGHT_ARROW
+        BulbShape::Up => 4,         // UP_ARROW
+        BulbShape::UpperLeft => 5,  // UP_LEFT_ARROW
+        BulbShape::UpperRight => 6, // UP_RIGHT_ARROW
+        BulbShape::Down => 7,       // DOWN_ARROW
+        BulbShape::LowerLeft => 8,  // DOWN_LEFT_ARROW
+        BulbShape::LowerRight => 9, // DOWN_RIGHT_ARROW
+        BulbShape::Cross => 10,     // CROSS
     }
 }
 
 /// The constant for a status.
-fn status(status: Status) -> u8 {
+fn status(status: BulbStatus) -> u8 {
     match status {
-        Status::Unknown => 0,  // UNKNOWN
-        Status::SolidOff => 1, // SOLID_OFF
-        Status::SolidOn => 2,  // SOLID_ON
-        Status::Flashing => 3, // FLASHING
+        BulbStatus::Unknown => 0,  // UNKNOWN
+        BulbStatus::SolidOff => 1, // SOLID_OFF
+        BulbStatus::SolidOn => 2,  // SOLID_ON
+        BulbStatus::Flashing => 3, // FLASHING
     }
 }
 

@@ -9,7 +9,7 @@ use super::traffic_light_group_array::TrafficLightGroupArray;
 use super::traffic_signal_array::TrafficSignalArray;
 use crate::core::compat::Compat;
 pub use crate::core::traffic_light::architecture::LightsType;
-use crate::core::traffic_light::emission::{Content, Emission};
+use crate::core::traffic_light::emission::{Emission, LightsContent};
 
 /// A message that shows traffic lights.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,24 +32,30 @@ impl LightsMessage {
     pub fn of(emission: &Emission, lights: LightsType, compat: Compat) -> Vec<Self> {
         let stamp = emission.stamp;
         match (&emission.content, lights) {
-            (Content::Lights(heads), LightsType::ArrayV1) => {
+            (LightsContent::Lights(heads), LightsType::ArrayV1) => {
                 vec![Self::ArrayV1(TrafficLightArrayV1::new(heads, compat))]
             }
-            (Content::Groups(groups), LightsType::SignalArray) => {
+            (LightsContent::Groups(groups), LightsType::SignalArray) => {
                 vec![Self::SignalArray(TrafficSignalArray::new(groups, stamp, compat))]
             }
-            (Content::Groups(groups), LightsType::GroupArray) => {
+            (LightsContent::Groups(groups), LightsType::GroupArray) => {
                 vec![Self::GroupArray(TrafficLightGroupArray::new(groups, stamp, compat))]
             }
-            (Content::Markers(lamps), LightsType::MarkerArray) => {
+            (LightsContent::Markers(lamps), LightsType::MarkerArray) => {
                 let spheres = Self::MarkerArray(MarkerArray::spheres(lamps, stamp, compat));
                 match compat {
                     Compat::Improved => vec![spheres],
                     Compat::Upstream => vec![Self::MarkerArray(MarkerArray::delete_all(stamp)), spheres],
                 }
             }
-            (Content::Clock, LightsType::Clock) => vec![Self::Clock(Clock { clock: stamp.into() })],
-            (Content::Lights(_) | Content::Groups(_) | Content::Markers(_) | Content::Clock, _) => Vec::new(),
+            (LightsContent::Clock, LightsType::Clock) => vec![Self::Clock(Clock { clock: stamp.into() })],
+            (
+                LightsContent::Lights(_)
+                | LightsContent::Groups(_)
+                | LightsContent::Markers(_)
+                | LightsContent::Clock,
+                _,
+            ) => Vec::new(),
         }
     }
 }

@@ -22,7 +22,7 @@ use super::traffic_signal_array::TrafficSignal;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::architecture::LightsType;
-use crate::core::traffic_light::emission::{Content, Emission};
+use crate::core::traffic_light::emission::{Emission, LightsContent};
 
 #[cfg(test)]
 mod properties;
@@ -68,18 +68,32 @@ impl LightsEncoder {
     pub fn encode(&mut self, emission: &Emission) -> cdr_encoding::Result<Vec<CdrBytes>> {
         let (stamp, compat) = (emission.stamp, self.compat);
         Ok(match (&mut self.array, &emission.content) {
-            (AnyArray::Lights(array), Content::Lights(lights)) => vec![array.encode(lights, stamp, compat)?],
-            (AnyArray::Signals(array), Content::Groups(groups)) => vec![array.encode(groups, stamp, compat)?],
-            (AnyArray::Groups(array), Content::Groups(groups)) => vec![array.encode(groups, stamp, compat)?],
-            (AnyArray::Markers(array), Content::Markers(markers)) => {
+            (AnyArray::Lights(array), LightsContent::Lights(lights)) => {
+                vec![array.encode(lights, stamp, compat)?]
+            }
+            (AnyArray::Signals(array), LightsContent::Groups(groups)) => {
+                vec![array.encode(groups, stamp, compat)?]
+            }
+            (AnyArray::Groups(array), LightsContent::Groups(groups)) => {
+                vec![array.encode(groups, stamp, compat)?]
+            }
+            (AnyArray::Markers(array), LightsContent::Markers(markers)) => {
                 let spheres = array.encode(markers, stamp, compat)?;
                 match compat {
                     Compat::Improved => vec![spheres],
                     Compat::Upstream => vec![CdrBytes::encode(&MarkerArray::delete_all(stamp))?, spheres],
                 }
             }
-            (AnyArray::Clock, Content::Clock) => vec![CdrBytes::encode(&Clock { clock: stamp.into() })?],
-            (_, Content::Lights(_) | Content::Groups(_) | Content::Markers(_) | Content::Clock) => Vec::new(),
+            (AnyArray::Clock, LightsContent::Clock) => {
+                vec![CdrBytes::encode(&Clock { clock: stamp.into() })?]
+            }
+            (
+                _,
+                LightsContent::Lights(_)
+                | LightsContent::Groups(_)
+                | LightsContent::Markers(_)
+                | LightsContent::Clock,
+            ) => Vec::new(),
         })
     }
 }

@@ -5,36 +5,36 @@ use super::*;
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{Lamp, LampColor};
 use crate::core::time::WallStamp;
-use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{
-    Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic, Prediction,
+    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic, Prediction,
 };
 use crate::core::traffic_light::engine::LightObservation;
 use crate::core::traffic_light::input::TrafficLightInput;
-use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 
-const RED: Bulb = Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle };
-const ARROW: Bulb = Bulb { color: Color::Green, status: Status::Flashing, shape: Shape::UpperLeft };
-const STORE: StoreId = StoreId { channel: Channel::V2i, layer: Layer::Detected };
+const RED: Bulb = Bulb { color: Color::Red, status: BulbStatus::SolidOn, shape: BulbShape::Circle };
+const ARROW: Bulb = Bulb { color: Color::Green, status: BulbStatus::Flashing, shape: BulbShape::UpperLeft };
+const STORE: StoreId = StoreId { channel: LightChannel::V2i, layer: StoreLayer::Detected };
 /// 0.5 as `float32`.
 const HALF: [u8; 4] = [0, 0, 0, 0x3F];
 /// Does not fit 32 bits.
 const LARGE: i64 = 0x0001_0000_0005;
 
-fn emission(content: Content) -> Emission {
+fn emission(content: LightsContent) -> Emission {
     Emission { topic: LightsTopic::V2i, stamp: STAMP, content }
 }
 
-fn groups() -> Content {
-    let element = |bulb| Element { bulb, confidence: 0.5 };
+fn groups() -> LightsContent {
+    let element = |bulb| GroupElement { bulb, confidence: 0.5 };
     let prediction =
         Prediction { at: STAMP, elements: vec![element(RED)], reliability: 0.5, source: "MANUAL_OVERRIDE" };
     let (elements, predictions) = (vec![element(ARROW), element(RED)], vec![prediction]);
     let dark = GroupState { relation_id: -2, ..GroupState::default() };
-    Content::groups([GroupState { relation_id: LARGE, elements, predictions }, dark])
+    LightsContent::groups([GroupState { relation_id: LARGE, elements, predictions }, dark])
 }
 
-fn only(content: Content, lights: LightsType, compat: Compat) -> LightsMessage {
+fn only(content: LightsContent, lights: LightsType, compat: Compat) -> LightsMessage {
     let [message] = LightsMessage::of(&emission(content), lights, compat).try_into().unwrap();
     message
 }
@@ -98,7 +98,7 @@ fn arrays_of_heads_have_their_bytes_and_show_dark_heads() {
         bulbs: bulbs.iter().copied().collect(),
         confidence: 0.5,
     };
-    let content = Content::lights([head(34836, &[RED, ARROW]), head(34837, &[])]);
+    let content = LightsContent::lights([head(34836, &[RED, ARROW]), head(34837, &[])]);
     let bulb = |color, shape, status| [&[0, color, shape, status][..], &HALF].concat();
     let expected = [
         vec![2, 0, 0, 0, 0, 0, 0, 0],
@@ -120,7 +120,7 @@ fn lamp(way_id: i64, color: LampColor, is_on: bool) -> LampMarker {
 
 #[test]
 fn spheres_have_their_bytes() {
-    let content = Content::markers([lamp(2, LampColor::Red, true)]);
+    let content = LightsContent::markers([lamp(2, LampColor::Red, true)]);
     let double = |number: f64| number.to_le_bytes().to_vec();
     let single = |number: f32| number.to_le_bytes().to_vec();
     let expected = [
@@ -160,7 +160,7 @@ fn strings_have_their_bytes() {
 
 #[test]
 fn upstream_deletes_all_markers_first_and_lets_large_numbers_wrap() {
-    let content = Content::markers([lamp(1 << 30, LampColor::Yellow, false)]);
+    let content = LightsContent::markers([lamp(1 << 30, LampColor::Yellow, false)]);
     let sent = LightsMessage::of(&emission(content.clone()), LightsType::MarkerArray, Compat::Upstream);
     let [LightsMessage::MarkerArray(deleted), LightsMessage::MarkerArray(spheres)] = &sent[..] else {
         panic!("{sent:?}")
@@ -177,9 +177,9 @@ fn upstream_deletes_all_markers_first_and_lets_large_numbers_wrap() {
 #[test]
 fn content_that_is_not_for_a_type_is_not_sent() {
     for (content, fitting) in [
-        (Content::lights([]), &[LightsType::ArrayV1][..]),
-        (Content::groups([]), &[LightsType::SignalArray, LightsType::GroupArray]),
-        (Content::markers([]), &[LightsType::MarkerArray]),
+        (LightsContent::lights([]), &[LightsType::ArrayV1][..]),
+        (LightsContent::groups([]), &[LightsType::SignalArray, LightsType::GroupArray]),
+        (LightsContent::markers([]), &[LightsType::MarkerArray]),
     ] {
         let all =
             [LightsType::ArrayV1, LightsType::SignalArray, LightsType::GroupArray, LightsType::MarkerArray];
@@ -210,10 +210,10 @@ fn json_has_the_field_names_of_the_messages() {
     );
     let head = LightState { way_id: 7, bulbs: [RED].into_iter().collect(), confidence: 0.5 };
     assert_eq!(
-        json(&only(Content::lights([head]), LightsType::ArrayV1, Compat::Improved)),
+        json(&only(LightsContent::lights([head]), LightsType::ArrayV1, Compat::Improved)),
         r#"{"traffic_lights":[{"lanelet_way_id":7,"traffic_light_bulbs":[{"enum_revision":0,"color":1,"shape":1,"status":2,"confidence":0.5}]}]}"#
     );
-    let markers = Content::markers([lamp(1, LampColor::Green, true)]);
+    let markers = LightsContent::markers([lamp(1, LampColor::Green, true)]);
     let empty = r#""header":{"stamp":{"sec":0,"nanosec":0},"frame_id":""}"#;
     assert_eq!(
         json(&only(markers, LightsType::MarkerArray, Compat::Improved)),

@@ -13,7 +13,7 @@ use super::stamp::Time;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::BulbSet;
-use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
+use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
 use crate::core::traffic_light::engine::LightObservation;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::traffic_light::target::StoreId;
@@ -96,7 +96,7 @@ impl TrafficLightGroupArray {
     pub fn for_arbiter(&self) -> TrafficLightInput {
         let group = |group: &TrafficLightGroup| {
             let element = |element: &TrafficLightElement| {
-                Some(Element { bulb: element.bulb()?, confidence: f64::from(element.confidence) })
+                Some(GroupElement { bulb: element.bulb()?, confidence: f64::from(element.confidence) })
             };
             let elements = group.elements.iter().map(element).collect::<Option<_>>()?;
             let relation_id = group.traffic_light_group_id;

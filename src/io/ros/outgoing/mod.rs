@@ -237,7 +237,7 @@ fn encode(message: &impl Serialize) -> Result<CdrBytes, String> {
 mod tests {
     use super::*;
     use crate::core::time::WallStamp;
-    use crate::core::traffic_light::emission::{Content, Emission};
+    use crate::core::traffic_light::emission::{Emission, LightsContent};
     use crate::io::ros::topics::LightsTopicSettings;
 
     fn topics() -> Topics {
@@ -290,7 +290,7 @@ mod tests {
     #[test]
     fn an_emission_goes_to_its_topics_only_and_each_message_is_made_once() {
         let mut messages = OutgoingMessages::default();
-        let content = Content::groups([]);
+        let content = LightsContent::groups([]);
         let emission = Emission { topic: LightsTopic::V2i, stamp: WallStamp::default(), content };
         messages.lights.insert(LightsTopic::V2i, emission);
         let orders =

@@ -63,7 +63,7 @@ mod tests {
     use super::*;
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
-    use crate::core::traffic_light::emission::{Content, Emission, LightsTopic};
+    use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
     use crate::core::vehicle_lights::verdict::TurnIndicators;
     use crate::io::ros::messages::{DiagnosticArray, TurnIndicatorsReport};
     use crate::io::ros::outgoing::messages::{MAX_DIAGNOSTICS, Publication};
@@ -94,7 +94,7 @@ mod tests {
         let emission = |topic, nanos| Emission {
             topic,
             stamp: WallStamp::from_nanos(nanos),
-            content: Content::groups([]),
+            content: LightsContent::groups([]),
         };
         for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
             mailbox.put(OutgoingMessage::Lights(emission(topic, nanos)));

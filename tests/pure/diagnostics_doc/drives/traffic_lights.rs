@@ -7,7 +7,7 @@ use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings};
-use signal_gateway::core::traffic_light::flow::{FlowSettings, TrafficLightFlow};
+use signal_gateway::core::traffic_light::flow::{LightsFlowSettings, TrafficLightFlow};
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::scenario::{Act, Scenario};
 use signal_gateway::core::traffic_light::text::parse_bulbs;
@@ -33,7 +33,7 @@ fn flow(acts: Vec<Act>, compat: Compat) -> TrafficLightFlow {
         ..Scenario::default()
     };
     let lights = LightsSettings::new(small_map(), scenario, compat);
-    TrafficLightFlow::new(FlowSettings::new(lights), V2iBinding::default(), at_ms(0))
+    TrafficLightFlow::new(LightsFlowSettings::new(lights), V2iBinding::default(), at_ms(0))
 }
 
 fn scenarios(reported: &mut Reported) {

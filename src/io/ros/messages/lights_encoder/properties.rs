@@ -6,9 +6,9 @@ use proptest::sample::select;
 
 use super::*;
 use crate::core::map::light_map::{Lamp, LampColor};
-use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{
-    Element, GroupState, LampMarker, LightState, LightsTopic, Prediction,
+    GroupElement, GroupState, LampMarker, LightState, LightsTopic, Prediction,
 };
 use crate::io::ros::messages::LightsMessage;
 
@@ -37,7 +37,7 @@ struct Look {
 }
 
 fn bulb() -> impl Strategy<Value = Bulb> {
-    (select(&Color::ALL[..]), select(&Status::ALL[..]), select(&Shape::ALL[..]))
+    (select(&Color::ALL[..]), select(&BulbStatus::ALL[..]), select(&BulbShape::ALL[..]))
         .prop_map(|(color, status, shape)| Bulb { color, status, shape })
 }
 
@@ -72,7 +72,7 @@ impl Look {
 
     fn group(&self) -> Arc<GroupState> {
         let confidence = self.confidence();
-        let elements: Vec<_> = self.bulb_set().iter().map(|bulb| Element { bulb, confidence }).collect();
+        let elements: Vec<_> = self.bulb_set().iter().map(|bulb| GroupElement { bulb, confidence }).collect();
         let predictions = (0..).zip(&self.predictions).map(|(number, (bulbs, source))| Prediction {
             at: WallStamp::from_nanos(number * 1_500_000_000),
             elements: elements.iter().take(*bulbs).copied().collect(),
@@ -143,10 +143,10 @@ proptest! {
             take(&mut markers, &step, Look::markers, |marker| marker.way_id);
             for (lights_type, encoder) in &mut encoders {
                 let content = match lights_type {
-                    LightsType::ArrayV1 => Content::Lights(Arc::clone(&lights)),
-                    LightsType::SignalArray | LightsType::GroupArray => Content::Groups(Arc::clone(&groups)),
-                    LightsType::MarkerArray => Content::Markers(Arc::clone(&markers)),
-                    LightsType::Clock => Content::Clock,
+                    LightsType::ArrayV1 => LightsContent::Lights(Arc::clone(&lights)),
+                    LightsType::SignalArray | LightsType::GroupArray => LightsContent::Groups(Arc::clone(&groups)),
+                    LightsType::MarkerArray => LightsContent::Markers(Arc::clone(&markers)),
+                    LightsType::Clock => LightsContent::Clock,
                 };
                 let stamp = WallStamp::from_nanos(nanos);
                 let emission = Emission { topic: LightsTopic::V2i, stamp, content };
@@ -165,7 +165,7 @@ proptest! {
 }
 
 /// The address of a message's bytes, after it was dropped.
-fn address(encoder: &mut LightsEncoder, content: &Content, nanos: i64) -> *const u8 {
+fn address(encoder: &mut LightsEncoder, content: &LightsContent, nanos: i64) -> *const u8 {
     let stamp = WallStamp::from_nanos(nanos);
     let emission = Emission { topic: LightsTopic::V2i, stamp, content: content.clone() };
     encoder.encode(&emission).unwrap()[0].as_ref().as_ptr()
@@ -174,7 +174,7 @@ fn address(encoder: &mut LightsEncoder, content: &Content, nanos: i64) -> *const
 #[test]
 fn bytes_that_are_not_held_are_patched_in_place() {
     let look = Look { id: 1, bulbs: vec![], quarters: 2, predictions: vec![] };
-    let content = Content::groups([(*look.group()).clone()]);
+    let content = LightsContent::groups([(*look.group()).clone()]);
     let mut encoder = LightsEncoder::new(LightsType::GroupArray, Compat::Improved);
     let first = address(&mut encoder, &content, 1);
     assert_eq!(address(&mut encoder, &content, 2), first);
@@ -188,7 +188,7 @@ fn bytes_that_are_not_held_are_patched_in_place() {
 
 #[test]
 fn a_message_without_stamp_is_shared_while_nothing_changes() {
-    let content = Content::lights([]);
+    let content = LightsContent::lights([]);
     let mut encoder = LightsEncoder::new(LightsType::ArrayV1, Compat::Improved);
     let mut encode = |nanos| {
         let stamp = WallStamp::from_nanos(nanos);
