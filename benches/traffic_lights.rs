@@ -23,7 +23,7 @@ use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
+use signal_gateway::core::map::light_map::{GroupEntry, LampColor, LightMap, MapLamp};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
 use signal_gateway::core::traffic_light::emission::{Emission, LightsTopic};
@@ -389,7 +389,7 @@ fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSett
     let way_ids =
         |crossing: usize| (0..LIGHTS_PER_CROSSING).map(move |light| crossing * LIGHTS_PER_CROSSING + light);
     let lamps = (0..lights).map(|way_id| {
-        let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
+        let lamp = |color| MapLamp { color, position_m: [1.0, 2.0, 3.0] };
         (id(way_id), LampColor::ALL.map(lamp).to_vec())
     });
     let groups: Vec<_> =

@@ -27,7 +27,7 @@ use signal_gateway::core::map::points::Points;
 use signal_gateway::core::map::projector::Projector;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
@@ -192,7 +192,7 @@ impl<'a> Drive<'a> {
     /// Nanoseconds a decision, over the whole drive.
     fn decision_ns(&self, mode: DeciderCompat, manoeuvres: &[Manoeuvre]) -> f64 {
         median(SAMPLES, || {
-            let mut decider = Decider::new(Settings::deployed(mode));
+            let mut decider = Decider::new(DeciderSettings::deployed(mode));
             let mut signalled = 0;
             let ns = timed(self.poses.len(), || {
                 for (cycle, pose) in (0..).zip(&self.poses) {

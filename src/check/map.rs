@@ -49,7 +49,7 @@ mod tests {
     use super::*;
     use crate::check::Layout;
     use crate::core::map::geometry::Point;
-    use crate::core::map::lane_network::{Lane, TurnDirection};
+    use crate::core::map::lane_network::{Lanelet, TurnDirection};
 
     const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
 
@@ -88,12 +88,12 @@ mod tests {
 
     #[test]
     fn what_the_decider_makes_up_for_is_not_a_warning() {
-        let lane = |id, followers: &[i64]| Lane {
+        let lane = |id, followers: &[i64]| Lanelet {
             id,
             turn_direction: TurnDirection::Left,
             centerline: vec![Point::new(0.0, 0.0), Point::new(9.0, 0.0), Point::new(15.0, 6.0)],
             followers: followers.to_vec(),
-            ..Lane::default()
+            ..Lanelet::default()
         };
         let road = LaneNetwork::new([lane(1, &[2]), lane(2, &[])], Vec::new());
         for (compat, concerns) in [(DeciderCompat::Improved, 0), (DeciderCompat::Upstream, 1)] {

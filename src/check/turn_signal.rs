@@ -2,8 +2,8 @@
 
 use super::{Report, map};
 use crate::config::gateway::turn_signal::TurnSignalConfig;
-use crate::core::turn_signal::flow::Role;
-use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
+use crate::core::turn_signal::flow::DeciderRole;
+use crate::core::turn_signal::parameters::{PARAMETERS, VehicleInfo};
 use crate::core::turn_signal::planner_input::FactorTopic;
 use crate::report::text::plain_path;
 
@@ -12,8 +12,8 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     let (flow, settings) = (&decider.flow, &decider.flow.decider);
     let role = match (decider.runs, flow.role) {
         (false, _) => "neither enabled nor shadow: does not run".to_owned(),
-        (true, Role::Command) => "enabled: commands are published".to_owned(),
-        (true, Role::Shadow { tolerance }) => {
+        (true, DeciderRole::Command) => "enabled: commands are published".to_owned(),
+        (true, DeciderRole::Shadow { tolerance }) => {
             format!("shadow: nothing is published; decisions may differ for {} ms", tolerance.as_millis())
         }
     };
@@ -26,7 +26,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         .as_ref()
         .map_or("as deployed".to_owned(), |country| format!("{} ({})", country.code, country.source));
     report.line("", &format!("compat {}, rules {rules}", settings.compat.name()));
-    let Vehicle { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
+    let VehicleInfo { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
     let front_m = settings.vehicle.front_m();
     report.line(
         "",

@@ -15,11 +15,11 @@ use crate::config::files::Disk;
 use crate::config::{Overrides, Problem, Refused, load};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::flow::FlowSettings;
-use crate::desk::drive::run::Run;
+use crate::core::turn_signal::flow::TurnSignalSettings;
+use crate::desk::drive::run::DriveRun;
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::drive::survey::{RouteChoice, Surveyor, Sweep};
-use crate::desk::drive::verdict::Verdicts;
+use crate::desk::drive::verdict::DriveVerdicts;
 use crate::report::drive::chart::DriveChart;
 use crate::report::drive::{DriveForm, DriveWriter};
 
@@ -157,7 +157,8 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let mut chart = args.picture.as_ref().map(|_| DriveChart::new(simulation.file()));
     let mut has_failed = false;
     for compat in compats {
-        let (mut run, mut verdicts) = (Run::new(&simulation, compat), Verdicts::new(&simulation, compat));
+        let (mut run, mut verdicts) =
+            (DriveRun::new(&simulation, compat), DriveVerdicts::new(&simulation, compat));
         if let Some(heading) = writer.begin(compat) {
             writeln!(out, "{heading}")?;
         }
@@ -206,7 +207,7 @@ fn take_settings(file: &mut DriveFile, path: &Path) -> Result<(), Refused> {
             "give the configuration of a turn signal decider",
         )
     })?;
-    let FlowSettings { decider, period, .. } = turn_signal.flow;
+    let TurnSignalSettings { decider, period, .. } = turn_signal.flow;
     file.compats = vec![decider.compat];
     file.planning_hz = 1.0 / period.as_secs_f64();
     file.decider = decider;

@@ -9,7 +9,7 @@ use super::Failure;
 use super::progress::Progress;
 use crate::config::Refused;
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::desk::drive::survey::{Fault, Survey, Surveyor, Sweep, WrongTurn};
+use crate::desk::drive::survey::{SignalFault, Surveyor, Sweep, TurnSurvey, WrongTurn};
 
 /// Drives the routes, and prints what is wrong, or a table with a row for each value of a sweep.
 pub(super) fn run(
@@ -61,8 +61,8 @@ pub(super) fn run(
 }
 
 /// `improved: 60 routes, 79 turns: 0 missed, 0 short, 0 opposite, 0 flickering; by the map: 1 missed`
-fn sentence(compat: DeciderCompat, survey: &Survey) -> String {
-    let named = |counts: [usize; 4]| Fault::ALL.map(Fault::name).into_iter().zip(counts);
+fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
+    let named = |counts: [usize; 4]| SignalFault::ALL.map(SignalFault::name).into_iter().zip(counts);
     let text = |counts: Vec<(&str, usize)>| {
         counts.iter().map(|(name, count)| format!("{count} {name}")).collect::<Vec<_>>().join(", ")
     };
@@ -74,11 +74,13 @@ fn sentence(compat: DeciderCompat, survey: &Survey) -> String {
 }
 
 /// A row for each value. Faults are counted where the map has no flaw; those by the map are in the last column.
-fn table(rows: &[(String, Survey)]) -> String {
-    let heading =
-        ["value", "routes", "turns"].into_iter().chain(Fault::ALL.map(Fault::name)).chain(["by the map"]);
+fn table(rows: &[(String, TurnSurvey)]) -> String {
+    let heading = ["value", "routes", "turns"]
+        .into_iter()
+        .chain(SignalFault::ALL.map(SignalFault::name))
+        .chain(["by the map"]);
     let heading: Vec<String> = heading.map(str::to_owned).collect();
-    let row = |(value, survey): &(String, Survey)| {
+    let row = |(value, survey): &(String, TurnSurvey)| {
         let by_map: usize = survey.counts(true).into_iter().sum();
         let counts = [survey.routes, survey.turns].into_iter().chain(survey.counts(false)).chain([by_map]);
         std::iter::once(value.clone()).chain(counts.map(|count| count.to_string())).collect()
@@ -108,9 +110,10 @@ fn json_turn(compat: DeciderCompat, wrong: &WrongTurn) -> Value {
 }
 
 /// The counts of a survey, for a value of a sweep.
-fn json_row(compat: DeciderCompat, survey: &Survey, value: Option<(&str, &str)>) -> Value {
+fn json_row(compat: DeciderCompat, survey: &TurnSurvey, value: Option<(&str, &str)>) -> Value {
     let counts = |of_map| {
-        let named = Fault::ALL.map(|fault| fault.name().to_owned()).into_iter().zip(survey.counts(of_map));
+        let named =
+            SignalFault::ALL.map(|fault| fault.name().to_owned()).into_iter().zip(survey.counts(of_map));
         named.map(|(name, count)| (name, json!(count))).collect::<Map<String, Value>>()
     };
     let mut row = Map::from_iter([("compat".to_owned(), json!(compat.name()))]);

@@ -13,7 +13,7 @@ use super::reading::problem::{Problem, cannot_read};
 use super::reading::toml_text::from_toml;
 use crate::core::near_miss::did_you_mean;
 use crate::core::turn_signal::country::Country;
-use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters};
+use crate::core::turn_signal::parameters::{DeciderParameter, DeciderParameters, ParameterError};
 use crate::core::turn_signal::side::Side;
 
 /// An example of a file of rules, which shows every key.
@@ -65,10 +65,11 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
 }
 
 /// Reads the keys `country` and `parameters`, of which the latter set parameters one by one.
-pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, Parameters) {
+pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, DeciderParameters) {
     let checker = fields.checker;
     let country = fields.string("country").and_then(|given| country_at(files, checker, &given));
-    let mut parameters = country.as_ref().map_or(Parameters::DEPLOYED, |country| country.parameters.clone());
+    let mut parameters =
+        country.as_ref().map_or(DeciderParameters::DEPLOYED, |country| country.parameters.clone());
     let mut taken: Vec<&str> = Vec::new();
     for entry in fields.entries("parameters", "give parameters by the names of Autoware") {
         let Some(LocatedText { text, location }) = checker.text(&entry.value) else { continue };
@@ -81,7 +82,9 @@ pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Coun
                 checker.refuse(&location, format!("invalid value {text}"), &format!("give {expected}"));
             }
         }
-        let Some(known) = Parameter::named(&entry.key).map(|parameter| parameter.name) else { continue };
+        let Some(known) = DeciderParameter::named(&entry.key).map(|parameter| parameter.name) else {
+            continue;
+        };
         if taken.contains(&known) {
             checker.refuse(&entry.location, format!("{known} is given twice"), "keep one of its names");
         }
@@ -137,9 +140,9 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
     let [on_entry, on_exit] = ["on_entry", "on_exit"].map(|key| roundabout.keyword(key, SIDES_OR_NONE));
     let entry_persists = roundabout.flag("entry_persists");
     roundabout.done();
-    let (traffic, deployed) = (traffic?, Parameters::DEPLOYED);
+    let (traffic, deployed) = (traffic?, DeciderParameters::DEPLOYED);
     // Where the law gives no number, the deployed one stays.
-    let parameters = Parameters {
+    let parameters = DeciderParameters {
         intersection_search_distance_m: turn_distance_m.unwrap_or(deployed.intersection_search_distance_m),
         roundabout_search_distance_m: turn_distance_m.unwrap_or(deployed.roundabout_search_distance_m),
         search_time_s: search_time_s.unwrap_or(deployed.search_time_s),

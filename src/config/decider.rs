@@ -8,7 +8,7 @@ use super::files::Files;
 use super::reading::fields::Fields;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
-use crate::core::turn_signal::decider::Settings;
+use crate::core::turn_signal::decider::DeciderSettings;
 use crate::core::turn_signal::inputs::AgeLimits;
 use crate::core::turn_signal::min_duration::MinDurations;
 
@@ -23,8 +23,8 @@ pub(super) fn decider(
     files: &dyn Files,
     fields: &Fields<'_>,
     compat: DeciderCompat,
-) -> (Option<Country>, Settings) {
-    let deployed = Settings::deployed(compat);
+) -> (Option<Country>, DeciderSettings) {
+    let deployed = DeciderSettings::deployed(compat);
     let (country, parameters) = parameters(files, fields);
     let time = |key, default| fields.millis(key, 0..=MAX_MS).unwrap_or(default);
     let min_durations = MinDurations {
@@ -34,7 +34,7 @@ pub(super) fn decider(
     let standing_limit = fields.millis("standing_limit_ms", 0..=MAX_STANDING_MS);
     let legal_distance = country.as_ref().and_then(Country::legal_distance).map(Arc::new);
     let waits_for_junctions = fields.flag("waits_for_junctions");
-    let settings = Settings {
+    let settings = DeciderSettings {
         parameters,
         waits_for_junctions: waits_for_junctions.unwrap_or(deployed.waits_for_junctions),
         legal_distance,

@@ -1,13 +1,13 @@
 //! Dimensions of a vehicle, in a section of the gateway's file and in drives.
 
 use super::reading::fields::Fields;
-use crate::core::turn_signal::parameters::Vehicle;
+use crate::core::turn_signal::parameters::VehicleInfo;
 
 /// Reads the dimensions; the default of each is that of Autoware's sample vehicle.
-pub(super) fn vehicle(fields: Fields<'_>) -> Vehicle {
-    let sample = Vehicle::SAMPLE;
+pub(super) fn vehicle(fields: Fields<'_>) -> VehicleInfo {
+    let sample = VehicleInfo::SAMPLE;
     let metres = |key, default| fields.number(key, 0.0..=50.0, "m").unwrap_or(default);
-    let vehicle = Vehicle {
+    let vehicle = VehicleInfo {
         wheel_base_m: metres("wheel_base_m", sample.wheel_base_m),
         front_overhang_m: metres("front_overhang_m", sample.front_overhang_m),
         rear_overhang_m: metres("rear_overhang_m", sample.rear_overhang_m),

@@ -15,7 +15,7 @@ use super::reading::problem::{Problem, cannot_read};
 use crate::core::map::error::MapError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::{LampSource, LightMap};
-use crate::core::map::osm::{self, Layer, Osm};
+use crate::core::map::osm::{self, Osm, OsmLayer};
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
@@ -66,7 +66,7 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
     let mut map = MapFile::read(files, path)?;
     let road = Points::new(&map.osm, &map.projector()).and_then(|points| {
         // The points stand for the nodes, which are most of a map, from here on.
-        map.osm.nodes = Layer::default();
+        map.osm.nodes = OsmLayer::default();
         LaneNetwork::read(&map.osm, &points)
     });
     road.map_err(|error| {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::drive::simulation::{Cycle, Cycles, DriveSimulation};
+use super::drive::simulation::{Cycles, DriveCycle, DriveSimulation};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::command::control_mode::ControlMode;
@@ -19,7 +19,7 @@ use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::Request;
 use crate::core::simulated_vehicle::{Output as VehicleOutput, SimulatedVehicle, SimulationSettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::turn_signal::planner_input::{PathPoint, PlannerInput, PlannerRoute};
+use crate::core::turn_signal::planner_input::{PlannerInput, PlannerRoute};
 
 /// Time from the last cycle of a lap to the first of the next one.
 const LAP_GAP: Duration = Duration::from_millis(100);
@@ -39,7 +39,7 @@ pub struct Surroundings<'a> {
     vehicle: SimulatedVehicle,
     drive: &'a DriveSimulation,
     cycles: Cycles<'a>,
-    next: Option<Cycle>,
+    next: Option<DriveCycle>,
     /// Beginning of this lap.
     lap: MonoTime,
     laps_left: u32,
@@ -171,18 +171,13 @@ impl Surroundings<'_> {
 }
 
 /// The messages of a planner at a cycle of the drive. The route comes at the first one.
-fn planner_inputs(cycle: &Cycle, stamp: WallStamp) -> impl Iterator<Item = PlannerInput> {
+fn planner_inputs(cycle: &DriveCycle, stamp: WallStamp) -> impl Iterator<Item = PlannerInput> {
     let route = (cycle.index == 0).then(|| {
         let (route, goal) = (&cycle.route, cycle.goal);
         let (id, start, segments) = (route.id(), route.start(), route.segments().to_vec());
         PlannerInput::Route(Arc::new(PlannerRoute { id, start, goal, segments }))
     });
     let odometry = cycle.odometry.map(|odometry| PlannerInput::Odometry { odometry, stamp });
-    let points = cycle.path.iter().map(|point| PathPoint {
-        pose: point.pose,
-        speed_mps: cycle.speed_mps,
-        lanes: point.lane.into_iter().collect(),
-    });
-    let path = PlannerInput::PlannedPath(points.collect());
+    let path = PlannerInput::PlannedPath(cycle.path.as_slice().into());
     [route, odometry, Some(path)].into_iter().flatten()
 }

@@ -18,7 +18,7 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::log::Log;
 pub use routes::Routes;
 use tape::Tape;
-pub use tape::{Counts, MAX_SILENCE};
+pub use tape::{MAX_SILENCE, RecordCounts};
 
 /// A gateway with a recording as its input.
 #[derive(Debug)]
@@ -194,7 +194,7 @@ impl Replay {
     }
 
     /// Counts of the entries read so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> RecordCounts {
         self.tape.counts
     }
 

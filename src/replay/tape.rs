@@ -22,7 +22,7 @@ const LATE_LINE: Duration = Duration::from_secs(1);
 
 /// Counts of the entries read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct RecordCounts {
     /// Entries of any kind.
     pub records: u64,
     /// Entries of interfaces that no bus is configured for.
@@ -48,7 +48,7 @@ pub(super) struct Tape {
     /// An input that follows the bad lines before it.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
-    pub(super) counts: Counts,
+    pub(super) counts: RecordCounts,
     /// The numbers of the identifiers that are counted, with 11 bits or 29, ascending.
     pub(super) counted: Vec<u32>,
     /// Number of data frames by interface and counted identifier.
@@ -64,7 +64,7 @@ struct TapeClock {
 
 impl Tape {
     pub(super) fn new(log: Log, routes: Routes) -> Self {
-        let counts = Counts::default();
+        let counts = RecordCounts::default();
         Self {
             log,
             routes,
@@ -202,7 +202,7 @@ mod tests {
         let times: Vec<_> = frames.iter().map(|(ms, _)| *ms).collect();
         assert_eq!(times, [0, 500, 500, 3_600_600, 3_600_600, 3_600_700]);
         assert_eq!(frames[2].1, "003# 10400", "the frame keeps its own stamp");
-        assert_eq!(tape.counts, Counts { records: 7, foreign: 1, backwards: 1, jumps: 2 });
+        assert_eq!(tape.counts, RecordCounts { records: 7, foreign: 1, backwards: 1, jumps: 2 });
     }
 
     #[test]

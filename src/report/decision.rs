@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::joined;
 use crate::core::turn_signal::decision::{Basis, Decision};
-use crate::core::turn_signal::inputs::Finding;
+use crate::core::turn_signal::inputs::InputFinding;
 use crate::core::turn_signal::intersection::TurnAhead;
 use crate::core::turn_signal::junction::JunctionRemark;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
@@ -33,7 +33,7 @@ pub fn fields(decision: &Decision) -> Value {
         "junction": decision.junction.as_ref().map(junction),
         "candidates": decision.evaluated().iter().map(candidate).collect::<Vec<_>>(),
         "manoeuvres": decision.remarks.iter().map(manoeuvre).collect::<Vec<_>>(),
-        "findings": decision.findings.iter().map(Finding::to_string).collect::<Vec<_>>(),
+        "findings": decision.findings.iter().map(InputFinding::to_string).collect::<Vec<_>>(),
     });
     if let Basis::PathGenerator(tagged) = decision.basis {
         fields = joined(fields, json!({ "lanelet": tagged.to_string() }));
@@ -125,11 +125,11 @@ mod tests {
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
     use crate::core::turn_signal::min_duration::Held;
     use crate::core::turn_signal::path_generator::TaggedLanelet;
-    use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
+    use crate::core::turn_signal::resolve::{Candidates, PairwiseRules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
     use crate::core::turn_signal::side::Side;
-    use crate::core::turn_signal::subject::Subject;
+    use crate::core::turn_signal::subject::SignalSubject;
 
     fn decision(basis: Basis) -> Decision {
         Decision {
@@ -155,18 +155,21 @@ mod tests {
             Section::blinking(side, (at(from), at(to)), (at(from + 10.0), at(to - 10.0)))
         };
         let candidates = Candidates {
-            intersection: Some(Section { subject: Subject::Turn(111), ..record(Side::Left, 0.0, 60.0) }),
+            intersection: Some(Section {
+                subject: SignalSubject::Turn(111),
+                ..record(Side::Left, 0.0, 60.0)
+            }),
             roundabout: None,
             manoeuvre: Some(record(Side::Right, 5.0, 70.0)),
         };
         let path_frame = PathFrame::new(&path, at(12.250_001), 2.0, limits);
-        let resolution = resolve(&path_frame, &candidates, &Rules::default());
+        let resolution = resolve(&path_frame, &candidates, &PairwiseRules::default());
         let remarks = vec![ManoeuvreOutcome {
             kind: ManoeuvreKind::Avoidance,
             why: SignalReason::Shift(ShiftVerdict::TooSmall),
         }];
         let held = Some(Held::On(Side::Left));
-        let findings = vec![Finding::EmptyPlannedPath];
+        let findings = vec![InputFinding::EmptyPlannedPath];
         let evaluated =
             Decision { held, remarks, findings, ..decision(Basis::Candidates(Box::new(resolution))) };
         assert_eq!(

@@ -10,7 +10,7 @@ use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, FactorTopic, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+    ControlPoint, FactorTopic, OperationMode, PlannedPathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
 use signal_gateway::core::turn_signal::route::Segment;
 
@@ -58,7 +58,9 @@ fn expected() -> [Value; 13] {
     [
         planner(PlannerInput::Odometry { odometry: Odometry { pose, speed_mps: -4.5 }, stamp }),
         planner(PlannerInput::Route(Arc::new(PlannerRoute { id, start: pose, goal: pose, segments }))),
-        planner(PlannerInput::PlannedPath([PathPoint { pose, speed_mps: 4.5, lanes: vec![100, -7] }].into())),
+        planner(PlannerInput::PlannedPath(
+            [PlannedPathPoint { pose, speed_mps: 4.5, lanes: vec![100, -7] }].into(),
+        )),
         planner(PlannerInput::Factors { topic: FactorTopic::GoalPlanner, factors: [factor].into() }),
         planner(PlannerInput::ModifiedGoal { route: id, goal: pose }),
         planner(PlannerInput::OperationMode(mode)),

@@ -7,10 +7,10 @@ use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::geometry::polyline::{headed, length_m, nearest, without_repeats};
 use signal_gateway::core::map::geometry::required_end::required_end;
-use signal_gateway::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::Improved;
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::route::{Route, Segment};
@@ -78,14 +78,14 @@ impl DrawnRoad {
             start_m = end_m;
             let joined = joints.iter().filter(|[from, _]| *from == index).map(|[_, to]| *to);
             let next = Some(index + 1).filter(|next| *next < pieces.len());
-            lanes.push(Lane {
+            lanes.push(Lanelet {
                 id: ids[index],
                 left_bound: side(HALF_WIDTH_M),
                 right_bound: side(-HALF_WIDTH_M),
                 followers: next.into_iter().chain(joined).map(|next| ids[next]).collect(),
                 turn_direction: direction,
                 centerline: centerline.clone(),
-                ..Lane::default()
+                ..Lanelet::default()
             });
             middle.extend(centerline);
         }
@@ -116,7 +116,7 @@ impl DrawnRoad {
 
     /// What is shown along `ways`: each from one position to another, at this speed.
     pub(crate) fn drive(&self, speed_mps: f64, ways: &[[f64; 2]]) -> Vec<(f64, TurnCommand)> {
-        let mut decider = Decider::new(Settings::deployed(Improved));
+        let mut decider = Decider::new(DeciderSettings::deployed(Improved));
         let mut now = MonoTime::from_millis(50_000);
         let mut shown = Vec::new();
         for [from_m, to_m] in ways {

@@ -3,10 +3,10 @@
 use signal_gateway::config::drive::DriveFile;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::Improved;
-use signal_gateway::core::turn_signal::resolve::{Contender, Source};
+use signal_gateway::core::turn_signal::resolve::{CandidateSource, Contender};
 use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::desk::drive::run::Run;
-use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
+use signal_gateway::desk::drive::run::DriveRun;
+use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
 
 use super::sections::{FRONT_M, Stretch, lanes, offers, stretches};
 
@@ -27,7 +27,7 @@ struct Shown {
 }
 
 /// A manoeuvre that was signalled: its source, its side, and where its desired and its required section end.
-type Signalled = (Source, Side, [f64; 2]);
+type Signalled = (CandidateSource, Side, [f64; 2]);
 
 impl Shown {
     fn signalled(&self) -> Option<Signalled> {
@@ -38,8 +38,8 @@ impl Shown {
 }
 
 fn driven(simulation: &DriveSimulation) -> Vec<Shown> {
-    let mut run = Run::new(simulation, Improved);
-    let shown = |cycle: Cycle| {
+    let mut run = DriveRun::new(simulation, Improved);
+    let shown = |cycle: DriveCycle| {
         let decision = run.step(&cycle);
         let winner = decision.resolution().and_then(|resolution| resolution.winner);
         assert_ne!(decision.turn, TurnCommand::NoCommand, "at {} m", cycle.at_m);
@@ -99,7 +99,7 @@ fn durations(stretches: &[Stretch], shown: &[Shown]) -> Option<String> {
 fn misleading(file: &DriveFile, shown: &[Shown]) -> Option<String> {
     let lanes = lanes(file);
     let misleads = |now: &&Shown| {
-        let winner = now.winner.filter(|winner| winner.source == Source::Intersection);
+        let winner = now.winner.filter(|winner| winner.source == CandidateSource::Intersection);
         winner.is_some_and(|winner| {
             let (front_m, ahead_m) = (now.at_m + FRONT_M, winner.distances.required_start_m);
             // A junction at the start of the turn is that of the turn.

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use signal_gateway::config::drive::{DriveFile, Plan, PlanKind, PlannedShift};
+use signal_gateway::config::drive::{DriveFile, ManoeuvrePlan, PlanKind, PlannedShift};
 use signal_gateway::core::map::fork::leads_left;
 use signal_gateway::core::map::geometry::Point;
 use signal_gateway::core::map::geometry::polyline::{length_m, nearest};
 use signal_gateway::core::map::geometry::required_end::required_end;
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::side::Side;
 
@@ -61,7 +61,7 @@ pub(super) fn stretches(file: &DriveFile) -> Vec<Stretch> {
 }
 
 /// The lanelets of the route, each with the position of its start.
-pub(super) fn lanes(file: &DriveFile) -> Vec<(f64, &Lane)> {
+pub(super) fn lanes(file: &DriveFile) -> Vec<(f64, &Lanelet)> {
     let mut from_m = 0.0;
     let lane = |segment: &Segment| {
         let lane = file.road.lane(segment.preferred).unwrap();
@@ -74,14 +74,14 @@ pub(super) fn lanes(file: &DriveFile) -> Vec<(f64, &Lane)> {
 
 /// One turn for consecutive lanelets of one direction.
 fn turns(file: &DriveFile) -> Vec<Stretch> {
-    let side = |lane: &Lane| match lane.turn_direction {
+    let side = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some(Side::Left),
         TurnDirection::Right => Some(Side::Right),
         TurnDirection::None | TurnDirection::Straight => None,
     };
     let threshold_deg = file.decider.parameters.intersection_angle_threshold_deg;
     let lanes = lanes(file);
-    let stretch = |lanes: &[(f64, &Lane)]| {
+    let stretch = |lanes: &[(f64, &Lanelet)]| {
         let middle: Vec<Point> = lanes.iter().flat_map(|(_, lane)| lane.centerline.iter().copied()).collect();
         Some(bend(lanes.first()?.0, &middle, side(lanes.first()?.1)?, threshold_deg))
     };
@@ -128,7 +128,12 @@ fn roundabouts(file: &DriveFile) -> Vec<Stretch> {
 }
 
 /// A way to a side that is not taken leads off the route between two positions.
-pub(super) fn offers(road: &LaneNetwork, lanes: &[(f64, &Lane)], side: Side, within_m: Range<f64>) -> bool {
+pub(super) fn offers(
+    road: &LaneNetwork,
+    lanes: &[(f64, &Lanelet)],
+    side: Side,
+    within_m: Range<f64>,
+) -> bool {
     lanes.windows(2).any(|pair| {
         let [(_, before), (at_m, taken)] = pair else { return false };
         let others = before.followers.iter().filter(|id| **id != taken.id).filter_map(|id| road.lane(*id));
@@ -137,7 +142,7 @@ pub(super) fn offers(road: &LaneNetwork, lanes: &[(f64, &Lane)], side: Side, wit
     })
 }
 
-fn planned(plan: &Plan, road: &LaneNetwork, lanes: &[(f64, &Lane)]) -> Vec<Stretch> {
+fn planned(plan: &ManoeuvrePlan, road: &LaneNetwork, lanes: &[(f64, &Lanelet)]) -> Vec<Stretch> {
     let lane_at = |at_m: f64| lanes.iter().rev().find(|(from_m, _)| *from_m <= at_m).map(|(_, lane)| *lane);
     let is_hatched = |at_m: f64, side: Side| {
         lane_at(at_m).is_some_and(|lane| match side {

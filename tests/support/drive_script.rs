@@ -14,8 +14,8 @@ use signal_gateway::core::turn_signal::manoeuvre::pull_over::{PullOver, Undecide
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, Odometry};
 use signal_gateway::core::turn_signal::shift::ShiftedPath;
 use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::desk::drive::run::Run;
-use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
+use signal_gateway::desk::drive::run::DriveRun;
+use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
 
 /// Improved and upstream, in the order of everything that is kept for each.
 pub(crate) const COMPATS: [DeciderCompat; 2] = [DeciderCompat::Improved, DeciderCompat::Upstream];
@@ -45,7 +45,7 @@ pub(crate) struct Step {
 
 impl Script {
     pub(crate) fn new(simulation: &DriveSimulation) -> Self {
-        let mut runs = COMPATS.map(|compat| Run::new(simulation, compat));
+        let mut runs = COMPATS.map(|compat| DriveRun::new(simulation, compat));
         let mut script = Self { steps: Vec::new(), cycles: Vec::new() };
         let mut route = None;
         for cycle in simulation.cycles() {
@@ -107,15 +107,16 @@ impl Script {
 }
 
 /// The messages of Autoware at a cycle.
-fn messages(cycle: &Cycle) -> Map<String, Value> {
+fn messages(cycle: &DriveCycle) -> Map<String, Value> {
     let odometry = cycle.odometry.map(|Odometry { pose: Pose { position, yaw_rad }, speed_mps }| {
         json!([position.x_m, position.y_m, yaw_rad, position.z_m, speed_mps])
     });
     let speed_mps = cycle.speed_mps;
-    let point = |pose: Pose, lane| {
+    let point = |pose: Pose, lane: Option<i64>| {
         json!([pose.position.x_m, pose.position.y_m, pose.yaw_rad, pose.position.z_m, speed_mps, lane])
     };
-    let path: Vec<_> = cycle.path.iter().map(|planned| point(planned.pose, planned.lane)).collect();
+    let path: Vec<_> =
+        cycle.path.iter().map(|planned| point(planned.pose, planned.lanes.first().copied())).collect();
     let mut factors = Map::new();
     for (module, factor) in cycle.manoeuvres.iter().flat_map(factors_of) {
         let listed = factors.entry(module.name()).or_insert_with(|| json!([]));
@@ -131,7 +132,7 @@ fn messages(cycle: &Cycle) -> Map<String, Value> {
     messages.as_object().unwrap().clone()
 }
 
-fn planner_route(cycle: &Cycle) -> Value {
+fn planner_route(cycle: &DriveCycle) -> Value {
     let pose = |Pose { position, yaw_rad }: Pose| json!([position.x_m, position.y_m, yaw_rad, position.z_m]);
     // In the message the preferred lanelet comes in front of all of them, itself included.
     let segments = cycle.route.segments().iter().map(|segment| {

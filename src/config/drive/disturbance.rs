@@ -1,6 +1,6 @@
 //! Disturbances in a drive scenario.
 
-use super::reader::{Lanes, MAX_S, Moment, required_moment, required_seconds};
+use super::reader::{DriveMoment, MAX_S, NamedLanelets, required_moment, required_seconds};
 use super::route::{RoutePlan, plan};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
@@ -9,7 +9,7 @@ use crate::config::reading::fields::Fields;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
     /// Start of the disturbance.
-    pub at: Moment,
+    pub at: DriveMoment,
     /// Kind of the disturbance.
     pub kind: DisturbanceKind,
 }
@@ -55,11 +55,11 @@ const LASTING: Keywords<fn(f64) -> DisturbanceKind> = &[
 ];
 
 /// Reads the list `disturbance`.
-pub(super) fn disturbances(lanes: &Lanes, top: &Fields<'_>) -> Vec<Disturbance> {
+pub(super) fn disturbances(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<Disturbance> {
     top.tables("disturbance").filter_map(|fields| disturbance(lanes, fields)).collect()
 }
 
-fn disturbance(lanes: &Lanes, fields: Fields<'_>) -> Option<Disturbance> {
+fn disturbance(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<Disturbance> {
     let name = fields.required_text("kind")?;
     let at = required_moment(&fields, ["at_m", "at_s"]);
     let lasting = LASTING.iter().find(|(known, _)| *known == name.text);

@@ -9,7 +9,7 @@ use crate::config::reading::location::SourceLocation;
 use crate::core::light_command::Numbered;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::resolve::{Case, Source};
+use crate::core::turn_signal::resolve::{CandidateSource, Case};
 
 /// A condition that must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Expectation {
     /// Values of `compat` with which it must hold.
     pub compats: Vec<DeciderCompat>,
     /// Interval in which it must hold.
-    pub interval: Interval,
+    pub interval: ExpectedInterval,
     /// Decision that every cycle in the interval must have.
     pub decision: ExpectedDecision,
     /// Position in the file.
@@ -26,7 +26,7 @@ pub struct Expectation {
 
 /// An interval of positions or times, ends included.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
+pub struct ExpectedInterval {
     /// Unit of its numbers.
     pub unit: IntervalUnit,
     /// Start of the interval.
@@ -54,14 +54,14 @@ pub struct ExpectedDecision {
     /// Command of the hazard lights.
     pub hazard: Option<HazardCommand>,
     /// Source that wins; `Some(None)` = none.
-    pub winner: Option<Option<Source>>,
+    pub winner: Option<Option<CandidateSource>>,
     /// Branch of the pairwise rule that decided last.
     pub case: Option<Case>,
     /// Part of a finding that some cycle has.
     pub finding: Option<String>,
 }
 
-impl Interval {
+impl ExpectedInterval {
     /// Returns whether a cycle lies within it, tolerance apart.
     pub fn contains(&self, at_m: f64, at_s: f64) -> bool {
         let value = match self.unit {
@@ -81,10 +81,10 @@ impl fmt::Display for IntervalUnit {
     }
 }
 
-const WINNERS: Keywords<Option<Source>> = &[
-    ("intersection", Some(Source::Intersection)),
-    ("roundabout", Some(Source::Roundabout)),
-    ("manoeuvre", Some(Source::Manoeuvre)),
+const WINNERS: Keywords<Option<CandidateSource>> = &[
+    ("intersection", Some(CandidateSource::Intersection)),
+    ("roundabout", Some(CandidateSource::Roundabout)),
+    ("manoeuvre", Some(CandidateSource::Manoeuvre)),
     ("none", None),
 ];
 /// Reads the list `expect`.
@@ -118,7 +118,7 @@ fn named<T: Copy + fmt::Display>(fields: &Fields<'_>, key: &'static str, values:
     fields.keyword(key, &keywords)
 }
 
-fn interval(fields: &Fields<'_>) -> Option<Interval> {
+fn interval(fields: &Fields<'_>) -> Option<ExpectedInterval> {
     let unit =
         if fields.has("from_s") || fields.has("to_s") { IntervalUnit::Seconds } else { IntervalUnit::Metres };
     let (keys, tolerance_key, default) = match unit {
@@ -139,5 +139,5 @@ fn interval(fields: &Fields<'_>) -> Option<Interval> {
         fields.checker.refuse(fields.location(), reason, &remedy);
         return None;
     }
-    Some(Interval { unit, from, to, tolerance })
+    Some(ExpectedInterval { unit, from, to, tolerance })
 }

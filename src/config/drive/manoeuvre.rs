@@ -1,6 +1,6 @@
 //! Manoeuvres that the planner does in a drive scenario.
 
-use super::reader::{Lanes, MAX_S, Moment, from_to, metres, moment};
+use super::reader::{DriveMoment, MAX_S, NamedLanelets, from_to, metres, moment};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
@@ -9,15 +9,15 @@ use crate::core::turn_signal::side::Side;
 
 /// A manoeuvre as it is written.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct ManoeuvrePlan {
     /// Kind, with its positions.
     pub kind: PlanKind,
     /// Moment from which the planner knows of it; `None` = the start.
-    pub known_from: Option<Moment>,
+    pub known_from: Option<DriveMoment>,
     /// Moment until which it knows of it; `None` = 1 m after its end.
-    pub known_to: Option<Moment>,
+    pub known_to: Option<DriveMoment>,
     /// Moment from which it is approved; `None` = as soon as it is known.
-    pub approved_from: Option<Moment>,
+    pub approved_from: Option<DriveMoment>,
     /// Current lanelets of the planner; `None` = those of the route path around the vehicle.
     pub lanes: Option<Vec<LaneId>>,
     /// Position in the file.
@@ -63,7 +63,7 @@ pub enum PlanKind {
         /// The shift, with the offset after it.
         shift: PlannedShift,
         /// Moment from which its path is decided; `None` = as soon as it is known.
-        decided_from: Option<Moment>,
+        decided_from: Option<DriveMoment>,
         /// Before that: the position from which the vehicle slows down.
         deceleration_m: Option<f64>,
         /// Before that: the position at which it would stop.
@@ -109,11 +109,11 @@ const KINDS: Keywords<fn(&Fields<'_>) -> Option<PlanKind>> = &[
 ];
 
 /// Reads the list `manoeuvre`.
-pub(super) fn plans(lanes: &Lanes, top: &Fields<'_>) -> Vec<Plan> {
+pub(super) fn plans(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<ManoeuvrePlan> {
     top.tables("manoeuvre").filter_map(|fields| plan(lanes, fields)).collect()
 }
 
-fn plan(lanes: &Lanes, fields: Fields<'_>) -> Option<Plan> {
+fn plan(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<ManoeuvrePlan> {
     fields.require(&["kind"], "");
     let kind = fields.keyword("kind", KINDS)?(&fields);
     let known_from = moment(&fields, ["known_from_m", "known_from_s"]);
@@ -122,7 +122,7 @@ fn plan(lanes: &Lanes, fields: Fields<'_>) -> Option<Plan> {
     let lanes = lanes.lanes(&fields);
     let location = fields.checker.source_location(fields.location());
     fields.done();
-    Some(Plan { kind: kind?, known_from, known_to, approved_from, lanes, location })
+    Some(ManoeuvrePlan { kind: kind?, known_from, known_to, approved_from, lanes, location })
 }
 
 fn avoidance(fields: &Fields<'_>) -> Option<PlanKind> {

@@ -16,9 +16,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use disturbance::{Disturbance, DisturbanceKind};
-pub use expectation::{Expectation, ExpectedDecision, Interval, IntervalUnit};
-pub use manoeuvre::{Plan, PlanKind, PlannedShift};
-pub use reader::Moment;
+pub use expectation::{Expectation, ExpectedDecision, ExpectedInterval, IntervalUnit};
+pub use manoeuvre::{ManoeuvrePlan, PlanKind, PlannedShift};
+pub use reader::DriveMoment;
 pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
@@ -36,8 +36,8 @@ use crate::config::reading::toml_text::from_toml;
 use crate::core::map::geometry::Point;
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::decider::Settings;
-use reader::{Lanes, MAX_S, SEE, metres};
+use crate::core::turn_signal::decider::DeciderSettings;
+use reader::{MAX_S, NamedLanelets, SEE, metres};
 
 /// The default end of a drive, seconds.
 const MAX_DRIVE_S: f64 = 600.0;
@@ -52,7 +52,7 @@ pub struct DriveFile {
     /// Values of `compat` that it is for, improved first.
     pub compats: Vec<DeciderCompat>,
     /// Settings of the decider, but for `compat`, which is one of `compats`.
-    pub decider: Settings,
+    pub decider: DeciderSettings,
     /// Cycles a second.
     pub planning_hz: f64,
     /// Position of the vehicle at the start, metres.
@@ -74,7 +74,7 @@ pub struct DriveFile {
     /// Line that it drives instead of the route's lanelets; empty = those.
     pub points: Vec<Point>,
     /// Manoeuvres of the planner, in the order of the file.
-    pub manoeuvres: Vec<Plan>,
+    pub manoeuvres: Vec<ManoeuvrePlan>,
     /// Disturbances, in the order of the file.
     pub disturbances: Vec<Disturbance>,
     /// Expectations, in the order of the file.
@@ -156,7 +156,7 @@ fn over(
 /// Reads the file; `None` only when a problem was noted.
 fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> Option<DriveFile> {
     let checker = top.checker;
-    let lanes = Lanes::default();
+    let lanes = NamedLanelets::default();
     top.require(&["map"], "");
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = named_file::path_at(BuiltIn::Map, files, &top, "map");

@@ -22,7 +22,7 @@ const SHOWN: usize = 12;
 
 /// A position or a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Moment {
+pub enum DriveMoment {
     /// Metres along the route path.
     AtM(f64),
     /// Seconds from the start.
@@ -41,9 +41,9 @@ const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstrea
 
 /// Collects the lanelets that a file names.
 #[derive(Default)]
-pub(super) struct Lanes(RefCell<Vec<(LaneId, SourceLocation)>>);
+pub(super) struct NamedLanelets(RefCell<Vec<(LaneId, SourceLocation)>>);
 
-impl Lanes {
+impl NamedLanelets {
     /// Reads the id of a lanelet, to be looked up in the map.
     pub(super) fn lane(&self, checker: &Checker, value: &Value) -> Option<LaneId> {
         let id = checker.whole(value)?;
@@ -93,17 +93,17 @@ pub(super) fn required_seconds(fields: &Fields<'_>, key: &'static str) -> Option
 }
 
 /// A position or a time, by which of two keys is present.
-pub(super) fn moment(fields: &Fields<'_>, [at_m, at_s]: [&'static str; 2]) -> Option<Moment> {
+pub(super) fn moment(fields: &Fields<'_>, [at_m, at_s]: [&'static str; 2]) -> Option<DriveMoment> {
     let position = metres(fields, at_m);
     let time = fields.number(at_s, 0.0..=MAX_S, "s");
     if position.is_some() && time.is_some() {
         fields.refuse(at_s, format!("both {at_m} and {at_s}"), "keep one of them");
     }
-    position.map(Moment::AtM).or(time.map(Moment::AtS))
+    position.map(DriveMoment::AtM).or(time.map(DriveMoment::AtS))
 }
 
 /// A position or a time that must be present.
-pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> Option<Moment> {
+pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> Option<DriveMoment> {
     if keys.iter().all(|key| !fields.has(key)) {
         let reason = format!("neither {} nor {}", keys[0], keys[1]);
         fields.checker.refuse(fields.location(), reason, "give a position or a time");

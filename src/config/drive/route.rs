@@ -1,6 +1,6 @@
 //! The route of a drive scenario.
 
-use super::reader::{Lanes, pose};
+use super::reader::{NamedLanelets, pose};
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
@@ -26,7 +26,7 @@ pub struct RoutePlan {
 }
 
 /// Reads the table `route`.
-pub(super) fn route(lanes: &Lanes, top: &Fields<'_>) -> Option<RoutePlan> {
+pub(super) fn route(lanes: &NamedLanelets, top: &Fields<'_>) -> Option<RoutePlan> {
     top.require(&["route"], "");
     let fields = top.table("route")?;
     let start = fields.table("start").and_then(pose);
@@ -37,7 +37,7 @@ pub(super) fn route(lanes: &Lanes, top: &Fields<'_>) -> Option<RoutePlan> {
 }
 
 /// Reads the keys `segments` and `id` of any table.
-pub(super) fn plan(lanes: &Lanes, fields: &Fields<'_>) -> Option<RoutePlan> {
+pub(super) fn plan(lanes: &NamedLanelets, fields: &Fields<'_>) -> Option<RoutePlan> {
     let id = fields.whole("id");
     fields.require(&["segments"], "")?;
     let given = fields.list("segments", EXAMPLE);
@@ -59,7 +59,7 @@ pub(super) fn plan(lanes: &Lanes, fields: &Fields<'_>) -> Option<RoutePlan> {
 }
 
 /// Reads lanelets side by side; a single one needs no list.
-fn segment(lanes: &Lanes, checker: &Checker, value: &Value) -> Option<Segment> {
+fn segment(lanes: &NamedLanelets, checker: &Checker, value: &Value) -> Option<Segment> {
     let lanes: Vec<_> = items(value).iter().filter_map(|item| lanes.lane(checker, item)).collect();
     let Some(preferred) = lanes.first().copied() else {
         if items(value).is_empty() {

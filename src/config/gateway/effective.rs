@@ -20,8 +20,8 @@ use crate::core::command::settings::CommandSettings;
 use crate::core::gateway::configuration::EffectiveConfiguration;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::flow::LightsFlowSettings as LightsFlow;
-use crate::core::turn_signal::decider::Settings as DeciderSettings;
-use crate::core::turn_signal::flow::{FlowSettings as DeciderFlow, Role};
+use crate::core::turn_signal::decider::DeciderSettings;
+use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
 use crate::core::validation::table::SignalTable;
 use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
 use crate::io::ros::settings::Transport;
@@ -237,7 +237,7 @@ impl Parts {
 
     fn decider(&mut self, decider: &TurnSignalConfig) {
         let TurnSignalConfig { flow, runs: _, map: _, country: _, inputs, outputs } = decider;
-        let DeciderFlow { decider, road, role, period, publishes_sections: _ } = flow;
+        let TurnSignalSettings { decider, road, role, period, publishes_sections: _ } = flow;
         let DeciderSettings {
             compat,
             parameters,
@@ -249,8 +249,8 @@ impl Parts {
             legal_distance,
         } = decider;
         match role {
-            Role::Command => self.fix("[turn_signal]", &"enabled"),
-            Role::Shadow { tolerance } => {
+            DeciderRole::Command => self.fix("[turn_signal]", &"enabled"),
+            DeciderRole::Shadow { tolerance } => {
                 self.fix("[turn_signal]", &"shadow");
                 self.reload("[turn_signal] shadow_tolerance_ms", tolerance);
             }

@@ -31,7 +31,7 @@ use crate::core::light_command::EnumOrUnknown;
 use crate::core::time::{MonoTime, Now};
 use crate::core::traffic_light::flow::LightsFlowSettings;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
-use crate::core::turn_signal::flow::FlowSettings as DeciderSettings;
+use crate::core::turn_signal::flow::TurnSignalSettings;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::VehicleLights;
 use crate::core::vehicle_lights::binding::LightsBinding;
@@ -66,7 +66,7 @@ pub struct GatewaySettings {
     /// Traffic lights; without them, what `v2i` binds is not used.
     pub traffic_lights: Option<LightsFlowSettings>,
     /// The turn signal decider; without it, its topics are not used.
-    pub turn_signal: Option<DeciderSettings>,
+    pub turn_signal: Option<TurnSignalSettings>,
     /// Commands to the vehicle, with the binding of the vehicle profile; without them no command is used.
     pub command: Option<(CommandSettings, CommandBinding)>,
     /// When reports are published.

@@ -1,6 +1,6 @@
 //! Errors of maps.
 
-use super::osm::{Element, Kind, Tags};
+use super::osm::{OsmElement, OsmKind, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
@@ -14,7 +14,7 @@ pub enum MapError {
     #[error("{element}: tag `{key}` is `{value}`, {expected} expected")]
     BadTag {
         /// The element with the tag.
-        element: Element,
+        element: OsmElement,
         /// Key of the tag.
         key: &'static str,
         /// Value as written.
@@ -68,16 +68,16 @@ pub enum MapError {
 
 impl MapError {
     /// The element that has it.
-    pub fn element(&self) -> Element {
+    pub fn element(&self) -> OsmElement {
         let (kind, id) = match *self {
             Self::BadTag { element, .. } => return element,
-            Self::Sides { lanelet, .. } | Self::TooLarge { lanelet } => (Kind::Relation, lanelet),
-            Self::ShortBound { way, .. } => (Kind::Way, way),
+            Self::Sides { lanelet, .. } | Self::TooLarge { lanelet } => (OsmKind::Relation, lanelet),
+            Self::ShortBound { way, .. } => (OsmKind::Way, way),
             Self::TooFar { node } | Self::NotProjected { node } | Self::NoLocal { node } => {
-                (Kind::Node, node)
+                (OsmKind::Node, node)
             }
         };
-        Element { kind, id }
+        OsmElement { kind, id }
     }
 }
 
@@ -85,7 +85,7 @@ impl MapError {
 pub(super) fn id_list_tag(
     tags: &Tags,
     key: &'static str,
-    element: Element,
+    element: OsmElement,
 ) -> Result<Option<Vec<i64>>, MapError> {
     let between = |letter: char| letter == ',' || letter == '[' || letter == ']' || letter.is_whitespace();
     parsed_tag(tags, key, element, "a list of ids or `none`", |text| {
@@ -99,20 +99,24 @@ pub(super) fn id_list_tag(
 }
 
 /// A number in a tag; `None` if it is empty or missing.
-pub(super) fn number_tag(tags: &Tags, key: &'static str, element: Element) -> Result<Option<f64>, MapError> {
+pub(super) fn number_tag(
+    tags: &Tags,
+    key: &'static str,
+    element: OsmElement,
+) -> Result<Option<f64>, MapError> {
     let parse = |text: &str| text.parse().ok().filter(|number: &f64| number.is_finite());
     parsed_tag(tags, key, element, "a number", parse)
 }
 
 /// An id in a tag; `None` if it is empty or missing.
-pub(super) fn id_tag(tags: &Tags, key: &'static str, element: Element) -> Result<Option<i64>, MapError> {
+pub(super) fn id_tag(tags: &Tags, key: &'static str, element: OsmElement) -> Result<Option<i64>, MapError> {
     parsed_tag(tags, key, element, "a whole number of 64 bits", |text| text.parse().ok())
 }
 
 fn parsed_tag<T>(
     tags: &Tags,
     key: &'static str,
-    element: Element,
+    element: OsmElement,
     expected: &'static str,
     parse: impl Fn(&str) -> Option<T>,
 ) -> Result<Option<T>, MapError> {

@@ -2,7 +2,7 @@
 
 use super::geometry::Point;
 use super::geometry::polyline::{at_arc, is_on_left, nearest};
-use super::lane_network::{Lane, TurnDirection};
+use super::lane_network::{Lanelet, TurnDirection};
 
 /// Two ways lead apart where their middles are this far from each other, metres: about the width of a lane.
 const APART_M: f64 = 3.0;
@@ -22,7 +22,7 @@ pub struct Parting {
 
 /// Where `way` leads apart from `other`, which begins at the same place; `None` where both are lanes of one road, or too short
 /// to tell.
-pub fn parting(way: &Lane, other: &Lane) -> Option<Parting> {
+pub fn parting(way: &Lanelet, other: &Lanelet) -> Option<Parting> {
     let most_m = way.length_m().min(other.length_m()).min(FORK_M);
     let steps = std::iter::successors(Some(STEP_M), |at_m| Some(at_m + STEP_M));
     let places = steps.take_while(|at_m| *at_m < most_m).chain([most_m]);
@@ -38,7 +38,7 @@ pub fn parting(way: &Lane, other: &Lane) -> Option<Parting> {
 }
 
 /// Where `way` leads off to the side that its tag names, or else its place beside `other`; `None` where it leads to no side.
-pub fn leads_left(way: &Lane, other: &Lane) -> Option<bool> {
+pub fn leads_left(way: &Lanelet, other: &Lanelet) -> Option<bool> {
     match way.turn_direction {
         TurnDirection::Left => Some(true),
         TurnDirection::Right => Some(false),

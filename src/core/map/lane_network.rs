@@ -43,7 +43,7 @@ pub enum TurnDirection {
 
 /// A lanelet of a map, as far as the decider needs it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Lane {
+pub struct Lanelet {
     /// Id of its relation.
     pub id: LaneId,
     /// Centreline in driving direction, made of the bounds.
@@ -88,7 +88,7 @@ pub struct Roundabout {
 /// Lanelets and roundabouts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaneNetwork {
-    lanes: BTreeMap<LaneId, (Lane, Extent)>,
+    lanes: BTreeMap<LaneId, (Lanelet, Extent)>,
     predecessors: BTreeMap<LaneId, Vec<LaneId>>,
     roundabouts: Vec<Roundabout>,
 }
@@ -96,7 +96,7 @@ pub struct LaneNetwork {
 /// A lanelet near to a pose.
 #[derive(Debug)]
 struct Near<'a> {
-    lane: &'a Lane,
+    lane: &'a Lanelet,
     /// It lies at the height of the pose.
     is_level: bool,
     distance_m: f64,
@@ -126,8 +126,8 @@ impl Roundabout {
 
 impl LaneNetwork {
     /// The road of these lanelets. Of two with one id the last counts.
-    pub fn new(lanes: impl IntoIterator<Item = Lane>, roundabouts: Vec<Roundabout>) -> Self {
-        let measured = |lane: Lane| {
+    pub fn new(lanes: impl IntoIterator<Item = Lanelet>, roundabouts: Vec<Roundabout>) -> Self {
+        let measured = |lane: Lanelet| {
             let extent = Extent::of(&lane.border());
             (lane.id, (lane, extent))
         };
@@ -142,12 +142,12 @@ impl LaneNetwork {
     }
 
     /// The lanelet with this id.
-    pub fn lane(&self, id: LaneId) -> Option<&Lane> {
+    pub fn lane(&self, id: LaneId) -> Option<&Lanelet> {
         self.lanes.get(&id).map(|(lane, _)| lane)
     }
 
     /// All lanelets, ascending by id.
-    pub fn lanes(&self) -> impl Iterator<Item = &Lane> {
+    pub fn lanes(&self) -> impl Iterator<Item = &Lanelet> {
         self.lanes.values().map(|(lane, _)| lane)
     }
 
@@ -161,7 +161,7 @@ impl LaneNetwork {
         self.predecessors.get(&id).map_or(&[], Vec::as_slice)
     }
 
-    /// All roundabouts; [`Lane::roundabouts`] points here.
+    /// All roundabouts; [`Lanelet::roundabouts`] points here.
     pub fn roundabouts(&self) -> &[Roundabout] {
         &self.roundabouts
     }
@@ -173,7 +173,7 @@ impl LaneNetwork {
     }
 
     /// The nearest of `lanes` to a pose; of equally near ones the one that faces most alike.
-    pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lane> {
+    pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lanelet> {
         let bounded: Vec<_> = lanes
             .into_iter()
             .filter_map(|id| self.lanes.get(&id))
@@ -199,7 +199,7 @@ impl LaneNetwork {
         pose: Pose,
         limits: NearestLimits,
         is_continuous: impl Fn(LaneId) -> bool,
-    ) -> Option<&Lane> {
+    ) -> Option<&Lanelet> {
         let lanes: Vec<LaneId> = lanes.into_iter().collect();
         let ranked = lanes.iter().filter_map(|id| self.near(*id, pose, limits)).min_by(|one, other| {
             let by_place = |near: &Near<'_>| (!near.is_level, !is_continuous(near.lane.id));
@@ -215,7 +215,7 @@ impl LaneNetwork {
         lanes: impl IntoIterator<Item = LaneId>,
         pose: Pose,
         limits: NearestLimits,
-    ) -> Option<&Lane> {
+    ) -> Option<&Lanelet> {
         let near = lanes.into_iter().filter_map(|id| self.near(id, pose, limits));
         near.filter(|near| near.is_level).min_by(Near::by_distance).map(|near| near.lane)
     }
@@ -235,7 +235,7 @@ impl LaneNetwork {
     }
 }
 
-impl Lane {
+impl Lanelet {
     /// Length of the centerline, metres.
     pub fn length_m(&self) -> f64 {
         length_m(&self.centerline)
@@ -285,15 +285,15 @@ mod tests {
             (x_m, y_m) in (-9.0..9.0_f64, -9.0..9.0_f64),
         ) {
             let points = |line: &Vec<(f64, f64)>| line.iter().map(|(x, y)| Point::new(*x, *y)).collect();
-            let lane = |(id, line): (LaneId, &Vec<(f64, f64)>)| Lane {
+            let lane = |(id, line): (LaneId, &Vec<(f64, f64)>)| Lanelet {
                 id,
                 centerline: points(line),
                 left_bound: if id % 3 == 0 { Vec::new() } else { points(line) },
-                ..Lane::default()
+                ..Lanelet::default()
             };
             let road = LaneNetwork::new((0..).zip(&lines).map(lane), Vec::new());
             let pose = Pose::new(x_m, y_m, 0.0);
-            let rank = |lane: &&Lane| (lane.distance_m(pose.position), lane.misalignment_rad(pose));
+            let rank = |lane: &&Lanelet| (lane.distance_m(pose.position), lane.misalignment_rad(pose));
             let plain = road.lanes().min_by(|one, other| {
                 let (one, other) = (rank(one), rank(other));
                 one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1))

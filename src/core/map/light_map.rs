@@ -18,12 +18,12 @@ pub struct Head {
     /// The groups that refer to it, in the order of the map.
     pub relation_ids: Arc<[i64]>,
     /// Positions of its lamps; only for drawing.
-    pub lamps: Vec<Lamp>,
+    pub lamps: Vec<MapLamp>,
 }
 
 /// A lamp of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lamp {
+pub struct MapLamp {
     /// Colour of the lamp.
     pub color: LampColor,
     /// x, y, z in the map frame, metres.
@@ -71,12 +71,12 @@ pub enum LampSource {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LightMap {
     heads: Vec<Head>,
-    groups: BTreeMap<i64, Group>,
+    groups: BTreeMap<i64, LightGroup>,
 }
 
 /// A traffic-flow group: a regulatory element.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Group {
+pub struct LightGroup {
     /// The heads it refers to, in the order of the map.
     pub heads: Vec<HeadIndex>,
     /// A crosswalk obeys it.
@@ -104,8 +104,8 @@ impl GroupEntry {
 impl LightMap {
     /// Joins heads without a group, given with their lamps, and groups in the order of the map's
     /// regulatory-element layer. A head named by a group alone is a head without lamps.
-    pub fn new(lamps: impl IntoIterator<Item = (i64, Vec<Lamp>)>, groups: &[GroupEntry]) -> Self {
-        let mut known: BTreeMap<i64, (Vec<i64>, Vec<Lamp>)> =
+    pub fn new(lamps: impl IntoIterator<Item = (i64, Vec<MapLamp>)>, groups: &[GroupEntry]) -> Self {
+        let mut known: BTreeMap<i64, (Vec<i64>, Vec<MapLamp>)> =
             lamps.into_iter().map(|(way_id, lamps)| (way_id, (Vec::new(), lamps))).collect();
         for group in groups {
             for way_id in &group.way_ids {
@@ -122,7 +122,7 @@ impl LightMap {
         let mut map = Self { heads, groups: BTreeMap::new() };
         for group in groups {
             let heads = group.way_ids.iter().filter_map(|way_id| map.head(*way_id)).collect();
-            map.groups.insert(group.relation_id, Group { heads, is_pedestrian: group.is_pedestrian });
+            map.groups.insert(group.relation_id, LightGroup { heads, is_pedestrian: group.is_pedestrian });
         }
         map
     }
@@ -133,7 +133,7 @@ impl LightMap {
     }
 
     /// All groups, ascending by relation id.
-    pub fn groups(&self) -> impl Iterator<Item = (i64, &Group)> {
+    pub fn groups(&self) -> impl Iterator<Item = (i64, &LightGroup)> {
         self.groups.iter().map(|(relation_id, group)| (*relation_id, group))
     }
 
@@ -149,7 +149,7 @@ impl LightMap {
     }
 
     /// The group whose relation id this is.
-    pub fn group(&self, relation_id: i64) -> Option<&Group> {
+    pub fn group(&self, relation_id: i64) -> Option<&LightGroup> {
         self.groups.get(&relation_id)
     }
 }

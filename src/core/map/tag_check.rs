@@ -7,7 +7,7 @@ use std::fmt;
 use super::fork::parting;
 use super::geometry::polyline::headed;
 use super::geometry::{Point, Pose, wrapped};
-use super::lane_network::{Lane, LaneId, LaneNetwork, Roundabout, TurnDirection};
+use super::lane_network::{LaneId, LaneNetwork, Lanelet, Roundabout, TurnDirection};
 
 /// A bend by less than this is straight, degrees: drawn bounds are not exact.
 const STRAIGHT_DEG: f64 = 5.0;
@@ -130,7 +130,7 @@ fn finding(road: &LaneNetwork, lane: LaneId, flaw: MapFlaw) -> MapFinding {
 }
 
 /// The bend from start to end, degrees, positive to the left; more than half a circle counts in full.
-fn bend_deg(lane: &Lane) -> f64 {
+fn bend_deg(lane: &Lanelet) -> f64 {
     let mut points: Vec<Point> = Vec::new();
     for point in &lane.centerline {
         if points.last().is_none_or(|last| last.distance_m(*point) >= MIN_PIECE_M) {
@@ -151,7 +151,7 @@ fn bend_deg(lane: &Lane) -> f64 {
     turnings.iter().sum::<f64>() + beyond_deg
 }
 
-fn other_direction(lane: &Lane) -> Option<MapFlaw> {
+fn other_direction(lane: &Lanelet) -> Option<MapFlaw> {
     let (tag, bend_deg) = (lane.turn_direction, bend_deg(lane));
     let is_wrong = match tag {
         TurnDirection::None => false,
@@ -162,13 +162,13 @@ fn other_direction(lane: &Lane) -> Option<MapFlaw> {
     is_wrong.then_some(MapFlaw::OtherDirection { tag, bend_deg })
 }
 
-fn unknown_direction(lane: &Lane) -> Option<MapFlaw> {
+fn unknown_direction(lane: &Lanelet) -> Option<MapFlaw> {
     let value = lane.unknown_direction.clone()?;
     Some(MapFlaw::UnknownDirection { value })
 }
 
 /// The nearest turn to the other side that ends within the lane's own search distance before it.
-fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lane) -> Option<MapFlaw> {
+fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lanelet) -> Option<MapFlaw> {
     let opposite = match lane.turn_direction {
         TurnDirection::Left => TurnDirection::Right,
         TurnDirection::Right => TurnDirection::Left,
@@ -190,7 +190,7 @@ fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lane) -> Option<MapFlaw>
     nearest.map(|(_, other)| MapFlaw::ReachesBehindOtherTurn { distance_m, other })
 }
 
-fn split_turn(road: &LaneNetwork, first: &Lane) -> Option<MapFlaw> {
+fn split_turn(road: &LaneNetwork, first: &Lanelet) -> Option<MapFlaw> {
     let tag = first.turn_direction;
     let goes_on = |id: &LaneId| {
         road.lane(*id).is_some_and(|lane| lane.turn_direction == tag && lane.roundabouts.is_empty())
@@ -214,7 +214,7 @@ fn split_turn(road: &LaneNetwork, first: &Lane) -> Option<MapFlaw> {
     Some(MapFlaw::SplitTurn { tag, lanes, bend_deg })
 }
 
-fn untagged_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
+fn untagged_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     if branch.turn_direction != TurnDirection::None {
         return None;
     }
@@ -240,11 +240,12 @@ fn untagged_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
 }
 
 /// A branch that parts from a straighter one, by an angle that may or may not be meant as a turn.
-fn untagged_low_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
+fn untagged_low_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     if branch.turn_direction != TurnDirection::None {
         return None;
     }
-    let straighter = |other: &&Lane| other.id != branch.id && bend_deg(other).abs() < bend_deg(branch).abs();
+    let straighter =
+        |other: &&Lanelet| other.id != branch.id && bend_deg(other).abs() < bend_deg(branch).abs();
     road.predecessors(branch.id).iter().find_map(|after| {
         let others = road.followers(*after).iter().filter_map(|id| road.lane(*id)).filter(straighter);
         others.into_iter().find_map(|other| {
@@ -255,7 +256,7 @@ fn untagged_low_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
 }
 
 /// The exits that an entry lists, where they are not exits of its roundabouts.
-fn exits_of_entry(road: &LaneNetwork, lane: &Lane) -> Vec<MapFlaw> {
+fn exits_of_entry(road: &LaneNetwork, lane: &Lanelet) -> Vec<MapFlaw> {
     let (left, right) = (&lane.exits_signalled_left, &lane.exits_signalled_right);
     let is_exit = |exit: LaneId| road.roundabouts_of(lane.id).any(|element| element.exits.contains(&exit));
     let unknown = left.iter().chain(right).filter(|exit| !is_exit(**exit));

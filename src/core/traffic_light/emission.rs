@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::bulb::{Bulb, BulbSet};
-use crate::core::map::light_map::Lamp;
+use crate::core::map::light_map::MapLamp;
 use crate::core::time::WallStamp;
 
 /// A topic with traffic lights.
@@ -133,7 +133,7 @@ pub struct LampMarker {
     /// Way id of the head.
     pub way_id: i64,
     /// Position and colour of the lamp.
-    pub lamp: Lamp,
+    pub lamp: MapLamp,
     /// True when a circle of that colour is among the head's bulbs.
     pub is_on: bool,
 }

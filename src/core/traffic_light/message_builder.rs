@@ -10,7 +10,7 @@ use super::prediction::{Predicted, Predictions, add};
 use super::quirks::LightQuirks;
 use super::store::{Light, Stores};
 use super::target::LightChannel;
-use crate::core::map::light_map::{Group, Head, HeadIndex, LampColor};
+use crate::core::map::light_map::{Head, HeadIndex, LampColor, LightGroup};
 
 /// `INFORMATION_SOURCE_SIMULATION` of `autoware_perception_msgs/msg/PredictedTrafficLightState`.
 const SOURCE: &str = "SIMULATION";
@@ -132,7 +132,7 @@ fn merged(
     channel: LightChannel,
     predictions: Option<&Predictions>,
     relation_id: i64,
-    group: &Group,
+    group: &LightGroup,
 ) -> Option<GroupState> {
     let reports = group.heads.iter().filter_map(|index| {
         let report = report(stores, channel, *index, stores.map().at(*index)?)?;

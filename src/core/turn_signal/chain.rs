@@ -2,9 +2,9 @@
 //! (docs/spec/turn-signal-decider.md, "Joining records").
 
 use super::decision_context::DecisionContext;
-use super::resolve::{Rules, Winner, prior};
+use super::resolve::{PairwiseRules, Winner, prior};
 use super::section::Section;
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
@@ -14,7 +14,7 @@ use crate::core::map::geometry::path::PathFrame;
 pub struct ManoeuvreRecords {
     sections: Vec<Section>,
     /// The subject of the records that are added.
-    subject: Subject,
+    subject: SignalSubject,
 }
 
 impl ManoeuvreRecords {
@@ -24,7 +24,7 @@ impl ManoeuvreRecords {
     }
 
     /// Begins the records of a manoeuvre.
-    pub fn begin(&mut self, subject: Subject) {
+    pub fn begin(&mut self, subject: SignalSubject) {
         self.subject = subject;
     }
 
@@ -99,6 +99,6 @@ pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Sectio
     }
     let previous_first = of_previous.desired_start_m <= of_new.desired_start_m;
     let (p, q) = if previous_first { (of_previous, of_new) } else { (of_new, of_previous) };
-    let (winner, _) = prior(&p, &q, &Rules::default(), None);
+    let (winner, _) = prior(&p, &q, &PairwiseRules::default(), None);
     Some(if (winner == Winner::P) == previous_first { previous } else { new })
 }

@@ -31,7 +31,7 @@ impl DeciderCompat {
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct UpstreamQuirks {
+pub struct DeciderQuirks {
     /// W1: a turn that falls out of range because the vehicle slows down is not announced any more
     /// (docs/spec/turn-signal-decider.md, "Intersection turns").
     pub drops_announced_turns: bool,
@@ -87,7 +87,7 @@ pub struct UpstreamQuirks {
     pub centerline_start_has_no_points: bool,
 }
 
-impl UpstreamQuirks {
+impl DeciderQuirks {
     /// The quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 and W22
     /// concern the path generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {

@@ -1,7 +1,7 @@
 //! The traffic law of a country about turn signals, as parameters (weakness W14).
 
 use super::junction::LegalDistance;
-use super::parameters::Parameters;
+use super::parameters::DeciderParameters;
 
 /// The rules of one country.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Country {
     /// The least distance over which a turn is announced, metres; `None` where the law says "in good time".
     pub turn_distance_m: Option<f64>,
     /// The deployed parameters with the rules in them.
-    pub parameters: Parameters,
+    pub parameters: DeciderParameters,
 }
 
 impl Country {

@@ -4,19 +4,19 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::compat::{DeciderCompat, UpstreamQuirks};
+use super::compat::{DeciderCompat, DeciderQuirks};
 use super::decision::{Basis, Decision};
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
-use super::inputs::{AgeLimits, Finding, Inputs};
+use super::inputs::{AgeLimits, InputFinding, Inputs};
 use super::intersection::{IntersectionMemory, STANDING_LIMIT, TurnAhead, turns};
 use super::junction::{JunctionRemark, JunctionRule, JunctionVerdict, LegalDistance};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
-use super::parameters::{Parameters, Vehicle};
+use super::parameters::{DeciderParameters, VehicleInfo};
 use super::path_generator::{self, TaggedLanelet};
-use super::resolve::{Candidates, Contender, Resolution, Rules, Source, foremost, resolve};
+use super::resolve::{CandidateSource, Candidates, Contender, PairwiseRules, Resolution, foremost, resolve};
 use super::roundabout::RoundaboutMemory;
 use super::roundabout::backward::backward_length_m;
 use super::roundabout::legs::{RoundaboutLegs, legs};
@@ -32,13 +32,13 @@ use crate::core::time::{MonoTime, deadline_after};
 
 /// Settings of the decider.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct DeciderSettings {
     /// The decider of Autoware that is followed.
     pub compat: DeciderCompat,
     /// Parameters, by the names of Autoware.
-    pub parameters: Parameters,
+    pub parameters: DeciderParameters,
     /// Dimensions of the vehicle.
-    pub vehicle: Vehicle,
+    pub vehicle: VehicleInfo,
     /// Age limits of the inputs.
     pub age_limits: AgeLimits,
     /// Minimum durations of signals; in improved mode only.
@@ -56,8 +56,8 @@ pub struct Settings {
 /// Decides cycle by cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decider {
-    settings: Settings,
-    quirks: UpstreamQuirks,
+    settings: DeciderSettings,
+    quirks: DeciderQuirks,
     route: Option<u128>,
     last: Option<MonoTime>,
     /// The lanelet that the vehicle was on.
@@ -78,13 +78,13 @@ pub struct Observed {
     pub legs: RoundaboutLegs,
 }
 
-impl Settings {
+impl DeciderSettings {
     /// As deployed with Autoware, with the sample vehicle.
     pub fn deployed(compat: DeciderCompat) -> Self {
         Self {
             compat,
-            parameters: Parameters::DEPLOYED,
-            vehicle: Vehicle::SAMPLE,
+            parameters: DeciderParameters::DEPLOYED,
+            vehicle: VehicleInfo::SAMPLE,
             age_limits: AgeLimits::DEFAULT,
             min_durations: MinDurations::READABLE,
             standing_limit: STANDING_LIMIT,
@@ -95,17 +95,17 @@ impl Settings {
 }
 
 /// The settings as far as the rules know them.
-fn effective(settings: Settings, quirks: UpstreamQuirks) -> Settings {
+fn effective(settings: DeciderSettings, quirks: DeciderQuirks) -> DeciderSettings {
     let min_durations =
         if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
     let waits_for_junctions = settings.waits_for_junctions && !quirks.misleads_before_junctions;
-    Settings { min_durations, waits_for_junctions, ..settings }
+    DeciderSettings { min_durations, waits_for_junctions, ..settings }
 }
 
 impl Decider {
     /// A decider before its first cycle.
-    pub fn new(settings: Settings) -> Self {
-        let quirks = UpstreamQuirks::of(settings.compat);
+    pub fn new(settings: DeciderSettings) -> Self {
+        let quirks = DeciderQuirks::of(settings.compat);
         Self {
             settings: effective(settings, quirks),
             quirks,
@@ -121,7 +121,7 @@ impl Decider {
     }
 
     /// Goes on with other settings of the same rules; what is remembered stays.
-    pub fn reconfigure(&mut self, settings: Settings) {
+    pub fn reconfigure(&mut self, settings: DeciderSettings) {
         self.settings = effective(settings, self.quirks);
     }
 
@@ -131,9 +131,9 @@ impl Decider {
         self.note_time(now, &mut findings);
         let limits = self.settings.age_limits;
         let observed = inputs.usable_odometry(limits, now).and_then(|odometry| {
-            let road = inputs.road.ok_or(Finding::NoRoad)?;
-            let route = inputs.route.ok_or(Finding::NoRoute)?;
-            Some((odometry, road, route)).filter(|_| inputs.lane_driving).ok_or(Finding::NotLaneDriving)
+            let road = inputs.road.ok_or(InputFinding::NoRoad)?;
+            let route = inputs.route.ok_or(InputFinding::NoRoute)?;
+            Some((odometry, road, route)).filter(|_| inputs.lane_driving).ok_or(InputFinding::NotLaneDriving)
         });
         let (odometry, road, route) = match observed {
             Ok(observed) => observed,
@@ -151,10 +151,10 @@ impl Decider {
             inputs.usable_manoeuvres(limits, now, &mut findings)
         };
         if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
-            findings.push(Finding::OldPlannedPath { age: now.since(path.at) });
+            findings.push(InputFinding::OldPlannedPath { age: now.since(path.at) });
         }
         let measured = if inputs.planned_path.is_some_and(|path| path.value == 0) {
-            Err(Finding::EmptyPlannedPath)
+            Err(InputFinding::EmptyPlannedPath)
         } else {
             self.distance_path(road, route, odometry.pose)
         };
@@ -246,8 +246,9 @@ impl Decider {
         };
         let resolution = self.resolved(context, &candidates);
         let sections = sections(&candidates, &records);
-        let is_required =
-            |(_, section): &&(Source, Section)| section.distances(&context.path_frame).are_required();
+        let is_required = |(_, section): &&(CandidateSource, Section)| {
+            section.distances(&context.path_frame).are_required()
+        };
         let required: Vec<Side> =
             sections.iter().filter(is_required).filter_map(|(_, section)| section.turn.side()).collect();
         let min_durations = self.settings.min_durations;
@@ -318,31 +319,33 @@ impl Decider {
     /// The record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
     fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
         let frame = &context.path_frame;
-        let is_open = |record: &&Section| !self.finished.is_finished(frame, Source::Manoeuvre, record);
+        let is_open =
+            |record: &&Section| !self.finished.is_finished(frame, CandidateSource::Manoeuvre, record);
         let open: Vec<Section> = records.iter().filter(is_open).copied().collect();
         let records = if open.is_empty() { records } else { &open };
-        let won_before = |record: &Section| self.finished.won_before(frame, Source::Manoeuvre, record);
+        let won_before =
+            |record: &Section| self.finished.won_before(frame, CandidateSource::Manoeuvre, record);
         foremost(frame, records, &rules(context), won_before)
     }
 
     fn resolved(&self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
-        let is_finished = |source: &Source| {
+        let is_finished = |source: &CandidateSource| {
             let is_finished = |section| self.finished.is_finished(&context.path_frame, *source, section);
             candidates.of(*source).as_ref().is_some_and(is_finished)
         };
-        let finished = Source::ALL.into_iter().filter(is_finished).collect();
-        let won_before = Source::ALL.into_iter().find(|source| {
+        let finished = CandidateSource::ALL.into_iter().filter(is_finished).collect();
+        let won_before = CandidateSource::ALL.into_iter().find(|source| {
             let won_before = |section| self.finished.won_before(&context.path_frame, *source, &section);
             candidates.of(*source).is_some_and(won_before)
         });
-        resolve(&context.path_frame, candidates, &Rules { finished, won_before, ..rules(context) })
+        resolve(&context.path_frame, candidates, &PairwiseRules { finished, won_before, ..rules(context) })
     }
 
     /// Improved: remembers what was signalled and is over (W4).
     fn note_finished(
         &mut self,
         context: &DecisionContext<'_>,
-        sections: &[(Source, Section)],
+        sections: &[(CandidateSource, Section)],
         candidates: &Candidates,
         resolution: &Resolution,
         shown: TurnCommand,
@@ -356,18 +359,18 @@ impl Decider {
         self.finished.note(&context.path_frame, sections, winner.as_ref(), shown);
     }
 
-    fn note_time(&mut self, now: MonoTime, findings: &mut Vec<Finding>) {
+    fn note_time(&mut self, now: MonoTime, findings: &mut Vec<InputFinding>) {
         if let Some(last) = self.last.replace(now).filter(|last| now < *last) {
-            findings.push(Finding::TimeWentBack { by: last.since(now) });
+            findings.push(InputFinding::TimeWentBack { by: last.since(now) });
             self.min_duration = MinDurationFilter::default();
         }
     }
 
     /// By default another route clears what was remembered of the old one (W8); upstream's modules
     /// begin anew, its decider does not.
-    fn note_route(&mut self, route: &Route, findings: &mut Vec<Finding>) {
+    fn note_route(&mut self, route: &Route, findings: &mut Vec<InputFinding>) {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
-            findings.push(Finding::NewRoute);
+            findings.push(InputFinding::NewRoute);
             self.manoeuvres.clear();
             self.lane = None;
             if !self.quirks.memory_survives_route {
@@ -383,7 +386,7 @@ impl Decider {
         road: &LaneNetwork,
         route: &Route,
         ego: Pose,
-    ) -> Result<DistancePath, Finding> {
+    ) -> Result<DistancePath, InputFinding> {
         let parameters = &self.settings.parameters;
         let current = if self.quirks.ignores_height_and_continuity {
             road.closest(route.lanes(), ego)
@@ -396,14 +399,14 @@ impl Decider {
             let surely = road.surely_current(around.iter().copied(), ego, parameters.nearest);
             surely.or_else(|| road.current(route.lanes(), ego, parameters.nearest, is_continuous))
         };
-        let current = current.ok_or(Finding::NoLaneAround)?;
+        let current = current.ok_or(InputFinding::NoLaneAround)?;
         self.lane = Some(current.id);
         let is_on = current.distance_m(ego.position) <= parameters.nearest.distance_m
             && current.misalignment_rad(ego) <= parameters.nearest.yaw_rad;
         let backward_m =
             if is_on { self.backward_m(road, route, current.id) } else { parameters.path_backward_length_m };
         DistancePath::new((road, route, self.quirks), parameters, ego, current.id, backward_m)
-            .map_err(Finding::NoDistancePath)
+            .map_err(InputFinding::NoDistancePath)
     }
 
     fn backward_m(&self, road: &LaneNetwork, route: &Route, current: LaneId) -> f64 {
@@ -416,22 +419,22 @@ impl Decider {
 const MAX_STEP_M: f64 = 20.0;
 
 /// The rules of the mode, nothing finished.
-fn rules(context: &DecisionContext<'_>) -> Rules {
-    Rules {
+fn rules(context: &DecisionContext<'_>) -> PairwiseRules {
+    PairwiseRules {
         start_belongs_to_before: !context.quirks.required_start_belongs_to_nothing,
         nested_waits: !context.quirks.nested_section_comes_early,
-        ..Rules::default()
+        ..PairwiseRules::default()
     }
 }
 
 /// The records of turns and roundabouts that take part, and all of the planner's manoeuvres.
-fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(Source, Section)> {
+fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(CandidateSource, Section)> {
     let of = |source| candidates.of(source).map(|section| (source, section));
-    let on_road = [Source::Intersection, Source::Roundabout].into_iter().filter_map(of);
-    on_road.chain(records.iter().map(|section| (Source::Manoeuvre, *section))).collect()
+    let on_road = [CandidateSource::Intersection, CandidateSource::Roundabout].into_iter().filter_map(of);
+    on_road.chain(records.iter().map(|section| (CandidateSource::Manoeuvre, *section))).collect()
 }
 
-fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<Finding>) -> Decision {
+fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<InputFinding>) -> Decision {
     Decision {
         turn,
         hazard,
@@ -454,7 +457,7 @@ fn own_line(ego: Pose) -> Option<Path> {
 
 /// docs/spec/turn-signal-decider.md, "Next-turn output": only when the intersection is what is signalled.
 fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> Option<TurnAhead> {
-    let winner = resolution.winner.filter(|winner| winner.source == Source::Intersection)?;
+    let winner = resolution.winner.filter(|winner| winner.source == CandidateSource::Intersection)?;
     let pose = candidates.intersection?.required_start;
     let distances = winner.distances;
     let within = distances.desired_start_m < 0.0 && distances.desired_end_m > 0.0;

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use super::inputs::Finding;
+use super::inputs::InputFinding;
 use super::intersection::TurnAhead;
 use super::junction::JunctionRemark;
 use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use super::min_duration::Held;
 use super::path_generator::TaggedLanelet;
-use super::resolve::{CandidateOutcome, Candidates, Case, EvaluatedCandidate, Resolution, Source};
+use super::resolve::{CandidateOutcome, CandidateSource, Candidates, Case, EvaluatedCandidate, Resolution};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::MonoTime;
 
@@ -32,7 +32,7 @@ pub struct Decision {
     /// The outcome of each manoeuvre of the planner, in the order of the chain.
     pub remarks: Vec<ManoeuvreOutcome>,
     /// Everything wrong with the inputs.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<InputFinding>,
     /// The next instant at which it may change without a new input.
     pub next_deadline: Option<MonoTime>,
 }
@@ -85,7 +85,7 @@ impl Decision {
     }
 
     /// The source of the candidate that is signalled.
-    pub fn winner(&self) -> Option<Source> {
+    pub fn winner(&self) -> Option<CandidateSource> {
         self.resolution()?.winner.map(|winner| winner.source)
     }
 

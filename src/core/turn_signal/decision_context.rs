@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::compat::UpstreamQuirks;
+use super::compat::DeciderQuirks;
 use super::distance_path::DistancePath;
 use super::junction::{JunctionRule, OfferedWay, last_offered};
-use super::parameters::{Parameters, Vehicle};
+use super::parameters::{DeciderParameters, VehicleInfo};
 use super::route::Route;
 use super::side::Side;
 use crate::core::map::geometry::Pose;
@@ -30,11 +30,11 @@ pub struct DecisionContext<'a> {
     /// Speed of the odometry, m/s, negative backwards.
     pub speed_mps: f64,
     /// The parameters.
-    pub parameters: &'a Parameters,
+    pub parameters: &'a DeciderParameters,
     /// Dimensions of the vehicle.
-    pub vehicle: &'a Vehicle,
+    pub vehicle: &'a VehicleInfo,
     /// The quirks of upstream that are kept.
-    pub quirks: UpstreamQuirks,
+    pub quirks: DeciderQuirks,
     /// A vehicle that stands for longer gives up a turn that is out of range.
     pub standing_limit: Duration,
     /// The conditions on which a turn's signal waits for a junction; `None`: it never does.

@@ -4,14 +4,14 @@
 use std::collections::BTreeSet;
 use std::iter::successors;
 
-use super::compat::UpstreamQuirks;
-use super::parameters::Parameters;
+use super::compat::DeciderQuirks;
+use super::parameters::DeciderParameters;
 use super::route::Route;
 use crate::core::map::geometry::path::{Path, PathError};
 use crate::core::map::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
 use crate::core::map::geometry::spline::akima_points;
 use crate::core::map::geometry::{Point, Pose};
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
 /// More lanelets than any path of this length has; bounds work on degenerate maps.
 const MAX_LANES: usize = 10_000;
@@ -32,8 +32,8 @@ pub struct DistancePath {
 impl DistancePath {
     /// The path for a vehicle at `ego` on the lanelet `current` of the route.
     pub fn new(
-        (road, route, quirks): (&LaneNetwork, &Route, UpstreamQuirks),
-        parameters: &Parameters,
+        (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
+        parameters: &DeciderParameters,
         ego: Pose,
         current: LaneId,
         backward_m: f64,
@@ -44,7 +44,7 @@ impl DistancePath {
         let rest_m = lane.length_m() - along_m;
         let previous = |id: LaneId| route.previous(road, id, quirks).first().copied();
         let mut sequence = walk(road, current, backward_m - along_m, previous);
-        let behind_m: f64 = sequence.iter().filter_map(|id| road.lane(*id)).map(Lane::length_m).sum();
+        let behind_m: f64 = sequence.iter().filter_map(|id| road.lane(*id)).map(Lanelet::length_m).sum();
         sequence.reverse();
         sequence.push(current);
         sequence.extend(walk(road, current, forward_m - rest_m, |id| route.next(road, id, quirks)));
@@ -77,7 +77,7 @@ fn walk(
     let (mut here, mut covered_m) = (from, 0.0);
     while covered_m < length_m && walked.len() < MAX_LANES {
         let Some(next) = step(here).filter(|next| visited.insert(*next)) else { break };
-        covered_m += road.lane(next).map_or(0.0, Lane::length_m);
+        covered_m += road.lane(next).map_or(0.0, Lanelet::length_m);
         walked.push(next);
         here = next;
     }
@@ -88,7 +88,7 @@ fn walk(
 fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<(LaneId, [f64; 2])> {
     let mut start_m = 0.0;
     let spans = sequence.iter().map(|id| {
-        let span_m = [start_m, start_m + road.lane(*id).map_or(0.0, Lane::length_m)];
+        let span_m = [start_m, start_m + road.lane(*id).map_or(0.0, Lanelet::length_m)];
         [_, start_m] = span_m;
         (*id, span_m)
     });

@@ -7,10 +7,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::inputs::{FactorFlaw, Finding, Timed};
+use super::inputs::{FactorFlaw, InputFinding, Timed};
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
-use super::parameters::Parameters;
-use super::planner_input::{ControlPoint, FactorTopic, Odometry, OperationMode, PathPoint, PlanningFactor};
+use super::parameters::DeciderParameters;
+use super::planner_input::{
+    ControlPoint, FactorTopic, Odometry, OperationMode, PlannedPathPoint, PlanningFactor,
+};
 use super::route::Route;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneNetwork;
@@ -38,13 +40,13 @@ pub struct FactorContext<'a> {
     /// The route that is driven.
     pub route: &'a Route,
     /// The parameters.
-    pub parameters: &'a Parameters,
+    pub parameters: &'a DeciderParameters,
     /// Points of the planned path are found by heading and height as well, not by position alone (W20).
     pub looks_at_height: bool,
     /// Pose and speed of the vehicle.
     pub odometry: Odometry,
     /// The planned path, if there is one to use.
-    pub path: Option<&'a [PathPoint]>,
+    pub path: Option<&'a [PlannedPathPoint]>,
     /// The goal of a pull-over, if it is published.
     pub modified_goal: Option<Pose>,
     /// The operation mode, if known.
@@ -63,14 +65,17 @@ enum Behavior {
 
 /// The stretch of a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Interval {
+struct FactorInterval {
     start: ControlPoint,
     end: ControlPoint,
 }
 
 /// The manoeuvres in the order of the chain, and what could not be made into one. A manoeuvre is as old
 /// as the factors it is made of.
-pub fn manoeuvres(context: &FactorContext<'_>, factors: &Factors) -> (Vec<Timed<Manoeuvre>>, Vec<Finding>) {
+pub fn manoeuvres(
+    context: &FactorContext<'_>,
+    factors: &Factors,
+) -> (Vec<Timed<Manoeuvre>>, Vec<InputFinding>) {
     let mut findings = Vec::new();
     let mut manoeuvres = Vec::new();
     let anything = factors.values().any(|latest| !latest.value.is_empty());
@@ -87,17 +92,17 @@ fn made(
     path_offsets: Option<&PathOffsets>,
     topic: FactorTopic,
     factors: &[PlanningFactor],
-    findings: &mut Vec<Finding>,
+    findings: &mut Vec<InputFinding>,
 ) -> Vec<Manoeuvre> {
     let mut usable = Vec::new();
     for factor in factors {
         if factor.is_finite() {
             usable.push(factor);
         } else {
-            findings.push(Finding::BadFactor { topic, flaw: FactorFlaw::NotFinite });
+            findings.push(InputFinding::BadFactor { topic, flaw: FactorFlaw::NotFinite });
         }
     }
-    let mut refuse = |flaw| findings.push(Finding::BadFactor { topic, flaw });
+    let mut refuse = |flaw| findings.push(InputFinding::BadFactor { topic, flaw });
     let made = match topic {
         FactorTopic::StartPlanner => usable
             .iter()
@@ -122,7 +127,7 @@ fn made(
     match made {
         Made::All(made) => made,
         Made::NeedsPath(kind) => {
-            findings.push(Finding::NoPathFor { kind });
+            findings.push(InputFinding::NoPathFor { kind });
             Vec::new()
         }
     }
@@ -169,15 +174,15 @@ impl PlanningFactor {
     }
 
     /// The stretch from its first control point to its last.
-    fn interval(&self) -> Option<Interval> {
+    fn interval(&self) -> Option<FactorInterval> {
         match self.control_points.as_slice() {
-            [start, .., end] => Some(Interval { start: *start, end: *end }),
+            [start, .., end] => Some(FactorInterval { start: *start, end: *end }),
             _ => None,
         }
     }
 }
 
-impl Interval {
+impl FactorInterval {
     fn start(&self) -> Pose {
         self.start.pose
     }

@@ -2,7 +2,7 @@
 //! side when the required section was over.
 
 use super::manoeuvre::announced::{SAME_END_M, is_same_visit};
-use super::resolve::Source;
+use super::resolve::CandidateSource;
 use super::section::Section;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
@@ -11,15 +11,15 @@ use crate::core::map::geometry::path::PathFrame;
 /// The sections of the cycle before, each with what became of it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FinishedMemory {
-    known: Vec<Known>,
+    known: Vec<KnownSection>,
 }
 
 /// The section of a manoeuvre: the same in the next cycle while source and command are, and its ends hardly move
 /// (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 #[allow(clippy::struct_excessive_bools)] // independent of each other
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Known {
-    source: Source,
+struct KnownSection {
+    source: CandidateSource,
     turn: TurnCommand,
     /// Ends of the desired and of the required section.
     ends: [Pose; 2],
@@ -36,14 +36,19 @@ struct Known {
 impl FinishedMemory {
     /// Returns whether the manoeuvre of a section may not come back. One that was displaced until now may not either when
     /// its required section is over.
-    pub fn is_finished(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> bool {
+    pub fn is_finished(
+        &self,
+        path_frame: &PathFrame<'_>,
+        source: CandidateSource,
+        section: &Section,
+    ) -> bool {
         let is_over = || section.distances(path_frame).required_end_m < 0.0;
         self.of(path_frame, source, section)
             .is_some_and(|known| known.is_finished || known.was_signalled && known.is_displaced && is_over())
     }
 
     /// Returns whether the manoeuvre of a section won in the cycle before.
-    pub fn won_before(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> bool {
+    pub fn won_before(&self, path_frame: &PathFrame<'_>, source: CandidateSource, section: &Section) -> bool {
         self.of(path_frame, source, section).is_some_and(|known| known.has_won)
     }
 
@@ -52,8 +57,8 @@ impl FinishedMemory {
     pub fn note(
         &mut self,
         path_frame: &PathFrame<'_>,
-        sections: &[(Source, Section)],
-        winner: Option<&(Source, Section)>,
+        sections: &[(CandidateSource, Section)],
+        winner: Option<&(CandidateSource, Section)>,
         shown: TurnCommand,
     ) {
         let noted = sections.iter().map(|given| {
@@ -66,7 +71,7 @@ impl FinishedMemory {
             let lost = winner.is_some_and(|(_, winner)| winner.turn != section.turn);
             // On a bend its end may come back by some centimetres.
             let is_passed = distances.desired_end_m < 0.0;
-            Known {
+            KnownSection {
                 source: *source,
                 turn: section.turn,
                 ends: [section.desired_end, section.required_end],
@@ -86,13 +91,18 @@ impl FinishedMemory {
         self.known.clear();
     }
 
-    fn of(&self, path_frame: &PathFrame<'_>, source: Source, section: &Section) -> Option<&Known> {
+    fn of(
+        &self,
+        path_frame: &PathFrame<'_>,
+        source: CandidateSource,
+        section: &Section,
+    ) -> Option<&KnownSection> {
         let ahead_m = section.distances(path_frame).desired_end_m;
-        let is_same = |known: &&Known| {
+        let is_same = |known: &&KnownSection| {
             let is_same_visit = is_same_visit(known.ahead_m, ahead_m);
             known.source == source && known.turn == section.turn && is_same_visit
         };
-        let moved_m = |known: &Known| {
+        let moved_m = |known: &KnownSection| {
             let [desired, required] = known.ends.map(|end| end.position);
             let desired_m = desired.distance_m(section.desired_end.position);
             desired_m.max(required.distance_m(section.required_end.position))

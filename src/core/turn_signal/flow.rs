@@ -8,12 +8,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::compat::{DeciderCompat, UpstreamQuirks};
-use super::decider::{Decider, Settings};
+use super::compat::{DeciderCompat, DeciderQuirks};
+use super::decider::{Decider, DeciderSettings};
 use super::decision::{Basis, Decision};
 use super::factors::{FactorContext, manoeuvres};
 use super::headline::Headline;
-use super::inputs::{Finding, Inputs, Timed};
+use super::inputs::{InputFinding, Inputs, Timed};
 use super::output::TurnSignalOutput;
 use super::planner_input::{PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
@@ -31,13 +31,13 @@ mod status;
 
 /// Settings of the flow.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FlowSettings {
+pub struct TurnSignalSettings {
     /// Settings of the decider.
-    pub decider: Settings,
+    pub decider: DeciderSettings,
     /// The lanelets; those of a city are many, so they are shared.
     pub road: Arc<LaneNetwork>,
     /// The use of its decisions.
-    pub role: Role,
+    pub role: DeciderRole,
     /// Time from cycle to cycle, above zero.
     pub period: Duration,
     /// The sections of each cycle are an output.
@@ -46,7 +46,7 @@ pub struct FlowSettings {
 
 /// The use of decisions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub enum DeciderRole {
     /// They are commanded.
     Command,
     /// They are compared with Autoware's own; nothing is commanded.
@@ -59,7 +59,7 @@ pub enum Role {
 /// The decider with everything around it.
 #[derive(Debug, Clone)]
 pub struct TurnSignalFlow {
-    settings: FlowSettings,
+    settings: TurnSignalSettings,
     decider: Decider,
     latest: LatestInputs,
     /// The last route as sent, and what it is on the map.
@@ -79,7 +79,7 @@ pub struct TurnSignalFlow {
 
 impl TurnSignalFlow {
     /// The first cycle is now.
-    pub fn new(settings: FlowSettings, now: Now) -> Self {
+    pub fn new(settings: TurnSignalSettings, now: Now) -> Self {
         Self {
             decider: Decider::new(settings.decider.clone()),
             settings,
@@ -100,7 +100,7 @@ impl TurnSignalFlow {
 
     /// Goes on with other settings from the next cycle on, with all messages received. What the decider remembers of
     /// lanelets and of another decider's rules ends with the map and with these rules.
-    pub fn reconfigure(&mut self, settings: FlowSettings) {
+    pub fn reconfigure(&mut self, settings: TurnSignalSettings) {
         let is_same_road = self.settings.road == settings.road;
         if is_same_road && self.settings.decider.compat == settings.decider.compat {
             self.decider.reconfigure(settings.decider.clone());
@@ -133,13 +133,13 @@ impl TurnSignalFlow {
         self.cycles += 1;
         let decision = Arc::new(self.decide(now.mono));
         match self.settings.role {
-            Role::Command => {
+            DeciderRole::Command => {
                 let (command, stamp) = (decision.turn, now.wall);
                 self.ready.push_back(TurnSignalOutput::TurnCommand { command, stamp });
                 let command = decision.hazard;
                 self.ready.push_back(TurnSignalOutput::HazardCommand { command, stamp });
             }
-            Role::Shadow { tolerance } => self.compare(&decision, tolerance, now.mono),
+            DeciderRole::Shadow { tolerance } => self.compare(&decision, tolerance, now.mono),
         }
         if self.settings.publishes_sections {
             let (decision, stamp) = (Arc::clone(&decision), now.wall);
@@ -192,7 +192,7 @@ impl TurnSignalFlow {
         let route = match &self.route {
             Some(Ok(route)) => Some(route),
             Some(Err(error)) => {
-                findings.push(Finding::RouteRefused(*error));
+                findings.push(InputFinding::RouteRefused(*error));
                 None
             }
             None => None,
@@ -218,7 +218,7 @@ impl TurnSignalFlow {
         &self,
         route: &Route,
         now: MonoTime,
-        findings: &mut Vec<Finding>,
+        findings: &mut Vec<InputFinding>,
     ) -> Vec<Timed<super::manoeuvre::Manoeuvre>> {
         let known = self.latest.odometry.map(|odometry| odometry.value);
         let is_used = self.settings.decider.compat != DeciderCompat::PathGenerator;
@@ -230,7 +230,7 @@ impl TurnSignalFlow {
             road: &self.settings.road,
             route,
             parameters: &self.settings.decider.parameters,
-            looks_at_height: !UpstreamQuirks::of(self.settings.decider.compat).ignores_height_and_continuity,
+            looks_at_height: !DeciderQuirks::of(self.settings.decider.compat).ignores_height_and_continuity,
             odometry,
             path: self.latest.planned_path(path_limit, now, findings),
             modified_goal: self.latest.modified_goal(route.id()),
@@ -248,12 +248,12 @@ impl TurnSignalFlow {
         &self,
         planner: HazardCommand,
         now: MonoTime,
-        findings: &mut Vec<Finding>,
+        findings: &mut Vec<InputFinding>,
     ) -> HazardCommand {
         let Some(request) = self.latest.hazard_request else { return planner };
         let age = now.since(request.at);
         if age > self.settings.decider.age_limits.hazard_request {
-            findings.push(Finding::OldHazardRequest { age });
+            findings.push(InputFinding::OldHazardRequest { age });
             return if planner == HazardCommand::Enable { planner } else { HazardCommand::NoCommand };
         }
         if request.value == HazardCommand::Enable { HazardCommand::Enable } else { planner }

@@ -4,7 +4,7 @@ use std::mem::{Discriminant, discriminant};
 
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::decision::{Basis, Decision};
-use crate::core::turn_signal::inputs::Finding;
+use crate::core::turn_signal::inputs::InputFinding;
 use crate::core::turn_signal::junction::{JunctionRemark, OfferedWay};
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
 use crate::core::turn_signal::min_duration::Held;
@@ -26,7 +26,7 @@ pub struct Headline {
     /// The junction before the next turn, with what becomes of the signal.
     junction: Option<(OfferedWay, &'static str)>,
     remarks: Vec<ManoeuvreOutcome>,
-    findings: Vec<Discriminant<Finding>>,
+    findings: Vec<Discriminant<InputFinding>>,
 }
 
 impl Headline {

@@ -56,7 +56,7 @@ pub struct AgeLimits {
 
 /// Something wrong with the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Finding {
+pub enum InputFinding {
     /// Without odometry: no command.
     NoOdometry,
     /// The odometry is too old: no command.
@@ -164,7 +164,7 @@ impl AgeLimits {
     };
 }
 
-impl Finding {
+impl InputFinding {
     /// The weight of the finding.
     pub const fn impact(&self) -> Impact {
         match self {
@@ -218,15 +218,15 @@ impl Finding {
 
 impl Inputs<'_> {
     /// The odometry, if it can be used.
-    pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, Finding> {
-        let Timed { at, value } = self.odometry.ok_or(Finding::NoOdometry)?;
+    pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
+        let Timed { at, value } = self.odometry.ok_or(InputFinding::NoOdometry)?;
         let (age, ahead) = (now.since(at), at.since(now));
         if !(value.pose.is_finite() && value.speed_mps.is_finite()) {
-            Err(Finding::OdometryNotFinite)
+            Err(InputFinding::OdometryNotFinite)
         } else if ahead > limits.odometry {
-            Err(Finding::FutureOdometry { ahead })
+            Err(InputFinding::FutureOdometry { ahead })
         } else if age > limits.odometry {
-            Err(Finding::OldOdometry { age })
+            Err(InputFinding::OldOdometry { age })
         } else {
             Ok(value)
         }
@@ -237,13 +237,13 @@ impl Inputs<'_> {
         &self,
         limits: AgeLimits,
         now: MonoTime,
-        findings: &mut Vec<Finding>,
+        findings: &mut Vec<InputFinding>,
     ) -> Vec<&Manoeuvre> {
         let mut usable = Vec::new();
         for Timed { at, value } in self.manoeuvres {
             let age = now.since(*at);
             if age > limits.manoeuvre {
-                findings.push(Finding::OldManoeuvre { kind: value.kind(), age });
+                findings.push(InputFinding::OldManoeuvre { kind: value.kind(), age });
             } else {
                 usable.push(value);
             }
@@ -252,7 +252,7 @@ impl Inputs<'_> {
     }
 }
 
-impl fmt::Display for Finding {
+impl fmt::Display for InputFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoOdometry => f.write_str("no odometry"),

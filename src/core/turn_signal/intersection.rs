@@ -7,9 +7,9 @@ use std::time::Duration;
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::junction::JunctionAhead;
-use super::section::{Place, Section};
+use super::section::{Section, SectionPlace};
 use super::side::Side;
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use super::turn_lane::TurnLane;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
@@ -26,7 +26,7 @@ pub const STANDING_LIMIT: Duration = Duration::from_secs(20);
 /// The poses at which the turns in range came within range.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
-    starts: BTreeMap<LaneId, Announced>,
+    starts: BTreeMap<LaneId, AnnouncedTurn>,
     /// Improved: the turns that were announced and are passed. A route that comes by again would announce them anew (W20).
     passed: BTreeSet<LaneId>,
     /// Signals that waited until a junction was passed.
@@ -34,7 +34,7 @@ pub struct IntersectionMemory {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Announced {
+struct AnnouncedTurn {
     /// The rear axle when it came within range.
     start: Pose,
     /// Distance from there to the turn, metres.
@@ -99,7 +99,7 @@ impl IntersectionMemory {
         }
         let records = turns.iter().filter_map(|turn| self.record(context, turn)).collect();
         let next = next_in_queue(&context.path_frame, records)?;
-        if let Subject::Turn(id) = next.subject
+        if let SignalSubject::Turn(id) = next.subject
             && let Some(announced) = self.starts.get_mut(&id).filter(|_| next.waits())
         {
             self.shortened += u64::from(!std::mem::replace(&mut announced.is_counted, true));
@@ -145,7 +145,7 @@ impl IntersectionMemory {
             return None;
         }
         let before_m = front_m + path_frame.front_m();
-        let announced = Announced {
+        let announced = AnnouncedTurn {
             start: context.ego(),
             before_m,
             is_shown: false,
@@ -164,8 +164,8 @@ impl IntersectionMemory {
         if has_backed_up || waits {
             (announced.start, announced.before_m) = (context.ego(), before_m);
         }
-        let section = turn.section(Subject::Turn(turn.id), turn.signal(), announced.start);
-        let place = turn.span_m.map(|span_m| Place { span_m, announced_before_m: announced.before_m });
+        let section = turn.section(SignalSubject::Turn(turn.id), turn.signal(), announced.start);
+        let place = turn.span_m.map(|span_m| SectionPlace { span_m, announced_before_m: announced.before_m });
         Some(Section { place, junction, ..section })
     }
 

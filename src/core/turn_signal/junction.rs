@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::distance_path::DistancePath;
 use super::side::Side;
 use crate::core::map::fork::{leads_left, parting};
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 
 /// The least distance over which the law of a country demands that a turn is announced.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,7 +117,7 @@ pub fn last_offered(
 }
 
 /// The way to a side that begins with the lanelet that is taken, and is not.
-fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Option<&Lane> {
+fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Option<&Lanelet> {
     let followers = road.followers(before);
     let taken = road.lane(taken).filter(|lane| followers.len() > 1 && followers.contains(&lane.id))?;
     let others = followers.iter().filter(|id| **id != taken.id).filter_map(|id| road.lane(*id));

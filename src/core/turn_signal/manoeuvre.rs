@@ -7,7 +7,7 @@ use super::chain::ManoeuvreRecords;
 use super::decision_context::DecisionContext;
 use super::section::Section;
 use super::shift::{Shift, ShiftOutcome, ShiftVerdict, judge};
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 
@@ -109,13 +109,13 @@ impl Manoeuvre {
 
 impl ManoeuvreKind {
     /// The subject of its records; a side shift has none.
-    const fn subject(self) -> Subject {
+    const fn subject(self) -> SignalSubject {
         match self {
-            Self::PullOut => Subject::PullOut,
-            Self::Avoidance => Subject::Avoidance,
-            Self::LaneChange => Subject::LaneChange,
-            Self::PullOver => Subject::PullOver,
-            Self::SideShift => Subject::Unnamed,
+            Self::PullOut => SignalSubject::PullOut,
+            Self::Avoidance => SignalSubject::Avoidance,
+            Self::LaneChange => SignalSubject::LaneChange,
+            Self::PullOver => SignalSubject::PullOver,
+            Self::SideShift => SignalSubject::Unnamed,
         }
     }
 }

@@ -37,7 +37,7 @@ impl fmt::Display for Held {
 
 /// The command that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shown {
+pub struct ShownCommand {
     /// The command to send.
     pub signal: TurnCommand,
     /// The minimum duration that holds it; `None` = it is the requested one.
@@ -70,28 +70,28 @@ impl MinDurationFilter {
         required: &[Side],
         min_durations: MinDurations,
         now: MonoTime,
-    ) -> Shown {
+    ) -> ShownCommand {
         let is_urgent = requested.side().is_some_and(|side| required.contains(&side));
         if let Some((side, since)) = self.on {
             if requested.side() == Some(side) {
-                return Shown { signal: requested, held: None, deadline: None };
+                return ShownCommand { signal: requested, held: None, deadline: None };
             }
             if !is_urgent && now.since(since) < min_durations.minimum_on {
                 let deadline = Some(since.after(min_durations.minimum_on));
-                return Shown { signal: side.into(), held: Some(Held::On(side)), deadline };
+                return ShownCommand { signal: side.into(), held: Some(Held::On(side)), deadline };
             }
             self.force_off(now);
         }
         let Some(side) = requested.side() else {
-            return Shown { signal: requested, held: None, deadline: None };
+            return ShownCommand { signal: requested, held: None, deadline: None };
         };
         let ended = self.off_since.filter(|since| now.since(*since) < min_durations.minimum_gap);
         if let Some(since) = ended.filter(|_| required.is_empty()) {
             let deadline = Some(since.after(min_durations.minimum_gap));
-            return Shown { signal: TurnCommand::Disable, held: Some(Held::Off), deadline };
+            return ShownCommand { signal: TurnCommand::Disable, held: Some(Held::Off), deadline };
         }
         self.on = Some((side, now));
-        Shown { signal: requested, held: None, deadline: None }
+        ShownCommand { signal: requested, held: None, deadline: None }
     }
 
     /// Switches off at once, as when the hazard lights are on.

@@ -10,11 +10,11 @@ use crate::core::map::geometry::path::NearestLimits;
 
 mod table;
 
-pub use table::{PARAMETERS, Parameter};
+pub use table::{DeciderParameter, PARAMETERS};
 
 /// Every parameter. Distances in metres, times in seconds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameters {
+pub struct DeciderParameters {
     /// `turn_signal_intersection_search_distance`: constant part of the search distance.
     pub intersection_search_distance_m: f64,
     /// `turn_signal_intersection_angle_threshold_degree`: heading deviation that ends the required
@@ -87,7 +87,7 @@ pub enum CandidatePolicy {
 
 /// Autoware's sample vehicle and others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Vehicle {
+pub struct VehicleInfo {
     /// Between the axles, metres.
     pub wheel_base_m: f64,
     /// Front axle to front bumper, metres.
@@ -121,7 +121,7 @@ pub enum ParameterError {
     },
 }
 
-impl Parameters {
+impl DeciderParameters {
     /// The values that Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
     pub const DEPLOYED: Self = Self {
         intersection_search_distance_m: 30.0,
@@ -156,7 +156,7 @@ impl Parameters {
     /// the documented one or the spelling Autoware uses.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
         let parameter =
-            Parameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
+            DeciderParameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
         parameter.set(self, value.trim()).map_err(|expected| ParameterError::Value {
             name: parameter.name,
             value: value.to_owned(),
@@ -180,7 +180,7 @@ impl Parameters {
     }
 }
 
-impl Vehicle {
+impl VehicleInfo {
     /// Autoware's sample vehicle.
     pub const SAMPLE: Self = Self {
         wheel_base_m: 2.79,

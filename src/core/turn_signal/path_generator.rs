@@ -4,14 +4,14 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use super::compat::UpstreamQuirks;
-use super::parameters::Parameters;
+use super::compat::DeciderQuirks;
+use super::parameters::DeciderParameters;
 use super::planner_input::Odometry;
 use super::route::Route;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::polyline::nearest;
 use crate::core::map::geometry::required_end::first_aligned;
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 
 /// The lanelet whose tag `turn_direction` decided, and why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -31,11 +31,11 @@ pub enum TaggedLanelet {
 /// The command for a vehicle on a path through `lanes`, with its front `front_m` metres before its rear axle, and the
 /// lanelet that decided.
 pub fn decide(
-    (road, route, quirks): (&LaneNetwork, &Route, UpstreamQuirks),
+    (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
     lanes: &[LaneId],
     odometry: Odometry,
     front_m: f64,
-    parameters: &Parameters,
+    parameters: &DeciderParameters,
 ) -> (TurnCommand, TaggedLanelet) {
     let mut met = BTreeSet::new();
     let mut ahead = lanes
@@ -72,7 +72,7 @@ pub fn decide(
     (own_command, tagged)
 }
 
-fn command(lane: &Lane) -> TurnCommand {
+fn command(lane: &Lanelet) -> TurnCommand {
     match lane.turn_direction {
         TurnDirection::None => TurnCommand::NoCommand,
         TurnDirection::Straight => TurnCommand::Disable,
@@ -81,7 +81,7 @@ fn command(lane: &Lane) -> TurnCommand {
     }
 }
 
-fn aligned_start_m(lane: &Lane, parameters: &Parameters) -> f64 {
+fn aligned_start_m(lane: &Lanelet, parameters: &DeciderParameters) -> f64 {
     let start = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg);
     start.and_then(|start| nearest(&lane.centerline, start.position)).map_or(0.0, |nearest| nearest.arc_m)
 }

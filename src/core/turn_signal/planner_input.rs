@@ -23,7 +23,7 @@ pub enum PlannerInput {
     /// `autoware_planning_msgs/LaneletRoute`.
     Route(Arc<PlannerRoute>),
     /// `autoware_internal_planning_msgs/PathWithLaneId`.
-    PlannedPath(Arc<[PathPoint]>),
+    PlannedPath(Arc<[PlannedPathPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors {
         /// Module that sent them.
@@ -74,7 +74,7 @@ pub struct PlannerRoute {
 
 /// A point of the planned path.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PathPoint {
+pub struct PlannedPathPoint {
     /// Pose in the map frame.
     pub pose: Pose,
     /// Planned speed, m/s.

@@ -6,13 +6,13 @@ use std::fmt;
 
 use super::section::{Distances, Section};
 use super::side::Side;
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
 /// The source of a record, in the order that settles equal starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Source {
+pub enum CandidateSource {
     /// A turn at an intersection.
     Intersection,
     /// Entering or leaving a roundabout.
@@ -21,7 +21,7 @@ pub enum Source {
     Manoeuvre,
 }
 
-impl Source {
+impl CandidateSource {
     /// All of them, in order.
     pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
 
@@ -48,18 +48,18 @@ pub struct Candidates {
 
 impl Candidates {
     /// The record of one source.
-    pub const fn of(&self, source: Source) -> Option<Section> {
+    pub const fn of(&self, source: CandidateSource) -> Option<Section> {
         match source {
-            Source::Intersection => self.intersection,
-            Source::Roundabout => self.roundabout,
-            Source::Manoeuvre => self.manoeuvre,
+            CandidateSource::Intersection => self.intersection,
+            CandidateSource::Roundabout => self.roundabout,
+            CandidateSource::Manoeuvre => self.manoeuvre,
         }
     }
 }
 
 /// Rules of the resolver in which improved mode and upstream differ.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Rules {
+pub struct PairwiseRules {
     /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
     /// nor inside, and Q wins for one sample.
     pub start_belongs_to_before: bool,
@@ -67,9 +67,9 @@ pub struct Rules {
     /// that is steered to (W21). Upstream: P wins from its desired start.
     pub nested_waits: bool,
     /// Sources whose manoeuvre is over and may not come back (W4).
-    pub finished: BTreeSet<Source>,
+    pub finished: BTreeSet<CandidateSource>,
     /// The source that won in the cycle before, if its manoeuvre is the same.
-    pub won_before: Option<Source>,
+    pub won_before: Option<CandidateSource>,
 }
 
 /// A branch of the pairwise rule (docs/spec/turn-signal-decider.md, "Pairwise rule").
@@ -107,7 +107,7 @@ pub enum Winner {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contender {
     /// The source of its record.
-    pub source: Source,
+    pub source: CandidateSource,
     /// The side it requests.
     pub side: Side,
     /// Distances to its four points.
@@ -134,7 +134,7 @@ pub enum CandidateOutcome {
     /// It lost a comparison.
     LostTo {
         /// The source that won.
-        source: Source,
+        source: CandidateSource,
         /// The branch of the pairwise rule that decided.
         case: Case,
     },
@@ -146,9 +146,9 @@ pub enum CandidateOutcome {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvaluatedCandidate {
     /// The source of its record.
-    pub source: Source,
+    pub source: CandidateSource,
     /// The subject of its record.
-    pub subject: Subject,
+    pub subject: SignalSubject,
     /// The command it requests.
     pub turn: TurnCommand,
     /// Distances to its four points; `None` without a record.
@@ -176,8 +176,9 @@ impl Resolution {
 }
 
 /// Chooses. `path_frame` finds the points of the records with its own limits.
-pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rules) -> Resolution {
-    let mut evaluated = Source::ALL.map(|source| evaluate(path_frame, source, candidates.of(source), rules));
+pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &PairwiseRules) -> Resolution {
+    let mut evaluated =
+        CandidateSource::ALL.map(|source| evaluate(path_frame, source, candidates.of(source), rules));
     let mut contenders: Vec<Contender> = evaluated.iter().filter_map(EvaluatedCandidate::contender).collect();
     // Stable: equal starts stay in the order of the sources.
     contenders
@@ -210,11 +211,12 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rule
 pub fn foremost(
     path_frame: &PathFrame<'_>,
     records: &[Section],
-    rules: &Rules,
+    rules: &PairwiseRules,
     won_before: impl Fn(&Section) -> bool,
 ) -> Option<Section> {
     let evaluated = records.iter().map(|record| {
-        let evaluated = evaluate(path_frame, Source::Manoeuvre, Some(*record), &Rules::default());
+        let evaluated =
+            evaluate(path_frame, CandidateSource::Manoeuvre, Some(*record), &PairwiseRules::default());
         Some((evaluated.contender()?.distances, *record))
     });
     let mut contenders: Vec<(Distances, Section)> = evaluated.flatten().collect();
@@ -237,7 +239,12 @@ const SAME_START_M: f64 = 3.0;
 const STILL_SAME_START_M: f64 = 1.0;
 
 /// The pairwise rule: `p` has the earlier desired start. `won_before` is the one that won in the cycle before.
-pub fn prior(p: &Distances, q: &Distances, rules: &Rules, won_before: Option<Winner>) -> (Winner, Case) {
+pub fn prior(
+    p: &Distances,
+    q: &Distances,
+    rules: &PairwiseRules,
+    won_before: Option<Winner>,
+) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
     let inside_p = ps < 0.0 && pe >= 0.0;
@@ -268,14 +275,14 @@ pub fn prior(p: &Distances, q: &Distances, rules: &Rules, won_before: Option<Win
 
 fn evaluate(
     path_frame: &PathFrame<'_>,
-    source: Source,
+    source: CandidateSource,
     record: Option<Section>,
-    rules: &Rules,
+    rules: &PairwiseRules,
 ) -> EvaluatedCandidate {
     let Some(record) = record else {
         return EvaluatedCandidate {
             source,
-            subject: Subject::Unnamed,
+            subject: SignalSubject::Unnamed,
             turn: TurnCommand::NoCommand,
             distances: None,
             outcome: CandidateOutcome::Absent,
@@ -306,7 +313,7 @@ fn evaluate(
     }
 }
 
-fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: Source, outcome: CandidateOutcome) {
+fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: CandidateSource, outcome: CandidateOutcome) {
     for candidate in evaluated.iter_mut().filter(|candidate| candidate.source == source) {
         candidate.outcome = outcome;
     }
@@ -328,7 +335,7 @@ impl Distances {
     }
 }
 
-impl fmt::Display for Source {
+impl fmt::Display for CandidateSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }

@@ -8,7 +8,7 @@ use super::decision_context::DecisionContext;
 use super::intersection::next_in_queue;
 use super::section::Section;
 use super::side::Side;
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
@@ -16,7 +16,7 @@ use crate::core::map::lane_network::LaneId;
 pub mod backward;
 pub mod legs;
 
-use legs::{Entry, Exit, Leaving, RoundaboutLegs};
+use legs::{Leaving, RoundaboutEntry, RoundaboutExit, RoundaboutLegs};
 
 /// The poses at which signals at roundabouts began.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -62,7 +62,7 @@ impl RoundaboutMemory {
     }
 
     /// docs/spec/turn-signal-decider.md, "Roundabout entry". An entry that came within range stays announced.
-    fn entry(&mut self, context: &DecisionContext<'_>, entry: &Entry) -> Option<Section> {
+    fn entry(&mut self, context: &DecisionContext<'_>, entry: &RoundaboutEntry) -> Option<Section> {
         let (lane, parameters) = (&entry.lane, context.parameters);
         if self.passed.contains(&lane.id) {
             return None;
@@ -78,7 +78,7 @@ impl RoundaboutMemory {
             self.entries.remove(&lane.id);
             return None;
         };
-        let mut record = lane.section(Subject::RoundaboutEntry(lane.id), side.into(), start);
+        let mut record = lane.section(SignalSubject::RoundaboutEntry(lane.id), side.into(), start);
         if let Some(leaving) = entry.leaving.filter(|_| parameters.roundabout_entry_persists) {
             record.desired_end = leaving.back;
         }
@@ -94,7 +94,12 @@ impl RoundaboutMemory {
 
     /// docs/spec/turn-signal-decider.md, "Roundabout exit". By default an exit without a signal
     /// displaces nothing, and one without tags is announced as well (W10), unless the signal of the entry lasts to it.
-    fn exit(&mut self, context: &DecisionContext<'_>, exit: &Exit, entry_lasts: bool) -> Option<Section> {
+    fn exit(
+        &mut self,
+        context: &DecisionContext<'_>,
+        exit: &RoundaboutExit,
+        entry_lasts: bool,
+    ) -> Option<Section> {
         let (lane, path_frame) = (&exit.lane, &context.path_frame);
         if path_frame.from_base_m(lane.back) < 0.0 {
             self.exits.remove(&lane.id);
@@ -118,11 +123,11 @@ impl RoundaboutMemory {
         };
         let start = *self.exits.entry(lane.id).or_insert(start);
         let turn = side.map_or(TurnCommand::Disable, TurnCommand::from);
-        Some(lane.section(Subject::RoundaboutExit(lane.id), turn, start))
+        Some(lane.section(SignalSubject::RoundaboutExit(lane.id), turn, start))
     }
 }
 
-impl Entry {
+impl RoundaboutEntry {
     /// The side that the map names for the exit that will be taken.
     fn side(&self) -> Option<Side> {
         let Leaving { lane, .. } = self.leaving?;

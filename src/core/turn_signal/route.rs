@@ -6,9 +6,9 @@ use std::collections::btree_map::Entry;
 
 use thiserror::Error;
 
-use super::compat::UpstreamQuirks;
+use super::compat::DeciderQuirks;
 use crate::core::map::geometry::Pose;
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
 /// Side by side lanelets of a route.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -123,7 +123,7 @@ impl Route {
             let mut between_m = 0.0;
             let near = segments.take_while(|segment| {
                 let is_near = between_m < within_m;
-                between_m += road.lane(segment.preferred).map_or(0.0, Lane::length_m);
+                between_m += road.lane(segment.preferred).map_or(0.0, Lanelet::length_m);
                 is_near
             });
             near.flat_map(|segment| segment.lanes.iter().copied()).collect::<Vec<_>>()
@@ -137,7 +137,7 @@ impl Route {
 
     /// The lanelet after this one: of those that follow it on the map the one of the nearest segment from its own on; none after
     /// the last segment.
-    pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: UpstreamQuirks) -> Option<LaneId> {
+    pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Option<LaneId> {
         if quirks.ignores_order_of_segments {
             return self.next_on_map(road, lane);
         }
@@ -149,7 +149,7 @@ impl Route {
 
     /// The lanelets before this one: those that lead to it on the map, from its own segment backwards; none before the first
     /// segment.
-    pub fn previous(&self, road: &LaneNetwork, lane: LaneId, quirks: UpstreamQuirks) -> Vec<LaneId> {
+    pub fn previous(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane) else { return Vec::new() };
         let before = road.predecessors(lane).iter().copied();
         let mut before: Vec<(usize, LaneId)> =
@@ -176,7 +176,7 @@ impl Route {
 mod tests {
     use super::*;
     use crate::core::map::geometry::Point;
-    use crate::core::map::lane_network::Lane;
+    use crate::core::map::lane_network::Lanelet;
     use crate::core::turn_signal::compat::DeciderCompat;
 
     fn route(lanes: &[LaneId]) -> Result<Route, RouteError> {
@@ -186,11 +186,11 @@ mod tests {
 
     #[test]
     fn a_loop_ends_where_the_route_ends() {
-        let lane = |id, follower| Lane { id, followers: vec![follower], ..Lane::default() };
+        let lane = |id, follower| Lanelet { id, followers: vec![follower], ..Lanelet::default() };
         let road = LaneNetwork::new([lane(1, 2), lane(2, 3), lane(3, 1)], Vec::new());
         let circle = route(&[1, 2, 3]).unwrap();
         let short = route(&[1, 2]).unwrap();
-        for quirks in DeciderCompat::ALL.map(UpstreamQuirks::of) {
+        for quirks in DeciderCompat::ALL.map(DeciderQuirks::of) {
             assert_eq!([1, 2, 3].map(|lane| circle.next(&road, lane, quirks)), [Some(2), Some(3), None]);
             let before = |lane| circle.previous(&road, lane, quirks);
             assert_eq!([before(1), before(2)], [vec![], vec![1]]);
@@ -202,8 +202,11 @@ mod tests {
     #[test]
     fn a_route_that_rejoins_itself_goes_by_its_segments() {
         for (way_in, last_side) in [(1, 8), (8, 1)] {
-            let lane =
-                |id, followers: &[LaneId]| Lane { id, followers: followers.to_vec(), ..Lane::default() };
+            let lane = |id, followers: &[LaneId]| Lanelet {
+                id,
+                followers: followers.to_vec(),
+                ..Lanelet::default()
+            };
             let lanes = [
                 lane(way_in, &[5]),
                 lane(5, &[6]),
@@ -213,21 +216,21 @@ mod tests {
             ];
             let road = LaneNetwork::new(lanes, Vec::new());
             let block = route(&[way_in, 5, 6, 7, last_side]).unwrap();
-            let improved = UpstreamQuirks::of(DeciderCompat::Improved);
+            let improved = DeciderQuirks::of(DeciderCompat::Improved);
             assert_eq!(block.previous(&road, 5, improved), [way_in], "not the side that closes the block");
             assert_eq!(block.next(&road, last_side, improved), None, "its goal is before the joint");
             assert_eq!(block.next(&road, 6, improved), Some(7));
-            let upstream = UpstreamQuirks::of(DeciderCompat::Upstream);
+            let upstream = DeciderQuirks::of(DeciderCompat::Upstream);
             assert_eq!(block.previous(&road, 5, upstream), [1, 8], "by their ids");
         }
     }
 
     #[test]
     fn what_is_around_a_lanelet_is_what_little_lies_between() {
-        let lane = |id: LaneId, length_m| Lane {
+        let lane = |id: LaneId, length_m| Lanelet {
             id,
             centerline: vec![Point::new(0.0, 0.0), Point::new(length_m, 0.0)],
-            ..Lane::default()
+            ..Lanelet::default()
         };
         let lengths_m = [5.0, 30.0, 4.0, 15.0, 2.0, 2.0, 40.0, 1.0];
         let road =

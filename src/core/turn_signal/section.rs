@@ -3,7 +3,7 @@
 
 use super::junction::JunctionAhead;
 use super::side::Side;
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
@@ -25,16 +25,16 @@ pub struct Section {
     /// End of that stretch.
     pub required_end: Pose,
     /// The turn, the part of a roundabout or the manoeuvre that it signals.
-    pub subject: Subject,
+    pub subject: SignalSubject,
     /// Where it lies on the distance path of this cycle; `None` where its points are looked for.
-    pub place: Option<Place>,
+    pub place: Option<SectionPlace>,
     /// A junction before its turn that offers the same side.
     pub junction: Option<JunctionAhead>,
 }
 
 /// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are not mistaken for others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct SectionPlace {
     /// Arc lengths of the lanelets that it is about, metres.
     pub span_m: [f64; 2],
     /// Distance from its desired start to its required start, metres.
@@ -72,7 +72,7 @@ impl Section {
             desired_end: desired.1,
             required_start: required.0,
             required_end: required.1,
-            subject: Subject::Unnamed,
+            subject: SignalSubject::Unnamed,
             place: None,
             junction: None,
         }
@@ -98,7 +98,7 @@ impl Section {
     /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired section is the
     /// one that holds the required one: on a ring its far end may come by a second time, nearer to the vehicle.
     pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
-        if let Some(Place { span_m, announced_before_m }) = self.place {
+        if let Some(SectionPlace { span_m, announced_before_m }) = self.place {
             let from_base_m = |pose| path_frame.from_base_within_m(pose, span_m);
             let required_start_m = from_base_m(self.required_start) - path_frame.front_m();
             return Distances {

@@ -6,7 +6,7 @@ use crate::core::turn_signal::side::Side;
 
 /// The subject of a section record. Turns and roundabouts go by the lanelet at which their required section begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Subject {
+pub enum SignalSubject {
     /// Not named: upstream's empty record.
     #[default]
     Unnamed,
@@ -26,7 +26,7 @@ pub enum Subject {
     PullOver,
 }
 
-impl Subject {
+impl SignalSubject {
     /// Its name with the side that is signalled, such as `left turn on 111`; `None` when it is not named.
     pub fn name(self, turn: TurnCommand) -> Option<String> {
         let side = turn.side().map_or("no side", Side::name);

@@ -1,13 +1,13 @@
 //! A stretch of road with a turn signal of its own, reduced to what is measured.
 
 use super::section::Section;
-use super::subject::Subject;
+use super::subject::SignalSubject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::path::PathFrame;
 use crate::core::map::geometry::polyline::{back_pose, front_pose, without_near_earlier};
 use crate::core::map::geometry::required_end::required_end;
 use crate::core::map::geometry::{Point, Pose};
-use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};
+use crate::core::map::lane_network::{LaneId, Lanelet, TurnDirection};
 
 /// Points nearer than this to an earlier one are dropped, metres.
 const SAME_POINT_M: f64 = 0.01;
@@ -35,7 +35,7 @@ pub struct TurnLane {
 
 impl TurnLane {
     /// The stretch of one lanelet. `None` without two different points.
-    pub fn new(lane: &Lane, threshold_deg: f64) -> Option<Self> {
+    pub fn new(lane: &Lanelet, threshold_deg: f64) -> Option<Self> {
         let kept = without_near_earlier(&lane.centerline, SAME_POINT_M);
         Some(Self {
             id: lane.id,
@@ -76,7 +76,7 @@ impl TurnLane {
     }
 
     /// Its record, with the desired section up to its end.
-    pub fn section(&self, subject: Subject, turn: TurnCommand, desired_start: Pose) -> Section {
+    pub fn section(&self, subject: SignalSubject, turn: TurnCommand, desired_start: Pose) -> Section {
         Section {
             turn,
             hazard: HazardCommand::NoCommand,

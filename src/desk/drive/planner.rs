@@ -3,7 +3,7 @@
 use std::iter::successors;
 
 use super::route_path::{RoutePath, smooth};
-use crate::config::drive::{DriveFile, Moment, Plan, PlanKind, PlannedShift};
+use crate::config::drive::{DriveFile, DriveMoment, ManoeuvrePlan, PlanKind, PlannedShift};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathError;
 use crate::core::map::lane_network::LaneId;
@@ -12,7 +12,7 @@ use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
 use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
-use crate::core::turn_signal::parameters::Parameters;
+use crate::core::turn_signal::parameters::DeciderParameters;
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 
 /// Reach of manoeuvre paths behind and ahead of the vehicle, metres.
@@ -49,7 +49,8 @@ impl DrivePosition<'_> {
     /// The manoeuvres of the planner, in the order of its chain: starting first, then what is approved, then
     /// what waits, then the goal.
     pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
-        let mut known: Vec<&Plan> = self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();
+        let mut known: Vec<&ManoeuvrePlan> =
+            self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();
         known.sort_by_key(|plan| match plan.kind {
             PlanKind::PullOut { .. } => 0,
             PlanKind::PullOver { .. } => 3,
@@ -61,14 +62,14 @@ impl DrivePosition<'_> {
     }
 
     /// Returns whether a position or a time has been reached.
-    pub(super) fn has_come(&self, moment: Moment) -> bool {
+    pub(super) fn has_come(&self, moment: DriveMoment) -> bool {
         match moment {
-            Moment::AtM(at_m) => self.at_m >= at_m - 1e-9,
-            Moment::AtS(at_s) => self.at_s >= at_s - 1e-9,
+            DriveMoment::AtM(at_m) => self.at_m >= at_m - 1e-9,
+            DriveMoment::AtS(at_s) => self.at_s >= at_s - 1e-9,
         }
     }
 
-    fn knows(&self, plan: &Plan) -> bool {
+    fn knows(&self, plan: &ManoeuvrePlan) -> bool {
         let is_over = match plan.known_to {
             Some(moment) => self.has_come(moment),
             None => self.at_m > plan.kind.end_m() + OVER_M,
@@ -76,7 +77,7 @@ impl DrivePosition<'_> {
         !is_over && plan.known_from.is_none_or(|moment| self.has_come(moment))
     }
 
-    fn is_approved(&self, plan: &Plan) -> bool {
+    fn is_approved(&self, plan: &ManoeuvrePlan) -> bool {
         plan.approved_from.is_none_or(|moment| self.has_come(moment))
     }
 
@@ -85,12 +86,12 @@ impl DrivePosition<'_> {
         self.route_path.pose(at_m + self.moved_m, |path_m| offset_m(path_m - self.moved_m))
     }
 
-    fn lanes(&self, plan: &Plan) -> Vec<LaneId> {
+    fn lanes(&self, plan: &ManoeuvrePlan) -> Vec<LaneId> {
         let here_m = self.at_m + self.moved_m;
         plan.lanes.clone().unwrap_or_else(|| self.route_path.lanes_between(here_m - 10.0, here_m + AHEAD_M))
     }
 
-    fn manoeuvre(&self, plan: &Plan) -> Option<Manoeuvre> {
+    fn manoeuvre(&self, plan: &ManoeuvrePlan) -> Option<Manoeuvre> {
         let current_shift_m = own_offset_m(&plan.kind, self.at_m, smooth);
         Some(match &plan.kind {
             PlanKind::Avoidance { lines } => self.avoidance(plan, lines, current_shift_m)?,
@@ -162,10 +163,15 @@ impl DrivePosition<'_> {
         })
     }
 
-    fn avoidance(&self, plan: &Plan, lines: &[PlannedShift], current_shift_m: f64) -> Option<Manoeuvre> {
+    fn avoidance(
+        &self,
+        plan: &ManoeuvrePlan,
+        lines: &[PlannedShift],
+        current_shift_m: f64,
+    ) -> Option<Manoeuvre> {
         let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
         let path = self.shifted(&plan.kind).ok()?;
-        let limits = Parameters::DEPLOYED.nearest;
+        let limits = DeciderParameters::DEPLOYED.nearest;
         let index = |at_m: f64| path.visit_index(self.pose(at_m, linear), limits);
         let mut before_m = 0.0;
         let lines = lines.iter().enumerate().map(|(number, line)| {

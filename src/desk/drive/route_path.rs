@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, nearest};
 use crate::core::map::geometry::{Point, Pose, cross};
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::side::Side;
 
@@ -26,34 +26,34 @@ pub struct RoutePath {
 
 #[derive(Debug, Clone)]
 enum Line {
-    Lanes(Lanes),
+    Lanes(RouteTracks),
     /// A line from the file, with the lanelets it may be on.
     Points(Vec<Point>, Vec<LaneId>),
 }
 
 /// Lanes of a route, side by side, with changes between them.
 #[derive(Debug, Clone)]
-struct Lanes {
+struct RouteTracks {
     /// Start of each segment, and the end of the last one, metres.
     starts_m: Vec<f64>,
     /// The lanes that are driven, at least one.
-    tracks: Vec<Track>,
+    tracks: Vec<LaneTrack>,
     /// From each track to the next.
-    changes: Vec<Change>,
+    changes: Vec<RouteLaneChange>,
     /// Lengths of all lanelets of the route, metres.
     lengths_m: BTreeMap<LaneId, f64>,
 }
 
 /// Lanelets one after the other, one for each segment from the first on.
 #[derive(Debug, Clone)]
-struct Track {
+struct LaneTrack {
     first: usize,
     lanes: Vec<LaneId>,
 }
 
 /// A lane change that moves the vehicle, metres along the route path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
+pub struct RouteLaneChange {
     /// Side of the target lane.
     pub side: Side,
     /// Start of the change.
@@ -99,12 +99,12 @@ impl RoutePath {
     pub fn of_route(
         road: Arc<LaneNetwork>,
         segments: &[Segment],
-        changes: &[Change],
+        changes: &[RouteLaneChange],
     ) -> Result<Self, RoutePathError> {
         let mut starts_m = vec![0.0];
         let mut end_m = 0.0;
         for segment in segments {
-            let length_m = road.lane(segment.preferred).map_or(0.0, Lane::length_m);
+            let length_m = road.lane(segment.preferred).map_or(0.0, Lanelet::length_m);
             if length_m.is_nan() || length_m <= 0.0 {
                 return Err(RoutePathError::NoLength { lane: segment.preferred });
             }
@@ -113,7 +113,8 @@ impl RoutePath {
         }
         let ids = segments.iter().flat_map(|segment| &segment.lanes);
         let lengths_m = ids.filter_map(|id| Some((*id, road.lane(*id)?.length_m()))).collect();
-        let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
+        let mut lanes =
+            RouteTracks { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
         lanes.locate_changes(&road, changes)?;
         Ok(Self { road, line: Line::Lanes(lanes) })
     }
@@ -143,7 +144,7 @@ impl RoutePath {
     pub fn lane_at(&self, at_m: f64) -> Option<LaneId> {
         match &self.line {
             Line::Lanes(lanes) => {
-                let done = |change: &&Change| at_m >= f64::midpoint(change.from_m, change.to_m);
+                let done = |change: &&RouteLaneChange| at_m >= f64::midpoint(change.from_m, change.to_m);
                 let track = lanes.tracks.get(lanes.changes.iter().take_while(done).count())?;
                 track.lane(lanes.segment(at_m))
             }
@@ -204,7 +205,7 @@ impl RoutePath {
     }
 }
 
-impl Track {
+impl LaneTrack {
     fn end(&self) -> usize {
         self.first + self.lanes.len()
     }
@@ -214,14 +215,14 @@ impl Track {
     }
 }
 
-impl Lanes {
+impl RouteTracks {
     fn segment(&self, at_m: f64) -> usize {
         let begun = self.starts_m.partition_point(|start_m| *start_m <= at_m);
         begun.clamp(1, self.starts_m.len().max(2) - 1) - 1
     }
 
     /// The middle of a track at a position.
-    fn on_track(&self, road: &LaneNetwork, track: &Track, at_m: f64) -> Option<Point> {
+    fn on_track(&self, road: &LaneNetwork, track: &LaneTrack, at_m: f64) -> Option<Point> {
         let segment = self.segment(at_m);
         let lane = road.lane(track.lane(segment)?)?;
         let (start_m, end_m) = (self.starts_m.get(segment)?, self.starts_m.get(segment + 1)?);
@@ -245,8 +246,12 @@ impl Lanes {
         point.unwrap_or_default()
     }
 
-    fn locate_changes(&mut self, road: &LaneNetwork, requested: &[Change]) -> Result<(), RoutePathError> {
-        let mut left: Vec<Change> = requested.to_vec();
+    fn locate_changes(
+        &mut self,
+        road: &LaneNetwork,
+        requested: &[RouteLaneChange],
+    ) -> Result<(), RoutePathError> {
+        let mut left: Vec<RouteLaneChange> = requested.to_vec();
         let mut changed_m = 0.0_f64;
         for (one, next) in self.tracks.iter().zip(self.tracks.iter().skip(1)) {
             let start = |segment: usize| self.starts_m.get(segment).copied().unwrap_or_default();
@@ -257,7 +262,7 @@ impl Lanes {
                 (Some(here), Some(there)) => side_of(here, self.on_track(road, one, middle_m + 0.5), there),
                 _ => Side::Left,
             };
-            let fits = |change: &Change| {
+            let fits = |change: &RouteLaneChange| {
                 change.side == side && change.from_m >= from_m - 1e-6 && change.to_m <= to_m + 1e-6
             };
             let change = match left.iter().position(fits) {
@@ -267,7 +272,7 @@ impl Lanes {
                 }
                 None => {
                     let half_m = (LANE_CHANGE_M / 2.0).min((to_m - from_m) / 2.0);
-                    Change { side, from_m: middle_m - half_m, to_m: middle_m + half_m }
+                    RouteLaneChange { side, from_m: middle_m - half_m, to_m: middle_m + half_m }
                 }
             };
             changed_m = change.to_m;
@@ -293,11 +298,11 @@ fn side_of(here: Point, ahead: Option<Point>, there: Point) -> Side {
     if cross(here, ahead, there) < 0.0 { Side::Right } else { Side::Left }
 }
 
-fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<Track>, RoutePathError> {
-    let mut tracks: Vec<Track> = Vec::new();
+fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<LaneTrack>, RoutePathError> {
+    let mut tracks: Vec<LaneTrack> = Vec::new();
     for (index, segment) in segments.iter().enumerate() {
         let Some(track) = tracks.last_mut() else {
-            tracks.push(Track { first: index, lanes: vec![segment.preferred] });
+            tracks.push(LaneTrack { first: index, lanes: vec![segment.preferred] });
             continue;
         };
         let before = index.checked_sub(1).and_then(|before| track.lane(before));
@@ -306,7 +311,7 @@ fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<Track>, RouteP
             track.lanes.push(segment.preferred);
             continue;
         }
-        let mut beside = Track { first: index, lanes: vec![segment.preferred] };
+        let mut beside = LaneTrack { first: index, lanes: vec![segment.preferred] };
         lead_back(road, segments, &mut beside);
         lead_on(road, segments, track);
         if beside.first >= track.end() {
@@ -319,7 +324,7 @@ fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<Track>, RouteP
 }
 
 /// Extends a track back along the lanelets of the route that lead into it.
-fn lead_back(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
+fn lead_back(road: &LaneNetwork, segments: &[Segment], track: &mut LaneTrack) {
     while let (Some(before), Some(first)) = (track.first.checked_sub(1), track.lanes.first().copied()) {
         let leads = |lane: &&LaneId| road.followers(**lane).contains(&first);
         let lanes = segments.get(before).map(|segment| &segment.lanes);
@@ -330,7 +335,7 @@ fn lead_back(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
 }
 
 /// Extends a track along the lanelets of the route that follow it.
-fn lead_on(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
+fn lead_on(road: &LaneNetwork, segments: &[Segment], track: &mut LaneTrack) {
     while let (Some(segment), Some(last)) = (segments.get(track.end()), track.lanes.last().copied()) {
         let follows = |lane: &&LaneId| road.followers(last).contains(*lane);
         let Some(lane) = segment.lanes.iter().find(follows) else { return };
@@ -349,7 +354,7 @@ mod tests {
             let x_m = f64::from(i32::try_from(index).unwrap()) * 50.0;
             let followers = if index < 2 { vec![id + 1] } else { Vec::new() };
             let line = |y_m| vec![Point::new(x_m, y_m), Point::new(x_m + 50.0, y_m)];
-            Lane { id, centerline: line(left), followers, ..Lane::default() }
+            Lanelet { id, centerline: line(left), followers, ..Lanelet::default() }
         };
         Arc::new(LaneNetwork::new([1, 2, 3, 11, 12, 13].map(lane), Vec::new()))
     }
@@ -378,15 +383,15 @@ mod tests {
         assert_eq!((point(&route_path, -5.0), point(&route_path, 160.0)), ((-5.0, 0.0), (160.0, 3.5)));
         assert_eq!(route_path.nearest(Point::new(120.5, 4.5)), (120.5, 1.0));
 
-        let placed = Change { side: Side::Left, from_m: 10.0, to_m: 20.0 };
-        let away = Change { side: Side::Right, ..placed };
+        let placed = RouteLaneChange { side: Side::Left, from_m: 10.0, to_m: 20.0 };
+        let away = RouteLaneChange { side: Side::Right, ..placed };
         let route_path = RoutePath::of_route(two_lanes(), &route, &[away, placed]).unwrap();
         for (at_m, left_m) in [(10.0, 0.0), (15.0, 1.75), (20.0, 3.5)] {
             assert!((point(&route_path, at_m).1 - left_m).abs() < 1e-9, "{at_m}");
         }
         let heading_deg = route_path.pose(15.0, |_| 0.0).yaw_rad.to_degrees();
         assert!((25.0..28.0).contains(&heading_deg), "1.5 * 3.5 / 10: {heading_deg}");
-        let late = Change { to_m: 101.0, ..placed };
+        let late = RouteLaneChange { to_m: 101.0, ..placed };
         let refused = RoutePath::of_route(two_lanes(), &route, &[late]).unwrap_err();
         assert_eq!(refused, RoutePathError::ChangeOutside { from_m: 0.0, to_m: 100.0 });
     }

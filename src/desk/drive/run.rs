@@ -1,8 +1,8 @@
 //! The decider with one `compat` over a simulation.
 
-use super::simulation::{Cycle, DriveSimulation};
+use super::simulation::{DriveCycle, DriveSimulation};
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::decider::{Decider, Settings};
+use crate::core::turn_signal::decider::{Decider, DeciderSettings};
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::inputs::{Inputs, Timed};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
@@ -10,21 +10,21 @@ use crate::core::turn_signal::planner_input::Odometry;
 
 /// A decider with the odometry it received last.
 #[derive(Debug, Clone)]
-pub struct Run<'a> {
+pub struct DriveRun<'a> {
     simulation: &'a DriveSimulation,
     decider: Decider,
     odometry: Option<Timed<Odometry>>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> DriveRun<'a> {
     /// A decider without any input yet.
     pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
-        let settings = Settings { compat, ..simulation.file().decider.clone() };
+        let settings = DeciderSettings { compat, ..simulation.file().decider.clone() };
         Self { simulation, decider: Decider::new(settings), odometry: None }
     }
 
     /// The decision at the next cycle.
-    pub fn step(&mut self, cycle: &Cycle) -> Decision {
+    pub fn step(&mut self, cycle: &DriveCycle) -> Decision {
         let now = cycle.now;
         if let Some(value) = cycle.odometry {
             self.odometry = Some(Timed { at: now, value });

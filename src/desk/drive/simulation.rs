@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use super::motion::Motion;
 use super::planner::{DrivePosition, offset_m};
-use super::route_path::{Change, RoutePath, RoutePathError, metres_from};
+use super::route_path::{RouteLaneChange, RoutePath, RoutePathError, metres_from};
 use crate::config::Refused;
-use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
+use crate::config::drive::{DisturbanceKind, DriveFile, DriveMoment, Expectation, PlanKind, RoutePlan};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::polyline::{back_pose, front_pose};
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
@@ -15,7 +15,7 @@ use crate::core::time::MonoTime;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
-use crate::core::turn_signal::planner_input::Odometry;
+use crate::core::turn_signal::planner_input::{Odometry, PlannedPathPoint};
 use crate::core::turn_signal::route::{Route, RouteError};
 use crate::report::drive::Snapshot;
 
@@ -41,7 +41,7 @@ pub struct DriveSimulation {
 /// A part of the drive on one route.
 #[derive(Debug, Clone)]
 struct Leg {
-    from: Moment,
+    from: DriveMoment,
     route: Arc<Route>,
     goal: Pose,
     route_path: Arc<RoutePath>,
@@ -49,7 +49,7 @@ struct Leg {
 
 /// The inputs at one cycle.
 #[derive(Debug, Clone)]
-pub struct Cycle {
+pub struct DriveCycle {
     /// Number of the cycle, from 0.
     pub index: usize,
     /// Seconds from the start, without jumps.
@@ -67,7 +67,7 @@ pub struct Cycle {
     /// The odometry; `None` when none is received at this cycle.
     pub odometry: Option<Odometry>,
     /// The planned path, from some metres behind the vehicle on.
-    pub path: Vec<PathPoint>,
+    pub path: Vec<PlannedPathPoint>,
     /// The manoeuvres of the planner, in the order of its chain.
     pub manoeuvres: Vec<Manoeuvre>,
     /// The route in force.
@@ -78,16 +78,7 @@ pub struct Cycle {
     pub lane_driving: bool,
 }
 
-/// A point of the planned path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathPoint {
-    /// Pose of the point.
-    pub pose: Pose,
-    /// The lanelet there.
-    pub lane: Option<LaneId>,
-}
-
-impl Cycle {
+impl DriveCycle {
     /// A snapshot of the cycle with what was decided at it.
     pub fn snapshot<'a>(&self, compat: DeciderCompat, decision: &'a Decision) -> Snapshot<'a> {
         let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
@@ -101,8 +92,9 @@ impl DriveSimulation {
     /// # Errors
     /// Lanelets that do not form a path, each with its location in the file.
     pub fn new(file: DriveFile) -> Result<Self, Refused> {
-        let changes: Vec<Change> = file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
-        let mut legs = vec![leg(&file, &file.route, Moment::AtS(0.0), 1, &changes)?];
+        let changes: Vec<RouteLaneChange> =
+            file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
+        let mut legs = vec![leg(&file, &file.route, DriveMoment::AtS(0.0), 1, &changes)?];
         for (disturbance, number) in file.disturbances.iter().zip(2..) {
             if let DisturbanceKind::Reroute(route) = &disturbance.kind {
                 legs.push(leg(&file, route, disturbance.at, number, &[])?);
@@ -141,7 +133,7 @@ impl DriveSimulation {
     /// The expectations at a cycle with one `compat`, with their indices in the file.
     pub fn expected(
         &self,
-        cycle: &Cycle,
+        cycle: &DriveCycle,
         compat: DeciderCompat,
     ) -> impl Iterator<Item = (usize, &Expectation)> {
         let (at_m, at_s) = (cycle.at_m, cycle.at_s);
@@ -156,7 +148,7 @@ impl DriveSimulation {
         let Some(first) = self.legs.first() else { return Ok(()) };
         let reroutes =
             file.disturbances.iter().filter_map(|disturbance| match (&disturbance.kind, disturbance.at) {
-                (DisturbanceKind::Reroute(route), Moment::AtM(at_m)) => Some((route, at_m)),
+                (DisturbanceKind::Reroute(route), DriveMoment::AtM(at_m)) => Some((route, at_m)),
                 _ => None,
             });
         // Only the first one: the position on later ones depends on those before.
@@ -172,10 +164,10 @@ impl DriveSimulation {
     }
 }
 
-fn change_of(kind: &PlanKind) -> Option<Change> {
+fn change_of(kind: &PlanKind) -> Option<RouteLaneChange> {
     match kind {
         PlanKind::LaneChange { side, from_m, to_m, .. } => {
-            Some(Change { side: *side, from_m: *from_m, to_m: *to_m })
+            Some(RouteLaneChange { side: *side, from_m: *from_m, to_m: *to_m })
         }
         PlanKind::Avoidance { .. }
         | PlanKind::PullOut { .. }
@@ -191,9 +183,9 @@ fn refused(route: &RoutePlan, reason: impl Into<String>, remedy: &str) -> Refuse
 fn leg(
     file: &DriveFile,
     plan: &RoutePlan,
-    from: Moment,
+    from: DriveMoment,
     number: u128,
-    changes: &[Change],
+    changes: &[RouteLaneChange],
 ) -> Result<Leg, Refused> {
     let of_lanes = |error: RoutePathError| {
         let remedy = match error {
@@ -241,9 +233,9 @@ pub struct Cycles<'a> {
 }
 
 impl Iterator for Cycles<'_> {
-    type Item = Cycle;
+    type Item = DriveCycle;
 
-    fn next(&mut self) -> Option<Cycle> {
+    fn next(&mut self) -> Option<DriveCycle> {
         if self.is_over {
             return None;
         }
@@ -300,7 +292,7 @@ impl Cycles<'_> {
         }
     }
 
-    fn cycle(&mut self, at_s: f64) -> Option<Cycle> {
+    fn cycle(&mut self, at_s: f64) -> Option<DriveCycle> {
         let simulation = self.simulation;
         let file = &simulation.file;
         let leg = simulation.legs.get(self.leg)?;
@@ -332,8 +324,8 @@ impl Cycles<'_> {
                 DisturbanceKind::Reroute(_) => {}
             }
         }
-        let path = if has_path { path(&position) } else { Vec::new() };
-        Some(Cycle {
+        let path = if has_path { path(&position, speed_mps) } else { Vec::new() };
+        Some(DriveCycle {
             index: self.index,
             at_s,
             now: clock(clock_s),
@@ -352,12 +344,13 @@ impl Cycles<'_> {
 }
 
 /// Points a metre apart.
-fn path(position: &DrivePosition<'_>) -> Vec<PathPoint> {
+fn path(position: &DrivePosition<'_>, speed_mps: f64) -> Vec<PlannedPathPoint> {
     let (path, here_m) = (position.route_path, position.at_m + position.moved_m);
     let to_m = (here_m + PATH_AHEAD_M).min(path.length_m());
-    let point = |path_m| PathPoint {
+    let point = |path_m| PlannedPathPoint {
         pose: path.pose(path_m, |path_m| offset_m(position.file, path_m - position.moved_m)),
-        lane: path.lane_at(path_m),
+        speed_mps,
+        lanes: path.lane_at(path_m).into_iter().collect(),
     };
     metres_from((here_m - PATH_BEHIND_M).max(0.0)).take_while(|path_m| *path_m <= to_m).map(point).collect()
 }

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use self::judged_turn::{ExpectedSide, turns};
-use super::run::Run;
+use super::run::DriveRun;
 use super::simulation::DriveSimulation;
 use crate::config::Refused;
 use crate::config::drive::DriveFile;
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 use crate::core::map::tag_check::{MapFlaw, check_tags};
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::decider::Settings;
+use crate::core::turn_signal::decider::DeciderSettings;
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::side::Side;
 
@@ -19,7 +19,7 @@ mod judged_turn;
 mod route_choice;
 mod sweep;
 
-pub use judged_turn::Fault;
+pub use judged_turn::SignalFault;
 pub use route_choice::RouteChoice;
 pub use sweep::{Sweep, SweepError};
 
@@ -35,7 +35,7 @@ pub struct WrongTurn {
     /// The first and the last lanelet of the route.
     pub way: [LaneId; 2],
     /// What is wrong.
-    pub fault: Fault,
+    pub fault: SignalFault,
     /// The flaw of the map at its lanelets, for which no decider can be right; `None` = the fault is the decider's.
     pub flaw: Option<MapFlaw>,
 }
@@ -45,10 +45,10 @@ impl fmt::Display for WrongTurn {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { lane, side, at_m, way: [from, to], fault, flaw } = self;
         let what = match fault {
-            Fault::Missed => "is not signalled",
-            Fault::Short => "is signalled in a part of its required section only",
-            Fault::Opposite => "has the signal to the other side",
-            Fault::Flickers => "has a signal that goes off and on again",
+            SignalFault::Missed => "is not signalled",
+            SignalFault::Short => "is signalled in a part of its required section only",
+            SignalFault::Opposite => "has the signal to the other side",
+            SignalFault::Flickers => "has a signal that goes off and on again",
         };
         let side = side.name();
         write!(f, "lanelet {lane}, at {at_m:.1} m from {from} to {to}: the turn to the {side} {what}")?;
@@ -58,7 +58,7 @@ impl fmt::Display for WrongTurn {
 
 /// What a survey of a map has found.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Survey {
+pub struct TurnSurvey {
     /// Routes that were driven.
     pub routes: usize,
     /// Turns on them.
@@ -67,11 +67,12 @@ pub struct Survey {
     pub wrong: Vec<WrongTurn>,
 }
 
-impl Survey {
-    /// The number of turns with each fault, in the order of [`Fault::ALL`]: of the map where it has a flaw, or else of the decider.
+impl TurnSurvey {
+    /// The number of turns with each fault, in the order of [`SignalFault::ALL`]: of the map where it has a flaw, or else of the decider.
     pub fn counts(&self, of_map: bool) -> [usize; 4] {
         let of = |wrong: &&WrongTurn| wrong.flaw.is_some() == of_map;
-        Fault::ALL.map(|fault| self.wrong.iter().filter(of).filter(|wrong| wrong.fault == fault).count())
+        SignalFault::ALL
+            .map(|fault| self.wrong.iter().filter(of).filter(|wrong| wrong.fault == fault).count())
     }
 }
 
@@ -96,7 +97,7 @@ impl Surveyor {
     }
 
     /// The settings of the drive's decider.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &DeciderSettings {
         &self.file.decider
     }
 
@@ -104,8 +105,8 @@ impl Surveyor {
     ///
     /// # Errors
     /// A route whose lanelets do not form a path.
-    pub fn survey(&self, compat: DeciderCompat, settings: &Settings) -> Result<Survey, Refused> {
-        let mut survey = Survey::default();
+    pub fn survey(&self, compat: DeciderCompat, settings: &DeciderSettings) -> Result<TurnSurvey, Refused> {
+        let mut survey = TurnSurvey::default();
         for lanes in &self.routes {
             let [Some(from), Some(to)] = [lanes.first(), lanes.last()] else { continue };
             let mut file = self.file.clone();
@@ -128,7 +129,7 @@ impl Surveyor {
 
 /// The side to which each lanelet turns: by its tag, unless its geometry says otherwise, as `check` finds.
 fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
-    let by_tag = |lane: &Lane| match lane.turn_direction {
+    let by_tag = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some((lane.id, ExpectedSide { side: Side::Left, flaw: None })),
         TurnDirection::Right => Some((lane.id, ExpectedSide { side: Side::Right, flaw: None })),
         TurnDirection::None | TurnDirection::Straight => None,
@@ -148,6 +149,6 @@ fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
 
 /// The side that is shown at each position of the rear axle, metres.
 fn shown(simulation: &DriveSimulation, compat: DeciderCompat) -> Vec<(f64, Option<Side>)> {
-    let mut run = Run::new(simulation, compat);
+    let mut run = DriveRun::new(simulation, compat);
     simulation.cycles().map(|cycle| (cycle.at_m, run.step(&cycle).turn.side())).collect()
 }

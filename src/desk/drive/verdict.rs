@@ -1,37 +1,41 @@
 //! Expectations met and failed.
 
-use super::simulation::{Cycle, DriveSimulation};
+use super::simulation::{DriveCycle, DriveSimulation};
 use crate::config::drive::{Expectation, ExpectedDecision};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::resolve::Source;
+use crate::core::turn_signal::resolve::CandidateSource;
 use crate::report::drive::{Failed, Verdict};
 
 /// The outcomes of all expectations with one `compat`, so far.
 #[derive(Debug, Clone)]
-pub struct Verdicts<'a> {
+pub struct DriveVerdicts<'a> {
     simulation: &'a DriveSimulation,
     compat: DeciderCompat,
-    states: Vec<State>,
+    states: Vec<ExpectationState>,
 }
 
 /// The outcome of one expectation, so far.
 #[derive(Debug, Clone, Default)]
-struct State {
+struct ExpectationState {
     cycles: usize,
     has_finding: bool,
     /// The first mismatch, with its position.
     first_failure: Option<String>,
 }
 
-impl<'a> Verdicts<'a> {
+impl<'a> DriveVerdicts<'a> {
     /// Verdicts before the first cycle.
     pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
-        Self { simulation, compat, states: vec![State::default(); simulation.file().expectations.len()] }
+        Self {
+            simulation,
+            compat,
+            states: vec![ExpectationState::default(); simulation.file().expectations.len()],
+        }
     }
 
     /// Compares the decision at a cycle with what is expected there.
-    pub fn take(&mut self, cycle: &Cycle, decision: &Decision) {
+    pub fn take(&mut self, cycle: &DriveCycle, decision: &Decision) {
         for (index, expected) in self.simulation.expected(cycle, self.compat) {
             let Some(state) = self.states.get_mut(index) else { continue };
             state.cycles += 1;
@@ -57,14 +61,14 @@ impl<'a> Verdicts<'a> {
         Verdict { compat: self.compat, met: self.all().count() - failed.len(), failed }
     }
 
-    fn all(&self) -> impl Iterator<Item = (&'a Expectation, &State)> {
+    fn all(&self) -> impl Iterator<Item = (&'a Expectation, &ExpectationState)> {
         let compat = self.compat;
         let all = self.simulation.file().expectations.iter().zip(&self.states);
         all.filter(move |(expected, _)| expected.compats.contains(&compat))
     }
 }
 
-impl State {
+impl ExpectationState {
     fn failure(&self, expected: &ExpectedDecision) -> Option<String> {
         match &expected.finding {
             _ if self.cycles == 0 => Some("no cycle lies there".to_owned()),
@@ -77,7 +81,8 @@ impl State {
 
 /// The first difference between an expected and an actual decision.
 fn mismatch(expected: &ExpectedDecision, decision: &Decision) -> Option<String> {
-    let winner = |source: Option<Source>| source.map_or("none".to_owned(), |source| source.to_string());
+    let winner =
+        |source: Option<CandidateSource>| source.map_or("none".to_owned(), |source| source.to_string());
     let case = decision.case().map_or("none".to_owned(), |case| case.to_string());
     let values = [
         ("", expected.command.map(|command| command.to_string()), decision.turn.to_string()),

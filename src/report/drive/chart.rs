@@ -8,8 +8,8 @@ use super::sentence::Narrator;
 use crate::config::drive::{DriveFile, Expectation, IntervalUnit, PlanKind, PlannedShift};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::resolve::Source;
-use crate::core::turn_signal::subject::Subject;
+use crate::core::turn_signal::resolve::CandidateSource;
+use crate::core::turn_signal::subject::SignalSubject;
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Mark, Row};
 
 /// Records whose ends are nearer than this are one, metres; starts may move on.
@@ -46,8 +46,8 @@ struct Driven {
 /// The sections of a candidate, metres along the route.
 #[derive(Debug, Clone, Copy)]
 struct Record {
-    source: Source,
-    subject: Subject,
+    source: CandidateSource,
+    subject: SignalSubject,
     indicator: IndicatorState,
     desired: (f64, f64),
     required: (f64, f64),
@@ -211,7 +211,7 @@ impl CompatRun {
     fn add_record(&mut self, record: Record) {
         let is_turn = matches!(
             record.subject,
-            Subject::Turn(_) | Subject::RoundaboutEntry(_) | Subject::RoundaboutExit(_)
+            SignalSubject::Turn(_) | SignalSubject::RoundaboutEntry(_) | SignalSubject::RoundaboutExit(_)
         );
         let is_same = |known: &&mut Record| {
             let near = |one: f64, other: f64| (one - other).abs() < SAME_M;
@@ -235,7 +235,7 @@ impl CompatRun {
 
     fn lane(&self, expected: Vec<Bar>) -> Lane {
         let mut rows = Vec::new();
-        for source in Source::ALL {
+        for source in CandidateSource::ALL {
             for record in self.records.iter().filter(|record| record.source == source) {
                 let bar = |(from, to), kind| Bar { from, to, look: Look::Command(kind, record.indicator) };
                 let bars = vec![

@@ -5,11 +5,11 @@ use std::mem::{Discriminant, discriminant};
 use super::Snapshot;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::decision::{Basis, Decision};
-use crate::core::turn_signal::inputs::Finding;
+use crate::core::turn_signal::inputs::InputFinding;
 use crate::core::turn_signal::junction::JunctionRemark;
 use crate::core::turn_signal::manoeuvre::{ManoeuvreOutcome, SignalReason};
 use crate::core::turn_signal::min_duration::Held;
-use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate, Source};
+use crate::core::turn_signal::resolve::{CandidateOutcome, CandidateSource, EvaluatedCandidate};
 use crate::core::turn_signal::section::Distances;
 use crate::core::turn_signal::shift::ShiftVerdict;
 
@@ -34,7 +34,7 @@ struct Essence {
     held: Option<Held>,
     subject: Option<String>,
     junction: Option<&'static str>,
-    findings: Vec<Discriminant<Finding>>,
+    findings: Vec<Discriminant<InputFinding>>,
 }
 
 /// The candidate that won last.
@@ -62,7 +62,7 @@ impl Narrator {
             findings: decision.findings.iter().map(discriminant).collect(),
         };
         let is_new = self.last.as_ref().is_none_or(|last| {
-            let is_known = |finding: &Discriminant<Finding>| last.findings.contains(finding);
+            let is_known = |finding: &Discriminant<InputFinding>| last.findings.contains(finding);
             // That a finding is gone is no news.
             *last != Essence { findings: last.findings.clone(), ..essence.clone() }
                 || !essence.findings.iter().all(is_known)
@@ -95,7 +95,7 @@ impl Narrator {
             Basis::PathGenerator(tagged) => vec![tagged.to_string()],
             Basis::Candidates(_) => self.of_candidates(decision),
         };
-        reasons.extend(decision.findings.iter().map(Finding::situation));
+        reasons.extend(decision.findings.iter().map(InputFinding::situation));
         reasons
     }
 
@@ -113,7 +113,7 @@ impl Narrator {
             }
             (None, Some(won)) => {
                 let mut reasons = vec![stretch(won)];
-                if won.source == Source::Intersection {
+                if won.source == CandidateSource::Intersection {
                     reasons.extend(decision.junction.as_ref().map(ToString::to_string));
                 }
                 reasons.extend(decision.evaluated().iter().filter_map(|other| rival(other, won)));

@@ -14,7 +14,7 @@ use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
+use signal_gateway::core::turn_signal::parameters::{DeciderParameters, PARAMETERS};
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, FACTORS, Reader, SECTIONS};
@@ -83,7 +83,7 @@ fn gateway(bench: &Bench, file: &DriveFile, keys: &str, sections: &str) -> (Fold
     text.push_str("[turn_signal.parameters]\n");
     for parameter in PARAMETERS {
         let value = parameter.value(&file.decider.parameters);
-        if value != parameter.value(&Parameters::DEPLOYED) {
+        if value != parameter.value(&DeciderParameters::DEPLOYED) {
             writeln!(text, "{} = {value:?}", parameter.name).unwrap();
         }
     }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::map::light_map::{Lamp, LampColor};
+use signal_gateway::core::map::light_map::{LampColor, MapLamp};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::bulb::BulbSet;
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
@@ -110,7 +110,7 @@ fn content(topic: &str, count: i64) -> (LightsTopic, LightsContent) {
     };
     let group =
         |relation_id, predictions| GroupState { relation_id, elements: elements.clone(), predictions };
-    let lamp = Lamp { color: LampColor::Red, position_m: [1.0, 2.0, 3.0] };
+    let lamp = MapLamp { color: LampColor::Red, position_m: [1.0, 2.0, 3.0] };
     match topic {
         "truth" => (
             LightsTopic::GroundTruth,

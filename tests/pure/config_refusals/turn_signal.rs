@@ -1,6 +1,6 @@
 //! What is accepted in `[turn_signal]`.
 
-use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
+use signal_gateway::core::turn_signal::parameters::{DeciderParameters, PARAMETERS};
 use signal_gateway::core::turn_signal::side::Side;
 
 use crate::pure::config_refusals::with;
@@ -28,7 +28,7 @@ fn rules_of_a_country_come_from_a_file() {
 fn every_parameter_is_set_by_each_of_its_names() {
     for parameter in PARAMETERS {
         for name in std::iter::once(parameter.name).chain(parameter.aliases.iter().copied()) {
-            let default = parameter.value(&Parameters::DEPLOYED);
+            let default = parameter.value(&DeciderParameters::DEPLOYED);
             let other = match default.as_str() {
                 "true" => "false".to_owned(),
                 "false" => "true".to_owned(),

@@ -13,9 +13,9 @@ use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::desk::drive::run::Run;
+use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
-use signal_gateway::desk::drive::verdict::Verdicts;
+use signal_gateway::desk::drive::verdict::DriveVerdicts;
 use signal_gateway::report::drive::Verdict;
 
 use super::coverage::{CONFLICTS, MANOEUVRES, ONLY_A_GAP, WEAKNESSES};
@@ -84,7 +84,9 @@ fn scenario(name: &str) -> Scenario {
     let path_generator = file.compats.contains(&PathGenerator).then_some(PathGenerator);
     let compats = [Upstream, Improved].into_iter().chain(path_generator);
     let mut runs: Vec<_> = compats
-        .map(|compat| (Run::new(&simulation, compat), Verdicts::new(&simulation, compat), Vec::new()))
+        .map(|compat| {
+            (DriveRun::new(&simulation, compat), DriveVerdicts::new(&simulation, compat), Vec::new())
+        })
         .collect();
     for cycle in simulation.cycles() {
         for (run, verdicts, shown) in &mut runs {

@@ -7,7 +7,7 @@ use signal_gateway::config::drive::read;
 use signal_gateway::config::files::{Disk, Files};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::desk::drive::run::Run;
+use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 /// The files on disk: the drive over the helix from another start, and its map without heights, if so.
@@ -35,7 +35,7 @@ impl Files for Changed {
 fn announced_m(files: &Changed, compat: DeciderCompat) -> f64 {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/drives/helix.toml");
     let simulation = DriveSimulation::new(read(files, &path).unwrap()).unwrap();
-    let mut run = Run::new(&simulation, compat);
+    let mut run = DriveRun::new(&simulation, compat);
     let is_announced = |side: Option<Side>| side == Some(Side::Left);
     let mut cycles = simulation.cycles();
     cycles.find(|cycle| is_announced(run.step(cycle).turn.side())).unwrap().at_m

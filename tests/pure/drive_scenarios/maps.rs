@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use signal_gateway::core::map::geometry::Point;
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::map::light_map::{LampSource, LightMap};
 use signal_gateway::core::map::osm;
 use signal_gateway::core::map::points::Points;
@@ -25,7 +25,7 @@ pub(super) fn map(name: &str) -> LaneNetwork {
     LaneNetwork::read(&osm, &Points::new(&osm, &projector.unwrap()).unwrap()).unwrap()
 }
 
-fn lanelet(map: &LaneNetwork, id: i64) -> &Lane {
+fn lanelet(map: &LaneNetwork, id: i64) -> &Lanelet {
     map.lane(id).unwrap_or_else(|| panic!("no lanelet {id}"))
 }
 

@@ -8,15 +8,13 @@ use signal_gateway::config::drive::read;
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::factors::{FactorContext, Factors, manoeuvres};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, FactorTopic, PathPoint, PlanningFactor,
-};
-use signal_gateway::desk::drive::run::Run;
-use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
+use signal_gateway::core::turn_signal::planner_input::{ControlPoint, FactorTopic, PlanningFactor};
+use signal_gateway::desk::drive::run::DriveRun;
+use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
 
 /// Changes of the command lie this near to each other, metres.
 const NEAR_M: f64 = 1.5;
@@ -28,7 +26,7 @@ const DRIVES: [(&str, f64); 4] = [
     ("pull_out_beside_oncoming", -2.2),
 ];
 
-fn factors(cycle: &Cycle, offset_m: f64) -> Factors {
+fn factors(cycle: &DriveCycle, offset_m: f64) -> Factors {
     let point = |pose, shift_length_m| ControlPoint { pose, distance_m: 0.0, speed_mps: 0.0, shift_length_m };
     let of = |manoeuvre: &Manoeuvre| {
         let Manoeuvre::PullOut(pull_out) = manoeuvre else { panic!("{manoeuvre:?}") };
@@ -51,25 +49,20 @@ fn a_pull_out_is_known_from_its_factor_and_the_path() {
     for (name, offset_m) in DRIVES {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/drives").join(format!("{name}.toml"));
         let simulation = DriveSimulation::new(read(&Disk, &file).unwrap()).unwrap();
-        let settings = Settings { compat: DeciderCompat::Improved, ..simulation.file().decider.clone() };
+        let settings =
+            DeciderSettings { compat: DeciderCompat::Improved, ..simulation.file().decider.clone() };
         let mut changes = [Vec::new(), Vec::new()];
         let mut of_factors = Decider::new(settings.clone());
-        let mut of_manoeuvres = Run::new(&simulation, settings.compat);
+        let mut of_manoeuvres = DriveRun::new(&simulation, settings.compat);
         for cycle in simulation.cycles() {
             let odometry = cycle.odometry.unwrap();
-            let point = |planned: &signal_gateway::desk::drive::simulation::PathPoint| PathPoint {
-                pose: planned.pose,
-                speed_mps: cycle.speed_mps,
-                lanes: planned.lane.into_iter().collect(),
-            };
-            let path: Vec<PathPoint> = cycle.path.iter().map(point).collect();
             let context = FactorContext {
                 road: simulation.road(),
                 route: &cycle.route,
                 parameters: &settings.parameters,
                 looks_at_height: true,
                 odometry,
-                path: Some(&path),
+                path: Some(&cycle.path),
                 modified_goal: None,
                 operation_mode: None,
             };
@@ -79,7 +72,7 @@ fn a_pull_out_is_known_from_its_factor_and_the_path() {
                 odometry: Some(Timed { at: cycle.now, value: odometry }),
                 road: Some(simulation.road()),
                 route: Some(&cycle.route),
-                planned_path: Some(Timed { at: cycle.now, value: path.len() }),
+                planned_path: Some(Timed { at: cycle.now, value: cycle.path.len() }),
                 manoeuvres: &manoeuvres,
                 lane_driving: cycle.lane_driving,
             };

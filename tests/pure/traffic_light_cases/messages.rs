@@ -1,7 +1,7 @@
 //! Groups K (contents) and N, with every neighbour; and architectures.
 
 use signal_gateway::core::compat::Compat;
-use signal_gateway::core::map::light_map::{Lamp, LampColor};
+use signal_gateway::core::map::light_map::{LampColor, MapLamp};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::traffic_light::architecture::{Architecture, ArchitectureError};
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
@@ -69,7 +69,7 @@ fn check(case: &str, elements: &[TrafficLightElement], expected: &[(u8, u8)]) {
 #[test]
 fn group_k_markers_are_three_spheres_of_which_the_red_one_is_bright() {
     let lamp =
-        |color, position_m, is_on| LampMarker { way_id: 34836, lamp: Lamp { color, position_m }, is_on };
+        |color, position_m, is_on| LampMarker { way_id: 34836, lamp: MapLamp { color, position_m }, is_on };
     let content = LightsContent::markers([
         lamp(LampColor::Green, [3770.02, 73738.34, 5.80], false),
         lamp(LampColor::Yellow, [3769.60, 73738.12, 5.81], false),

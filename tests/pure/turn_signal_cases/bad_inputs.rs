@@ -8,7 +8,8 @@ use signal_gateway::core::light_command::{EnumOrUnknown, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, FactorTopic, Odometry, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+    ControlPoint, FactorTopic, Odometry, OperationMode, PlannedPathPoint, PlannerInput, PlannerRoute,
+    PlanningFactor,
 };
 
 use super::bench::{announcing, decider, factor, path, route};
@@ -40,7 +41,7 @@ fn factors(topic: FactorTopic, behavior: u16, points: &[(f64, f64)]) -> Bad {
     Bad::PlannerInput(PlannerInput::Factors { topic, factors: Arc::new([factor(behavior, true, points)]) })
 }
 
-fn planned(points: Vec<PathPoint>) -> Bad {
+fn planned(points: Vec<PlannedPathPoint>) -> Bad {
     Bad::PlannerInput(PlannerInput::PlannedPath(points.into()))
 }
 
@@ -49,7 +50,7 @@ fn route_from(start: Pose) -> Bad {
     Bad::PlannerInput(PlannerInput::Route(Arc::new(route)))
 }
 
-fn spoilt_path() -> Vec<PathPoint> {
+fn spoilt_path() -> Vec<PlannedPathPoint> {
     let mut points = path(30.0, 50);
     points[20].pose.position.y_m = NAN;
     points
@@ -213,7 +214,7 @@ fn any_input() -> impl Strategy<Value = PlannerInput> {
         3 => any::<u128>().prop_map(|id| route(id, &[1, 2, 3])),
         1 => (any::<u128>(), lanes.clone()).prop_map(|(id, lanes)| route(id, &lanes)),
     ];
-    let point = (any_pose(), any_number(), lanes).prop_map(|(pose, speed_mps, lanes)| PathPoint {
+    let point = (any_pose(), any_number(), lanes).prop_map(|(pose, speed_mps, lanes)| PlannedPathPoint {
         pose,
         speed_mps,
         lanes,

@@ -11,7 +11,7 @@ use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::turn_signal::decision::Decision;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, Odometry, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+    ControlPoint, Odometry, PlannedPathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
 
 use super::drive::segments;
@@ -106,7 +106,7 @@ pub(crate) fn route(id: u128, lanes: &[i64]) -> PlannerInput {
 }
 
 /// A planned path of this many points along the middle, a point each metre, from `x_m` on.
-pub(crate) fn path(x_m: f64, points: u32) -> Vec<PathPoint> {
+pub(crate) fn path(x_m: f64, points: u32) -> Vec<PlannedPathPoint> {
     let lane = |x: f64| {
         if x < 60.0 {
             1
@@ -116,7 +116,8 @@ pub(crate) fn path(x_m: f64, points: u32) -> Vec<PathPoint> {
             3
         }
     };
-    let point = |x: f64| PathPoint { pose: Pose::new(x, 0.0, 0.0), speed_mps: 5.0, lanes: vec![lane(x)] };
+    let point =
+        |x: f64| PlannedPathPoint { pose: Pose::new(x, 0.0, 0.0), speed_mps: 5.0, lanes: vec![lane(x)] };
     (0..points).map(|index| point(x_m + f64::from(index))).collect()
 }
 

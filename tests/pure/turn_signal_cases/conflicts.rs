@@ -2,7 +2,9 @@
 //! improved and as upstream.
 
 use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Case, Rules, Source};
+use signal_gateway::core::turn_signal::resolve::{
+    CandidateOutcome, CandidateSource, Candidates, Case, PairwiseRules,
+};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side::{self, Left, Right};
 
@@ -37,7 +39,7 @@ fn expected_at(stretches: &[Stretch], x: f64) -> TurnCommand {
     stretches.iter().find(within).map_or(TurnCommand::Disable, |(side, ..)| (*side).into())
 }
 
-fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: &Rules) {
+fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: &PairwiseRules) {
     // Quarters are exact, so that boundaries are met and just missed.
     for x in (-40..=480).map(|quarter| f64::from(quarter) / 4.0) {
         let got = resolve_at(x, FRONT_M, candidates, rules);
@@ -174,14 +176,14 @@ pub(crate) fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
 #[test]
 fn every_listed_conflict_is_settled_as_upstream_does() {
     for (id, candidates, stretches) in cases() {
-        check(id, &candidates, &stretches, &Rules::default());
+        check(id, &candidates, &stretches, &PairwiseRules::default());
     }
 }
 
 /// W3: the glitch at P's required start is gone; nothing else changes.
 #[test]
 fn by_default_no_single_sample_stands_out_at_the_required_start() {
-    let rules = Rules { start_belongs_to_before: true, ..Rules::default() };
+    let rules = PairwiseRules { start_belongs_to_before: true, ..PairwiseRules::default() };
     for (id, candidates, mut stretches) in cases() {
         stretches.retain(|(_, from, _, to, _)| from != to);
         check(id, &candidates, &stretches, &rules);
@@ -190,7 +192,7 @@ fn by_default_no_single_sample_stands_out_at_the_required_start() {
 
 #[test]
 fn three_records_name_their_winners() {
-    use Source::{Intersection, Manoeuvre, Roundabout};
+    use CandidateSource::{Intersection, Manoeuvre, Roundabout};
     for (id, x, winner) in [
         ("T1", 30.0, Intersection),
         ("T1", 40.0, Roundabout),
@@ -206,7 +208,7 @@ fn three_records_name_their_winners() {
         ("T3", 50.0, Manoeuvre),
     ] {
         let (_, candidates, _) = cases().into_iter().find(|(other, ..)| *other == id).unwrap();
-        let got = resolve_at(x, FRONT_M, &candidates, &Rules::default());
+        let got = resolve_at(x, FRONT_M, &candidates, &PairwiseRules::default());
         assert_eq!(got.winner.unwrap().source, winner, "{id} at {x}");
     }
 }
@@ -215,16 +217,16 @@ fn three_records_name_their_winners() {
 fn every_branch_has_its_label_and_the_loser_its_reason() {
     let candidates = |id: &str| cases().into_iter().find(|(other, ..)| *other == id).unwrap().1;
     for (id, x, case, winner) in [
-        ("C3", 20.0, Case::A1, Source::Intersection),
-        ("C1", 20.0, Case::A2, Source::Intersection),
-        ("C6", 30.0, Case::A3, Source::Intersection),
-        ("C1", 41.0, Case::A4, Source::Manoeuvre),
-        ("C5", 30.0, Case::B1, Source::Intersection),
-        ("C5", 50.0, Case::B1, Source::Manoeuvre),
-        ("C4", 20.0, Case::B2, Source::Manoeuvre),
-        ("C4", 40.0, Case::B2, Source::Intersection),
+        ("C3", 20.0, Case::A1, CandidateSource::Intersection),
+        ("C1", 20.0, Case::A2, CandidateSource::Intersection),
+        ("C6", 30.0, Case::A3, CandidateSource::Intersection),
+        ("C1", 41.0, Case::A4, CandidateSource::Manoeuvre),
+        ("C5", 30.0, Case::B1, CandidateSource::Intersection),
+        ("C5", 50.0, Case::B1, CandidateSource::Manoeuvre),
+        ("C4", 20.0, Case::B2, CandidateSource::Manoeuvre),
+        ("C4", 40.0, Case::B2, CandidateSource::Intersection),
     ] {
-        let got = resolve_at(x, FRONT_M, &candidates(id), &Rules::default());
+        let got = resolve_at(x, FRONT_M, &candidates(id), &PairwiseRules::default());
         assert_eq!((got.case, got.winner.unwrap().source), (Some(case), winner), "{id} at {x}");
         let lost = got
             .evaluated
@@ -234,8 +236,9 @@ fn every_branch_has_its_label_and_the_loser_its_reason() {
         assert_eq!(lost.outcome, CandidateOutcome::LostTo { source: winner, case }, "{id} at {x}");
         assert_ne!(lost.source, winner);
     }
-    let outcomes =
-        |x: f64| resolve_at(x, FRONT_M, &candidates("C1"), &Rules::default()).evaluated.map(|w| w.outcome);
+    let outcomes = |x: f64| {
+        resolve_at(x, FRONT_M, &candidates("C1"), &PairwiseRules::default()).evaluated.map(|w| w.outcome)
+    };
     assert_eq!(
         outcomes(-3.0),
         [CandidateOutcome::NotReached, CandidateOutcome::Absent, CandidateOutcome::NotReached]

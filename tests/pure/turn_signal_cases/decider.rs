@@ -6,18 +6,18 @@ use proptest::prelude::*;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::path::PathError;
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::compat::UpstreamQuirks;
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::compat::DeciderQuirks;
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::distance_path::DistancePath;
-use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
+use signal_gateway::core::turn_signal::inputs::{InputFinding, Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
-use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::resolve::Source;
+use signal_gateway::core::turn_signal::resolve::CandidateSource;
 use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::report::decision::reasons;
@@ -37,7 +37,7 @@ fn route_of(id: u128, lanes: &[i64]) -> Route {
 }
 
 fn decider(compat: DeciderCompat) -> Decider {
-    Decider::new(Settings::deployed(compat))
+    Decider::new(DeciderSettings::deployed(compat))
 }
 
 /// Right, then left, measured on the map: the required end of 501 lies 2 m into it, that of 497 8 m.
@@ -74,7 +74,7 @@ fn two_turns_of_a_map() {
 fn the_distance_path_follows_the_route() {
     let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
     let ego = Pose::new(40.0, 101.5, 0.0);
-    let (parameters, quirks) = (Parameters::DEPLOYED, UpstreamQuirks::of(Improved));
+    let (parameters, quirks) = (DeciderParameters::DEPLOYED, DeciderQuirks::of(Improved));
     let whole = DistancePath::new((&road, &route, quirks), &parameters, ego, 500, 100.0).unwrap();
     assert_eq!(whole.lanes, ROUTE);
     let own = whole.spans_m[ROUTE.iter().position(|id| *id == 500).unwrap()];
@@ -88,18 +88,18 @@ fn the_distance_path_follows_the_route() {
     let spacing = whole.path.poses().windows(2).map(|pair| pair[0].position.distance_m(pair[1].position));
     assert!(spacing.take(10).all(|gap| (gap - 2.0).abs() < 1e-6), "a point every 2 m");
 
-    let near = Parameters { path_forward_length_m: 15.0, ..parameters };
+    let near = DeciderParameters { path_forward_length_m: 15.0, ..parameters };
     let short = DistancePath::new((&road, &route, quirks), &near, ego, 500, 20.0).unwrap();
     assert_eq!(short.lanes, [500, 501]);
     assert!((short.path.length_m() - 35.0).abs() < 0.1);
     assert!((short.path.poses()[0].position.x_m - 20.0).abs() < 0.1);
 
-    let empty = LaneNetwork::new([Lane { id: 1, ..Lane::default() }], Vec::new());
+    let empty = LaneNetwork::new([Lanelet { id: 1, ..Lanelet::default() }], Vec::new());
     let pointless = DistancePath::new((&empty, &route_of(1, &[1]), quirks), &parameters, ego, 1, 100.0);
     assert_eq!(pointless, Err(PathError::TooShort));
 }
 
-fn assert_no_inputs(decision: &Decision, finding: Finding) {
+fn assert_no_inputs(decision: &Decision, finding: InputFinding) {
     assert_eq!(
         (decision.turn, decision.hazard),
         (TurnCommand::NoCommand, HazardCommand::NoCommand),
@@ -120,13 +120,13 @@ fn without_what_is_indispensable_there_is_no_command() {
     for compat in [Upstream, Improved] {
         let decide = |inputs: &Inputs<'_>| decider(compat).decide(inputs, now);
         assert_eq!(decide(&whole).turn, TurnCommand::Right);
-        assert_no_inputs(&decide(&Inputs { odometry: None, ..whole }), Finding::NoOdometry);
-        assert_no_inputs(&decide(&Inputs { road: None, ..whole }), Finding::NoRoad);
-        assert_no_inputs(&decide(&Inputs { route: None, ..whole }), Finding::NoRoute);
-        assert_no_inputs(&decide(&Inputs { lane_driving: false, ..whole }), Finding::NotLaneDriving);
+        assert_no_inputs(&decide(&Inputs { odometry: None, ..whole }), InputFinding::NoOdometry);
+        assert_no_inputs(&decide(&Inputs { road: None, ..whole }), InputFinding::NoRoad);
+        assert_no_inputs(&decide(&Inputs { route: None, ..whole }), InputFinding::NoRoute);
+        assert_no_inputs(&decide(&Inputs { lane_driving: false, ..whole }), InputFinding::NotLaneDriving);
         let with = |odometry| decide(&Inputs { odometry: Some(odometry), ..whole });
-        assert_no_inputs(&with(Timed { at: ago, ..fresh }), Finding::OldOdometry { age: old });
-        assert_no_inputs(&with(Timed { at: ahead, ..fresh }), Finding::FutureOdometry { ahead: old });
+        assert_no_inputs(&with(Timed { at: ago, ..fresh }), InputFinding::OldOdometry { age: old });
+        assert_no_inputs(&with(Timed { at: ahead, ..fresh }), InputFinding::FutureOdometry { ahead: old });
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for spoiled in [
                 odometry(bad, 0.0, 0.0, 3.0, now),
@@ -134,7 +134,7 @@ fn without_what_is_indispensable_there_is_no_command() {
                 odometry(0.0, 0.0, bad, 3.0, now),
                 odometry(0.0, 0.0, 0.0, bad, now),
             ] {
-                assert_no_inputs(&with(spoiled), Finding::OdometryNotFinite);
+                assert_no_inputs(&with(spoiled), InputFinding::OdometryNotFinite);
             }
         }
         let limit = MonoTime::from_millis(49_500);
@@ -185,16 +185,20 @@ fn with_an_empty_path_or_a_map_without_lanes_the_manoeuvres_decide_alone() {
             Inputs { planned_path: Some(Timed { at: START, value: 0 }), ..inputs(fresh, &road, &route) };
         let got = decider(compat).decide(&whole, START);
         assert_eq!((got.turn, got.hazard), (TurnCommand::NoCommand, HazardCommand::Disable), "{compat:?}");
-        assert_eq!(got.findings, [Finding::EmptyPlannedPath]);
+        assert_eq!(got.findings, [InputFinding::EmptyPlannedPath]);
         let got = decider(compat).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
         assert_eq!((got.turn, got.basis), (TurnCommand::Left, Basis::ManoeuvreAlone(TurnCommand::Left)));
         let got = decider(compat).decide(&inputs(fresh, &empty, &route), START);
-        assert_eq!((got.turn, &got.findings[..]), (TurnCommand::NoCommand, &[Finding::NoLaneAround][..]));
-        let pointless = LaneNetwork::new([Lane { id: 500, ..Lane::default() }], Vec::new());
+        assert_eq!(
+            (got.turn, &got.findings[..]),
+            (TurnCommand::NoCommand, &[InputFinding::NoLaneAround][..])
+        );
+        let pointless = LaneNetwork::new([Lanelet { id: 500, ..Lanelet::default() }], Vec::new());
         let got = decider(compat).decide(&inputs(fresh, &pointless, &route), START);
-        assert_eq!(got.findings, [Finding::NoDistancePath(PathError::TooShort)]);
+        assert_eq!(got.findings, [InputFinding::NoDistancePath(PathError::TooShort)]);
         assert_eq!(got.turn, TurnCommand::NoCommand);
-        let crooked = Lane { id: 500, centerline: vec![Point::new(f64::NAN, 0.0); 3], ..Lane::default() };
+        let crooked =
+            Lanelet { id: 500, centerline: vec![Point::new(f64::NAN, 0.0); 3], ..Lanelet::default() };
         let got =
             decider(compat).decide(&inputs(fresh, &LaneNetwork::new([crooked], Vec::new()), &route), START);
         assert_eq!(got.turn.side(), None, "{got:?}");
@@ -216,7 +220,7 @@ fn old_manoeuvres_are_left_out_and_bad_ones_not_signalled() {
         let old = decide(compat, 48_999, at(60.0));
         let age = Duration::from_millis(1001);
         assert_eq!(old.turn, TurnCommand::Disable);
-        assert_eq!(old.findings, [Finding::OldManoeuvre { kind: ManoeuvreKind::LaneChange, age }]);
+        assert_eq!(old.findings, [InputFinding::OldManoeuvre { kind: ManoeuvreKind::LaneChange, age }]);
         let bad = decide(compat, 50_000, Pose::new(f64::NAN, 0.0, 0.0));
         assert_eq!(bad.turn, TurnCommand::Disable);
         let is_reason = |reason: String| reason.starts_with("manoeuvre: a point of it is not a number");
@@ -232,7 +236,7 @@ fn a_new_route_clears_what_was_remembered_by_default() {
         decider.decide(&inputs(odometry(45.0, 101.5, 0.0, 3.0, START), &road, &one), START);
         let later = START.after(Duration::from_millis(100));
         let got = decider.decide(&inputs(odometry(46.0, 101.5, 0.0, 3.0, later), &road, &other), later);
-        assert_eq!((got.turn, &got.findings[..]), (TurnCommand::Right, &[Finding::NewRoute][..]));
+        assert_eq!((got.turn, &got.findings[..]), (TurnCommand::Right, &[InputFinding::NewRoute][..]));
         let Basis::Candidates(resolution) = got.basis else { panic!("W8 {compat:?}") };
         // Begun a metre ago, or here: the front is 3.79 m ahead.
         let start_m = resolution.winner.unwrap().distances.desired_start_m;
@@ -250,7 +254,7 @@ fn a_clock_that_goes_back_is_a_finding_and_restarts_durations() {
     };
     assert_eq!(at(50_000, 45.0).turn, TurnCommand::Right);
     let back = at(10_000, 45.1);
-    assert_eq!(back.findings, [Finding::TimeWentBack { by: Duration::from_secs(40) }]);
+    assert_eq!(back.findings, [InputFinding::TimeWentBack { by: Duration::from_secs(40) }]);
     assert_eq!(back.turn, TurnCommand::Right);
     assert!(at(10_100, 45.2).findings.is_empty());
     assert_eq!(at(90_000_000, 45.3).turn, TurnCommand::Right, "a jump ahead with a fresh pose is harmless");
@@ -264,7 +268,7 @@ fn a_decision_has_its_reasons() {
     let got = decider(Upstream).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
     assert_eq!(
         (got.turn, got.winner(), got.case().is_some()),
-        (TurnCommand::Right, Some(Source::Intersection), true)
+        (TurnCommand::Right, Some(CandidateSource::Intersection), true)
     );
     let reasons: Vec<_> = reasons(&got).collect();
     let expected = [

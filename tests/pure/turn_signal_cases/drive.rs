@@ -6,16 +6,16 @@ use std::time::Duration;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::path::{Path, PathFrame};
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::{DeciderCompat, UpstreamQuirks};
-use signal_gateway::core::turn_signal::decider::{Decider, Observed, Settings};
+use signal_gateway::core::turn_signal::compat::{DeciderCompat, DeciderQuirks};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings, Observed};
 use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::decision_context::DecisionContext;
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
-use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
 use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
@@ -41,14 +41,14 @@ pub(crate) fn lane_change(side: Side, start: Option<Pose>, end: Option<Pose>) ->
 }
 
 /// A straight lanelet from `from` to `to`.
-pub(crate) fn straight_lane(id: i64, from: f64, to: f64) -> Lane {
+pub(crate) fn straight_lane(id: i64, from: f64, to: f64) -> Lanelet {
     let side = |y: f64| vec![Point::new(from, y), Point::new(to, y)];
-    Lane {
+    Lanelet {
         id,
         centerline: side(0.0),
         left_bound: side(HALF_WIDTH_M),
         right_bound: side(-HALF_WIDTH_M),
-        ..Lane::default()
+        ..Lanelet::default()
     }
 }
 
@@ -81,8 +81,8 @@ pub(crate) fn turn_of(record: &Section, id: i64) -> TurnLane {
 pub(crate) struct Drive {
     pub(crate) road: LaneNetwork,
     pub(crate) route: Route,
-    pub(crate) parameters: Parameters,
-    pub(crate) settings: Settings,
+    pub(crate) parameters: DeciderParameters,
+    pub(crate) settings: DeciderSettings,
     pub(crate) observed: Observed,
     pub(crate) decider: Decider,
     path: Path,
@@ -97,11 +97,11 @@ impl Drive {
 
     /// This road and route, along the same line.
     pub(crate) fn on(road: LaneNetwork, route: &[i64], compat: DeciderCompat) -> Self {
-        let settings = Settings::deployed(compat);
+        let settings = DeciderSettings::deployed(compat);
         Self {
             road,
             route: route_from(1, Pose::new(-50.0, 0.0, 0.0), route),
-            parameters: Parameters::DEPLOYED,
+            parameters: DeciderParameters::DEPLOYED,
             decider: Decider::new(settings.clone()),
             settings,
             observed: Observed::default(),
@@ -130,7 +130,7 @@ impl Drive {
             speed_mps,
             parameters: &self.parameters,
             vehicle: &self.settings.vehicle,
-            quirks: UpstreamQuirks::of(self.settings.compat),
+            quirks: DeciderQuirks::of(self.settings.compat),
             standing_limit: self.settings.standing_limit,
             junction_rule: None,
             now: self.now,

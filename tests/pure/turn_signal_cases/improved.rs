@@ -12,7 +12,9 @@ use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::finished::FinishedMemory;
 use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
-use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Resolution, Rules, Source};
+use signal_gateway::core::turn_signal::resolve::{
+    CandidateOutcome, CandidateSource, Candidates, PairwiseRules, Resolution,
+};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
 
@@ -24,8 +26,8 @@ use super::line::{NEAREST, at, blinking, line, resolve_at};
 const FRONT_M: f64 = 2.0;
 
 /// The rules of the default, nothing finished.
-fn improved() -> Rules {
-    Rules { start_belongs_to_before: true, nested_waits: true, ..Rules::default() }
+fn improved() -> PairwiseRules {
+    PairwiseRules { start_belongs_to_before: true, nested_waits: true, ..PairwiseRules::default() }
 }
 
 /// Resolves without what has finished, and notes what has.
@@ -38,11 +40,11 @@ fn resolve_and_note(
     let path = line(-20, 140);
     let path_frame = PathFrame::new(&path, at(x), FRONT_M, NEAREST);
     let of = |source| candidates.of(source).map(|section| (source, section));
-    let sections: Vec<(Source, Section)> = Source::ALL.into_iter().filter_map(of).collect();
+    let sections: Vec<(CandidateSource, Section)> = CandidateSource::ALL.into_iter().filter_map(of).collect();
     let is_finished =
-        |(source, section): &&(Source, Section)| memory.is_finished(&path_frame, *source, section);
+        |(source, section): &&(CandidateSource, Section)| memory.is_finished(&path_frame, *source, section);
     let finished = sections.iter().filter(is_finished).map(|(source, _)| *source).collect();
-    let resolution = resolve_at(x, FRONT_M, candidates, &Rules { finished, ..improved() });
+    let resolution = resolve_at(x, FRONT_M, candidates, &PairwiseRules { finished, ..improved() });
     let winner = resolution.winner.and_then(|winner| of(winner.source));
     let shown = if is_shown { resolution.signal() } else { TurnCommand::Disable };
     memory.note(&path_frame, &sections, winner.as_ref(), shown);
@@ -251,7 +253,7 @@ proptest! {
             if one != other {
                 // Only a contender whose required section is over can make the difference: by
                 // winning, or among three by deciding whom it is compared with.
-                let resolution = resolve_at(*x, FRONT_M, &candidates, &Rules::default());
+                let resolution = resolve_at(*x, FRONT_M, &candidates, &PairwiseRules::default());
                 let over = resolution.evaluated.iter().any(|evaluated| {
                     let contends = matches!(evaluated.outcome, CandidateOutcome::Won | CandidateOutcome::LostTo { .. });
                     contends && evaluated.distances.is_some_and(|d| d.required_end_m < 0.0)

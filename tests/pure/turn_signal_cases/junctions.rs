@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::decision::Decision;
 use signal_gateway::core::turn_signal::inputs::Timed;
 use signal_gateway::core::turn_signal::junction::LegalDistance;
@@ -23,7 +23,7 @@ const FRONT_M: f64 = 3.79;
 const CROSSING_M: [f64; 2] = [100.0, 120.0];
 
 /// A quarter of a circle from a place on the straight road, to the left or to the right.
-fn arc(id: i64, from_m: f64, degrees: f64, direction: TurnDirection) -> Lane {
+fn arc(id: i64, from_m: f64, degrees: f64, direction: TurnDirection) -> Lanelet {
     let (radius_m, side) = (12.0, degrees.signum());
     let pose = |step: i32| {
         let turned = (f64::from(step) * degrees / 30.0).to_radians();
@@ -31,13 +31,13 @@ fn arc(id: i64, from_m: f64, degrees: f64, direction: TurnDirection) -> Lane {
         Pose { yaw_rad: turned, position: at(from_m).point_at(ahead_m, left_m) }
     };
     let line = |by_m: f64| (0..=30).map(|step| pose(step).point_at(0.0, by_m)).collect();
-    Lane {
+    Lanelet {
         id,
         centerline: line(0.0),
         left_bound: line(HALF_WIDTH_M),
         right_bound: line(-HALF_WIDTH_M),
         turn_direction: direction,
-        ..Lane::default()
+        ..Lanelet::default()
     }
 }
 
@@ -48,13 +48,13 @@ struct Town {
 }
 
 impl Town {
-    fn new(between_m: f64, other: Lane, straight: TurnDirection) -> Self {
+    fn new(between_m: f64, other: Lanelet, straight: TurnDirection) -> Self {
         let [from_m, to_m] = CROSSING_M;
         let turn_m = to_m + between_m;
-        let way = |lane: Lane, followers: &[i64]| Lane { followers: followers.to_vec(), ..lane };
+        let way = |lane: Lanelet, followers: &[i64]| Lanelet { followers: followers.to_vec(), ..lane };
         let lanes = [
             way(straight_lane(1, -100.0, from_m), &[2, 3]),
-            Lane { turn_direction: straight, ..way(straight_lane(2, from_m, to_m), &[4]) },
+            Lanelet { turn_direction: straight, ..way(straight_lane(2, from_m, to_m), &[4]) },
             other,
             way(straight_lane(4, to_m, turn_m), &[5, 6]),
             arc(5, turn_m, 90.0, TurnDirection::Left),
@@ -64,7 +64,7 @@ impl Town {
     }
 
     /// Where the front is when LEFT is first shown, by the decision there, and signals that waited.
-    fn shown_from(&self, settings: Settings, speed_mps: f64) -> (f64, Decision, u64) {
+    fn shown_from(&self, settings: DeciderSettings, speed_mps: f64) -> (f64, Decision, u64) {
         let mut decider = Decider::new(settings);
         let route = route_from(1, at(-90.0), &[1, 2, 4, 5]);
         let mut now = MonoTime::from_millis(50_000);
@@ -86,12 +86,12 @@ impl Town {
     }
 }
 
-fn left() -> Lane {
+fn left() -> Lanelet {
     arc(3, CROSSING_M[0], 90.0, TurnDirection::Left)
 }
 
-fn settings(compat: DeciderCompat) -> Settings {
-    Settings::deployed(compat)
+fn settings(compat: DeciderCompat) -> DeciderSettings {
+    DeciderSettings::deployed(compat)
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_signal_waits_until_a_crossing_that_offers_its_side_is_passed() {
     let (from_m, decision, shortened) = town.shown_from(settings(Improved), 8.0);
     assert!((0.0..1.0).contains(&(from_m - CROSSING_M[1])), "{from_m}");
     assert_eq!((decision.junction, shortened), (None, 1));
-    let off = Settings { waits_for_junctions: false, ..settings(Improved) };
+    let off = DeciderSettings { waits_for_junctions: false, ..settings(Improved) };
     let (from_m, decision, shortened) = town.shown_from(off, 8.0);
     assert_eq!((from_m, decision.junction, shortened), (upstream_m, None, 0));
 }
@@ -123,7 +123,7 @@ fn a_way_without_a_tag_is_known_by_where_it_leads_and_passed_where_it_parts() {
 #[test]
 fn other_ways_do_not_shorten_a_signal() {
     let right = arc(3, CROSSING_M[0], -90.0, TurnDirection::Right);
-    let straight = Lane { turn_direction: TurnDirection::Straight, ..straight_lane(3, 100.0, 120.0) };
+    let straight = Lanelet { turn_direction: TurnDirection::Straight, ..straight_lane(3, 100.0, 120.0) };
     for other in [right, straight, arc(3, CROSSING_M[0], -60.0, TurnDirection::None)] {
         let town = Town::new(40.0, other, TurnDirection::Straight);
         let (from_m, _, shortened) = town.shown_from(settings(Improved), 8.0);
@@ -136,7 +136,7 @@ fn other_ways_do_not_shorten_a_signal() {
 fn the_law_and_what_is_seen_too_late_come_before_the_junction() {
     let town = Town::new(20.0, left(), TurnDirection::Straight);
     let law = LegalDistance { least_m: 30.0, law: "XX: the book".to_owned() };
-    let legal = Settings { legal_distance: Some(Arc::new(law)), ..settings(Improved) };
+    let legal = DeciderSettings { legal_distance: Some(Arc::new(law)), ..settings(Improved) };
     let (from_m, decision, shortened) = town.shown_from(legal.clone(), 8.0);
     assert!((0.0..1.0).contains(&(from_m - (town.turn_m - 30.0))), "{from_m}");
     assert_eq!(shortened, 1, "54 m were cut to 30 m");

@@ -5,10 +5,12 @@ use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
 use signal_gateway::core::map::geometry::polyline::nearest;
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules, Source, resolve};
+use signal_gateway::core::turn_signal::resolve::{
+    CandidateOutcome, CandidateSource, Candidates, PairwiseRules, resolve,
+};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::core::turn_signal::subject::Subject;
+use signal_gateway::core::turn_signal::subject::SignalSubject;
 
 use super::line::{at, line, resolve_at};
 
@@ -35,7 +37,7 @@ pub(crate) fn any_record() -> impl Strategy<Value = Section> {
                 desired_end,
                 required_start,
                 required_end,
-                subject: Subject::Unnamed,
+                subject: SignalSubject::Unnamed,
                 place: None,
                 junction: None,
             }
@@ -81,8 +83,8 @@ proptest! {
     fn left_and_right_are_treated_alike(candidates in any_candidates(), x in any_position()) {
         let swapped = mapped(&candidates, |record| Section { turn: other_side(record.turn), ..record });
         let (one, other) = (
-            resolve_at(x, 2.0, &candidates, &Rules::default()),
-            resolve_at(x, 2.0, &swapped, &Rules::default()),
+            resolve_at(x, 2.0, &candidates, &PairwiseRules::default()),
+            resolve_at(x, 2.0, &swapped, &PairwiseRules::default()),
         );
         prop_assert_eq!(one.signal(), other_side(other.signal()));
         prop_assert_eq!(one.winner.map(|w| w.source), other.winner.map(|w| w.source));
@@ -108,14 +110,14 @@ proptest! {
         let path = Path::new(line(-20, 140).poses().iter().map(|pose| turned(*pose))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.046 };
         let path_frame = PathFrame::new(&path, turned(at(f64::from(x))), 2.0, limits);
-        let moved = resolve(&path_frame, &mapped(&rounded, change), &Rules::default());
-        prop_assert_eq!(moved, resolve_at(f64::from(x), 2.0, &rounded, &Rules::default()));
+        let moved = resolve(&path_frame, &mapped(&rounded, change), &PairwiseRules::default());
+        prop_assert_eq!(moved, resolve_at(f64::from(x), 2.0, &rounded, &PairwiseRules::default()));
     }
 
     #[test]
     fn exactly_one_valid_candidate_wins(candidates in any_candidates(), x in any_position()) {
-        let got = resolve_at(x, 2.0, &candidates, &Rules::default());
-        let winners: Vec<Source> =
+        let got = resolve_at(x, 2.0, &candidates, &PairwiseRules::default());
+        let winners: Vec<CandidateSource> =
             got.evaluated.iter().filter(|w| w.outcome == CandidateOutcome::Won).map(|w| w.source).collect();
         prop_assert_eq!(winners, got.winner.map(|w| w.source).into_iter().collect::<Vec<_>>());
         for evaluated in got.evaluated {
@@ -131,17 +133,17 @@ proptest! {
 
     #[test]
     fn an_invalid_record_changes_nothing(candidates in any_candidates(), x in any_position()) {
-        let got = resolve_at(x, 2.0, &candidates, &Rules::default());
-        let keep = |source: Source, record: Option<Section>| {
+        let got = resolve_at(x, 2.0, &candidates, &PairwiseRules::default());
+        let keep = |source: CandidateSource, record: Option<Section>| {
             let outcome = got.evaluated.iter().find(|w| w.source == source).unwrap().outcome;
             record.filter(|_| matches!(outcome, CandidateOutcome::Won | CandidateOutcome::LostTo { .. }))
         };
         let valid = Candidates {
-            intersection: keep(Source::Intersection, candidates.intersection),
-            roundabout: keep(Source::Roundabout, candidates.roundabout),
-            manoeuvre: keep(Source::Manoeuvre, candidates.manoeuvre),
+            intersection: keep(CandidateSource::Intersection, candidates.intersection),
+            roundabout: keep(CandidateSource::Roundabout, candidates.roundabout),
+            manoeuvre: keep(CandidateSource::Manoeuvre, candidates.manoeuvre),
         };
-        prop_assert_eq!(resolve_at(x, 2.0, &valid, &Rules::default()).winner, got.winner);
+        prop_assert_eq!(resolve_at(x, 2.0, &valid, &PairwiseRules::default()).winner, got.winner);
     }
 
     #[test]
@@ -149,8 +151,8 @@ proptest! {
         let on_start = |record: &Section| (record.required_start.position.x_m - x - 2.0).abs() < 1e-9;
         let records = [candidates.intersection, candidates.roundabout, candidates.manoeuvre];
         prop_assume!(!records.iter().flatten().any(on_start));
-        let improved = Rules { start_belongs_to_before: true, ..Rules::default() };
-        prop_assert_eq!(resolve_at(x, 2.0, &candidates, &improved), resolve_at(x, 2.0, &candidates, &Rules::default()));
+        let improved = PairwiseRules { start_belongs_to_before: true, ..PairwiseRules::default() };
+        prop_assert_eq!(resolve_at(x, 2.0, &candidates, &improved), resolve_at(x, 2.0, &candidates, &PairwiseRules::default()));
     }
 
     #[test]
@@ -167,7 +169,7 @@ proptest! {
             }
             record
         };
-        let got = resolve_at(x, 2.0, &mapped(&candidates, spoil), &Rules::default());
+        let got = resolve_at(x, 2.0, &mapped(&candidates, spoil), &PairwiseRules::default());
         prop_assert_eq!(got.signal(), TurnCommand::Disable);
     }
 

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
-use signal_gateway::core::turn_signal::resolve::{Candidates, Resolution, Rules, resolve};
+use signal_gateway::core::turn_signal::resolve::{Candidates, PairwiseRules, Resolution, resolve};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
 
@@ -31,7 +31,12 @@ pub(crate) fn record(side: Side, desired: [f64; 2], required: [f64; 2]) -> Secti
 }
 
 /// The resolution with the rear axle at `x_m` on a long line.
-pub(crate) fn resolve_at(x_m: f64, front_m: f64, candidates: &Candidates, rules: &Rules) -> Resolution {
+pub(crate) fn resolve_at(
+    x_m: f64,
+    front_m: f64,
+    candidates: &Candidates,
+    rules: &PairwiseRules,
+) -> Resolution {
     static LONG: OnceLock<Path> = OnceLock::new();
     let path = LONG.get_or_init(|| line(-20, 140));
     resolve(&PathFrame::new(path, at(x_m), front_m, NEAREST), candidates, rules)

@@ -12,7 +12,7 @@ use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, Lane
 use signal_gateway::core::turn_signal::manoeuvre::pull_out::PullOut;
 use signal_gateway::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
 use signal_gateway::core::turn_signal::parameters::CandidatePolicy;
-use signal_gateway::core::turn_signal::resolve::{Case, Source};
+use signal_gateway::core::turn_signal::resolve::{CandidateSource, Case};
 use signal_gateway::core::turn_signal::shift::ShiftedPath;
 use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::core::turn_signal::side::Side::{Left, Right};
@@ -68,7 +68,10 @@ fn l1_to_l3_upstream() {
     else {
         panic!("no candidates")
     };
-    assert_eq!((resolution.case, resolution.winner.unwrap().source), (Some(Case::B2), Source::Intersection));
+    assert_eq!(
+        (resolution.case, resolution.winner.unwrap().source),
+        (Some(Case::B2), CandidateSource::Intersection)
+    );
 }
 
 #[test]

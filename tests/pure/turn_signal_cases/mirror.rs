@@ -6,10 +6,10 @@ use proptest::prelude::*;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
@@ -30,9 +30,9 @@ fn mirrored_point(point: &Point) -> Point {
     Point::new(point.x_m, -point.y_m)
 }
 
-fn mirrored_lane(lane: &Lane) -> Lane {
+fn mirrored_lane(lane: &Lanelet) -> Lanelet {
     let line = |points: &[Point]| points.iter().map(mirrored_point).collect();
-    Lane {
+    Lanelet {
         centerline: line(&lane.centerline),
         left_bound: line(&lane.right_bound),
         right_bound: line(&lane.left_bound),
@@ -125,7 +125,7 @@ impl Drive {
             road
         };
         let route = route_from(1, self.pose_at(0.0), &ROUTE);
-        let mut decider = Decider::new(Settings::deployed(compat));
+        let mut decider = Decider::new(DeciderSettings::deployed(compat));
         let avoidance = self.avoidance(events);
         let (mut now, mut ego_m) = (MonoTime::from_millis(1000), 0.0);
         let mut commands = Vec::new();

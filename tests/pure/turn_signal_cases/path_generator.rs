@@ -3,14 +3,14 @@
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed, length_m};
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::decision::Basis;
-use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
+use signal_gateway::core::turn_signal::inputs::{InputFinding, Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
 use signal_gateway::core::turn_signal::path_generator::TaggedLanelet;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::side::Side;
@@ -19,17 +19,17 @@ use super::drive::{inputs, lane_change, route_from};
 
 pub(crate) const ROUTE: [i64; 5] = [500, 501, 489, 497, 494];
 
-fn lane(id: i64, turn_direction: TurnDirection, points: &[(f64, f64)], followers: Vec<i64>) -> Lane {
+fn lane(id: i64, turn_direction: TurnDirection, points: &[(f64, f64)], followers: Vec<i64>) -> Lanelet {
     let centerline: Vec<Point> = points.iter().map(|(x, y)| Point::new(*x, *y)).collect();
     let aside = |left_m: f64| headed(&centerline).iter().map(|pose| pose.point_at(0.0, left_m)).collect();
-    Lane {
+    Lanelet {
         id,
         turn_direction,
         left_bound: aside(1.5),
         right_bound: aside(-1.5),
         followers,
         centerline,
-        ..Lane::default()
+        ..Lanelet::default()
     }
 }
 
@@ -76,8 +76,8 @@ fn the_lengths_are_those_of_the_map() {
 #[test]
 fn every_listed_position_gives_its_command_by_its_lanelet() {
     use TaggedLanelet::{Ahead, None, Own, PastEnd, TooFar};
-    let deployed = Parameters::DEPLOYED;
-    let narrow = Parameters { intersection_search_distance_m: 0.0, ..Parameters::DEPLOYED };
+    let deployed = DeciderParameters::DEPLOYED;
+    let narrow = DeciderParameters { intersection_search_distance_m: 0.0, ..DeciderParameters::DEPLOYED };
     for (id, position, speed_mps, parameters, command, tagged) in [
         ("P1", (500, 40.0), 0.0, &deployed, TurnCommand::NoCommand, TooFar(501)),
         ("P3", (500, 40.0), 3.5, &deployed, TurnCommand::Right, Ahead(501)),
@@ -91,8 +91,8 @@ fn every_listed_position_gives_its_command_by_its_lanelet() {
         ("the turn is behind the front already", (489, 3.4), 0.0, &narrow, TurnCommand::Left, Ahead(497)),
     ] {
         let (road, route) = (consecutive_turn(), route_from(1, Pose::default(), &ROUTE));
-        let settings = Settings::deployed(DeciderCompat::PathGenerator);
-        let mut decider = Decider::new(Settings { parameters: parameters.clone(), ..settings });
+        let settings = DeciderSettings::deployed(DeciderCompat::PathGenerator);
+        let mut decider = Decider::new(DeciderSettings { parameters: parameters.clone(), ..settings });
         let now = MonoTime::from_millis(100);
         let odometry = Timed { at: now, value: odometry(&road, position, speed_mps) };
         // Neither the lane change nor a minimum duration has an effect.
@@ -103,7 +103,7 @@ fn every_listed_position_gives_its_command_by_its_lanelet() {
         let empty = decider.decide(&empty, now);
         assert_eq!(
             (empty.turn, &empty.findings[..]),
-            (TurnCommand::NoCommand, &[Finding::EmptyPlannedPath][..])
+            (TurnCommand::NoCommand, &[InputFinding::EmptyPlannedPath][..])
         );
         for now in [now, MonoTime::from_millis(200)] {
             let decision = decider.decide(&inputs, now);
@@ -118,7 +118,7 @@ fn every_listed_position_gives_its_command_by_its_lanelet() {
 #[test]
 fn commands_follow_each_other_at_once() {
     let (road, route) = (consecutive_turn(), route_from(1, Pose::default(), &ROUTE));
-    let mut decider = Decider::new(Settings::deployed(DeciderCompat::PathGenerator));
+    let mut decider = Decider::new(DeciderSettings::deployed(DeciderCompat::PathGenerator));
     let positions = [(500, 34.0), (500, 33.0), (501, 5.0), (501, 1.0), (497, 1.0), (494, 10.0)];
     let commands = positions.map(|position| {
         let now = MonoTime::from_millis(100);

@@ -3,7 +3,7 @@
 
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use signal_gateway::core::turn_signal::resolve::{Candidates, Rules, Source};
+use signal_gateway::core::turn_signal::resolve::{CandidateSource, Candidates, PairwiseRules};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
 
@@ -13,16 +13,16 @@ use super::line::resolve_at;
 const FRONT_M: f64 = 2.0;
 
 struct Record {
-    source: Source,
+    source: CandidateSource,
     side: Side,
     desired_m: [f64; 2],
     required_m: [f64; 2],
 }
 
 /// The source and the side that are signalled, and the case that decided last.
-type Winner = (Source, Side, &'static str);
+type Winner = (CandidateSource, Side, &'static str);
 
-fn record(source: Source, section: &Section, x_m: f64) -> Option<Record> {
+fn record(source: CandidateSource, section: &Section, x_m: f64) -> Option<Record> {
     let between = |start: f64, end: f64| [start - x_m - FRONT_M, end - x_m];
     Some(Record {
         source,
@@ -47,9 +47,9 @@ fn later_wins([ps, pe]: [f64; 2], [qs, qe]: [f64; 2]) -> (bool, &'static str) {
 
 fn upstream(candidates: &Candidates, x_m: f64) -> Option<Winner> {
     let given = [
-        (Source::Intersection, candidates.intersection),
-        (Source::Roundabout, candidates.roundabout),
-        (Source::Manoeuvre, candidates.manoeuvre),
+        (CandidateSource::Intersection, candidates.intersection),
+        (CandidateSource::Roundabout, candidates.roundabout),
+        (CandidateSource::Manoeuvre, candidates.manoeuvre),
     ];
     let mut valid: Vec<Record> = given
         .into_iter()
@@ -78,7 +78,7 @@ fn compare(triples: u32) -> u32 {
     let won = std::cell::Cell::new(0);
     TestRunner::new_with_rng(config, rng)
         .run(&(any_candidates(), positions_m), |(candidates, x_m)| {
-            let resolution = resolve_at(x_m, FRONT_M, &candidates, &Rules::default());
+            let resolution = resolve_at(x_m, FRONT_M, &candidates, &PairwiseRules::default());
             let case = resolution.case.map(|case| case.to_string()).unwrap_or_default();
             let winner = resolution.winner.map(|winner| (winner.source, winner.side, case.as_str()));
             proptest::prop_assert_eq!(winner, upstream(&candidates, x_m));

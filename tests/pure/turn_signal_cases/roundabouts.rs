@@ -1,9 +1,9 @@
 //! R1 to R11: into a roundabout and out of it, improved and as upstream.
 
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roundabout};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, Roundabout};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::compat::UpstreamQuirks;
-use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::compat::DeciderQuirks;
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
 use signal_gateway::core::turn_signal::roundabout::RoundaboutMemory;
 use signal_gateway::core::turn_signal::roundabout::backward::backward_length_m;
 use signal_gateway::core::turn_signal::roundabout::legs::{RoundaboutLegs, legs};
@@ -37,17 +37,18 @@ const AFTER: i64 = 2;
 const ROUTE: [i64; 6] = [BEFORE, ENTRY, RING, RING_END, EXIT, AFTER];
 
 fn road(setup: Setup) -> LaneNetwork {
-    let lane = |id, from, to, followers| Lane { followers, ..straight_lane(id, from, to) };
-    let in_ring = |id, from, to, followers| Lane { roundabouts: vec![0], ..lane(id, from, to, followers) };
+    let lane = |id, from, to, followers| Lanelet { followers, ..straight_lane(id, from, to) };
+    let in_ring = |id, from, to, followers| Lanelet { roundabouts: vec![0], ..lane(id, from, to, followers) };
     let listed = |is: bool| if is { vec![99, EXIT] } else { vec![99] };
-    let entry = Lane {
+    let entry = Lanelet {
         turn_signal_distance_m: setup.entry_distance_m,
         exits_signalled_left: listed(setup.exit_listed_left),
         exits_signalled_right: listed(setup.exit_listed_right),
         ..in_ring(ENTRY, 100.0, 112.0, vec![RING])
     };
     let branches = if setup.other_exit { vec![OTHER_EXIT, RING_END] } else { vec![RING_END] };
-    let ring_end = Lane { enables_exit_signal: setup.tagged, ..in_ring(RING_END, 130.0, 150.0, vec![EXIT]) };
+    let ring_end =
+        Lanelet { enables_exit_signal: setup.tagged, ..in_ring(RING_END, 130.0, 150.0, vec![EXIT]) };
     let lanes = [
         lane(BEFORE, -60.0, 100.0, vec![ENTRY]),
         entry,
@@ -203,14 +204,14 @@ fn a_route_leaves_a_roundabout_by_its_last_lanelet_there() {
 
 #[test]
 fn a_closed_ring_of_tagged_lanelets_ends() {
-    let ring = |id: i64, next: i64| Lane {
+    let ring = |id: i64, next: i64| Lanelet {
         followers: if id == 3 { vec![next, EXIT] } else { vec![next] },
         roundabouts: vec![0],
         enables_exit_signal: true,
         ..straight_lane(id, 0.0, 10.0)
     };
-    let exit = Lane { roundabouts: vec![0], ..straight_lane(EXIT, 10.0, 20.0) };
-    let start = Lane { followers: vec![1], ..straight_lane(7, -10.0, 0.0) };
+    let exit = Lanelet { roundabouts: vec![0], ..straight_lane(EXIT, 10.0, 20.0) };
+    let start = Lanelet { followers: vec![1], ..straight_lane(7, -10.0, 0.0) };
     let element = Roundabout { entries: vec![7], exits: vec![EXIT], internals: vec![1, 2, 3] };
     let road = LaneNetwork::new([start, ring(1, 2), ring(2, 3), ring(3, 1), exit], vec![element]);
     for compat in [Upstream, Improved] {
@@ -228,9 +229,12 @@ fn backward_m(compat: DeciderCompat, start_x: f64, depth: Option<u32>, current: 
     // The entry has a search distance of its own that is longer than any.
     drive.observed.legs.entries[0].lane.search_distance_m = Some(1000.0);
     memory.section(&drive.context(at(start_x), 5.0), &drive.observed.legs);
-    let parameters =
-        Parameters { roundabout_backward_depth: depth, path_backward_length_m: 10.0, ..Parameters::DEPLOYED };
-    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, UpstreamQuirks::of(compat))
+    let parameters = DeciderParameters {
+        roundabout_backward_depth: depth,
+        path_backward_length_m: 10.0,
+        ..DeciderParameters::DEPLOYED
+    };
+    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, DeciderQuirks::of(compat))
 }
 
 #[test]
@@ -255,7 +259,7 @@ fn inside_a_roundabout_the_path_reaches_back_to_where_the_entry_came_into_view()
 
 #[test]
 fn a_split_entry_is_two_upstream_and_one_improved() {
-    let lane = |id, from, to, followers| Lane {
+    let lane = |id, from, to, followers| Lanelet {
         followers,
         roundabouts: vec![0],
         exits_signalled_right: vec![id],

@@ -5,12 +5,12 @@ use std::path::Path;
 use signal_gateway::config::country::{NoCountry, built_in, country};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::{
-    CandidatePolicy, PARAMETERS, ParameterError, Parameters,
+    CandidatePolicy, DeciderParameters, PARAMETERS, ParameterError,
 };
 use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 /// The fourteen documented parameters: name, a value, what it makes of the defaults.
-type Row = (&'static str, &'static str, fn(&mut Parameters));
+type Row = (&'static str, &'static str, fn(&mut DeciderParameters));
 
 const DOCUMENTED: [Row; 14] = [
     ("turn_signal_intersection_search_distance", "31.5", |p| p.intersection_search_distance_m = 31.5),
@@ -36,24 +36,24 @@ const DOCUMENTED: [Row; 14] = [
 #[test]
 fn documented_names_set_their_parameter_and_nothing_else() {
     for (name, value, change) in DOCUMENTED {
-        let (mut set, mut expected) = (Parameters::DEPLOYED, Parameters::DEPLOYED);
+        let (mut set, mut expected) = (DeciderParameters::DEPLOYED, DeciderParameters::DEPLOYED);
         set.set(name, value).unwrap();
         change(&mut expected);
         assert_eq!(set, expected, "{name}");
-        assert_ne!(set, Parameters::DEPLOYED, "{name}: the value is another one than before");
+        assert_ne!(set, DeciderParameters::DEPLOYED, "{name}: the value is another one than before");
     }
 }
 
 #[test]
 fn autoware_spellings_are_accepted() {
     for name in ["turn_signal_intersection_angle_threshold", "turn_signal_roundabout_angle_threshold"] {
-        let (mut one, mut other) = (Parameters::DEPLOYED, Parameters::DEPLOYED);
+        let (mut one, mut other) = (DeciderParameters::DEPLOYED, DeciderParameters::DEPLOYED);
         one.set(&format!("{name}_deg"), "40").unwrap();
         other.set(&format!("{name}_degree"), "40").unwrap();
         assert_eq!(one, other);
-        assert_ne!(one, Parameters::DEPLOYED);
+        assert_ne!(one, DeciderParameters::DEPLOYED);
     }
-    let mut parameters = Parameters::DEPLOYED;
+    let mut parameters = DeciderParameters::DEPLOYED;
     parameters.set("candidate_path_turn_signal", "\"all_candidate\"").unwrap();
     assert_eq!(parameters.avoidance_candidate, CandidatePolicy::AllCandidate);
 }
@@ -86,19 +86,19 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
         ("turn_signal_on_centerline_start", "left", "LEFT or RIGHT"),
         ("candidate_path_turn_signal", "always", "stop_on_approval"),
     ] {
-        let mut parameters = Parameters::DEPLOYED;
+        let mut parameters = DeciderParameters::DEPLOYED;
         let error = parameters.set(name, value).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(value) && error.contains(expected), "{error}");
-        assert_eq!(parameters, Parameters::DEPLOYED, "{name}");
+        assert_eq!(parameters, DeciderParameters::DEPLOYED, "{name}");
     }
-    let unknown = Parameters::DEPLOYED.clone().set("turn_signal_search_tim", "3");
+    let unknown = DeciderParameters::DEPLOYED.clone().set("turn_signal_search_tim", "3");
     assert_eq!(unknown, Err(ParameterError::Unknown { name: "turn_signal_search_tim".to_owned() }));
 }
 
 #[test]
 fn sides_of_roundabouts_are_spelt_exactly() {
     for (value, side) in [("Left", Some(Left)), ("\"Right\"", Some(Right)), ("None", None)] {
-        let mut parameters = Parameters::DEPLOYED;
+        let mut parameters = DeciderParameters::DEPLOYED;
         parameters.set("turn_signal_roundabout_on_exit", value).unwrap();
         assert_eq!(parameters.roundabout_on_exit, side, "{value}");
     }

@@ -2,7 +2,7 @@
 
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roadside};
+use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, Roadside};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::Upstream;
 use signal_gateway::core::turn_signal::shift::ShiftVerdict::{
     HatchedSide, NearBound, NearlyDone, OffPath, Signalled, StandsBeforeReturn, StaysInLane,
@@ -72,7 +72,7 @@ fn returning(x: f64, speed_mps: f64, current_m: f64) -> Judged {
 impl Judged {
     fn outcome(&self) -> ShiftOutcome {
         let mut drive = Drive::new(Upstream);
-        let mut lane = Lane { left: self.left, right: self.right, ..straight_lane(1, -60.0, 300.0) };
+        let mut lane = Lanelet { left: self.left, right: self.right, ..straight_lane(1, -60.0, 300.0) };
         for (bound, sign) in [(&mut lane.left_bound, 1.0), (&mut lane.right_bound, -1.0)] {
             for point in bound.iter_mut() {
                 point.y_m = sign * self.half_width_m;

@@ -2,7 +2,7 @@
 
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::path::{NearestLimits, PathFrame};
-use signal_gateway::core::turn_signal::resolve::{Candidates, Rules, resolve};
+use signal_gateway::core::turn_signal::resolve::{Candidates, PairwiseRules, resolve};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
 
@@ -28,7 +28,7 @@ fn signal_at(candidates: &Candidates, x_m: f64) -> TurnCommand {
     let path = line(0, 69);
     let limits = NearestLimits { distance_m: 5.0, yaw_rad: std::f64::consts::FRAC_PI_3 };
     let path_frame = PathFrame::new(&path, at(x_m), 1.0, limits);
-    resolve(&path_frame, candidates, &Rules::default()).signal()
+    resolve(&path_frame, candidates, &PairwiseRules::default()).signal()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::distance_path::DistancePath;
 use signal_gateway::core::turn_signal::intersection::turns;
@@ -120,12 +120,12 @@ fn i4_right_then_left() {
 #[test]
 fn i5_split_turns_are_two_upstream_and_one_by_default() {
     let lanes = || {
-        let lane = |id, from, to, followers| Lane {
+        let lane = |id, from, to, followers| Lanelet {
             turn_direction: TurnDirection::Left,
             followers,
             ..straight_lane(id, from, to)
         };
-        let before = Lane { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
+        let before = Lanelet { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
         LaneNetwork::new([before, lane(2, 100.0, 108.0, vec![3]), lane(3, 108.0, 116.0, vec![])], Vec::new())
     };
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Upstream);
@@ -155,7 +155,7 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
 
 #[test]
 fn turns_to_different_sides_or_apart_are_not_joined() {
-    let lane = |id, from, to, turn_direction, followers| Lane {
+    let lane = |id, from, to, turn_direction, followers| Lanelet {
         turn_direction,
         followers,
         ..straight_lane(id, from, to)
@@ -180,8 +180,8 @@ fn turns_to_different_sides_or_apart_are_not_joined() {
 #[test]
 fn i6_the_stop_rule_queues_plain_lanelets() {
     let road = || {
-        let plain = Lane { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
-        let left = Lane { turn_direction: TurnDirection::Left, ..straight_lane(2, 100.0, 116.0) };
+        let plain = Lanelet { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
+        let left = Lanelet { turn_direction: TurnDirection::Left, ..straight_lane(2, 100.0, 116.0) };
         LaneNetwork::new([plain, left], Vec::new())
     };
     let ids = |compat, x: f64, speed, manoeuvre| {

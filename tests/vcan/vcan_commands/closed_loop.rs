@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use super::recording::{BusTime, RecordedFrame, Recording};
@@ -87,7 +87,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     let file = file(name);
     let simulation = DriveSimulation::new(DriveFile { until_m: until_m.or(file.until_m), ..file })
         .unwrap_or_else(|refused| panic!("{refused}"));
-    assert_eq!(simulation.file().decider.parameters, Parameters::DEPLOYED, "{name}");
+    assert_eq!(simulation.file().decider.parameters, DeciderParameters::DEPLOYED, "{name}");
     let domain = domain();
     let ros = process::ros_in(domain);
     let keys = format!(

@@ -17,7 +17,7 @@ use crate::config::reading::problem::Problem;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
-use crate::core::turn_signal::flow::{FlowSettings, Role};
+use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
 use topics::topics;
 pub use topics::{DeciderInputs, DeciderOutputs};
 
@@ -31,7 +31,7 @@ const COMPAT: Keywords<DeciderCompat> = &[
 #[derive(Debug, Clone)]
 pub struct TurnSignalConfig {
     /// Settings of the decider and of its inputs.
-    pub flow: FlowSettings,
+    pub flow: TurnSignalSettings,
     /// True if it runs; otherwise its section was only checked.
     pub runs: bool,
     /// Path of its lanelet2 map.
@@ -47,7 +47,7 @@ pub struct TurnSignalConfig {
 impl TurnSignalConfig {
     /// True if it publishes commands.
     pub fn publishes_commands(&self) -> bool {
-        self.runs && self.flow.role == Role::Command
+        self.runs && self.flow.role == DeciderRole::Command
     }
 }
 
@@ -78,9 +78,9 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
         return None;
     }
     let (map, road) = map?;
-    let role = if is_shadow { Role::Shadow { tolerance } } else { Role::Command };
+    let role = if is_shadow { DeciderRole::Shadow { tolerance } } else { DeciderRole::Command };
     Some(TurnSignalConfig {
-        flow: FlowSettings {
+        flow: TurnSignalSettings {
             decider,
             road: Arc::new(road),
             role,

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::tags::is_for_vehicles;
 use super::topology::{Bound, DrawnLanelet, connected};
-use super::{Lane, LaneNetwork, Roadside, Roundabout, TurnDirection};
+use super::{LaneNetwork, Lanelet, Roadside, Roundabout, TurnDirection};
 use crate::core::map::error::{MAX_POINTS, MapError, id_list_tag, number_tag};
 use crate::core::map::geometry::Point;
 use crate::core::map::geometry::centerline::{centerline, centerline_parts};
 use crate::core::map::geometry::polyline::is_on_left;
-use crate::core::map::osm::{Element, Kind, Osm, Relation, Way};
+use crate::core::map::osm::{Osm, OsmElement, OsmKind, Relation, Way};
 use crate::core::map::points::Points;
 
 /// The subtype of lanelets that are shoulders. They are not for vehicles, so no neighbours.
@@ -24,7 +24,7 @@ impl LaneNetwork {
     pub fn read(osm: &Osm, points: &Points) -> Result<Self, MapError> {
         let relations = || osm.relations.all().iter();
         let elements = || relations().filter(|relation| relation.is_regulatory("roundabout"));
-        let mut builder = Builder {
+        let mut builder = NetworkBuilder {
             osm,
             points,
             hatched: hatched_nodes(osm),
@@ -37,7 +37,7 @@ impl LaneNetwork {
     }
 }
 
-struct Builder<'a> {
+struct NetworkBuilder<'a> {
     osm: &'a Osm,
     points: &'a Points,
     /// Positions of nodes on polygons of hatched road markings.
@@ -47,7 +47,7 @@ struct Builder<'a> {
     points_so_far: usize,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> NetworkBuilder<'a> {
     fn lanelet(&mut self, relation: &Relation) -> Result<DrawnLanelet, MapError> {
         let ways = [self.way(relation, "left")?, self.way(relation, "right")?];
         self.count_points(relation, ways.iter().map(|way| way.nodes.len()).sum())?;
@@ -63,14 +63,14 @@ impl<'a> Builder<'a> {
         }
         let parts = centerline_parts(&left, &right);
         self.count_points(relation, usize::try_from(parts).unwrap_or(usize::MAX))?;
-        let (tags, element) = (&relation.tags, Element { kind: Kind::Relation, id: relation.id });
+        let (tags, element) = (&relation.tags, OsmElement { kind: OsmKind::Relation, id: relation.id });
         let exits = |key| id_list_tag(tags, key, element).map(Option::unwrap_or_default);
-        let elements = relation.members("regulatory_element", Kind::Relation);
+        let elements = relation.members("regulatory_element", OsmKind::Relation);
         let beside = |way: &Way| Roadside {
             hatched: way.nodes.iter().any(|node| self.hatched.contains(node)),
             lane: false,
         };
-        let lane = Lane {
+        let lane = Lanelet {
             id: relation.id,
             centerline: centerline(&left, &right),
             left_bound: from_above(&left),
@@ -105,11 +105,11 @@ impl<'a> Builder<'a> {
 
     /// The one way on this side of a lanelet.
     fn way(&self, relation: &Relation, role: &'static str) -> Result<&'a Way, MapError> {
-        let mut ways = relation.members(role, Kind::Way).filter_map(|id| self.osm.ways.get(id));
+        let mut ways = relation.members(role, OsmKind::Way).filter_map(|id| self.osm.ways.get(id));
         match (ways.next(), ways.next()) {
             (Some(way), None) => Ok(way),
             _ => {
-                let count = relation.members(role, Kind::Way).count();
+                let count = relation.members(role, OsmKind::Way).count();
                 Err(MapError::Sides { lanelet: relation.id, role, count })
             }
         }
@@ -132,7 +132,7 @@ fn bound(way: &Way, is_inverted: bool) -> Bound {
 }
 
 fn roundabout(element: &Relation) -> Roundabout {
-    let members = |role| element.members(role, Kind::Relation).collect();
+    let members = |role| element.members(role, OsmKind::Relation).collect();
     Roundabout { entries: members("entry"), exits: members("exit"), internals: members("internal") }
 }
 

@@ -44,15 +44,15 @@ mod tests {
 
     use super::*;
     use crate::core::map::geometry::Point;
-    use crate::core::map::lane_network::Lane;
+    use crate::core::map::lane_network::Lanelet;
 
     /// Lanelets with ids from 0, each of so many metres and with these followers.
     fn network(lanes: &[(u8, Vec<LaneId>)]) -> LaneNetwork {
-        let lane = |(id, (length_m, followers)): (LaneId, &(u8, Vec<LaneId>))| Lane {
+        let lane = |(id, (length_m, followers)): (LaneId, &(u8, Vec<LaneId>))| Lanelet {
             id,
             centerline: vec![Point::new(0.0, 0.0), Point::new(f64::from(*length_m), 0.0)],
             followers: followers.clone(),
-            ..Lane::default()
+            ..Lanelet::default()
         };
         LaneNetwork::new((0..).zip(lanes).map(lane), Vec::new())
     }

@@ -5,11 +5,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Lane, LaneId};
+use super::{LaneId, Lanelet};
 
 /// A lanelet as it is drawn, before its followers and the lanes beside it are known.
 pub(super) struct DrawnLanelet {
-    pub(super) lane: Lane,
+    pub(super) lane: Lanelet,
     pub(super) left: Bound,
     pub(super) right: Bound,
     pub(super) is_for_vehicles: bool,
@@ -45,14 +45,14 @@ struct Topology {
 }
 
 /// The lanes of these lanelets, with their followers and what lies beside them.
-pub(super) fn connected(drawn: Vec<DrawnLanelet>) -> Vec<Lane> {
+pub(super) fn connected(drawn: Vec<DrawnLanelet>) -> Vec<Lanelet> {
     let topology = Topology::new(&drawn);
     let links: Vec<(Vec<LaneId>, [bool; 2])> = drawn
         .iter()
         .enumerate()
         .map(|(at, of)| (topology.followers(&drawn, of), topology.lanes_beside(&drawn, at, of)))
         .collect();
-    let mut lanes: Vec<Lane> = drawn.into_iter().map(|drawn| drawn.lane).collect();
+    let mut lanes: Vec<Lanelet> = drawn.into_iter().map(|drawn| drawn.lane).collect();
     for (lane, (followers, [left, right])) in lanes.iter_mut().zip(links) {
         lane.followers = followers;
         (lane.left.lane, lane.right.lane) = (left, right);

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{GroupEntry, Lamp, LampColor, LampSource, LightMap};
+use super::{GroupEntry, LampColor, LampSource, LightMap, MapLamp};
 use crate::core::map::error::{MapError, id_tag, number_tag};
-use crate::core::map::osm::{Element, Kind, Osm, Way};
+use crate::core::map::osm::{Osm, OsmElement, OsmKind, Way};
 use crate::core::map::points::Points;
 
 impl LightMap {
@@ -18,12 +18,12 @@ impl LightMap {
         let crosswalks =
             relations().filter(|relation| relation.is_lanelet() && relation.tags.is("subtype", "crosswalk"));
         let pedestrian: BTreeSet<i64> =
-            crosswalks.flat_map(|lanelet| lanelet.members("regulatory_element", Kind::Relation)).collect();
+            crosswalks.flat_map(|lanelet| lanelet.members("regulatory_element", OsmKind::Relation)).collect();
         let groups = relations().filter(|relation| relation.is_regulatory("traffic_light"));
         let entries: Vec<GroupEntry> = groups
             .map(|group| GroupEntry {
                 relation_id: group.id,
-                way_ids: group.members("refers", Kind::Way).collect(),
+                way_ids: group.members("refers", OsmKind::Way).collect(),
                 is_pedestrian: pedestrian.contains(&group.id),
             })
             .collect();
@@ -41,7 +41,7 @@ impl<'a> Drawings<'a> {
     fn read(osm: &'a Osm) -> Result<Self, MapError> {
         let mut drawings: BTreeMap<i64, Vec<&Way>> = BTreeMap::new();
         for way in osm.ways.all().iter().filter(|way| way.tags.is("type", "light_bulbs")) {
-            let element = Element { kind: Kind::Way, id: way.id };
+            let element = OsmElement { kind: OsmKind::Way, id: way.id };
             if let Some(head) = id_tag(&way.tags, "traffic_light_id", element)? {
                 drawings.entry(head).or_default().push(way);
             }
@@ -55,8 +55,8 @@ impl<'a> Drawings<'a> {
         points: Option<&Points>,
         head: &Way,
         source: LampSource,
-    ) -> Result<Vec<Lamp>, MapError> {
-        let height = number_tag(&head.tags, "height", Element { kind: Kind::Way, id: head.id })?;
+    ) -> Result<Vec<MapLamp>, MapError> {
+        let height = number_tag(&head.tags, "height", OsmElement { kind: OsmKind::Way, id: head.id })?;
         let Some(points) = points else { return Ok(Vec::new()) };
         let position = |color| {
             let drawn = self.drawn(osm, head.id, color).and_then(|node| points.get(node));
@@ -65,7 +65,7 @@ impl<'a> Drawings<'a> {
                 LampSource::DrawnOrInferred => inferred(points, head, height?, color),
             })
         };
-        let lamp = |color| Some(Lamp { color, position_m: position(color)? });
+        let lamp = |color| Some(MapLamp { color, position_m: position(color)? });
         Ok(LampColor::ALL.into_iter().filter_map(lamp).collect())
     }
 

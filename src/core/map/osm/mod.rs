@@ -14,11 +14,11 @@ pub use reader::{read, read_events};
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Osm {
     /// Points, with coordinates.
-    pub nodes: Layer<Node>,
+    pub nodes: OsmLayer<Node>,
     /// Lines of points.
-    pub ways: Layer<Way>,
+    pub ways: OsmLayer<Way>,
     /// Groups of other elements.
-    pub relations: Layer<Relation>,
+    pub relations: OsmLayer<Relation>,
 }
 
 /// A point. Its coordinates in metres are up to the map's projection.
@@ -64,12 +64,12 @@ pub struct Member {
     /// Its role in the relation; can be empty.
     pub role: Box<str>,
     /// Kind and id of the element.
-    pub element: Element,
+    pub element: OsmElement,
 }
 
 /// The kinds of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
+pub enum OsmKind {
     /// A point, `<node>`.
     Node,
     /// A line, `<way>`.
@@ -80,9 +80,9 @@ pub enum Kind {
 
 /// Kind and id of an element; ids are unique within their kind only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Element {
+pub struct OsmElement {
     /// Kind of the element.
-    pub kind: Kind,
+    pub kind: OsmKind,
     /// Id within its kind.
     pub id: i64,
 }
@@ -93,15 +93,15 @@ pub struct Tags(Box<[u8]>);
 
 /// Elements of one kind, in the order of the file, found by id.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Layer<T> {
+pub struct OsmLayer<T> {
     items: Vec<T>,
     /// Ascending, once all are there.
-    places: Vec<Place>,
+    places: Vec<ElementPlace>,
 }
 
 /// The place of an element. 32 bits do, as so many elements would take hundreds of GB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
+struct ElementPlace {
     id: i64,
     /// Position in the layer.
     position: u32,
@@ -178,7 +178,7 @@ pub enum OsmError {
         /// Line of the second one, from 1.
         line: usize,
         /// Kind and id of both.
-        element: Element,
+        element: OsmElement,
         /// Line of the first one, from 1.
         first_line: usize,
     },
@@ -188,9 +188,9 @@ pub enum OsmError {
         /// Line at which the referring element begins.
         line: usize,
         /// The referring element.
-        from: Element,
+        from: OsmElement,
         /// The missing one.
-        to: Element,
+        to: OsmElement,
     },
 }
 
@@ -220,9 +220,9 @@ impl OsmError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementRef {
     /// An element whose id is known.
-    Known(Element),
+    Known(OsmElement),
     /// An element whose id is not known.
-    Unknown(Kind),
+    Unknown(OsmKind),
 }
 
 impl Tags {
@@ -249,17 +249,17 @@ impl Tags {
 
 impl Osm {
     /// The line of the file that an element begins on, from 1; `None` if it is not there.
-    pub fn line(&self, element: Element) -> Option<usize> {
+    pub fn line(&self, element: OsmElement) -> Option<usize> {
         let place = match element.kind {
-            Kind::Node => self.nodes.place(element.id),
-            Kind::Way => self.ways.place(element.id),
-            Kind::Relation => self.relations.place(element.id),
+            OsmKind::Node => self.nodes.place(element.id),
+            OsmKind::Way => self.ways.place(element.id),
+            OsmKind::Relation => self.relations.place(element.id),
         };
         place.map(|place| place.line as usize)
     }
 }
 
-impl<T> Layer<T> {
+impl<T> OsmLayer<T> {
     /// The element with this id.
     pub fn get(&self, id: i64) -> Option<&T> {
         self.items.get(self.position(id)?)
@@ -275,13 +275,13 @@ impl<T> Layer<T> {
         &self.items
     }
 
-    fn place(&self, id: i64) -> Option<&Place> {
+    fn place(&self, id: i64) -> Option<&ElementPlace> {
         let found = self.places.binary_search_by_key(&id, |place| place.id).ok()?;
         self.places.get(found)
     }
 }
 
-impl<T> Default for Layer<T> {
+impl<T> Default for OsmLayer<T> {
     fn default() -> Self {
         Self { items: Vec::new(), places: Vec::new() }
     }
@@ -289,7 +289,7 @@ impl<T> Default for Layer<T> {
 
 impl Relation {
     /// Ids of the members of this role and kind, in the order of the file.
-    pub fn members(&self, role: &str, kind: Kind) -> impl Iterator<Item = i64> {
+    pub fn members(&self, role: &str, kind: OsmKind) -> impl Iterator<Item = i64> {
         self.members
             .iter()
             .filter(move |member| &*member.role == role && member.element.kind == kind)
@@ -313,7 +313,7 @@ impl fmt::Debug for Tags {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for OsmKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Node => "node",
@@ -323,7 +323,7 @@ impl fmt::Display for Kind {
     }
 }
 
-impl fmt::Display for Element {
+impl fmt::Display for OsmElement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.kind, self.id)
     }

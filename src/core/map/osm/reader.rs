@@ -8,7 +8,9 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 use quick_xml::{Error, XmlVersion};
 
-use super::{Element, ElementRef, Kind, Layer, Member, Node, Osm, OsmError, Place, Relation, Tags, Way};
+use super::{
+    ElementPlace, ElementRef, Member, Node, Osm, OsmElement, OsmError, OsmKind, OsmLayer, Relation, Tags, Way,
+};
 
 /// Tags of nodes that are kept as text; most nodes have none.
 const NODE_TAGS: [&str; 2] = ["color", "arrow"];
@@ -32,7 +34,7 @@ pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
 pub fn read_events(
     mut next: impl for<'t> FnMut(&'t mut Vec<u8>) -> Result<Event<'t>, Error>,
 ) -> Result<Osm, OsmError> {
-    let mut reading = Reading {
+    let mut reading = OsmReading {
         line: 1,
         depth: 0,
         seen_root: false,
@@ -66,13 +68,13 @@ pub fn read_events(
     }
 }
 
-struct Reading {
+struct OsmReading {
     /// Line on which the current event begins, from 1.
     line: usize,
     depth: usize,
     seen_root: bool,
     /// The element whose content is being read.
-    open: Option<Open>,
+    open: Option<OpenElement>,
     /// Elements whose content was read.
     osm: Osm,
     /// Ids of the nodes of each way.
@@ -80,9 +82,9 @@ struct Reading {
 }
 
 /// An element of which the tags and references are still to come.
-struct Open {
+struct OpenElement {
     line: usize,
-    element: Element,
+    element: OsmElement,
     /// Marked by an editor: to be left out.
     deleted: bool,
     geo_deg: Option<[f64; 2]>,
@@ -95,7 +97,7 @@ struct Open {
     tags: Vec<u8>,
 }
 
-impl Reading {
+impl OsmReading {
     fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), OsmError> {
         self.depth += 1;
         let name = tag.name();
@@ -104,18 +106,18 @@ impl Reading {
             (1, other) => {
                 return Err(OsmError::NotOsm { line: self.line, found: Some(other.to_owned()) });
             }
-            (2, "node") => self.open = Some(self.element(tag, Kind::Node)?),
-            (2, "way") => self.open = Some(self.element(tag, Kind::Way)?),
-            (2, "relation") => self.open = Some(self.element(tag, Kind::Relation)?),
+            (2, "node") => self.open = Some(self.element(tag, OsmKind::Node)?),
+            (2, "way") => self.open = Some(self.element(tag, OsmKind::Way)?),
+            (2, "relation") => self.open = Some(self.element(tag, OsmKind::Relation)?),
             (3, inner) => {
                 if let Some(mut open) = self.open.take() {
                     match (inner, open.element.kind) {
                         ("tag", _) => self.tag(tag, &mut open)?,
-                        ("nd", Kind::Way) => {
+                        ("nd", OsmKind::Way) => {
                             let [id] = self.attributes(tag, ["ref"])?;
                             open.nodes.push(self.id("ref", id, ElementRef::Known(open.element))?);
                         }
-                        ("member", Kind::Relation) => open.members.push(self.member(tag, open.element)?),
+                        ("member", OsmKind::Relation) => open.members.push(self.member(tag, open.element)?),
                         _ => {}
                     }
                     self.open = Some(open);
@@ -136,41 +138,41 @@ impl Reading {
         self.depth = self.depth.saturating_sub(1);
     }
 
-    fn add(&mut self, open: Open) {
-        let Element { kind, id } = open.element;
+    fn add(&mut self, open: OpenElement) {
+        let OsmElement { kind, id } = open.element;
         let tags = Tags(open.tags.into());
         match kind {
-            Kind::Node => {
+            OsmKind::Node => {
                 let local_m = open.local_x_m.zip(open.local_y_m).map(|(x, y)| [x, y]);
                 let node = Node { id, geo_deg: open.geo_deg, local_m, ele_m: open.ele_m, tags };
                 self.osm.nodes.push(id, open.line, node);
             }
-            Kind::Way => {
+            OsmKind::Way => {
                 self.osm.ways.push(id, open.line, Way { id, nodes: Vec::new(), tags });
                 self.way_nodes.push(open.nodes.into());
             }
-            Kind::Relation => {
+            OsmKind::Relation => {
                 self.osm.relations.push(id, open.line, Relation { id, members: open.members, tags });
             }
         }
     }
 
-    fn element(&self, tag: &BytesStart<'_>, kind: Kind) -> Result<Open, OsmError> {
+    fn element(&self, tag: &BytesStart<'_>, kind: OsmKind) -> Result<OpenElement, OsmError> {
         let keys = ["id", "action", "deleted", "visible", "lat", "lon"];
         let [id, action, deleted, visible, lat, lon] = self.attributes(tag, keys)?;
-        let element = Element { kind, id: self.id("id", id, ElementRef::Unknown(kind))? };
+        let element = OsmElement { kind, id: self.id("id", id, ElementRef::Unknown(kind))? };
         let owner = ElementRef::Known(element);
         let deleted = action.is_some_and(|action| action == "delete")
             || deleted.is_some_and(|deleted| deleted == "true")
             || visible.is_some_and(|visible| visible == "false");
         let geo_deg = match kind {
-            Kind::Node if !deleted => {
+            OsmKind::Node if !deleted => {
                 let lat = self.degrees("lat", lat, owner)?;
                 lat.zip(self.degrees("lon", lon, owner)?).map(|(lat, lon)| [lat, lon])
             }
-            Kind::Node | Kind::Way | Kind::Relation => None,
+            OsmKind::Node | OsmKind::Way | OsmKind::Relation => None,
         };
-        Ok(Open {
+        Ok(OpenElement {
             line: self.line,
             element,
             deleted,
@@ -184,16 +186,16 @@ impl Reading {
         })
     }
 
-    fn tag(&self, tag: &BytesStart<'_>, open: &mut Open) -> Result<(), OsmError> {
+    fn tag(&self, tag: &BytesStart<'_>, open: &mut OpenElement) -> Result<(), OsmError> {
         let owner = ElementRef::Known(open.element);
         let [key, value] = self.attributes(tag, ["k", "v"])?;
         let (key, value) = (self.required("k", key, owner)?, self.required("v", value, owner)?);
         match (open.element.kind, key.as_ref()) {
-            (Kind::Node, "local_x") => open.local_x_m = Some(self.number("local_x", &value, owner)?),
-            (Kind::Node, "local_y") => open.local_y_m = Some(self.number("local_y", &value, owner)?),
-            (Kind::Node, "ele") => open.ele_m = self.number("ele", &value, owner)?,
-            (Kind::Node, other) if !NODE_TAGS.contains(&other) => {}
-            (Kind::Node | Kind::Way | Kind::Relation, _) => {
+            (OsmKind::Node, "local_x") => open.local_x_m = Some(self.number("local_x", &value, owner)?),
+            (OsmKind::Node, "local_y") => open.local_y_m = Some(self.number("local_y", &value, owner)?),
+            (OsmKind::Node, "ele") => open.ele_m = self.number("ele", &value, owner)?,
+            (OsmKind::Node, other) if !NODE_TAGS.contains(&other) => {}
+            (OsmKind::Node | OsmKind::Way | OsmKind::Relation, _) => {
                 for text in [key, value] {
                     open.tags.extend(text.bytes().chain([Tags::END]));
                 }
@@ -202,17 +204,17 @@ impl Reading {
         Ok(())
     }
 
-    fn member(&self, tag: &BytesStart<'_>, of: Element) -> Result<Member, OsmError> {
+    fn member(&self, tag: &BytesStart<'_>, of: OsmElement) -> Result<Member, OsmError> {
         let owner = ElementRef::Known(of);
         let [kind, id, role] = self.attributes(tag, ["type", "ref", "role"])?;
         let kind = self.required("type", kind, owner)?;
         let kind = match kind.as_ref() {
-            "node" => Kind::Node,
-            "way" => Kind::Way,
-            "relation" => Kind::Relation,
+            "node" => OsmKind::Node,
+            "way" => OsmKind::Way,
+            "relation" => OsmKind::Relation,
             _ => return Err(self.bad_value("type", &kind, owner, "node, way or relation")),
         };
-        let element = Element { kind, id: self.id("ref", id, owner)? };
+        let element = OsmElement { kind, id: self.id("ref", id, owner)? };
         Ok(Member { role: role.unwrap_or_default().into(), element })
     }
 
@@ -224,22 +226,22 @@ impl Reading {
         if self.depth > 0 {
             return Err(OsmError::Truncated { line });
         }
-        osm.nodes.index(Kind::Node)?;
-        osm.ways.index(Kind::Way)?;
-        osm.relations.index(Kind::Relation)?;
+        osm.nodes.index(OsmKind::Node)?;
+        osm.ways.index(OsmKind::Way)?;
+        osm.relations.index(OsmKind::Relation)?;
         for (way, ids) in osm.ways.items.iter_mut().zip(self.way_nodes) {
             let positions = ids.into_iter().map(|id| osm.nodes.position(id).ok_or(id));
             way.nodes = match positions.collect() {
                 Ok(nodes) => nodes,
                 Err(id) => {
-                    let from = Element { kind: Kind::Way, id: way.id };
-                    return Err(osm.missing(from, Element { kind: Kind::Node, id }));
+                    let from = OsmElement { kind: OsmKind::Way, id: way.id };
+                    return Err(osm.missing(from, OsmElement { kind: OsmKind::Node, id }));
                 }
             };
         }
         for relation in osm.relations.all() {
             if let Some(to) = osm.missing_member(relation) {
-                return Err(osm.missing(Element { kind: Kind::Relation, id: relation.id }, to));
+                return Err(osm.missing(OsmElement { kind: OsmKind::Relation, id: relation.id }, to));
             }
         }
         Ok(osm)
@@ -335,15 +337,15 @@ fn line_ends(text: &[u8]) -> usize {
     text.iter().map(|byte| usize::from(*byte == b'\n')).sum()
 }
 
-impl<T> Layer<T> {
+impl<T> OsmLayer<T> {
     fn push(&mut self, id: i64, line: usize, item: T) {
         let [position, line] = [self.items.len(), line].map(|at| u32::try_from(at).unwrap_or(u32::MAX));
-        self.places.push(Place { id, position, line });
+        self.places.push(ElementPlace { id, position, line });
         self.items.push(item);
     }
 
     /// Makes elements be found by id, which must be unique.
-    fn index(&mut self, kind: Kind) -> Result<(), OsmError> {
+    fn index(&mut self, kind: OsmKind) -> Result<(), OsmError> {
         self.places.sort_unstable(); // of two with one id, the first in the file stays first
         let twice = self.places.windows(2).find_map(|pair| match *pair {
             [first, second] if first.id == second.id => Some([first, second]),
@@ -351,18 +353,18 @@ impl<T> Layer<T> {
         });
         let Some([first, second]) = twice else { return Ok(()) };
         let [first_line, line] = [first, second].map(|place| place.line as usize);
-        Err(OsmError::Duplicate { line, element: Element { kind, id: first.id }, first_line })
+        Err(OsmError::Duplicate { line, element: OsmElement { kind, id: first.id }, first_line })
     }
 }
 
 impl Osm {
-    fn missing(&self, from: Element, to: Element) -> OsmError {
+    fn missing(&self, from: OsmElement, to: OsmElement) -> OsmError {
         OsmError::Missing { line: self.line(from).unwrap_or(1), from, to }
     }
 
     /// A member that a lanelet or regulatory element needs and the file does not have. Other relations
     /// may be incomplete, as editors download them.
-    fn missing_member(&self, relation: &Relation) -> Option<Element> {
+    fn missing_member(&self, relation: &Relation) -> Option<OsmElement> {
         if !relation.is_lanelet() && !relation.tags.is("type", "regulatory_element") {
             return None;
         }

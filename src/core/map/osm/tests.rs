@@ -36,8 +36,8 @@ fn primitives_are_read_with_what_a_map_needs() {
     let way = osm.ways.get(i64::MAX).unwrap();
     assert_eq!((way.nodes.as_slice(), way.tags.get("type")), ([1, 0, 1].as_slice(), Some("a & b")));
     let relation = osm.relations.get(-7).unwrap();
-    assert_eq!(relation.members("left", Kind::Way).collect::<Vec<_>>(), [i64::MAX]);
-    assert_eq!(relation.members("left", Kind::Node).count(), 0);
+    assert_eq!(relation.members("left", OsmKind::Way).collect::<Vec<_>>(), [i64::MAX]);
+    assert_eq!(relation.members("left", OsmKind::Node).count(), 0);
     assert_eq!(osm.nodes.get(99), None);
 }
 
@@ -48,12 +48,12 @@ fn described(error: &OsmError) -> String {
 #[test]
 fn the_line_of_an_element_is_found() {
     let osm = read(SMALL.as_bytes()).unwrap();
-    let line = |kind, id| osm.line(Element { kind, id });
+    let line = |kind, id| osm.line(OsmElement { kind, id });
     assert_eq!(
-        [line(Kind::Node, -2), line(Kind::Way, i64::MAX), line(Kind::Relation, -7)],
+        [line(OsmKind::Node, -2), line(OsmKind::Way, i64::MAX), line(OsmKind::Relation, -7)],
         [Some(10), Some(11), Some(12)]
     );
-    assert_eq!([line(Kind::Way, 1), line(Kind::Node, 99)], [None, None]);
+    assert_eq!([line(OsmKind::Way, 1), line(OsmKind::Node, 99)], [None, None]);
 }
 
 #[test]

@@ -45,7 +45,7 @@ impl Projector {
     /// # Errors
     /// [`ProjectorError`], with the key.
     pub fn parse(yaml: &str) -> Result<Self, ProjectorError> {
-        let keys = Keys::read(yaml)?;
+        let keys = ProjectorKeys::read(yaml)?;
         match keys.required("projector_type")? {
             "Local" | "local" => Ok(Self::Local),
             "MGRS" => {
@@ -73,9 +73,9 @@ impl Projector {
 }
 
 /// Values by key; those of an inner map have its name and a dot before theirs.
-struct Keys<'a>(BTreeMap<String, &'a str>);
+struct ProjectorKeys<'a>(BTreeMap<String, &'a str>);
 
-impl<'a> Keys<'a> {
+impl<'a> ProjectorKeys<'a> {
     fn read(yaml: &'a str) -> Result<Self, ProjectorError> {
         let mut keys = Self(BTreeMap::new());
         let mut outer = "";

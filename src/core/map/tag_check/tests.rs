@@ -18,15 +18,21 @@ fn arc(bend_deg: f64) -> Vec<Point> {
     (0..=10).map(at).collect()
 }
 
-fn lane(id: LaneId, turn_direction: TurnDirection, bend_deg: f64, followers: &[LaneId]) -> Lane {
-    Lane { id, turn_direction, centerline: arc(bend_deg), followers: followers.to_vec(), ..Lane::default() }
+fn lane(id: LaneId, turn_direction: TurnDirection, bend_deg: f64, followers: &[LaneId]) -> Lanelet {
+    Lanelet {
+        id,
+        turn_direction,
+        centerline: arc(bend_deg),
+        followers: followers.to_vec(),
+        ..Lanelet::default()
+    }
 }
 
 fn texts(road: &LaneNetwork) -> Vec<String> {
     check_tags(road).iter().map(MapFinding::to_string).collect()
 }
 
-fn found(lanes: impl IntoIterator<Item = Lane>) -> Vec<String> {
+fn found(lanes: impl IntoIterator<Item = Lanelet>) -> Vec<String> {
     texts(&LaneNetwork::new(lanes, Vec::new()))
 }
 
@@ -55,7 +61,7 @@ fn a_tag_is_held_against_the_bend() {
 
 #[test]
 fn a_direction_that_nobody_knows_is_found() {
-    let unknown = |value: &str| Lane {
+    let unknown = |value: &str| Lanelet {
         unknown_direction: Some(value.to_owned()),
         ..lane(7, TurnDirection::None, 90.0, &[])
     };
@@ -69,7 +75,7 @@ fn a_turn_that_is_announced_behind_one_to_the_other_side_is_found() {
     use TurnDirection::{Left, None, Right, Straight};
     // 1, 2 and 3 follow each other; 3 turns left, and is announced from this far ahead.
     let road = |first: TurnDirection, distance_m: Option<f64>| {
-        let turn = Lane { turn_signal_distance_m: distance_m, ..lane(3, Left, 90.0, &[]) };
+        let turn = Lanelet { turn_signal_distance_m: distance_m, ..lane(3, Left, 90.0, &[]) };
         let bend_deg = if first == Right { -90.0 } else { 90.0 };
         found([lane(1, first, bend_deg, &[2]), lane(2, None, 0.0, &[3]), turn])
     };
@@ -112,7 +118,7 @@ fn a_turn_over_several_lanelets_is_found_once() {
 
 #[test]
 fn a_fork_that_turns_off_needs_a_tag() {
-    let fork = |tag, bend_deg, next: Lane| {
+    let fork = |tag, bend_deg, next: Lanelet| {
         let follower = next.id;
         found([
             lane(1, TurnDirection::None, 0.0, &[2, 3]),
@@ -142,7 +148,7 @@ fn a_fork_that_turns_off_needs_a_tag() {
 fn a_turn_of_few_points_counts_in_full() {
     // A right angle of radius 4 m whose centreline has a point every 3 m.
     let centerline = [(51.5, 101.6), (54.4, 100.4), (55.5, 97.5)].map(|(x, y)| Point::new(x, y)).to_vec();
-    let turn = Lane { centerline, ..lane(3, TurnDirection::None, 0.0, &[]) };
+    let turn = Lanelet { centerline, ..lane(3, TurnDirection::None, 0.0, &[]) };
     let [fork, straight] =
         [lane(1, TurnDirection::None, 0.0, &[2, 3]), lane(2, TurnDirection::None, 0.0, &[])];
     assert_eq!(found([fork, straight, turn]).len(), 1);
@@ -150,24 +156,24 @@ fn a_turn_of_few_points_counts_in_full() {
 
 #[test]
 fn lanelets_without_length_are_passed_once() {
-    let point = |id, followers: &[LaneId]| Lane {
+    let point = |id, followers: &[LaneId]| Lanelet {
         id,
         centerline: vec![Point::default(); 2],
         followers: followers.to_vec(),
-        ..Lane::default()
+        ..Lanelet::default()
     };
     assert!(found([point(1, &[2, 4]), point(2, &[3]), point(3, &[2]), point(4, &[])]).is_empty());
 }
 
 /// A ring of the lanelets 11, 12 with the entry 1 and the exits 21, 22.
-fn ring() -> (Vec<Lane>, Roundabout) {
-    let member = |id, followers: &[LaneId], tagged| Lane {
+fn ring() -> (Vec<Lanelet>, Roundabout) {
+    let member = |id, followers: &[LaneId], tagged| Lanelet {
         roundabouts: vec![0],
         enables_exit_signal: tagged,
         ..lane(id, TurnDirection::None, 0.0, followers)
     };
     let lanes = vec![
-        Lane { exits_signalled_left: vec![22], ..member(1, &[11], false) },
+        Lanelet { exits_signalled_left: vec![22], ..member(1, &[11], false) },
         member(11, &[12, 21], true),
         member(12, &[11, 22], true),
         member(21, &[], false),
@@ -184,7 +190,7 @@ fn a_complete_ring_has_no_flaw() {
 
 #[test]
 fn incomplete_tags_of_a_ring_are_found() {
-    type Change = fn(&mut Vec<Lane>, &mut Roundabout);
+    type Change = fn(&mut Vec<Lanelet>, &mut Roundabout);
     let cases: [(Change, &[&str]); 8] = [
         (
             |lanes, _| lanes[2].enables_exit_signal = false,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::core::compat::Compat;
-use crate::core::map::light_map::{GroupEntry, Lamp, LightMap};
+use crate::core::map::light_map::{GroupEntry, LightMap, MapLamp};
 use crate::core::traffic_light::store::LightChange;
 use crate::core::traffic_light::target::{SignalTarget, StoreId, StoreLayer};
 use crate::core::traffic_light::text::parse_bulbs;
@@ -13,7 +13,7 @@ const WIDE: i64 = (1 << 32) + 21;
 
 /// Relation 7 refers to heads 1 and 2; head 2 is in relation 8 too; relation 9 refers to a wide id.
 fn stores(compat: Compat) -> Stores {
-    let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
+    let lamp = |color| MapLamp { color, position_m: [1.0, 2.0, 3.0] };
     let lamps = [(1, vec![lamp(LampColor::Green), lamp(LampColor::Red)])];
     let groups = [GroupEntry::new(7, [1, 2]), GroupEntry::new(8, [2]), GroupEntry::new(9, [WIDE])];
     Stores::new(Arc::new(LightMap::new(lamps, &groups)), compat)

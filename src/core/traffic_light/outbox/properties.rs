@@ -10,7 +10,7 @@ use proptest::sample::select;
 
 use super::*;
 use crate::core::compat::Compat;
-use crate::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
+use crate::core::map::light_map::{GroupEntry, LampColor, LightMap, MapLamp};
 use crate::core::time::{MonoTime, Now};
 use crate::core::traffic_light::bulb_counts::BulbCounts;
 use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
@@ -63,7 +63,7 @@ fn step() -> impl Strategy<Value = OutboxStep> {
 
 /// Two controllers with a head in common; each relation has two heads, each head two lamps.
 fn lights() -> TrafficLights {
-    let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
+    let lamp = |color| MapLamp { color, position_m: [1.0, 2.0, 3.0] };
     let lamps = (0..HEADS).map(|head| (head, vec![lamp(LampColor::Green), lamp(LampColor::Red)]));
     let group = |head| GroupEntry::new(100 + head, [head, (head + 1) % HEADS]);
     let groups: Vec<_> = (0..HEADS).map(group).collect();

@@ -4,7 +4,7 @@
 //! name the state. Lines have no id: their ends stand for it.
 
 use super::path_offsets::{PathOffsets, Ramp};
-use super::{FactorContext, Interval, Made};
+use super::{FactorContext, FactorInterval, Made};
 use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
@@ -57,7 +57,7 @@ pub(super) fn around(
 }
 
 /// The line of a batch of one; else those that the path shows.
-fn ramps(path_offsets: &PathOffsets, interval: &Interval, threshold_m: f64) -> Vec<Ramp> {
+fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64) -> Vec<Ramp> {
     if interval.shift_m().abs() < threshold_m {
         let mut ramps = path_offsets.own_ramps(interval.start(), interval.end(), threshold_m);
         // The factor has the start of the first one and the end of the last one; the path shows them late and early.

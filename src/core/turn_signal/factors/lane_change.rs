@@ -3,7 +3,7 @@
 //! change before its lane ends is not published: the length of the change stands for it.
 
 use super::path_offsets::{PathOffsets, crossing};
-use super::{Behavior, FactorContext, Interval};
+use super::{Behavior, FactorContext, FactorInterval};
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
@@ -50,7 +50,7 @@ pub(super) fn sideways(
 }
 
 /// The side that the factor names; else that of its module's name, else that of its offsets.
-fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &Interval) -> Option<Side> {
+fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &FactorInterval) -> Option<Side> {
     let named = match factor.known_behavior() {
         Behavior::ShiftLeft => Some(Side::Left),
         Behavior::ShiftRight => Some(Side::Right),

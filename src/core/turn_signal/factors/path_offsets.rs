@@ -4,8 +4,8 @@ use super::FactorContext;
 use crate::core::map::geometry::path::{NearestLimits, nearest_visit};
 use crate::core::map::geometry::polyline::{at_arc, front_pose, nearest, nearest_index};
 use crate::core::map::geometry::{Point, Pose, wrapped};
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
-use crate::core::turn_signal::planner_input::PathPoint;
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
+use crate::core::turn_signal::planner_input::PlannedPathPoint;
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 
 /// Offsets that differ by less are one offset, metres: planned paths are smoothed.
@@ -138,8 +138,12 @@ impl PathOffsets {
 }
 
 /// The first point of the path, between two indices, that has left its lane sideways.
-pub(super) fn crossing(road: &LaneNetwork, path: &[PathPoint], (from, to): (usize, usize)) -> Option<Pose> {
-    let mut within: Option<&Lane> = None;
+pub(super) fn crossing(
+    road: &LaneNetwork,
+    path: &[PlannedPathPoint],
+    (from, to): (usize, usize),
+) -> Option<Pose> {
+    let mut within: Option<&Lanelet> = None;
     for point in path.get(from..=to).unwrap_or_default() {
         let position = point.pose.position;
         within = match within {
@@ -154,7 +158,7 @@ pub(super) fn crossing(road: &LaneNetwork, path: &[PathPoint], (from, to): (usiz
 }
 
 /// The lanelet that contains a point: this one, or one that goes on from it.
-fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lane, point: Point, most: u32) -> Option<&'a Lane> {
+fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lanelet, point: Point, most: u32) -> Option<&'a Lanelet> {
     if lane.contains(point) {
         return Some(lane);
     }
@@ -164,7 +168,7 @@ fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lane, point: Point, most: u32) ->
 
 /// The lanelets of the path that follow each other. Without a name for the first one, the lanelet of
 /// the route next to the vehicle stands for it.
-fn lanes(context: &FactorContext<'_>, path: &[PathPoint]) -> Vec<LaneId> {
+fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> {
     let known = |id: &LaneId| context.road.lane(*id).is_some();
     let named = path.first().map_or(&[][..], |point| &point.lanes);
     let holds = |id: &&LaneId| {

@@ -4,7 +4,7 @@
 //! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
 
 use super::path_offsets::{PathOffsets, Ramp};
-use super::{Behavior, FactorContext, Interval, Made};
+use super::{Behavior, FactorContext, FactorInterval, Made};
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::STOP_SPEED_MPS;
@@ -88,7 +88,7 @@ pub(super) fn over(
     pull_over.into_iter().map(Manoeuvre::PullOver).collect()
 }
 
-fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &Interval) -> Decided {
+fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &FactorInterval) -> Decided {
     let goal = context.modified_goal.unwrap_or(interval.end());
     Decided {
         path: path_offsets.ramped(&[Ramp { end: goal, ..interval.ramp() }]),

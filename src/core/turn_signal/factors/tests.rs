@@ -5,7 +5,7 @@
 
 use super::*;
 use crate::core::map::geometry::Point;
-use crate::core::map::lane_network::Lane;
+use crate::core::map::lane_network::Lanelet;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::manoeuvre::avoidance::Avoidance;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
@@ -14,15 +14,15 @@ use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::side::Side;
 
 /// A straight lane of 3.5 m.
-fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lane {
+fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lanelet {
     let line = |y_m: f64| vec![Point::new(from_m, y_m), Point::new(to_m, y_m)];
-    Lane {
+    Lanelet {
         id,
         centerline: line(y_m),
         left_bound: line(y_m + 1.75),
         right_bound: line(y_m - 1.75),
         followers: followers.to_vec(),
-        ..Lane::default()
+        ..Lanelet::default()
     }
 }
 
@@ -38,10 +38,10 @@ fn road() -> LaneNetwork {
 }
 
 /// A path along x, a point each metre from 0 to 150, at these offsets, on these lanelets.
-fn path(offset_m: impl Fn(f64) -> f64, lanes: impl Fn(f64) -> Vec<i64>) -> Vec<PathPoint> {
+fn path(offset_m: impl Fn(f64) -> f64, lanes: impl Fn(f64) -> Vec<i64>) -> Vec<PlannedPathPoint> {
     let point = |x: i32| {
         let x = f64::from(x);
-        PathPoint { pose: Pose::new(x, offset_m(x), 0.0), speed_mps: 5.0, lanes: lanes(x) }
+        PlannedPathPoint { pose: Pose::new(x, offset_m(x), 0.0), speed_mps: 5.0, lanes: lanes(x) }
     };
     (0..=150).map(point).collect()
 }
@@ -70,19 +70,19 @@ fn factor(behavior: u16, points: &[(f64, f64)]) -> PlanningFactor {
 /// Manoeuvres and findings of these factors, with the vehicle at `x_m`.
 fn made_of(
     x_m: f64,
-    path: Option<&[PathPoint]>,
+    path: Option<&[PlannedPathPoint]>,
     factors: &[(FactorTopic, Vec<PlanningFactor>)],
-) -> (Vec<Manoeuvre>, Vec<Finding>) {
+) -> (Vec<Manoeuvre>, Vec<InputFinding>) {
     made_with(x_m, path, factors, None)
 }
 
 fn made_with(
     x_m: f64,
-    path: Option<&[PathPoint]>,
+    path: Option<&[PlannedPathPoint]>,
     factors: &[(FactorTopic, Vec<PlanningFactor>)],
     modified_goal: Option<Pose>,
-) -> (Vec<Manoeuvre>, Vec<Finding>) {
-    let (road, parameters) = (road(), Parameters::DEPLOYED);
+) -> (Vec<Manoeuvre>, Vec<InputFinding>) {
+    let (road, parameters) = (road(), DeciderParameters::DEPLOYED);
     let segments = [1, 2].map(|lane| Segment { preferred: lane, lanes: vec![lane] });
     let route = Route::new(1, Pose::default(), segments.to_vec()).unwrap();
     let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps: 5.0 };
@@ -108,17 +108,17 @@ fn only<T>(mut all: Vec<T>) -> T {
 }
 
 /// The only manoeuvre, without any finding.
-fn manoeuvre((manoeuvres, findings): (Vec<Manoeuvre>, Vec<Finding>)) -> Manoeuvre {
+fn manoeuvre((manoeuvres, findings): (Vec<Manoeuvre>, Vec<InputFinding>)) -> Manoeuvre {
     assert_eq!(findings, []);
     only(manoeuvres)
 }
 
-fn lane_change(made: (Vec<Manoeuvre>, Vec<Finding>)) -> LaneChange {
+fn lane_change(made: (Vec<Manoeuvre>, Vec<InputFinding>)) -> LaneChange {
     let Manoeuvre::LaneChange(change) = manoeuvre(made) else { panic!("no lane change") };
     change
 }
 
-fn avoidance(made: (Vec<Manoeuvre>, Vec<Finding>)) -> Avoidance {
+fn avoidance(made: (Vec<Manoeuvre>, Vec<InputFinding>)) -> Avoidance {
     let Manoeuvre::Avoidance(avoidance) = manoeuvre(made) else { panic!("no avoidance") };
     avoidance
 }
@@ -219,7 +219,7 @@ fn a_batch_that_comes_back_is_read_off_the_path() {
 fn pulling_out_shifts_by_its_offsets_and_backwards_requests_hazard_lights() {
     let out = path(|x| smooth(x, 5.0, 30.0, -2.0, 0.0), own_lanes);
     let mut pulling = factor(1, &[(5.0, -2.0), (30.0, 0.0)]);
-    let at = |x_m: f64, factor: &PlanningFactor, path: Option<&[PathPoint]>| {
+    let at = |x_m: f64, factor: &PlanningFactor, path: Option<&[PlannedPathPoint]>| {
         let made = made_of(x_m, path, &[(FactorTopic::StartPlanner, vec![factor.clone()])]);
         let Manoeuvre::PullOut(out) = manoeuvre(made) else { panic!("no pull-out") };
         out
@@ -321,9 +321,9 @@ fn factors_that_cannot_be_used_are_left_out_with_a_finding() {
         (AvoidanceByLaneChange, factor(1, &interval), NoSide),
     ] {
         let made = made_of(10.0, Some(&straight), &[(topic, vec![bad])]);
-        assert_eq!(made, (vec![], vec![Finding::BadFactor { topic, flaw }]), "{topic:?}");
+        assert_eq!(made, (vec![], vec![InputFinding::BadFactor { topic, flaw }]), "{topic:?}");
     }
     let shift = vec![factor(4, &[(50.0, 0.0), (80.0, 1.5)])];
     let without_path = made_of(10.0, None, &[(StaticObstacleAvoidance, shift)]);
-    assert_eq!(without_path, (vec![], vec![Finding::NoPathFor { kind: ManoeuvreKind::Avoidance }]));
+    assert_eq!(without_path, (vec![], vec![InputFinding::NoPathFor { kind: ManoeuvreKind::Avoidance }]));
 }

@@ -7,16 +7,16 @@ use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::time::{MonoTime, WallStamp};
 use crate::core::turn_signal::factors::Factors;
-use crate::core::turn_signal::inputs::{Finding, Timed};
+use crate::core::turn_signal::inputs::{InputFinding, Timed};
 use crate::core::turn_signal::planner_input::Odometry;
-use crate::core::turn_signal::planner_input::{OperationMode, PathPoint, PlannerInput};
+use crate::core::turn_signal::planner_input::{OperationMode, PlannedPathPoint, PlannerInput};
 
 /// The latest inputs of the decider, but for the route.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LatestInputs {
     pub(super) odometry: Option<Timed<Odometry>>,
     odometry_stamp: Option<WallStamp>,
-    path: Option<Timed<Arc<[PathPoint]>>>,
+    path: Option<Timed<Arc<[PlannedPathPoint]>>>,
     pub(super) factors: Factors,
     modified_goal: Option<(u128, Pose)>,
     pub(super) operation_mode: Option<OperationMode>,
@@ -67,22 +67,27 @@ impl LatestInputs {
         &self,
         limit: Duration,
         now: MonoTime,
-        findings: &mut Vec<Finding>,
-    ) -> Option<&[PathPoint]> {
+        findings: &mut Vec<InputFinding>,
+    ) -> Option<&[PlannedPathPoint]> {
         let path = self.path.as_ref().filter(|path| now.since(path.at) <= limit)?;
         if path.value.iter().all(|point| point.pose.is_finite()) {
             return Some(&path.value);
         }
-        findings.push(Finding::PlannedPathNotFinite);
+        findings.push(InputFinding::PlannedPathNotFinite);
         None
     }
 
     /// Returns whether lanes are driven: so without any scenario, and not once the last one is too old.
-    pub(super) fn lane_driving(&self, limit: Duration, now: MonoTime, findings: &mut Vec<Finding>) -> bool {
+    pub(super) fn lane_driving(
+        &self,
+        limit: Duration,
+        now: MonoTime,
+        findings: &mut Vec<InputFinding>,
+    ) -> bool {
         let Some(scenario) = self.lane_driving else { return true };
         let age = now.since(scenario.at);
         if age > limit {
-            findings.push(Finding::OldScenario { age });
+            findings.push(InputFinding::OldScenario { age });
         }
         scenario.value && age <= limit
     }

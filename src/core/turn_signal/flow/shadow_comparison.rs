@@ -7,7 +7,7 @@ use crate::core::time::MonoTime;
 
 /// Two commands that differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Disagreement<T> {
+pub(super) struct CommandDisagreement<T> {
     pub(super) ours: T,
     pub(super) autoware: EnumOrUnknown<T>,
     /// When they began to differ, from whatever they were.
@@ -27,7 +27,7 @@ pub(super) struct ShadowComparison<T> {
     pub(super) disagreed: u64,
     /// Cycles without two commands to compare.
     pub(super) skipped: u64,
-    pub(super) present: Option<Disagreement<T>>,
+    pub(super) present: Option<CommandDisagreement<T>>,
 }
 
 impl<T> Default for ShadowComparison<T> {
@@ -38,24 +38,24 @@ impl<T> Default for ShadowComparison<T> {
 }
 
 /// A command by which a vehicle shows something, or nothing.
-pub(super) trait Shown: Copy + PartialEq {
+pub(super) trait ComparableCommand: Copy + PartialEq {
     /// True if it asks for no light: because all are to be off, or because nothing is known.
     fn is_dark(self) -> bool;
 }
 
-impl Shown for TurnCommand {
+impl ComparableCommand for TurnCommand {
     fn is_dark(self) -> bool {
         self.side().is_none()
     }
 }
 
-impl Shown for HazardCommand {
+impl ComparableCommand for HazardCommand {
     fn is_dark(self) -> bool {
         self != Self::Enable
     }
 }
 
-impl<T: Shown> ShadowComparison<T> {
+impl<T: ComparableCommand> ShadowComparison<T> {
     /// Compares the commands of one cycle. Two that ask for no light are alike: upstream's deciders say `NO_COMMAND` where this
     /// one says `DISABLE`.
     pub(super) fn compare(
@@ -77,7 +77,7 @@ impl<T: Shown> ShadowComparison<T> {
                 let since = before.map_or(now, |before| before.since);
                 let counts = now.since(since) > tolerance;
                 *(if counts { &mut self.disagreed } else { &mut self.tolerated }) += 1;
-                self.present = Some(Disagreement { ours, autoware, since, counts });
+                self.present = Some(CommandDisagreement { ours, autoware, since, counts });
             }
         }
     }

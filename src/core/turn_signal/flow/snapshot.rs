@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Role, TurnSignalFlow};
+use super::{DeciderRole, TurnSignalFlow};
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, millis};
 use crate::core::turn_signal::decision::Decision;
@@ -81,7 +81,7 @@ impl TurnSignalFlow {
     /// The present state.
     pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
         let (level, message) = self.summary();
-        let is_shadow = matches!(self.settings.role, Role::Shadow { .. });
+        let is_shadow = matches!(self.settings.role, DeciderRole::Shadow { .. });
         DeciderSnapshot {
             role: if is_shadow { "shadow" } else { "command" }.to_owned(),
             level,

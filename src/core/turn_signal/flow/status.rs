@@ -3,8 +3,8 @@
 
 use std::fmt;
 
-use super::shadow_comparison::{Disagreement, ShadowComparison, Shown};
-use super::{Role, TurnSignalFlow};
+use super::shadow_comparison::{CommandDisagreement, ComparableCommand, ShadowComparison};
+use super::{DeciderRole, TurnSignalFlow};
 use crate::core::diagnostics::Level;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::decision::{Basis, Decision};
@@ -48,8 +48,8 @@ impl TurnSignalFlow {
         let mut values = vec![(
             "role",
             match self.settings.role {
-                Role::Command => "command".to_owned(),
-                Role::Shadow { .. } => "shadow".to_owned(),
+                DeciderRole::Command => "command".to_owned(),
+                DeciderRole::Shadow { .. } => "shadow".to_owned(),
             },
         )];
         if let Some(decision) = &self.decision {
@@ -63,7 +63,7 @@ impl TurnSignalFlow {
         values.push(("cycles", self.cycles.to_string()));
         values.push(("changes", self.changes.to_string()));
         values.push(("shortened_signals", self.decider.shortened().to_string()));
-        if matches!(self.settings.role, Role::Shadow { .. }) {
+        if matches!(self.settings.role, DeciderRole::Shadow { .. }) {
             let keys = ["turn_agreement_percent", "turn_disagreement", "turn_compared"];
             compared(&self.turn_comparison, keys, now, &mut values);
             let keys = ["hazard_agreement_percent", "hazard_disagreement", "hazard_compared"];
@@ -137,7 +137,7 @@ fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-fn compared<T: Shown + fmt::Display>(
+fn compared<T: ComparableCommand + fmt::Display>(
     comparison: &ShadowComparison<T>,
     [share, present, counts]: [&'static str; 3],
     now: MonoTime,
@@ -145,7 +145,7 @@ fn compared<T: Shown + fmt::Display>(
 ) {
     let percent = comparison.percent();
     values.push((share, percent.map_or("nothing compared".to_owned(), |percent| format!("{percent:.2}"))));
-    let text = comparison.present.as_ref().map(|Disagreement { ours, autoware, since, .. }| {
+    let text = comparison.present.as_ref().map(|CommandDisagreement { ours, autoware, since, .. }| {
         format!("{ours} here, {autoware} of Autoware, for {} ms", now.since(*since).as_millis())
     });
     values.push((present, text.unwrap_or("none".to_owned())));

@@ -3,7 +3,7 @@
 //! Upstream meant to switch it off; the effect that remains is that plain lanelets stand in the queue of turns.
 
 use crate::core::map::geometry::polyline::nearest;
-use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};
+use crate::core::map::lane_network::{LaneId, Lanelet, TurnDirection};
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::side::Side;
 
@@ -21,7 +21,7 @@ fn is_near(context: &DecisionContext<'_>, lanes: &[LaneId], direction: TurnDirec
     let done_m = nearest(&current.centerline, context.ego().position).map_or(0.0, |nearest| nearest.arc_m);
     let mut distance_m = -done_m;
     for id in lanes.iter().skip_while(|id| **id != current.id) {
-        distance_m += context.road.lane(*id).map_or(0.0, Lane::length_m);
+        distance_m += context.road.lane(*id).map_or(0.0, Lanelet::length_m);
         let turns = |next: &LaneId| turns(context, *next, direction);
         if context.road.followers(*id).iter().any(turns) {
             return distance_m < context.parameters.minimum_search_distance_m;

@@ -36,11 +36,11 @@ pub struct ManoeuvreIdentity {
 /// The manoeuvres that are announced. One that does not come again in a cycle is forgotten at its end.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AnnouncedManoeuvres {
-    known: Vec<Announced>,
+    known: Vec<AnnouncedManoeuvre>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Announced {
+struct AnnouncedManoeuvre {
     identity: ManoeuvreIdentity,
     /// Pose of the vehicle at the announcement, or of the start that already lay behind.
     from: Pose,
@@ -79,7 +79,7 @@ impl AnnouncedManoeuvres {
 
     /// Announces a manoeuvre that was not.
     pub fn announce(&mut self, identity: ManoeuvreIdentity, from: Pose) {
-        self.known.push(Announced { identity, from, is_present: true });
+        self.known.push(AnnouncedManoeuvre { identity, from, is_present: true });
     }
 
     /// Forgets the manoeuvres that were not present in this cycle.

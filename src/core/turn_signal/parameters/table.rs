@@ -1,10 +1,10 @@
 //! The table of parameters: names, what they take, where it goes.
 
-use super::{CandidatePolicy, Parameters};
+use super::{CandidatePolicy, DeciderParameters};
 use crate::core::turn_signal::side::Side;
 
 /// One parameter: its names and what it takes.
-pub struct Parameter {
+pub struct DeciderParameter {
     /// The documented name.
     pub name: &'static str,
     /// Other spellings: Autoware's own where it differs, and its name within the module it belongs to.
@@ -14,17 +14,17 @@ pub struct Parameter {
 
 /// The kind of a value and the field it is kept in.
 enum Slot {
-    Number(Quantity, fn(&mut Parameters) -> &mut f64),
-    Flag(fn(&mut Parameters) -> &mut bool),
+    Number(Quantity, fn(&mut DeciderParameters) -> &mut f64),
+    Flag(fn(&mut DeciderParameters) -> &mut bool),
     /// `Left`, `Right`, or `None`.
-    RoundaboutSide(fn(&mut Parameters) -> &mut Option<Side>),
+    RoundaboutSide(fn(&mut DeciderParameters) -> &mut Option<Side>),
     /// `LEFT` or `RIGHT`.
-    StartSide(fn(&mut Parameters) -> &mut Side),
+    StartSide(fn(&mut DeciderParameters) -> &mut Side),
     /// `left_side` or `right_side`.
-    ParkingSide(fn(&mut Parameters) -> &mut Side),
+    ParkingSide(fn(&mut DeciderParameters) -> &mut Side),
     /// A count; negative is not a limit.
-    Depth(fn(&mut Parameters) -> &mut Option<u32>),
-    Policy(fn(&mut Parameters) -> &mut CandidatePolicy),
+    Depth(fn(&mut DeciderParameters) -> &mut Option<u32>),
+    Policy(fn(&mut DeciderParameters) -> &mut CandidatePolicy),
 }
 
 /// Range of a number, with its unit.
@@ -43,7 +43,7 @@ const DEGREES: Quantity = Quantity { min: 0.0, max: 180.0, expected: "degrees, 0
 const RADIANS: Quantity = Quantity { min: 0.0, max: 6.3, expected: "radians, 0 to 6.3" };
 
 /// All parameters, those of turns, shifts and roundabouts first.
-pub const PARAMETERS: &[Parameter] = &[
+pub const PARAMETERS: &[DeciderParameter] = &[
     number("turn_signal_intersection_search_distance", METRES, |p| &mut p.intersection_search_distance_m),
     row2(
         "turn_signal_intersection_angle_threshold_degree",
@@ -100,19 +100,23 @@ pub const PARAMETERS: &[Parameter] = &[
     row("candidate_path_turn_signal", Slot::Policy(|p| &mut p.avoidance_candidate)),
 ];
 
-const fn row(name: &'static str, slot: Slot) -> Parameter {
+const fn row(name: &'static str, slot: Slot) -> DeciderParameter {
     row2(name, &[], slot)
 }
 
-const fn number(name: &'static str, quantity: Quantity, slot: fn(&mut Parameters) -> &mut f64) -> Parameter {
+const fn number(
+    name: &'static str,
+    quantity: Quantity,
+    slot: fn(&mut DeciderParameters) -> &mut f64,
+) -> DeciderParameter {
     row(name, Slot::Number(quantity, slot))
 }
 
-const fn row2(name: &'static str, aliases: &'static [&'static str], slot: Slot) -> Parameter {
-    Parameter { name, aliases, slot }
+const fn row2(name: &'static str, aliases: &'static [&'static str], slot: Slot) -> DeciderParameter {
+    DeciderParameter { name, aliases, slot }
 }
 
-impl Parameter {
+impl DeciderParameter {
     /// The parameter with this name or alias.
     pub fn named(name: &str) -> Option<&'static Self> {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
@@ -123,8 +127,8 @@ impl Parameter {
         matches!(self.slot, Slot::Number(..) | Slot::Depth(_))
     }
 
-    /// Its value, as [`Parameters::set`] takes it.
-    pub fn value(&self, parameters: &Parameters) -> String {
+    /// Its value, as [`DeciderParameters::set`] takes it.
+    pub fn value(&self, parameters: &DeciderParameters) -> String {
         // The slots give mutable references.
         let parameters = &mut parameters.clone();
         let side = |side: Side, names: [&str; 2]| match side {
@@ -145,7 +149,7 @@ impl Parameter {
     }
 
     /// Sets the parameter; on an error, which names what would fit, nothing changes.
-    pub(super) fn set(&self, parameters: &mut Parameters, value: &str) -> Result<(), &'static str> {
+    pub(super) fn set(&self, parameters: &mut DeciderParameters, value: &str) -> Result<(), &'static str> {
         match self.slot {
             Slot::Number(quantity, slot) => {
                 let number =

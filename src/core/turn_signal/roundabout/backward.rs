@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 
 use super::RoundaboutMemory;
 use crate::core::map::geometry::Pose;
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
-use crate::core::turn_signal::compat::UpstreamQuirks;
-use crate::core::turn_signal::parameters::Parameters;
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
+use crate::core::turn_signal::compat::DeciderQuirks;
+use crate::core::turn_signal::parameters::DeciderParameters;
 use crate::core::turn_signal::route::Route;
 
 /// Length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
@@ -15,10 +15,10 @@ use crate::core::turn_signal::route::Route;
 /// In upstream's search a remembered pose inside the entry itself, or met before the entry is, adds nothing.
 pub fn backward_length_m(
     (road, route): (&LaneNetwork, &Route),
-    parameters: &Parameters,
+    parameters: &DeciderParameters,
     memory: &RoundaboutMemory,
     current: LaneId,
-    quirks: UpstreamQuirks,
+    quirks: DeciderQuirks,
 ) -> f64 {
     let default_m = parameters.path_backward_length_m;
     let inside = road
@@ -36,7 +36,7 @@ struct Search<'a> {
     road: &'a LaneNetwork,
     route: &'a Route,
     memory: &'a RoundaboutMemory,
-    quirks: UpstreamQuirks,
+    quirks: DeciderQuirks,
     /// Lanelets that hold a remembered pose.
     noted: BTreeSet<LaneId>,
     longest_m: f64,
@@ -80,6 +80,6 @@ impl Search<'_> {
     }
 
     fn length_m(&self, lane: LaneId) -> f64 {
-        self.road.lane(lane).map_or(0.0, Lane::length_m)
+        self.road.lane(lane).map_or(0.0, Lanelet::length_m)
     }
 }

@@ -13,14 +13,14 @@ use crate::core::turn_signal::turn_lane::TurnLane;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoundaboutLegs {
     /// Entries of roundabouts.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<RoundaboutEntry>,
     /// Exits of roundabouts.
-    pub exits: Vec<Exit>,
+    pub exits: Vec<RoundaboutExit>,
 }
 
 /// An entry of a roundabout.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct RoundaboutEntry {
     /// The lanelet that leads in.
     pub lane: TurnLane,
     /// The last lanelet of the roundabout on the route; `None` when the route leaves it at once.
@@ -42,7 +42,7 @@ pub struct Leaving {
 
 /// An exit of a roundabout.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Exit {
+pub struct RoundaboutExit {
     /// The lanelet that leads out.
     pub lane: TurnLane,
     /// Pose from which it may be signalled: the start of the tagged lanelets before it, else its own.
@@ -83,7 +83,7 @@ fn enters_with(context: &DecisionContext<'_>, before: LaneId, id: LaneId) -> boo
     context.road.followers(before).contains(&id) && context.road.roundabouts_of(id).any(both)
 }
 
-impl Entry {
+impl RoundaboutEntry {
     /// Joins the next lanelet of the same entry to it.
     fn join(&mut self, next: Self, threshold_deg: f64) {
         self.lane = self.lane.joined(&next.lane, threshold_deg);
@@ -97,13 +97,13 @@ fn turn_lane(context: &DecisionContext<'_>, id: LaneId) -> Option<TurnLane> {
     TurnLane::new(context.road.lane(id)?, context.parameters.roundabout_angle_threshold_deg)
 }
 
-fn entry(context: &DecisionContext<'_>, id: LaneId) -> Option<Entry> {
+fn entry(context: &DecisionContext<'_>, id: LaneId) -> Option<RoundaboutEntry> {
     let lane = context.road.lane(id)?;
     // Upstream looks at the first element only (W10).
     let considered = if context.quirks.overlooks_roundabout_exits { 1 } else { usize::MAX };
     let elements = || context.road.roundabouts_of(id).take(considered);
     let leaving = elements().find_map(|element| leaving(context, id, element));
-    Some(Entry {
+    Some(RoundaboutEntry {
         lane: turn_lane(context, id)?,
         leaving,
         exits_left: lane.exits_signalled_left.clone(),
@@ -125,7 +125,7 @@ fn leaving(context: &DecisionContext<'_>, entry: LaneId, element: &Roundabout) -
     Some(Leaving { lane, back: back_pose(&context.road.lane(lane)?.centerline)? })
 }
 
-fn exit(context: &DecisionContext<'_>, id: LaneId) -> Option<Exit> {
+fn exit(context: &DecisionContext<'_>, id: LaneId) -> Option<RoundaboutExit> {
     let lane = turn_lane(context, id)?;
     let tagged = |lane: LaneId| context.road.lane(lane).is_some_and(|lane| lane.enables_exit_signal);
     let farthest = farthest_back(context, id, tagged);
@@ -143,7 +143,7 @@ fn exit(context: &DecisionContext<'_>, id: LaneId) -> Option<Exit> {
     };
     let after = farthest_back(context, id, only_here);
     let after_previous = after.and_then(|after| front_pose(&context.road.lane(after)?.centerline));
-    Some(Exit {
+    Some(RoundaboutExit {
         start: tagged_start.unwrap_or(lane.front),
         is_tagged: tagged_start.is_some(),
         after_previous,

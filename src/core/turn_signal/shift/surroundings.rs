@@ -4,13 +4,13 @@
 use super::{Offsets, Shift};
 use crate::core::map::geometry::shape::{sideways_distance_m, touches};
 use crate::core::map::geometry::{Point, Pose};
-use crate::core::map::lane_network::{Lane, LaneId};
+use crate::core::map::lane_network::{LaneId, Lanelet};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::parameters::Vehicle;
+use crate::core::turn_signal::parameters::VehicleInfo;
 use crate::core::turn_signal::side::Side;
 
 /// The shift leads over, or back from, a side with nothing but a hatched marking.
-pub(super) fn hatched_forbids(lane: &Lane, offsets: Offsets, threshold_m: f64) -> bool {
+pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64) -> bool {
     let Offsets { before_m, after_m } = offsets;
     let (left_only, right_only) = (lane.left.is_hatched_only(), lane.right.is_hatched_only());
     let (near, far) = (|shift: f64| shift.abs() < threshold_m, |shift: f64| shift.abs() > threshold_m);
@@ -64,7 +64,7 @@ pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> 
 }
 
 /// Outline of the vehicle at a pose of its rear axle.
-fn footprint(vehicle: &Vehicle, pose: Pose) -> [Point; 6] {
+fn footprint(vehicle: &VehicleInfo, pose: Pose) -> [Point; 6] {
     let (front, middle, rear) = (vehicle.front_m(), vehicle.wheel_base_m / 2.0, -vehicle.rear_overhang_m);
     let (left, right) = (vehicle.left_m, -vehicle.right_m);
     [(front, left), (front, right), (middle, right), (rear, right), (rear, left), (middle, left)]

@@ -15,7 +15,7 @@ const MARGIN_M: f64 = 1.5;
 
 /// What is wrong with the signal of a turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Fault {
+pub enum SignalFault {
     /// Its side is not shown at all while it is required.
     Missed,
     /// It is shown during a part of the required section only.
@@ -26,7 +26,7 @@ pub enum Fault {
     Flickers,
 }
 
-impl Fault {
+impl SignalFault {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Missed, Self::Short, Self::Opposite, Self::Flickers];
 
@@ -50,7 +50,7 @@ pub(super) struct ExpectedSide {
 
 /// A turn on a route.
 #[derive(Debug, Clone)]
-pub(super) struct Turn {
+pub(super) struct JudgedTurn {
     pub(super) lane: LaneId,
     pub(super) side: Side,
     /// Its start, metres from the start of the route.
@@ -66,7 +66,7 @@ pub(super) fn turns(
     file: &DriveFile,
     lanes: &[LaneId],
     expected: &BTreeMap<LaneId, ExpectedSide>,
-) -> Vec<Turn> {
+) -> Vec<JudgedTurn> {
     let front_m = file.decider.vehicle.front_m();
     let threshold_deg = file.decider.parameters.intersection_angle_threshold_deg;
     let flaws = flaws(file, lanes, expected);
@@ -83,7 +83,7 @@ pub(super) fn turns(
             let end = required_end(&middle, threshold_deg).and_then(|end| nearest(&middle, end.position));
             let required_m = [start_m - front_m, start_m + end.map_or(0.0, |end| end.arc_m)];
             let flaw = group.iter().find_map(|lane| flaws.get(lane).copied().cloned());
-            turns.push(Turn { lane: *lane, side, start_m, required_m, flaw });
+            turns.push(JudgedTurn { lane: *lane, side, start_m, required_m, flaw });
         }
         start_m += length_m(&middle);
     }
@@ -110,9 +110,9 @@ fn flaws<'a>(
     flawed.flatten().collect()
 }
 
-impl Turn {
+impl JudgedTurn {
     /// What is wrong with its signal, of what is `shown` at each position of the rear axle, metres; `None` if nothing is.
-    pub(super) fn fault(&self, turns: &[Self], shown: &[(f64, Option<Side>)]) -> Option<Fault> {
+    pub(super) fn fault(&self, turns: &[Self], shown: &[(f64, Option<Side>)]) -> Option<SignalFault> {
         let [from_m, to_m] = self.required_m;
         let within = |at_m: f64, margin_m: f64| at_m >= from_m + margin_m && at_m <= to_m - margin_m;
         let other_is_required = |at_m: f64| {
@@ -130,18 +130,18 @@ impl Turn {
             return None;
         }
         if required.iter().any(|side| side.is_some_and(|side| side != self.side)) {
-            return Some(Fault::Opposite);
+            return Some(SignalFault::Opposite);
         }
         if !required.iter().any(is_shown) {
-            return Some(Fault::Missed);
+            return Some(SignalFault::Missed);
         }
         if !required.iter().all(is_shown) {
-            return Some(Fault::Short);
+            return Some(SignalFault::Short);
         }
         let through: Vec<bool> =
             shown.iter().filter(|(at_m, _)| within(*at_m, 0.0)).map(|(_, side)| is_shown(side)).collect();
         let comes_on = through.windows(2).filter(|pair| matches!(pair, [false, true])).count();
-        (comes_on > 1).then_some(Fault::Flickers)
+        (comes_on > 1).then_some(SignalFault::Flickers)
     }
 }
 
@@ -149,8 +149,8 @@ impl Turn {
 mod tests {
     use super::*;
 
-    fn turn(side: Side, required_m: [f64; 2]) -> Turn {
-        Turn { lane: 7, side, start_m: required_m[0] + 4.0, required_m, flaw: None }
+    fn turn(side: Side, required_m: [f64; 2]) -> JudgedTurn {
+        JudgedTurn { lane: 7, side, start_m: required_m[0] + 4.0, required_m, flaw: None }
     }
 
     /// What is shown at each metre from 0 to 99.
@@ -168,9 +168,9 @@ mod tests {
         let during = |range: std::ops::Range<u8>| move |at_m| range.contains(&at_m).then_some(Left);
         assert_eq!(of(&during(10..65)), None);
         assert_eq!(of(&during(41..60)), None, "within the tolerance");
-        assert_eq!(of(&during(61..70)), Some(Fault::Missed));
-        assert_eq!(of(&during(48..65)), Some(Fault::Short));
-        assert_eq!(of(&|at_m| Some(if at_m < 50 { Left } else { Right })), Some(Fault::Opposite));
+        assert_eq!(of(&during(61..70)), Some(SignalFault::Missed));
+        assert_eq!(of(&during(48..65)), Some(SignalFault::Short));
+        assert_eq!(of(&|at_m| Some(if at_m < 50 { Left } else { Right })), Some(SignalFault::Opposite));
         let near = turn(Left, [40.0, 72.0]);
         let both = shown(|at_m| Some(if at_m < 68 { Left } else { Right }));
         assert_eq!(

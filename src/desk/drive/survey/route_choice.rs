@@ -5,7 +5,7 @@ use std::iter::successors;
 
 use crate::core::map::geometry::Point;
 use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, without_repeats};
-use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
 /// A route ends once it is this long, metres, or has so many lanelets.
 const ROUTE_M: f64 = 500.0;
@@ -64,7 +64,7 @@ fn routes(road: &LaneNetwork, max_route_m: f64, max_lanes: usize) -> impl Iterat
         while let Some(last) =
             lanes.last().copied().filter(|_| route_m < max_route_m && lanes.len() < max_lanes)
         {
-            route_m += road.lane(last).map_or(0.0, Lane::length_m);
+            route_m += road.lane(last).map_or(0.0, Lanelet::length_m);
             let followers = road.followers(last);
             match followers.get(next(followers.len())) {
                 Some(lane) if !lanes.contains(lane) => lanes.push(*lane),
@@ -106,11 +106,11 @@ mod tests {
 
     /// Lanelets from 1 on.
     fn network(lanes: &[Drawn<'_>]) -> LaneNetwork {
-        let lane = |(id, (line, followers)): (LaneId, &Drawn<'_>)| Lane {
+        let lane = |(id, (line, followers)): (LaneId, &Drawn<'_>)| Lanelet {
             id,
             centerline: line.iter().map(|(x_m, y_m)| Point::new(*x_m, *y_m)).collect(),
             followers: followers.to_vec(),
-            ..Lane::default()
+            ..Lanelet::default()
         };
         LaneNetwork::new((1..).zip(lanes).map(lane), Vec::new())
     }

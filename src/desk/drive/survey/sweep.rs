@@ -9,8 +9,8 @@ use thiserror::Error;
 use crate::config::country::{self, country};
 use crate::config::files::Embedded;
 use crate::core::near_miss::did_you_mean;
-use crate::core::turn_signal::decider::Settings;
-use crate::core::turn_signal::parameters::{PARAMETERS, Parameter, ParameterError, Parameters};
+use crate::core::turn_signal::decider::DeciderSettings;
+use crate::core::turn_signal::parameters::{DeciderParameter, DeciderParameters, PARAMETERS, ParameterError};
 
 /// Values of a range without a step.
 const VALUES: u32 = 5;
@@ -68,7 +68,7 @@ impl FromStr for Sweep {
             return Ok(Self::Countries);
         }
         let (key, range) = text.split_once('=').ok_or(SweepError::Form)?;
-        let Some(parameter) = Parameter::named(key) else {
+        let Some(parameter) = DeciderParameter::named(key) else {
             let names = PARAMETERS.iter().filter(|row| row.takes_numbers()).map(|row| row.name);
             let remedy = did_you_mean(
                 key,
@@ -82,14 +82,14 @@ impl FromStr for Sweep {
         }
         let values = values(range)?;
         for value in &values {
-            Parameters::DEPLOYED.clone().set(parameter.name, &value.to_string()).map_err(
-                |error| match error {
+            DeciderParameters::DEPLOYED.clone().set(parameter.name, &value.to_string()).map_err(|error| {
+                match error {
                     ParameterError::Value { name, value, expected } => {
                         SweepError::Value { name, value, expected }
                     }
                     ParameterError::Unknown { .. } => SweepError::Form,
-                },
-            )?;
+                }
+            })?;
         }
         Ok(Self::Parameter(parameter.name, values))
     }
@@ -124,7 +124,7 @@ impl Sweep {
     }
 
     /// Each value as text, with the settings that it makes of `given`. The rules of a country take the place of all parameters.
-    pub fn variants(&self, given: &Settings) -> Vec<(String, Settings)> {
+    pub fn variants(&self, given: &DeciderSettings) -> Vec<(String, DeciderSettings)> {
         match self {
             Self::Parameter(name, values) => {
                 let variant = |value: &f64| {
@@ -140,7 +140,7 @@ impl Sweep {
                     let rules = country(&Embedded, Path::new(""), code).ok()?;
                     let legal_distance = rules.legal_distance().map(Arc::new);
                     let parameters = rules.parameters;
-                    Some((code.to_owned(), Settings { parameters, legal_distance, ..given.clone() }))
+                    Some((code.to_owned(), DeciderSettings { parameters, legal_distance, ..given.clone() }))
                 };
                 country::built_in().into_iter().filter_map(variant).collect()
             }
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn each_shipped_country_is_a_variant() {
-        let deployed = Settings::deployed(DeciderCompat::Improved);
+        let deployed = DeciderSettings::deployed(DeciderCompat::Improved);
         let variants = Sweep::Countries.variants(&deployed);
         let codes: Vec<&str> = variants.iter().map(|(code, _)| code.as_str()).collect();
         assert_eq!(codes, country::built_in());

@@ -158,8 +158,8 @@ fn a_path_has_its_bytes_and_becomes_its_points() {
     };
     assert_eq!(cdr(&message), path());
     let expected = [
-        planner_input::PathPoint { pose: PLANE_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
-        planner_input::PathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
+        planner_input::PlannedPathPoint { pose: PLANE_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
+        planner_input::PlannedPathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
     ];
     assert_eq!(input(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
 }

@@ -3,7 +3,7 @@
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
 use super::*;
 use crate::core::compat::Compat;
-use crate::core::map::light_map::{Lamp, LampColor};
+use crate::core::map::light_map::{LampColor, MapLamp};
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{
@@ -115,7 +115,7 @@ fn arrays_of_heads_have_their_bytes_and_show_dark_heads() {
 }
 
 fn lamp(way_id: i64, color: LampColor, is_on: bool) -> LampMarker {
-    LampMarker { way_id, lamp: Lamp { color, position_m: [1.0, 2.0, -0.5] }, is_on }
+    LampMarker { way_id, lamp: MapLamp { color, position_m: [1.0, 2.0, -0.5] }, is_on }
 }
 
 #[test]

@@ -57,7 +57,7 @@ pub struct PathWithLaneId {
 
 impl From<PathWithLaneId> for PlannerInput {
     fn from(message: PathWithLaneId) -> Self {
-        let point = |PathPointWithLaneId { point, lane_ids }| planner_input::PathPoint {
+        let point = |PathPointWithLaneId { point, lane_ids }| planner_input::PlannedPathPoint {
             pose: point.pose.into(),
             speed_mps: point.longitudinal_velocity_mps.into(),
             lanes: lane_ids,

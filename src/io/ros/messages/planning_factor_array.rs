@@ -11,7 +11,7 @@ use crate::core::time::WallStamp;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::planner_input::{self, FactorTopic, PlannerInput};
 use crate::core::turn_signal::side::Side;
-use crate::core::turn_signal::subject::Subject;
+use crate::core::turn_signal::subject::SignalSubject;
 
 /// Name of the module in factors of our own.
 const MODULE: &str = "signal_gateway";
@@ -122,23 +122,28 @@ impl PlanningFactorArray {
         let factor = decision.won().and_then(|won| {
             let (section, distances) = (decision.sections.of(won.source)?, won.distances?);
             let is_left = won.turn.side()? == Side::Left;
-            let behavior =
-                match won.subject {
-                    Subject::Turn(_) | Subject::RoundaboutEntry(_) | Subject::RoundaboutExit(_) => {
-                        if is_left { TURN_LEFT } else { TURN_RIGHT }
+            let behavior = match won.subject {
+                SignalSubject::Turn(_)
+                | SignalSubject::RoundaboutEntry(_)
+                | SignalSubject::RoundaboutExit(_) => {
+                    if is_left {
+                        TURN_LEFT
+                    } else {
+                        TURN_RIGHT
                     }
-                    Subject::Unnamed
-                    | Subject::PullOut
-                    | Subject::Avoidance
-                    | Subject::LaneChange
-                    | Subject::PullOver => {
-                        if is_left {
-                            SHIFT_LEFT
-                        } else {
-                            SHIFT_RIGHT
-                        }
+                }
+                SignalSubject::Unnamed
+                | SignalSubject::PullOut
+                | SignalSubject::Avoidance
+                | SignalSubject::LaneChange
+                | SignalSubject::PullOver => {
+                    if is_left {
+                        SHIFT_LEFT
+                    } else {
+                        SHIFT_RIGHT
                     }
-                };
+                }
+            };
             #[allow(clippy::cast_possible_truncation)] // the message has 32 bits
             let point = |pose: plane::Pose, distance_m: f64| ControlPoint {
                 pose: pose.into(),

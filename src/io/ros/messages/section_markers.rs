@@ -85,8 +85,8 @@ mod tests {
     use crate::core::light_command::{HazardCommand, TurnCommand};
     use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::decision::Basis;
-    use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
-    use crate::core::turn_signal::subject::Subject;
+    use crate::core::turn_signal::resolve::{Candidates, PairwiseRules, resolve};
+    use crate::core::turn_signal::subject::SignalSubject;
 
     fn at(x_m: f64) -> plane::Pose {
         plane::Pose::new(x_m, 0.0, 0.0)
@@ -96,7 +96,8 @@ mod tests {
     fn decision(sections: &Candidates) -> Decision {
         let path = Path::new((0..100_u32).map(|x| at(x.into()))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };
-        let resolution = resolve(&PathFrame::new(&path, at(20.0), 4.0, limits), sections, &Rules::default());
+        let resolution =
+            resolve(&PathFrame::new(&path, at(20.0), 4.0, limits), sections, &PairwiseRules::default());
         Decision {
             turn: resolution.signal(),
             hazard: HazardCommand::Disable,
@@ -111,16 +112,16 @@ mod tests {
         }
     }
 
-    fn section(side: Side, subject: Subject, [desired, start, end, over]: [f64; 4]) -> Section {
+    fn section(side: Side, subject: SignalSubject, [desired, start, end, over]: [f64; 4]) -> Section {
         let section = Section::blinking(side, (at(desired), at(over)), (at(start), at(end)));
         Section { subject, ..section }
     }
 
     fn two() -> Decision {
         decision(&Candidates {
-            intersection: Some(section(Side::Left, Subject::Turn(111), [10.0, 40.0, 50.0, 60.0])),
+            intersection: Some(section(Side::Left, SignalSubject::Turn(111), [10.0, 40.0, 50.0, 60.0])),
             roundabout: None,
-            manoeuvre: Some(section(Side::Right, Subject::Avoidance, [15.0, 70.0, 80.0, 80.0])),
+            manoeuvre: Some(section(Side::Right, SignalSubject::Avoidance, [15.0, 70.0, 80.0, 80.0])),
         })
     }
 
@@ -143,7 +144,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_drawn_is_left_out() {
-        let nan = section(Side::Left, Subject::Turn(1), [0.0, f64::NAN, 50.0, 60.0]);
+        let nan = section(Side::Left, SignalSubject::Turn(1), [0.0, f64::NAN, 50.0, 60.0]);
         let silent = Some(Section { turn: TurnCommand::Disable, ..Section::default() });
         let decision = decision(&Candidates { intersection: Some(nan), roundabout: silent, manoeuvre: None });
         assert_eq!(MarkerArray::sections(&decision, WallStamp::default()).markers.len(), 1);

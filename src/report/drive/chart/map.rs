@@ -2,7 +2,7 @@
 
 use super::super::Snapshot;
 use crate::config::drive::DriveFile;
-use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};
+use crate::core::map::lane_network::{LaneId, Lanelet, TurnDirection};
 use crate::report::chart::{Bar, IndicatorState, Look, Mark, Plan, PlanLane, PlanPoint};
 
 /// Below this the vehicle stands, m/s.
@@ -108,7 +108,7 @@ pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
             None => driven.push((cycle.indicator, vec![point])),
         }
     }
-    let is_near = |lane: &Lane| {
+    let is_near = |lane: &Lanelet| {
         let points = lane.centerline.iter().map(|point| (point.x_m, point.y_m));
         let way = || driven.iter().flat_map(|(_, points)| points.iter().step_by(10));
         points.into_iter().any(|point| way().any(|way| distance(*way, point) < NEAR_M))

@@ -19,7 +19,7 @@ fn road(osm: &str) -> LaneNetwork {
     read(osm, &Projector::Local).unwrap()
 }
 
-fn lane(road: &LaneNetwork, id: LaneId) -> &Lane {
+fn lane(road: &LaneNetwork, id: LaneId) -> &Lanelet {
     road.lane(id).unwrap()
 }
 
@@ -252,7 +252,7 @@ fn projected_and_local_coordinates_agree() {
 #[test]
 fn a_map_that_cannot_be_used_is_refused_with_its_element() {
     let bad = |key, value: &str, expected| MapError::BadTag {
-        element: Element { kind: Kind::Relation, id: 20 },
+        element: OsmElement { kind: OsmKind::Relation, id: 20 },
         key,
         value: value.to_owned(),
         expected,

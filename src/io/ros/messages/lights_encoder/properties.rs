@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::*;
-use crate::core::map::light_map::{Lamp, LampColor};
+use crate::core::map::light_map::{LampColor, MapLamp};
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{
     GroupElement, GroupState, LampMarker, LightState, LightsTopic, Prediction,
@@ -86,7 +86,7 @@ impl Look {
     fn markers(&self) -> Vec<LampMarker> {
         let lamp = |(index, color)| LampMarker {
             way_id: id(self.id),
-            lamp: Lamp { color, position_m: [1.0, -2.0, 0.5] },
+            lamp: MapLamp { color, position_m: [1.0, -2.0, 0.5] },
             is_on: self.bulbs.len() > index,
         };
         LampColor::ALL.into_iter().enumerate().map(lamp).collect()
