@@ -21,7 +21,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     let map_path = plain_path(&decider.map);
     report.line("", &format!("map {}", map::summary(&map_path, &flow.road)));
     map::tags(&flow.road, settings.compat, report);
-    let rules = decider
+    let rules = settings
         .country
         .as_ref()
         .map_or("as deployed".to_owned(), |country| format!("{} ({})", country.code, country.source));

@@ -12,7 +12,7 @@ use super::reading::location::Text;
 use super::reading::problem::{Problem, cannot_read};
 use super::reading::toml_text::from_toml;
 use crate::core::near_miss::did_you_mean;
-use crate::core::turn_signal::country::Country;
+use crate::core::turn_signal::country::{Country, ROUNDABOUT, RULES, RuleValue};
 use crate::core::turn_signal::parameters::{DeciderParameter, DeciderParameters, ParameterError};
 use crate::core::turn_signal::side::Side;
 
@@ -68,8 +68,7 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
 pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, DeciderParameters) {
     let checker = fields.checker;
     let country = fields.string("country").and_then(|given| country_at(files, checker, &given));
-    let mut parameters =
-        country.as_ref().map_or(DeciderParameters::DEPLOYED, |country| country.parameters.clone());
+    let mut parameters = country.as_ref().map_or(DeciderParameters::DEPLOYED, Country::parameters);
     let mut taken: Vec<&str> = Vec::new();
     for entry in fields.entries("parameters", "give parameters by the names of Autoware") {
         let Some(LocatedText { text, location }) = checker.text(&entry.value) else { continue };
@@ -121,7 +120,10 @@ fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
 }
 
 fn interpret(fields: Fields<'_>) -> Option<Country> {
-    fields.require(&["code", "source", "traffic", "roundabout"], "");
+    let mut required = vec!["code", "source"];
+    required.extend(required_of(""));
+    required.push(ROUNDABOUT);
+    fields.require(&required, "");
     let readable = |key| {
         let text = fields.string(key)?.text;
         if text.trim().is_empty() || text.chars().any(char::is_control) {
@@ -129,29 +131,38 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
         }
         Some(text)
     };
-    let (code, source) = (readable("code"), readable("source"));
-    let traffic = fields.keyword("traffic", SIDES);
-    let turn_distance_m = fields.number("turn_distance_m", 0.0..=1000.0, "m");
-    let search_time_s = fields.number("search_time_s", 0.0..=60.0, "s");
-    let roundabout = fields.table("roundabout");
+    let [code, source] = ["code", "source"].map(|key| readable(key).unwrap_or_default());
+    let mut country = Country::new(code, source);
+    read_rules(&fields, "", &mut country);
+    let roundabout = fields.table(ROUNDABOUT);
     fields.done();
     let roundabout = roundabout?;
-    roundabout.require(&["on_entry", "on_exit"], "");
-    let [on_entry, on_exit] = ["on_entry", "on_exit"].map(|key| roundabout.keyword(key, SIDES_OR_NONE));
-    let entry_persists = roundabout.flag("entry_persists");
+    roundabout.require(&required_of(ROUNDABOUT).collect::<Vec<_>>(), "");
+    read_rules(&roundabout, ROUNDABOUT, &mut country);
     roundabout.done();
-    let (traffic, deployed) = (traffic?, DeciderParameters::DEPLOYED);
-    // Where the law gives no number, the deployed one stays.
-    let parameters = DeciderParameters {
-        intersection_search_distance_m: turn_distance_m.unwrap_or(deployed.intersection_search_distance_m),
-        roundabout_search_distance_m: turn_distance_m.unwrap_or(deployed.roundabout_search_distance_m),
-        search_time_s: search_time_s.unwrap_or(deployed.search_time_s),
-        roundabout_on_entry: on_entry?,
-        roundabout_on_exit: on_exit?,
-        roundabout_entry_persists: entry_persists.unwrap_or_default(),
-        parking_side: traffic,
-        centerline_start_side: traffic.opposite(),
-        ..deployed
-    };
-    Some(Country { code: code?, source: source?, turn_distance_m, parameters })
+    Some(country)
+}
+
+fn required_of(table: &str) -> impl Iterator<Item = &'static str> {
+    RULES.iter().filter(move |rule| rule.table == table && rule.is_required()).map(|rule| rule.name)
+}
+
+/// Reads the rules of a table. One that is missing or refused keeps its value.
+fn read_rules(fields: &Fields<'_>, table: &str, country: &mut Country) {
+    for rule in RULES.iter().filter(|rule| rule.table == table) {
+        match rule.value {
+            RuleValue::Number { unit, max, field } => {
+                *field(country) = fields.number(rule.name, 0.0..=max, unit);
+            }
+            RuleValue::Side(field) => {
+                let given = fields.keyword(rule.name, SIDES);
+                let side = field(country);
+                *side = given.unwrap_or(*side);
+            }
+            RuleValue::SideOrNone(field) => {
+                *field(country) = fields.keyword(rule.name, SIDES_OR_NONE).flatten();
+            }
+            RuleValue::Flag(field) => *field(country) = fields.flag(rule.name).unwrap_or_default(),
+        }
+    }
 }

@@ -7,7 +7,6 @@ use super::dimensions::vehicle;
 use super::files::Files;
 use super::reading::fields::Fields;
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::decider::DeciderSettings;
 use crate::core::turn_signal::inputs::AgeLimits;
 use crate::core::turn_signal::min_duration::MinDurations;
@@ -19,11 +18,7 @@ const MAX_STANDING_MS: u64 = 3_600_000;
 
 /// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`, `waits_for_junctions`, `age_limits` and `vehicle`, for
 /// the `compat` that is given.
-pub(super) fn decider(
-    files: &dyn Files,
-    fields: &Fields<'_>,
-    compat: DeciderCompat,
-) -> (Option<Country>, DeciderSettings) {
+pub(super) fn decider(files: &dyn Files, fields: &Fields<'_>, compat: DeciderCompat) -> DeciderSettings {
     let deployed = DeciderSettings::deployed(compat);
     let (country, parameters) = parameters(files, fields);
     let time = |key, default| fields.millis(key, 0..=MAX_MS).unwrap_or(default);
@@ -32,19 +27,17 @@ pub(super) fn decider(
         minimum_gap: time("minimum_gap_ms", deployed.min_durations.minimum_gap),
     };
     let standing_limit = fields.millis("standing_limit_ms", 0..=MAX_STANDING_MS);
-    let legal_distance = country.as_ref().and_then(Country::legal_distance).map(Arc::new);
     let waits_for_junctions = fields.flag("waits_for_junctions");
-    let settings = DeciderSettings {
+    DeciderSettings {
         parameters,
         waits_for_junctions: waits_for_junctions.unwrap_or(deployed.waits_for_junctions),
-        legal_distance,
+        country: country.map(Arc::new),
         min_durations,
         standing_limit: standing_limit.unwrap_or(deployed.standing_limit),
         age_limits: age_limits(fields.section("age_limits")),
         vehicle: vehicle(fields.section("vehicle")),
         ..deployed
-    };
-    (country, settings)
+    }
 }
 
 fn age_limits(fields: Fields<'_>) -> AgeLimits {

@@ -45,7 +45,7 @@ fn junction(remark: &JunctionRemark) -> Value {
     json!({
         "lanelet": remark.ahead.way.lane, "side": remark.ahead.way.side.to_string(), "why": remark.key(),
         "least_m": remark.least_m().map(to_the_micrometre),
-        "law": remark.law.as_ref().map(|legal| legal.law.as_str()),
+        "law": remark.country.as_ref().map(|country| country.law()),
     })
 }
 

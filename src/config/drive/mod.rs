@@ -161,7 +161,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> O
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = named_file::path_at(BuiltIn::Map, files, &top, "map");
     let compats = reader::compats(&top);
-    let (_, decider) = decider::decider(files, &top, DeciderCompat::Improved);
+    let decider = decider::decider(files, &top, DeciderCompat::Improved);
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
     let start_m = metres(&top, "start_m").unwrap_or(0.0);
     let until_m = metres(&top, "until_m");

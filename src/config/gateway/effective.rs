@@ -236,7 +236,7 @@ impl Parts {
     }
 
     fn decider(&mut self, decider: &TurnSignalConfig) {
-        let TurnSignalConfig { flow, runs: _, map: _, country: _, inputs, outputs } = decider;
+        let TurnSignalConfig { flow, runs: _, map: _, inputs, outputs } = decider;
         let TurnSignalSettings { decider, road, role, period, publishes_sections: _ } = flow;
         let DeciderSettings {
             compat,
@@ -246,7 +246,7 @@ impl Parts {
             min_durations,
             standing_limit,
             waits_for_junctions,
-            legal_distance,
+            country,
         } = decider;
         match role {
             DeciderRole::Command => self.fix("[turn_signal]", &"enabled"),
@@ -263,7 +263,7 @@ impl Parts {
         self.reload("[turn_signal] min_durations", min_durations);
         self.reload("[turn_signal] standing limit", standing_limit);
         self.reload("[turn_signal] waits_for_junctions", waits_for_junctions);
-        let legal_m = legal_distance.as_ref().map(|legal| legal.least_m);
+        let legal_m = country.as_ref().and_then(|country| country.turn_distance_m);
         self.reload("[turn_signal] country's least distance of a turn, m", &legal_m);
         self.reload("[turn_signal] planning_hz", period);
         let DeciderInputs {

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::compat::{DeciderCompat, DeciderQuirks};
+use super::country::Country;
 use super::decision::{Basis, Decision};
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
 use super::inputs::{AgeLimits, InputFinding, Inputs};
 use super::intersection::{IntersectionMemory, STANDING_LIMIT, TurnAhead, turns};
-use super::junction::{JunctionRemark, JunctionRule, JunctionVerdict, LegalDistance};
+use super::junction::{JunctionRemark, JunctionRule, JunctionVerdict};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{DeciderParameters, VehicleInfo};
@@ -49,8 +50,8 @@ pub struct DeciderSettings {
     /// The signal of a turn waits until a junction is passed that offers the same side and is not taken; in improved
     /// mode only.
     pub waits_for_junctions: bool,
-    /// The least distance over which the law demands the signal of a turn; `None` without a country, or where its law gives none.
-    pub legal_distance: Option<Arc<LegalDistance>>,
+    /// The country whose law demands the signal of a turn; its other rules are in the parameters. `None` without a country.
+    pub country: Option<Arc<Country>>,
 }
 
 /// Decides cycle by cycle.
@@ -89,7 +90,7 @@ impl DeciderSettings {
             min_durations: MinDurations::READABLE,
             standing_limit: STANDING_LIMIT,
             waits_for_junctions: true,
-            legal_distance: None,
+            country: None,
         }
     }
 }
@@ -162,7 +163,7 @@ impl Decider {
         let (settings, quirks) = (self.settings.clone(), self.quirks);
         let (front_m, nearest) = (settings.vehicle.front_m(), settings.parameters.nearest);
         let junction_rule = settings.waits_for_junctions.then(|| JunctionRule {
-            legal_m: settings.legal_distance.as_ref().map(|legal| legal.least_m),
+            turn_distance_m: settings.country.as_ref().and_then(|country| country.turn_distance_m),
             least_time: settings.min_durations.minimum_on,
         });
         let on = |path_frame, way| DecisionContext {
@@ -277,7 +278,7 @@ impl Decider {
     fn junction(&self, candidates: &Candidates) -> Option<JunctionRemark> {
         let ahead = candidates.intersection?.junction?;
         let is_by_law = matches!(ahead.verdict, JunctionVerdict::LawDemands(_));
-        Some(JunctionRemark { ahead, law: self.settings.legal_distance.clone().filter(|_| is_by_law) })
+        Some(JunctionRemark { ahead, country: self.settings.country.clone().filter(|_| is_by_law) })
     }
 
     /// Without a path to measure on: the command of the manoeuvres as it is.

@@ -6,25 +6,17 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::country::Country;
 use super::distance_path::DistancePath;
 use super::side::Side;
 use crate::core::map::fork::{leads_left, parting};
 use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 
-/// The least distance over which the law of a country demands that a turn is announced.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LegalDistance {
-    /// From the front of the vehicle to the turn, metres.
-    pub least_m: f64,
-    /// The law, with the code of its country.
-    pub law: String,
-}
-
 /// The conditions on which a turn's signal waits until a junction is passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JunctionRule {
-    /// The law's least distance, metres; `None` without one.
-    pub legal_m: Option<f64>,
+    /// The country's rule `turn_distance_m`: the law's least distance from the front to the turn, metres; `None` without one.
+    pub turn_distance_m: Option<f64>,
     /// A signal is shown at least for so long before its turn.
     pub least_time: Duration,
 }
@@ -63,8 +55,8 @@ pub enum JunctionVerdict {
 pub struct JunctionRemark {
     /// The junction, and what becomes of the signal.
     pub ahead: JunctionAhead,
-    /// The law that demands the signal; `None` where it waits or is shown to be seen.
-    pub law: Option<Arc<LegalDistance>>,
+    /// The country whose law demands the signal; `None` where it waits or is shown to be seen.
+    pub country: Option<Arc<Country>>,
 }
 
 impl JunctionAhead {
@@ -79,7 +71,7 @@ impl JunctionRule {
     /// takes to be seen at any speed, metres.
     pub fn verdict(&self, turn_m: f64, speed_mps: f64, seen_m: f64, is_shown: bool) -> JunctionVerdict {
         let seen_m = seen_m.max(speed_mps * self.least_time.as_secs_f64());
-        match self.legal_m.filter(|legal_m| *legal_m >= seen_m) {
+        match self.turn_distance_m.filter(|legal_m| *legal_m >= seen_m) {
             Some(legal_m) if is_shown || turn_m <= legal_m => JunctionVerdict::LawDemands(legal_m),
             None if is_shown || turn_m <= seen_m => JunctionVerdict::SeenTooLate(seen_m),
             Some(_) | None => JunctionVerdict::Waits,
@@ -156,7 +148,7 @@ impl fmt::Display for JunctionRemark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let OfferedWay { lane, side } = self.ahead.way;
         let side = side.name();
-        let law = self.law.as_ref().map_or("the law", |legal| legal.law.as_str());
+        let law = self.country.as_ref().map_or("the law".to_owned(), |country| country.law());
         match self.ahead.verdict {
             JunctionVerdict::Waits => {
                 write!(

@@ -152,8 +152,7 @@ fn what_the_gateway_file_shows_are_the_defaults() {
     default.parameters.clone_from(&shown.parameters);
     default.mcap.folder.clone_from(&shown.mcap.folder);
     let (there, here) = (shown.turn_signal.as_ref().unwrap(), default.turn_signal.as_mut().unwrap());
-    here.country.clone_from(&there.country);
-    here.flow.decider.legal_distance.clone_from(&there.flow.decider.legal_distance);
+    here.flow.decider.country.clone_from(&there.flow.decider.country);
     assert_eq!(format!("{shown:?}"), format!("{default:?}"));
 }
 

@@ -20,7 +20,7 @@ fn rules_of_a_country_come_from_a_file() {
     let parameters = &decider.flow.decider.parameters;
     assert!((parameters.intersection_search_distance_m - 41.5).abs() < 1e-9);
     assert_eq!(parameters.roundabout_on_entry, Some(Side::Right));
-    assert_eq!(decider.country.unwrap().code, "JP");
+    assert_eq!(decider.flow.decider.country.unwrap().code, "JP");
 }
 
 /// Every name and alias is accepted, and the value is what was given.

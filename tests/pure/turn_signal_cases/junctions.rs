@@ -9,10 +9,10 @@ use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use signal_gateway::core::turn_signal::country::Country;
 use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
 use signal_gateway::core::turn_signal::decision::Decision;
 use signal_gateway::core::turn_signal::inputs::Timed;
-use signal_gateway::core::turn_signal::junction::LegalDistance;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 
 use super::drive::{HALF_WIDTH_M, inputs, route_from, straight_lane};
@@ -135,8 +135,9 @@ fn other_ways_do_not_shorten_a_signal() {
 #[test]
 fn the_law_and_what_is_seen_too_late_come_before_the_junction() {
     let town = Town::new(20.0, left(), TurnDirection::Straight);
-    let law = LegalDistance { least_m: 30.0, law: "XX: the book".to_owned() };
-    let legal = DeciderSettings { legal_distance: Some(Arc::new(law)), ..settings(Improved) };
+    let book = Country::new("XX".to_owned(), "the book".to_owned());
+    let country = Some(Arc::new(Country { turn_distance_m: Some(30.0), ..book }));
+    let legal = DeciderSettings { country, ..settings(Improved) };
     let (from_m, decision, shortened) = town.shown_from(legal.clone(), 8.0);
     assert!((0.0..1.0).contains(&(from_m - (town.turn_m - 30.0))), "{from_m}");
     assert_eq!(shortened, 1, "54 m were cut to 30 m");

@@ -10,6 +10,7 @@ mod bad_inputs;
 pub(super) mod bench;
 mod combination;
 mod conflicts;
+mod countries;
 mod decider;
 mod drive;
 mod first_aligned;

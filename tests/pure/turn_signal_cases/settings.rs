@@ -118,7 +118,7 @@ fn countries_differ_where_their_law_does() {
     assert_eq!(built_in(), cases.map(|(code, ..)| code));
     for (code, distance, entry, exit, parks) in cases {
         let country = country(&Disk, Path::new(""), code).unwrap();
-        let parameters = &country.parameters;
+        let parameters = country.parameters();
         assert_eq!(parameters.intersection_search_distance_m, distance, "{code}");
         assert_eq!(parameters.roundabout_on_entry, entry, "{code}");
         assert_eq!(parameters.roundabout_on_exit, Some(exit), "{code}");

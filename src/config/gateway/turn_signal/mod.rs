@@ -16,7 +16,6 @@ use crate::config::reading::fields::Fields;
 use crate::config::reading::problem::Problem;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
 use topics::topics;
 pub use topics::{DeciderInputs, DeciderOutputs};
@@ -36,8 +35,6 @@ pub struct TurnSignalConfig {
     pub runs: bool,
     /// Path of its lanelet2 map.
     pub map: PathBuf,
-    /// Country whose rules apply; `None` for the parameters that Autoware is deployed with.
-    pub country: Option<Country>,
     /// Topics that its inputs are read from.
     pub inputs: DeciderInputs,
     /// Topics that its commands are written to.
@@ -62,7 +59,7 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
     let before = checker.count();
     let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
     let map = map(files, &fields);
-    let (country, decider) = decider::decider(files, &fields, compat);
+    let decider = decider::decider(files, &fields, compat);
     let hz = fields.number("planning_hz", 1.0..=100.0, "Hz").unwrap_or(DEFAULT_HZ);
     // Whole microseconds, as all times of the gateway.
     let period = Duration::from_secs_f64(1.0 / hz).as_micros();
@@ -89,7 +86,6 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
         },
         runs: is_enabled || is_shadow,
         map,
-        country,
         inputs,
         outputs,
     })

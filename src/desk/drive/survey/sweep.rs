@@ -138,9 +138,9 @@ impl Sweep {
             Self::Countries => {
                 let variant = |code: &'static str| {
                     let rules = country(&Embedded, Path::new(""), code).ok()?;
-                    let legal_distance = rules.legal_distance().map(Arc::new);
-                    let parameters = rules.parameters;
-                    Some((code.to_owned(), DeciderSettings { parameters, legal_distance, ..given.clone() }))
+                    let parameters = rules.parameters();
+                    let country = Some(Arc::new(rules));
+                    Some((code.to_owned(), DeciderSettings { parameters, country, ..given.clone() }))
                 };
                 country::built_in().into_iter().filter_map(variant).collect()
             }
@@ -193,7 +193,7 @@ mod tests {
         let codes: Vec<&str> = variants.iter().map(|(code, _)| code.as_str()).collect();
         assert_eq!(codes, country::built_in());
         assert!(variants.iter().any(|(_, settings)| settings.parameters != deployed.parameters));
-        let legal = |code| variants.iter().find(|(of, _)| of == code).unwrap().1.legal_distance.clone();
-        assert_eq!((legal("JP").map(|legal| legal.least_m), legal("DE")), (Some(30.0), None));
+        let law = |code| variants.iter().find(|(of, _)| of == code).unwrap().1.country.clone().unwrap();
+        assert_eq!((law("JP").turn_distance_m, law("DE").turn_distance_m), (Some(30.0), None));
     }
 }
