@@ -3,7 +3,8 @@
 use super::{Report, map};
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::turn_signal::flow::DeciderRole;
-use crate::core::turn_signal::parameters::{PARAMETERS, VehicleInfo};
+use crate::core::turn_signal::parameters::VehicleInfo;
+use crate::core::turn_signal::parameters::table::PARAMETERS;
 use crate::core::turn_signal::planner_input::FactorTopic;
 use crate::report::text::plain_path;
 

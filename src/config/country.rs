@@ -13,7 +13,8 @@ use super::reading::problem::{Problem, cannot_read};
 use super::reading::toml_text::from_toml;
 use crate::core::near_miss::did_you_mean;
 use crate::core::turn_signal::country::{Country, ROUNDABOUT, RULES, RuleValue};
-use crate::core::turn_signal::parameters::{DeciderParameter, DeciderParameters, ParameterError};
+use crate::core::turn_signal::parameters::DeciderParameters;
+use crate::core::turn_signal::parameters::table::{DeciderParameter, ParameterError};
 use crate::core::turn_signal::side::Side;
 
 /// An example of a file of rules, which shows every key.

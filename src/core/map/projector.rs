@@ -4,10 +4,9 @@
 use super::osm::Osm;
 use super::projection::{UTM_SCALE, east_north_up, transverse_mercator, utm_meridian_deg};
 
-mod info;
+pub mod info;
 
 pub use super::projection::{Geo, MgrsSquare};
-pub use info::ProjectorError;
 
 /// A projection from latitude and longitude to metres.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,9 @@
 //! A decision with its reasons (docs/spec/turn-signal-decider.md, "Decision with reasons").
 
-use std::fmt;
-
 use super::inputs::InputFinding;
 use super::intersection::TurnAhead;
 use super::junction::JunctionRemark;
-use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
+use super::manoeuvre::ManoeuvreOutcome;
 use super::min_duration::Held;
 use super::path_generator::TaggedLanelet;
 use super::resolve::{CandidateOutcome, CandidateSource, Candidates, Case, EvaluatedCandidate, Resolution};
@@ -92,35 +90,5 @@ impl Decision {
     /// The branch of the pairwise rule that decided last; `None` when nothing was compared.
     pub fn case(&self) -> Option<Case> {
         self.resolution()?.case
-    }
-}
-
-impl fmt::Display for ManoeuvreOutcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.kind, self.why)
-    }
-}
-
-impl fmt::Display for SignalReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Shift(verdict) => write!(f, "{verdict}"),
-            Self::Ignored => f.write_str("decided before"),
-            Self::Idle => f.write_str("nothing to signal"),
-            Self::OwnRule => f.write_str("signalled"),
-            Self::TooEarly => f.write_str("too far ahead"),
-        }
-    }
-}
-
-impl fmt::Display for ManoeuvreKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PullOut => "pull-out",
-            Self::Avoidance => "avoidance",
-            Self::LaneChange => "lane change",
-            Self::PullOver => "pull-over",
-            Self::SideShift => "side shift",
-        })
     }
 }

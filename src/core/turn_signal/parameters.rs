@@ -3,14 +3,10 @@
 
 use std::fmt;
 
-use thiserror::Error;
-
 use super::side::Side;
 use crate::core::map::geometry::path::NearestLimits;
 
-mod table;
-
-pub use table::{DeciderParameter, PARAMETERS};
+pub mod table;
 
 /// Every parameter. Distances in metres, times in seconds.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,27 +96,6 @@ pub struct VehicleInfo {
     pub right_m: f64,
 }
 
-/// A parameter that was not taken. Nothing changed.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum ParameterError {
-    /// There is none of this name.
-    #[error("`{name}` is not a parameter of the turn signal decider")]
-    Unknown {
-        /// The name as it was given.
-        name: String,
-    },
-    /// The value does not fit.
-    #[error("`{name}` = `{value}`: give {expected}")]
-    Value {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Value as given.
-        value: String,
-        /// Values that would fit.
-        expected: &'static str,
-    },
-}
-
 impl DeciderParameters {
     /// The values that Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
     pub const DEPLOYED: Self = Self {
@@ -151,18 +126,6 @@ impl DeciderParameters {
         avoidance_prepare_time_s: 3.0,
         avoidance_candidate: CandidatePolicy::None,
     };
-
-    /// Sets one parameter from text, as in a parameter file (`30.0`, `true`, `"Left"`). The name is
-    /// the documented one or the spelling Autoware uses.
-    pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
-        let parameter =
-            DeciderParameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
-        parameter.set(self, value.trim()).map_err(|expected| ParameterError::Value {
-            name: parameter.name,
-            value: value.to_owned(),
-            expected,
-        })
-    }
 
     /// Distance at which turns come within range at this speed, metres.
     pub fn intersection_search_m(&self, speed_mps: f64) -> f64 {

@@ -14,7 +14,8 @@ use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::turn_signal::parameters::{DeciderParameters, PARAMETERS};
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
+use signal_gateway::core::turn_signal::parameters::table::PARAMETERS;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, FACTORS, Reader, SECTIONS};

@@ -1,6 +1,7 @@
 //! What is accepted in `[turn_signal]`.
 
-use signal_gateway::core::turn_signal::parameters::{DeciderParameters, PARAMETERS};
+use signal_gateway::core::turn_signal::parameters::DeciderParameters;
+use signal_gateway::core::turn_signal::parameters::table::PARAMETERS;
 use signal_gateway::core::turn_signal::side::Side;
 
 use crate::pure::config_refusals::with;

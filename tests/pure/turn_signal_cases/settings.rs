@@ -4,9 +4,8 @@ use std::path::Path;
 
 use signal_gateway::config::country::{NoCountry, built_in, country};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::turn_signal::parameters::{
-    CandidatePolicy, DeciderParameters, PARAMETERS, ParameterError,
-};
+use signal_gateway::core::turn_signal::parameters::table::{PARAMETERS, ParameterError};
+use signal_gateway::core::turn_signal::parameters::{CandidatePolicy, DeciderParameters};
 use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 /// The fourteen documented parameters: name, a value, what it makes of the defaults.

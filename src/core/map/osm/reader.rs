@@ -8,7 +8,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 use quick_xml::{Error, XmlVersion};
 
-use super::{
+use super::primitives::{
     ElementPlace, ElementRef, Member, Node, Osm, OsmElement, OsmError, OsmKind, OsmLayer, Relation, Tags, Way,
 };
 

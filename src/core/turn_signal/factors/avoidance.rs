@@ -3,8 +3,8 @@
 //! than planned. An avoidance counts as approved when the planned path follows one of its lines, since factors do not
 //! name the state. Lines have no id: their ends stand for it.
 
-use super::path_offsets::{PathOffsets, Ramp};
-use super::{FactorContext, FactorInterval, Made};
+use super::factor::{FactorContext, FactorInterval, Made, Ramp};
+use super::path_offsets::PathOffsets;
 use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
@@ -26,14 +26,14 @@ pub(super) fn around(
         }
     }
     if stretches.is_empty() {
-        return Made::All(Vec::new());
+        return Ok(Vec::new());
     }
-    let Some(path_offsets) = path_offsets else { return Made::NeedsPath(ManoeuvreKind::Avoidance) };
+    let Some(path_offsets) = path_offsets else { return Err(ManoeuvreKind::Avoidance) };
     let threshold_m = context.parameters.shift_length_threshold_m;
     let mut ramps: Vec<Ramp> =
         stretches.iter().flat_map(|interval| ramps(path_offsets, interval, threshold_m)).collect();
     ramps.sort_by_key(|ramp| path_offsets.nearest_index(ramp.start));
-    let Some(path) = path_offsets.ramped(&ramps) else { return Made::NeedsPath(ManoeuvreKind::Avoidance) };
+    let Some(path) = path_offsets.ramped(&ramps) else { return Err(ManoeuvreKind::Avoidance) };
     let line = |ramp: &Ramp| AvoidanceLine {
         id: id(ramp),
         line: path_offsets.line(ramp.start, ramp.end),
@@ -53,7 +53,7 @@ pub(super) fn around(
         approved: ramps.iter().any(|ramp| path_offsets.follows(ramp)),
         path,
     };
-    Made::All(vec![Manoeuvre::Avoidance(avoidance)])
+    Ok(vec![Manoeuvre::Avoidance(avoidance)])
 }
 
 /// The line of a batch of one; else those that the path shows.

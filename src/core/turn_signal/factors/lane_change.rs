@@ -2,8 +2,8 @@
 //! path crosses a bound; the crossing is exact to the spacing of the path. The length that the planner keeps for a lane
 //! change before its lane ends is not published: the length of the change stands for it.
 
+use super::factor::{Behavior, FactorContext, FactorInterval};
 use super::path_offsets::{PathOffsets, crossing};
-use super::{Behavior, FactorContext, FactorInterval};
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};

@@ -1,6 +1,6 @@
 //! The planned path beside the middle of its lanelets: how far it is off, where it crosses a bound.
 
-use super::FactorContext;
+use super::factor::{FactorContext, Ramp};
 use crate::core::map::geometry::path::{NearestLimits, nearest_visit};
 use crate::core::map::geometry::polyline::{at_arc, front_pose, nearest, nearest_index};
 use crate::core::map::geometry::{Point, Pose, wrapped};
@@ -26,15 +26,6 @@ pub(super) struct PathOffsets {
     middle: Vec<Point>,
     /// Offset of each point of the path to the left of it, metres.
     offsets_m: Vec<f64>,
-}
-
-/// A change of offset along the path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ramp {
-    pub(super) start: Pose,
-    pub(super) end: Pose,
-    pub(super) before_m: f64,
-    pub(super) after_m: f64,
 }
 
 impl PathOffsets {

@@ -3,8 +3,8 @@
 //! which the vehicle begins to slow down before its path to the roadside is decided comes from a factor to stop or slow
 //! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
 
-use super::path_offsets::{PathOffsets, Ramp};
-use super::{Behavior, FactorContext, FactorInterval, Made};
+use super::factor::{Behavior, FactorContext, FactorInterval, Made, Ramp};
+use super::path_offsets::PathOffsets;
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::STOP_SPEED_MPS;
@@ -74,8 +74,8 @@ pub(super) fn over(
     factors: &[&PlanningFactor],
     refuse: &mut impl FnMut(FactorFlaw),
 ) -> Made {
-    let Some(first) = factors.first() else { return Made::All(Vec::new()) };
-    let Some(path_offsets) = path_offsets else { return Made::NeedsPath(ManoeuvreKind::PullOver) };
+    let Some(first) = factors.first() else { return Ok(Vec::new()) };
+    let Some(path_offsets) = path_offsets else { return Err(ManoeuvreKind::PullOver) };
     let pull_over = match factors.iter().find(|factor| !factor.is_about_speed()) {
         Some(shifting) => {
             shifting.interval().map(|interval| PullOver::Decided(decided(context, path_offsets, &interval)))
@@ -85,7 +85,7 @@ pub(super) fn over(
     if pull_over.is_none() && !(first.control_points.len() == 1 && first.is_about_speed()) {
         refuse(FactorFlaw::NoStretch);
     }
-    pull_over.into_iter().map(Manoeuvre::PullOver).collect()
+    Ok(pull_over.into_iter().map(Manoeuvre::PullOver).collect())
 }
 
 fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &FactorInterval) -> Decided {

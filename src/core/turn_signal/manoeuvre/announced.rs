@@ -1,7 +1,7 @@
 //! The manoeuvres that are announced, each known again from one cycle to the next
 //! (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 
-use super::ManoeuvreKind;
+use super::kind::ManoeuvreKind;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 use crate::core::turn_signal::side::Side;

@@ -1,6 +1,7 @@
 //! Avoidance of static obstacles (docs/spec/turn-signal-decider.md, "Avoidance").
 
-use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
+use super::kind::{ManoeuvreKind, SignalReason};
+use super::memory::ManoeuvreMemory;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;

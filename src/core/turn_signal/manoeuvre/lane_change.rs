@@ -2,7 +2,8 @@
 //! the first request (W9). Improved, it begins where the steering begins.
 
 use super::announced::ManoeuvreIdentity;
-use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
+use super::kind::{ManoeuvreKind, SignalReason};
+use super::memory::ManoeuvreMemory;
 use crate::core::map::geometry::path::Path;
 use crate::core::map::geometry::polyline::{at_arc, headed};
 use crate::core::map::geometry::{Point, Pose};

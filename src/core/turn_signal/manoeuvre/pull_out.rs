@@ -1,6 +1,7 @@
 //! Pulling out from the roadside (docs/spec/turn-signal-decider.md, "Pull-out").
 
-use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
+use super::kind::{ManoeuvreKind, SignalReason};
+use super::memory::ManoeuvreMemory;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;

@@ -2,7 +2,8 @@
 //! is decided.
 
 use super::announced::ManoeuvreIdentity;
-use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
+use super::kind::{ManoeuvreKind, SignalReason};
+use super::memory::ManoeuvreMemory;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;

@@ -1,5 +1,7 @@
 //! The table of parameters: names, what they take, where it goes.
 
+use thiserror::Error;
+
 use super::{CandidatePolicy, DeciderParameters};
 use crate::core::turn_signal::side::Side;
 
@@ -114,6 +116,41 @@ const fn number(
 
 const fn row2(name: &'static str, aliases: &'static [&'static str], slot: Slot) -> DeciderParameter {
     DeciderParameter { name, aliases, slot }
+}
+
+/// A parameter that was not taken. Nothing changed.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ParameterError {
+    /// There is none of this name.
+    #[error("`{name}` is not a parameter of the turn signal decider")]
+    Unknown {
+        /// The name as it was given.
+        name: String,
+    },
+    /// The value does not fit.
+    #[error("`{name}` = `{value}`: give {expected}")]
+    Value {
+        /// Name of the parameter.
+        name: &'static str,
+        /// Value as given.
+        value: String,
+        /// Values that would fit.
+        expected: &'static str,
+    },
+}
+
+impl DeciderParameters {
+    /// Sets one parameter from text, as in a parameter file (`30.0`, `true`, `"Left"`). The name is
+    /// the documented one or the spelling Autoware uses.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
+        let parameter =
+            DeciderParameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
+        parameter.set(self, value.trim()).map_err(|expected| ParameterError::Value {
+            name: parameter.name,
+            value: value.to_owned(),
+            expected,
+        })
+    }
 }
 
 impl DeciderParameter {

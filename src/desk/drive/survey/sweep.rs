@@ -10,7 +10,8 @@ use crate::config::country::{self, country};
 use crate::config::files::Embedded;
 use crate::core::near_miss::did_you_mean;
 use crate::core::turn_signal::decider::DeciderSettings;
-use crate::core::turn_signal::parameters::{DeciderParameter, DeciderParameters, PARAMETERS, ParameterError};
+use crate::core::turn_signal::parameters::DeciderParameters;
+use crate::core::turn_signal::parameters::table::{DeciderParameter, PARAMETERS, ParameterError};
 
 /// Values of a range without a step.
 const VALUES: u32 = 5;

@@ -1,0 +1,333 @@
+//! The primitives of an OSM XML file, before they mean anything.
+//!
+//! Only what a lanelet2 map needs is kept. Elements that an editor marked as deleted are left out.
+
+use std::fmt;
+
+/// Nodes, ways and relations of a file, each kind in the order of the file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Osm {
+    /// Points, with coordinates.
+    pub nodes: OsmLayer<Node>,
+    /// Lines of points.
+    pub ways: OsmLayer<Way>,
+    /// Groups of other elements.
+    pub relations: OsmLayer<Relation>,
+}
+
+/// A point. Its coordinates in metres are up to the map's projection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Unique among nodes; editors give negative ids to new ones.
+    pub id: i64,
+    /// Latitude and longitude, degrees, if the file has both.
+    pub geo_deg: Option<[f64; 2]>,
+    /// The tags `local_x` and `local_y`, metres in the map frame, if the file has both.
+    pub local_m: Option<[f64; 2]>,
+    /// The tag `ele`, metres; 0 without one.
+    pub ele_m: f64,
+    /// Only `color` and `arrow`.
+    pub tags: Tags,
+}
+
+/// A line through nodes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Way {
+    /// Unique among ways.
+    pub id: i64,
+    /// Positions in [`Osm::nodes`], in the order of the line.
+    pub nodes: Vec<usize>,
+    /// Keys and values, in the order of the file.
+    pub tags: Tags,
+}
+
+/// A group of elements.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Relation {
+    /// Unique among relations.
+    pub id: i64,
+    /// Its members, in the order of the file.
+    pub members: Vec<Member>,
+    /// Keys and values, in the order of the file.
+    pub tags: Tags,
+}
+
+/// A part of a relation. Members of lanelets and regulatory elements are in the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// Its role in the relation; can be empty.
+    pub role: Box<str>,
+    /// Kind and id of the element.
+    pub element: OsmElement,
+}
+
+/// The kinds of elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum OsmKind {
+    /// A point, `<node>`.
+    Node,
+    /// A line, `<way>`.
+    Way,
+    /// A group, `<relation>`.
+    Relation,
+}
+
+/// Kind and id of an element; ids are unique within their kind only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct OsmElement {
+    /// Kind of the element.
+    pub kind: OsmKind,
+    /// Id within its kind.
+    pub id: i64,
+}
+
+/// Keys and values of an element, in turn, each followed by a byte that no text has: a map has hundreds of thousands of short ones.
+#[derive(Clone, PartialEq, Eq, Default)]
+pub struct Tags(pub(super) Box<[u8]>);
+
+/// Elements of one kind, in the order of the file, found by id.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OsmLayer<T> {
+    pub(super) items: Vec<T>,
+    /// Ascending, once all are there.
+    pub(super) places: Vec<ElementPlace>,
+}
+
+/// The place of an element. 32 bits do, as so many elements would take hundreds of GB.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ElementPlace {
+    pub(super) id: i64,
+    /// Position in the layer.
+    pub(super) position: u32,
+    /// Line of the file that it begins on, from 1.
+    pub(super) line: u32,
+}
+
+/// A reason for which a file is not read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum OsmError {
+    /// Some byte is not UTF-8.
+    #[error("not UTF-8")]
+    NotUtf8 {
+        /// Line of the text, from 1.
+        line: usize,
+    },
+    /// The text could not be read to its end.
+    #[error("cannot read it: {reason}")]
+    NotRead {
+        /// Line of the text that was reached, from 1.
+        line: usize,
+        /// Message of the system.
+        reason: String,
+    },
+    /// The text is not XML.
+    #[error("not XML: {reason}")]
+    NotXml {
+        /// Line of the text, from 1.
+        line: usize,
+        /// Message of the XML parser.
+        reason: String,
+    },
+    /// The text is XML, but not a map.
+    #[error("not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
+    NotOsm {
+        /// Line of the text, from 1.
+        line: usize,
+        /// The outermost element, if there is one.
+        found: Option<String>,
+    },
+    /// The text ends before `</osm>`.
+    #[error("the file ends before </osm>: it is cut short")]
+    Truncated {
+        /// The last line of the text, from 1.
+        line: usize,
+    },
+    /// An attribute is missing.
+    #[error("{element} has no `{key}`")]
+    MissingAttribute {
+        /// Line of the text, from 1.
+        line: usize,
+        /// The element it is missing in.
+        element: ElementRef,
+        /// Name of the attribute.
+        key: &'static str,
+    },
+    /// A value cannot be used.
+    #[error("{element}: `{key}` is `{value}`, {expected} expected")]
+    BadValue {
+        /// Line of the text, from 1.
+        line: usize,
+        /// The element it stands in.
+        element: ElementRef,
+        /// The attribute or tag.
+        key: &'static str,
+        /// Value as written.
+        value: String,
+        /// Values that would fit.
+        expected: &'static str,
+    },
+    /// An id is used twice within a kind.
+    #[error("{element} appears twice, first on line {first_line}")]
+    Duplicate {
+        /// Line of the second one, from 1.
+        line: usize,
+        /// Kind and id of both.
+        element: OsmElement,
+        /// Line of the first one, from 1.
+        first_line: usize,
+    },
+    /// An element refers to one that is not in the file, or is deleted.
+    #[error("{from} refers to {to}, which is not in the file")]
+    Missing {
+        /// Line at which the referring element begins.
+        line: usize,
+        /// The referring element.
+        from: OsmElement,
+        /// The missing one.
+        to: OsmElement,
+    },
+}
+
+impl OsmError {
+    /// The line of the text that is wrong, from 1.
+    pub fn line(&self) -> usize {
+        match self {
+            Self::NotUtf8 { line }
+            | Self::NotRead { line, .. }
+            | Self::NotXml { line, .. }
+            | Self::NotOsm { line, .. }
+            | Self::Truncated { line }
+            | Self::MissingAttribute { line, .. }
+            | Self::BadValue { line, .. }
+            | Self::Duplicate { line, .. }
+            | Self::Missing { line, .. } => *line,
+        }
+    }
+
+    /// The value that cannot be used, as it is written there.
+    pub fn value(&self) -> Option<&str> {
+        if let Self::BadValue { value, .. } = self { Some(value) } else { None }
+    }
+}
+
+/// The element an attribute stands in: the id may be what is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ElementRef {
+    /// An element whose id is known.
+    Known(OsmElement),
+    /// An element whose id is not known.
+    Unknown(OsmKind),
+}
+
+impl Tags {
+    /// A byte that no text in UTF-8 has.
+    pub(super) const END: u8 = 0xFF;
+
+    /// The value of a key; the first, if the file has several.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.iter().find_map(|(known, value)| (known == key).then_some(value))
+    }
+
+    /// Returns whether the key has this value.
+    pub fn is(&self, key: &str, value: &str) -> bool {
+        self.get(key) == Some(value)
+    }
+
+    /// Keys and values, in the order of the file.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
+        let mut texts =
+            self.0.split(|byte| *byte == Self::END).map(|text| str::from_utf8(text).unwrap_or_default());
+        std::iter::from_fn(move || texts.next().zip(texts.next()))
+    }
+}
+
+impl Osm {
+    /// The line of the file that an element begins on, from 1; `None` if it is not there.
+    pub fn line(&self, element: OsmElement) -> Option<usize> {
+        let place = match element.kind {
+            OsmKind::Node => self.nodes.place(element.id),
+            OsmKind::Way => self.ways.place(element.id),
+            OsmKind::Relation => self.relations.place(element.id),
+        };
+        place.map(|place| place.line as usize)
+    }
+}
+
+impl<T> OsmLayer<T> {
+    /// The element with this id.
+    pub fn get(&self, id: i64) -> Option<&T> {
+        self.items.get(self.position(id)?)
+    }
+
+    /// Its position in [`Self::all`].
+    pub fn position(&self, id: i64) -> Option<usize> {
+        self.place(id).map(|place| place.position as usize)
+    }
+
+    /// All elements, in the order of the file.
+    pub fn all(&self) -> &[T] {
+        &self.items
+    }
+
+    fn place(&self, id: i64) -> Option<&ElementPlace> {
+        let found = self.places.binary_search_by_key(&id, |place| place.id).ok()?;
+        self.places.get(found)
+    }
+}
+
+impl<T> Default for OsmLayer<T> {
+    fn default() -> Self {
+        Self { items: Vec::new(), places: Vec::new() }
+    }
+}
+
+impl Relation {
+    /// Ids of the members of this role and kind, in the order of the file.
+    pub fn members(&self, role: &str, kind: OsmKind) -> impl Iterator<Item = i64> {
+        self.members
+            .iter()
+            .filter(move |member| &*member.role == role && member.element.kind == kind)
+            .map(|member| member.element.id)
+    }
+
+    /// Returns whether it is a regulatory element of this subtype.
+    pub fn is_regulatory(&self, subtype: &str) -> bool {
+        self.tags.is("type", "regulatory_element") && self.tags.is("subtype", subtype)
+    }
+
+    /// Returns whether it is a lanelet.
+    pub fn is_lanelet(&self) -> bool {
+        self.tags.is("type", "lanelet")
+    }
+}
+
+impl fmt::Debug for Tags {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_map().entries(self.iter()).finish()
+    }
+}
+
+impl fmt::Display for OsmKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Node => "node",
+            Self::Way => "way",
+            Self::Relation => "relation",
+        })
+    }
+}
+
+impl fmt::Display for OsmElement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.kind, self.id)
+    }
+}
+
+impl fmt::Display for ElementRef {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Known(element) => element.fmt(f),
+            Self::Unknown(kind) => write!(f, "a {kind}"),
+        }
+    }
+}
