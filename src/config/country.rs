@@ -43,7 +43,7 @@ pub fn built_in() -> Vec<&'static str> {
     files_in("config/countries").filter_map(|path| path.file_stem()?.to_str()).collect()
 }
 
-/// The country with a code, or of the `.toml` file with this path, relative to `folder`.
+/// Reads the country with a code, or the `.toml` file with this path, relative to `folder`.
 ///
 /// # Errors
 /// An unknown code, a file that cannot be read, or every problem of the file.
@@ -93,7 +93,7 @@ pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Coun
     (country, parameters)
 }
 
-/// The country that a file names; problems are noted.
+/// Reads the country that a file names; problems are noted.
 fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Option<Country> {
     match country(files, checker.folder(), &given.text) {
         Ok(country) => return Some(country),

@@ -1,4 +1,4 @@
-//! What the decider of a gateway and that of a drive have in common: one reading of the keys that influence a decision.
+//! Reads the keys that influence a decision, for the decider of a gateway and of a drive.
 
 use std::sync::Arc;
 

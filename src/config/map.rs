@@ -34,8 +34,8 @@ pub struct MapLights {
     pub unplaced: Option<MapError>,
 }
 
-/// The path of a map that is given by name, or by a path relative to the working directory; with the advice for one that does
-/// not exist.
+/// Returns the path of a map that is given by name, or by a path relative to the working directory, and the remedy if it
+/// does not exist.
 pub fn find_map(files: &dyn Files, given: &Path, otherwise: &str) -> (PathBuf, String) {
     let path = named_file::find_here(BuiltIn::Map, files, given);
     let remedy = named_file::remedy(BuiltIn::Map, files, &path, otherwise);
@@ -83,7 +83,7 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
     })
 }
 
-/// Notes a map that cannot be used: at its place in the map, else at `at`, where the map is named.
+/// Notes a map that cannot be used: at its place in the map, or else at `at`, where the map is named.
 pub(super) fn refuse(checker: &Checker, at: &Location, problem: Problem, remedy: &str) {
     if problem.position.is_some() {
         checker.adopt(vec![problem]);
@@ -92,7 +92,7 @@ pub(super) fn refuse(checker: &Checker, at: &Location, problem: Problem, remedy:
     }
 }
 
-/// The problem of a map, at a value in a line or where the line begins.
+/// Returns the problem of a map, at a value in a line or where the line begins.
 fn placed(
     files: &dyn Files,
     path: &Path,
@@ -108,7 +108,7 @@ fn placed(
     Problem { position, ..Problem::whole_file(path, reason, "") }
 }
 
-/// The column of a value in a line, or of what the line begins with; characters from 1.
+/// Returns the column of a value in a line, or of what the line begins with; characters from 1.
 fn column(line: &str, value: Option<&str>) -> usize {
     let quoted =
         |value: &str| ['"', '\''].into_iter().find_map(|quote| line.find(&format!("{quote}{value}{quote}")));
@@ -151,18 +151,18 @@ impl MapFile {
         Ok(Self { path, osm, given })
     }
 
-    /// The problem of an element, at its place.
+    /// Returns the problem of an element, at its place.
     fn problem(&self, files: &dyn Files, reason: String, error: &MapError) -> Problem {
         placed(files, &self.path, reason, self.osm.line(error.element()), None)
     }
 
-    /// The projector that is given; else, as upstream, the military grid; else local coordinates.
+    /// Returns the given projector, or else the military grid as upstream does, or else local coordinates.
     fn projector(&self) -> Projector {
         self.given.or_else(|| Projector::mgrs_around(&self.osm)).unwrap_or(Projector::Local)
     }
 }
 
-/// The projector of a map, from the file beside it that Autoware reads; `None` without one.
+/// Reads the projector of a map from the file beside it that Autoware reads; `None` without one.
 fn projector(files: &dyn Files, map: &Path) -> Result<Option<Projector>, String> {
     let path = map.with_file_name("map_projector_info.yaml");
     let Ok(bytes) = files.read(&path) else { return Ok(None) };

@@ -32,7 +32,7 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Reads up to the first frame; stamps are those of the recording.
+    /// Creates a replay and reads up to the first frame; stamps come from the recording.
     ///
     /// # Errors
     /// When the recording cannot be read.
@@ -76,7 +76,7 @@ impl Replay {
         Ok(Self { gateway, tape, now, wall, ended: false })
     }
 
-    /// Virtual time of the next step; `None` at the end of the recording.
+    /// Returns the virtual time of the next step; `None` at the end of the recording.
     pub fn next_time(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         match &self.tape.next {
@@ -121,13 +121,13 @@ impl Replay {
         self.gateway.handle(input, self.now);
     }
 
-    /// Moves the clock on without a frame.
+    /// Moves the clock forward without a frame.
     fn advance(&mut self, mono: MonoTime) {
         let wall = self.wall.unwrap_or_else(|| self.now.wall.after(mono.since(self.now.mono)));
         self.now = Now { mono, wall };
     }
 
-    /// Ends the links of the gateway; from now on only deadlines are handled.
+    /// Ends the links of the gateway. Afterwards only deadlines are handled.
     pub fn end(&mut self) {
         self.ended = true;
         for (_, bus) in &self.tape.routes.0 {
@@ -135,7 +135,7 @@ impl Replay {
         }
     }
 
-    /// Starts the same recording again; virtual time and stamps go on.
+    /// Starts the same recording again; virtual time and stamps continue.
     ///
     /// # Errors
     /// When the recording cannot be read.
@@ -144,28 +144,28 @@ impl Replay {
         self.tape.read_next()
     }
 
-    /// The next output of the steps taken so far.
+    /// Returns the next output of the steps taken so far.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.gateway.poll_output()
     }
 
-    /// Virtual time, and the wall time that belongs to it.
+    /// Returns the virtual time, and the wall time that belongs to it.
     pub fn now(&self) -> Now {
         self.now
     }
 
-    /// The gateway that the recording is played to.
+    /// Returns the gateway that the recording is played to.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }
 
-    /// The next input of the recording and its virtual time, if no deadline lies before it.
+    /// Returns the next input of the recording and its virtual time, if no deadline lies before it.
     pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
         let (input, at) = self.tape.next.as_ref()?;
         (at.mono < self.gateway.next_deadline()).then_some((input, at.mono))
     }
 
-    /// Takes the next input past the gateway.
+    /// Takes the next input without passing it to the gateway; `None` at the end of the recording.
     ///
     /// # Errors
     /// When the recording cannot be read on.
@@ -176,29 +176,29 @@ impl Replay {
         Ok(Some(input))
     }
 
-    /// Virtual time of the last entry read, of whatever interface.
+    /// Returns the virtual time of the last entry read, of whatever interface.
     pub fn length(&self) -> MonoTime {
         self.tape.length()
     }
 
-    /// The interfaces of the recording on which data frames with this identifier came, with their number, as far as it
-    /// was read; none unless the number is that of a bound one and it is [surveyed](Self::surveying).
+    /// Returns the interfaces on which data frames with this identifier have been read so far, each with their number;
+    /// nothing unless a bound message has the number and the replay is [surveying](Self::surveying).
     pub fn seen_on(&self, id: CanId) -> impl Iterator<Item = (&str, u64)> {
         let seen = self.tape.ids.iter().filter(move |((_, seen), _)| *seen == id);
         seen.map(|((interface, _), count)| (self.tape.log.interfaces()[interface.0].as_str(), *count))
     }
 
-    /// The bus that an interface of the recording is taken for; `None` when its frames are left out.
+    /// Returns the bus that an interface of the recording is taken for; `None` when its frames are left out.
     pub fn bus_of(&self, interface: &str) -> Option<BusIndex> {
         self.tape.routes.bus_of(interface)
     }
 
-    /// Counts of the entries read so far.
+    /// Returns the counts of the entries read so far.
     pub fn counts(&self) -> RecordCounts {
         self.tape.counts
     }
 
-    /// The recording, with its interfaces and bad lines.
+    /// Returns the recording, with its interfaces and bad lines.
     pub fn log(&self) -> &Log {
         &self.tape.log
     }

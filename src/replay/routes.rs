@@ -11,7 +11,7 @@ use crate::io::can::log::Log;
 pub struct Routes(pub Vec<(String, BusIndex)>);
 
 impl Routes {
-    /// Each configured interface under its own name.
+    /// Returns each configured interface under its own name.
     pub fn by_interface(settings: &GatewaySettings) -> Self {
         let names = settings.buses.iter().map(|bus| bus.interface.clone());
         Self(names.zip((0..=u8::MAX).map(BusIndex)).collect())
@@ -28,7 +28,7 @@ impl Routes {
         }
     }
 
-    /// The bus of an interface name.
+    /// Returns the bus of an interface name.
     pub fn bus_of(&self, interface: &str) -> Option<BusIndex> {
         self.0.iter().find(|(name, _)| name == interface).map(|(_, bus)| *bus)
     }

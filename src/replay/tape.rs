@@ -80,7 +80,7 @@ impl Tape {
         }
     }
 
-    /// Virtual time of the last entry read, of whatever interface.
+    /// Returns the virtual time of the last entry read, of whatever interface.
     pub(super) fn length(&self) -> MonoTime {
         self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
     }
@@ -91,7 +91,7 @@ impl Tape {
         self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
-    /// Reads up to the next input, in the place of the one before.
+    /// Reads the next input, which replaces the one before.
     pub(super) fn read_next(&mut self) -> io::Result<()> {
         self.next = self.held.take();
         if self.next.is_some() {
@@ -122,7 +122,7 @@ impl Tape {
         Ok(())
     }
 
-    /// Bad lines since the last call. They count for the first bus: such a line names none.
+    /// Returns the bad lines since the last call. They count for the first bus, since a bad line names none.
     fn new_bad_lines(&mut self) -> Option<CanInput> {
         let count = self.log.bad_lines() - std::mem::replace(&mut self.bad_reported, self.log.bad_lines());
         let count = u32::try_from(count).unwrap_or(u32::MAX);
@@ -139,7 +139,7 @@ impl Tape {
         }
     }
 
-    /// The record's stamp after shifting, and its virtual time.
+    /// Returns the record's stamp after shifting, and its virtual time.
     fn advance(&mut self, recorded: WallStamp) -> (WallStamp, Now) {
         if let Some(start) = self.start.take() {
             self.shift = start.as_nanos().saturating_sub(recorded.as_nanos());

@@ -19,22 +19,22 @@ pub struct Disturbance {
 pub enum DisturbanceKind {
     /// No odometry is received.
     OdometryGap {
-        /// Duration, seconds.
+        /// Time that it lasts, seconds.
         for_s: f64,
     },
     /// The pose is not a number.
     NanPose {
-        /// Duration, seconds.
+        /// Time that it lasts, seconds.
         for_s: f64,
     },
     /// The planned path has no points.
     EmptyPath {
-        /// Duration, seconds.
+        /// Time that it lasts, seconds.
         for_s: f64,
     },
     /// The planner is in another scenario, such as parking.
     NotLaneDriving {
-        /// Duration, seconds.
+        /// Time that it lasts, seconds.
         for_s: f64,
     },
     /// The clock jumps once.

@@ -111,7 +111,7 @@ fn expectation(fields: Fields<'_>) -> Option<Expectation> {
     Some(Expectation { compats, interval: interval?, decision, location })
 }
 
-/// The one of these values whose name is given.
+/// Reads a key that names one of these values.
 fn named<T: Copy + fmt::Display>(fields: &Fields<'_>, key: &'static str, values: &[T]) -> Option<T> {
     let names: Vec<_> = values.iter().map(ToString::to_string).collect();
     let keywords: Vec<_> = names.iter().map(String::as_str).zip(values.iter().copied()).collect();

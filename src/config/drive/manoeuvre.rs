@@ -18,7 +18,7 @@ pub struct ManoeuvrePlan {
     pub known_to: Option<DriveMoment>,
     /// Moment from which it is approved; `None` = as soon as it is known.
     pub approved_from: Option<DriveMoment>,
-    /// Current lanelets of the planner; `None` = those of the route path around the vehicle.
+    /// Current lanelets of the planner; `None` = the lanelets of the route path around the vehicle.
     pub lanes: Option<Vec<LaneId>>,
     /// Position in the file.
     pub location: SourceLocation,
@@ -49,7 +49,7 @@ pub enum PlanKind {
         /// Length kept for it before the lane ends.
         minimum_length_m: f64,
     },
-    /// From the roadside.
+    /// The vehicle leaves the roadside.
     PullOut {
         /// The shift, with the offset before it.
         shift: PlannedShift,
@@ -58,7 +58,7 @@ pub enum PlanKind {
         /// End of the first part of its path.
         first_part_end_m: Option<f64>,
     },
-    /// To the roadside.
+    /// The vehicle stops at the roadside.
     PullOver {
         /// The shift, with the offset after it.
         shift: PlannedShift,
@@ -89,7 +89,7 @@ pub struct PlannedShift {
 }
 
 impl PlanKind {
-    /// The end of its last movement, metres.
+    /// Returns the end of its last movement, metres.
     pub fn end_m(&self) -> f64 {
         match self {
             Self::Avoidance { lines } => lines.last().map_or(0.0, |line| line.to_m),

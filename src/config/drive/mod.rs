@@ -53,7 +53,7 @@ pub struct DriveFile {
     pub compats: Vec<DeciderCompat>,
     /// Settings of the decider, but for `compat`, which is one of `compats`.
     pub decider: DeciderSettings,
-    /// Cycles a second.
+    /// Cycles of the decider per second.
     pub planning_hz: f64,
     /// Position of the vehicle at the start, metres.
     pub start_m: f64,
@@ -92,7 +92,7 @@ pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     interpreted(files, &text, None)
 }
 
-/// The drive of a text; `road` are the lanelets of its map, where that was read before.
+/// Reads a drive from a text; `road` has the lanelets of its map if that was read before.
 fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Result<DriveFile, Refused> {
     let root = from_toml(text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
@@ -100,8 +100,8 @@ fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Res
     checker.finish(file).map_err(Refused)
 }
 
-/// The drive over the shortest way on a map from one lanelet to another, at one speed (m/s), with all else as a scenario has it that does
-/// not say.
+/// Creates a drive at one speed (m/s) over the shortest way from one lanelet of a map to another, with the defaults of a
+/// scenario for everything else.
 ///
 /// # Errors
 /// A map that cannot be read, a lanelet that it does not have, two between which no way leads, or a speed that no scenario may have.
@@ -124,7 +124,7 @@ pub fn way(
     over(files, map, road, lanes, speed_mps)
 }
 
-/// A drive over any lanelet of a map, at one speed (m/s), with all else as a scenario has it that does not say.
+/// Creates a drive at one speed (m/s) over some lanelet of a map, with the defaults of a scenario for everything else.
 ///
 /// # Errors
 /// A map that cannot be read or has no lanelet, or a speed that no scenario may have.

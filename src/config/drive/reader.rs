@@ -77,22 +77,22 @@ impl NamedLanelets {
     }
 }
 
-/// A position, metres.
+/// Reads a position in metres along the route path.
 pub(super) fn metres(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.number(key, DISTANCES_M, "m")
 }
 
-/// A position that must be present, metres.
+/// Reads a position that must be present, in metres.
 pub(super) fn required_metres(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.required_number(key, DISTANCES_M, "m")
 }
 
-/// A time that must be present, seconds.
+/// Reads a time that must be present, in seconds.
 pub(super) fn required_seconds(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.required_number(key, 0.0..=MAX_S, "s")
 }
 
-/// A position or a time, by which of two keys is present.
+/// Reads a position or a time; giving both is refused.
 pub(super) fn moment(fields: &Fields<'_>, [at_m, at_s]: [&'static str; 2]) -> Option<DriveMoment> {
     let position = metres(fields, at_m);
     let time = fields.number(at_s, 0.0..=MAX_S, "s");
@@ -102,7 +102,7 @@ pub(super) fn moment(fields: &Fields<'_>, [at_m, at_s]: [&'static str; 2]) -> Op
     position.map(DriveMoment::AtM).or(time.map(DriveMoment::AtS))
 }
 
-/// A position or a time that must be present.
+/// Reads a position or a time, one of which must be present.
 pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> Option<DriveMoment> {
     if keys.iter().all(|key| !fields.has(key)) {
         let reason = format!("neither {} nor {}", keys[0], keys[1]);
@@ -111,7 +111,7 @@ pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> O
     moment(fields, keys)
 }
 
-/// `{ x_m = 1, y_m = 2, yaw_deg = 90 }`
+/// Reads a pose such as `{ x_m = 1, y_m = 2, yaw_deg = 90 }`.
 pub(super) fn pose(fields: Fields<'_>) -> Option<Pose> {
     fields.require(&["x_m", "y_m", "yaw_deg"], "");
     let [x_m, y_m] = ["x_m", "y_m"].map(|key| fields.number(key, -1e8..=1e8, "m"));
@@ -120,7 +120,7 @@ pub(super) fn pose(fields: Fields<'_>) -> Option<Pose> {
     Some(Pose::new(x_m?, y_m?, yaw_deg?.to_radians()))
 }
 
-/// The start and the end of a stretch, metres.
+/// Reads the start and the end of a stretch, in metres.
 pub(super) fn from_to(fields: &Fields<'_>) -> Option<(f64, f64)> {
     let (from_m, to_m) = (required_metres(fields, "from_m"), required_metres(fields, "to_m"));
     let (from_m, to_m) = (from_m?, to_m?);
@@ -132,7 +132,7 @@ pub(super) fn from_to(fields: &Fields<'_>) -> Option<(f64, f64)> {
     Some((from_m, to_m))
 }
 
-/// The values that the key `compat` stands for; improved and upstream without it.
+/// Reads the key `compat`; without it the drive is for improved and upstream.
 pub(super) fn compats(fields: &Fields<'_>) -> Vec<DeciderCompat> {
     fields.keyword("compat", COMPATS).unwrap_or(BOTH).to_vec()
 }

@@ -17,7 +17,7 @@ pub struct RoutePlan {
     pub segments: Vec<Segment>,
     /// Id, if it has one of its own.
     pub id: Option<u128>,
-    /// Start; `None` = that of its first preferred lanelet.
+    /// Pose at the start; `None` = the start of its first preferred lanelet.
     pub start: Option<Pose>,
     /// Goal; `None` = the end of its last preferred lanelet.
     pub goal: Option<Pose>,

@@ -17,7 +17,7 @@ pub enum MapError {
         element: OsmElement,
         /// Key of the tag.
         key: &'static str,
-        /// Value as written.
+        /// The value as the file has it.
         value: String,
         /// Values that would fit.
         expected: &'static str,
@@ -27,7 +27,7 @@ pub enum MapError {
     Sides {
         /// Id of the lanelet's relation.
         lanelet: i64,
-        /// `left` or `right`.
+        /// The role that names the side, `left` or `right`.
         role: &'static str,
         /// Number of ways it has there.
         count: usize,
@@ -67,7 +67,7 @@ pub enum MapError {
 }
 
 impl MapError {
-    /// The element that has it.
+    /// Returns the element with the error.
     pub fn element(&self) -> OsmElement {
         let (kind, id) = match *self {
             Self::BadTag { element, .. } => return element,
@@ -81,7 +81,7 @@ impl MapError {
     }
 }
 
-/// Ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the value `none`.
+/// Returns the ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the value `none`.
 pub(super) fn id_list_tag(
     tags: &Tags,
     key: &'static str,
@@ -98,7 +98,7 @@ pub(super) fn id_list_tag(
     .map(Option::flatten)
 }
 
-/// A number in a tag; `None` if it is empty or missing.
+/// Returns a number in a tag; `None` if it is empty or missing.
 pub(super) fn number_tag(
     tags: &Tags,
     key: &'static str,
@@ -108,7 +108,7 @@ pub(super) fn number_tag(
     parsed_tag(tags, key, element, "a number", parse)
 }
 
-/// An id in a tag; `None` if it is empty or missing.
+/// Returns an id in a tag; `None` if it is empty or missing.
 pub(super) fn id_tag(tags: &Tags, key: &'static str, element: OsmElement) -> Result<Option<i64>, MapError> {
     parsed_tag(tags, key, element, "a whole number of 64 bits", |text| text.parse().ok())
 }

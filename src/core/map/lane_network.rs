@@ -27,17 +27,17 @@ pub struct Roadside {
     pub lane: bool,
 }
 
-/// The tag `turn_direction`.
+/// The direction of a turn, by the tag `turn_direction`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TurnDirection {
     /// No tag, or a value that does not name a direction.
     #[default]
     None,
-    /// The value `straight`.
+    /// The lanelet leads straight on.
     Straight,
-    /// The value `left`.
+    /// The lanelet turns left.
     Left,
-    /// The value `right`.
+    /// The lanelet turns right.
     Right,
 }
 
@@ -52,13 +52,13 @@ pub struct Lanelet {
     pub left_bound: Vec<Point>,
     /// Right bound in driving direction.
     pub right_bound: Vec<Point>,
-    /// The tag `turn_direction`.
+    /// The direction that the tag `turn_direction` names.
     pub turn_direction: TurnDirection,
     /// The value of that tag where it names no direction, as written.
     pub unknown_direction: Option<String>,
     /// The tag `turn_signal_distance`, metres.
     pub turn_signal_distance_m: Option<f64>,
-    /// Lanelets that go on from it, in the order of the routing graph.
+    /// The lanelets that follow it, in the order of the routing graph.
     pub followers: Vec<LaneId>,
     /// The side of its left bound.
     pub left: Roadside,
@@ -70,7 +70,7 @@ pub struct Lanelet {
     pub exits_signalled_left: Vec<LaneId>,
     /// On an entry: exits that `exit_turn_signal_right` lists.
     pub exits_signalled_right: Vec<LaneId>,
-    /// `enable_exit_turn_signal` is `true`.
+    /// The tag `enable_exit_turn_signal` is `true`.
     pub enables_exit_signal: bool,
 }
 
@@ -85,7 +85,7 @@ pub struct Roundabout {
     pub internals: Vec<LaneId>,
 }
 
-/// Lanelets and roundabouts.
+/// The lanelets and roundabouts of a map.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaneNetwork {
     lanes: BTreeMap<LaneId, (Lanelet, Extent)>,
@@ -104,14 +104,14 @@ struct Near<'a> {
 }
 
 impl Near<'_> {
-    /// The nearer one first, of equally near ones the one that faces most alike.
+    /// Orders lanelets by distance, equally near ones by the difference of heading.
     fn by_distance(&self, other: &Self) -> Ordering {
         self.distance_m.total_cmp(&other.distance_m).then(self.turned_rad.total_cmp(&other.turned_rad))
     }
 }
 
 impl Roadside {
-    /// Only a hatched marking, no lane: step 8 of the shift rule.
+    /// Returns whether there is only a hatched marking and no lane (step 8 of the shift rule).
     pub const fn is_hatched_only(self) -> bool {
         self.hatched && !self.lane
     }
@@ -125,7 +125,7 @@ impl Roundabout {
 }
 
 impl LaneNetwork {
-    /// The road of these lanelets. Of two with one id the last counts.
+    /// Creates the network of these lanelets. Of two with the same id the last one counts.
     pub fn new(lanes: impl IntoIterator<Item = Lanelet>, roundabouts: Vec<Roundabout>) -> Self {
         let measured = |lane: Lanelet| {
             let extent = Extent::of(&lane.border());
@@ -141,38 +141,38 @@ impl LaneNetwork {
         Self { lanes, predecessors, roundabouts }
     }
 
-    /// The lanelet with this id.
+    /// Returns the lanelet with this id.
     pub fn lane(&self, id: LaneId) -> Option<&Lanelet> {
         self.lanes.get(&id).map(|(lane, _)| lane)
     }
 
-    /// All lanelets, ascending by id.
+    /// Returns all lanelets, in ascending order of their ids.
     pub fn lanes(&self) -> impl Iterator<Item = &Lanelet> {
         self.lanes.values().map(|(lane, _)| lane)
     }
 
-    /// Lanelets that go on from this one.
+    /// Returns the lanelets that follow this one.
     pub fn followers(&self, id: LaneId) -> &[LaneId] {
         self.lane(id).map_or(&[], |lane| &lane.followers)
     }
 
-    /// Lanelets that lead into this one, ascending.
+    /// Returns the lanelets that lead into this one, in ascending order of their ids.
     pub fn predecessors(&self, id: LaneId) -> &[LaneId] {
         self.predecessors.get(&id).map_or(&[], Vec::as_slice)
     }
 
-    /// All roundabouts; [`Lanelet::roundabouts`] points here.
+    /// Returns all roundabouts; [`Lanelet::roundabouts`] has positions in this list.
     pub fn roundabouts(&self) -> &[Roundabout] {
         &self.roundabouts
     }
 
-    /// The roundabouts a lanelet refers to, in the order of the map.
+    /// Returns the roundabouts that a lanelet refers to, in the order of the map.
     pub fn roundabouts_of(&self, id: LaneId) -> impl Iterator<Item = &Roundabout> {
         let indices = self.lane(id).map_or(&[][..], |lane| &lane.roundabouts);
         indices.iter().filter_map(|index| self.roundabouts.get(*index))
     }
 
-    /// The nearest of `lanes` to a pose; of equally near ones the one that faces most alike.
+    /// Returns the one of `lanes` that is nearest to a pose; of equally near ones the one with the most similar heading.
     pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lanelet> {
         let bounded: Vec<_> = lanes
             .into_iter()
@@ -191,7 +191,7 @@ impl LaneNetwork {
         nearest.map(|(lane, _)| lane)
     }
 
-    /// The one of `lanes` that a vehicle is on: of those near to it that face alike, first one at its height, then one that
+    /// Returns the one of `lanes` that a vehicle is on: of those near to it that face alike, first one at its height, then one that
     /// `is_continuous`, then the nearest. Without such a lanelet, the [closest](Self::closest).
     pub fn current(
         &self,
@@ -220,7 +220,7 @@ impl LaneNetwork {
         near.filter(|near| near.is_level).min_by(Near::by_distance).map(|near| near.lane)
     }
 
-    /// A lanelet within the limits of a pose; `None` beyond them.
+    /// Returns a lanelet within the limits of a pose; `None` beyond them.
     fn near(&self, id: LaneId, pose: Pose, limits: NearestLimits) -> Option<Near<'_>> {
         let (lane, extent) = self.lanes.get(&id)?;
         let (least_m, _) = extent.distances_m(pose.position);
@@ -236,17 +236,17 @@ impl LaneNetwork {
 }
 
 impl Lanelet {
-    /// Length of the centerline, metres.
+    /// Returns the length of the centreline in metres.
     pub fn length_m(&self) -> f64 {
         length_m(&self.centerline)
     }
 
-    /// `point` lies within the bounds.
+    /// Returns whether a point lies between the bounds.
     pub fn contains(&self, point: Point) -> bool {
         contains(&self.ring(), point)
     }
 
-    /// Distance to its area, metres; to its centerline when it has no bounds.
+    /// Returns the distance in metres from a point to the area, or to the centreline of a lanelet without bounds.
     pub fn distance_m(&self, point: Point) -> f64 {
         if self.contains(point) {
             return 0.0;
@@ -254,13 +254,13 @@ impl Lanelet {
         nearest(&self.border(), point).map_or(f64::INFINITY, |nearest| nearest.distance_m)
     }
 
-    /// Angle between a pose and the centreline next to it, radians, 0 to π.
+    /// Returns the angle between a pose and the nearest piece of the centreline, 0 to π radians.
     pub fn misalignment_rad(&self, pose: Pose) -> f64 {
         let facing = nearest(&self.centerline, pose.position).map_or(0.0, |nearest| nearest.yaw_rad);
         wrapped(facing - pose.yaw_rad).abs()
     }
 
-    /// The closed line around its area; its centerline when it has none.
+    /// Returns the closed line around its area, or its centreline when it has no area.
     fn border(&self) -> Vec<Point> {
         let mut ring = self.ring();
         ring.extend(ring.first().copied());

@@ -10,7 +10,7 @@ mod reader;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct HeadIndex(pub u32);
 
-/// A physical light.
+/// A signal head as the map describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
     /// Id of its way in the map.
@@ -33,11 +33,11 @@ pub struct MapLamp {
 /// The colours a map gives to lamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LampColor {
-    /// The value `green`.
+    /// The lamp for "go".
     Green,
-    /// The value `yellow`.
+    /// The lamp in the middle.
     Yellow,
-    /// The value `red`.
+    /// The lamp for "stop".
     Red,
 }
 
@@ -45,7 +45,7 @@ impl LampColor {
     /// All, as they sort.
     pub const ALL: [Self; 3] = [Self::Green, Self::Yellow, Self::Red];
 
-    /// The colour a map calls by this name.
+    /// Returns the colour a map calls by this name.
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "green" => Some(Self::Green),
@@ -95,7 +95,7 @@ pub struct GroupEntry {
 }
 
 impl GroupEntry {
-    /// A group of these heads that is not for pedestrians.
+    /// Creates a group of these heads that is not for pedestrians.
     pub fn new(relation_id: i64, way_ids: impl Into<Vec<i64>>) -> Self {
         Self { relation_id, way_ids: way_ids.into(), is_pedestrian: false }
     }
@@ -127,28 +127,28 @@ impl LightMap {
         map
     }
 
-    /// All heads, ascending by way id; [`HeadIndex`] points here.
+    /// Returns all heads, ascending by way id; [`HeadIndex`] points here.
     pub fn heads(&self) -> &[Head] {
         &self.heads
     }
 
-    /// All groups, ascending by relation id.
+    /// Returns all groups, ascending by relation id.
     pub fn groups(&self) -> impl Iterator<Item = (i64, &LightGroup)> {
         self.groups.iter().map(|(relation_id, group)| (*relation_id, group))
     }
 
-    /// The head at this position.
+    /// Returns the head at this position.
     pub fn at(&self, index: HeadIndex) -> Option<&Head> {
         self.heads.get(usize::try_from(index.0).ok()?)
     }
 
-    /// The head whose way id this is.
+    /// Returns the head whose way id this is.
     pub fn head(&self, way_id: i64) -> Option<HeadIndex> {
         let found = self.heads.binary_search_by_key(&way_id, |head| head.way_id).ok()?;
         u32::try_from(found).ok().map(HeadIndex)
     }
 
-    /// The group whose relation id this is.
+    /// Returns the group whose relation id this is.
     pub fn group(&self, relation_id: i64) -> Option<&LightGroup> {
         self.groups.get(&relation_id)
     }

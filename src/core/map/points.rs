@@ -41,7 +41,7 @@ impl Points {
         nodes.iter().map(point).collect::<Result<_, _>>().map(Self)
     }
 
-    /// The node at this position of [`Osm::nodes`].
+    /// Returns the node at this position of [`Osm::nodes`].
     pub fn get(&self, node: usize) -> Option<[f64; 3]> {
         self.0.get(node).copied()
     }

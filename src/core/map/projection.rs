@@ -3,7 +3,7 @@
 //! Transverse Mercator by Krüger's series to the fourth power of the third flattening: less than a
 //! micrometre is left out within a zone. The crates that have it bring all other projections along.
 
-/// Semi-major axis, metres.
+/// Semi-major axis of WGS 84, metres.
 const A_M: f64 = 6_378_137.0;
 /// Flattening of the ellipsoid.
 const F: f64 = 1.0 / 298.257_223_563;
@@ -85,7 +85,7 @@ fn earth_centred(position: Geo) -> [f64; 3] {
     [from_axis_m * cos_lon, from_axis_m * sin_lon, (normal_m * (1.0 - e2) + position.altitude_m) * sin_lat]
 }
 
-/// The meridian in the middle of the UTM zone that a position belongs to, degrees.
+/// Returns the meridian in the middle of the UTM zone that a position belongs to, degrees.
 pub(super) fn utm_meridian_deg(position: Geo) -> f64 {
     let longitude_deg = (position.longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
     let within = |low: f64, high: f64| (low..high).contains(&longitude_deg);
@@ -140,7 +140,7 @@ impl MgrsSquare {
         })
     }
 
-    /// The square in which a position is. `None` for a position that is not on earth.
+    /// Creates the square in which a position is. `None` for a position that is not on earth.
     pub(super) fn around(position: Geo) -> Option<Self> {
         let meridian_deg = utm_meridian_deg(position);
         let [x, y] = transverse_mercator(position, meridian_deg, UTM_SCALE)?;
@@ -148,8 +148,8 @@ impl MgrsSquare {
         Some(Self { meridian_deg, easting_m: edge(x + UTM_EASTING_M), northing_m: edge(y) })
     }
 
-    /// x and y from the south-western corner, metres; beyond the square's edges it goes on. `None`
-    /// far from the zone.
+    /// Returns x and y from the south-western corner in metres, also beyond the square's edges; `None` far from
+    /// the zone.
     pub(super) fn project(self, position: Geo) -> Option<[f64; 2]> {
         let [x, y] = transverse_mercator(position, self.meridian_deg, UTM_SCALE)?;
         // Rows repeat every 2000 km; the nearest one of that name is meant.

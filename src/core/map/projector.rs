@@ -15,12 +15,12 @@ pub enum Projector {
     Local,
     /// UTM, from the corner of a square of 100 km; where all nodes have `local_x` and `local_y`, those.
     Mgrs(MgrsSquare),
-    /// UTM in the zone of an origin, from that origin. Heights are those of the map.
+    /// UTM in the zone of an origin, from that origin. The map's heights are kept.
     LocalCartesianUtm(Geo),
     /// East, north and up of an origin, on its tangential plane.
     LocalCartesian(Geo),
-    /// Transverse Mercator around the meridian of an origin, from that origin. Heights are those of the
-    /// map.
+    /// Transverse Mercator around the meridian of an origin, from that origin. The map's
+    /// heights are kept.
     TransverseMercator {
         /// Position at which x and y are 0.
         origin: Geo,
@@ -30,7 +30,7 @@ pub enum Projector {
 }
 
 impl Projector {
-    /// The military grid's square in which the first node with a position is; `None` when no node has one.
+    /// Creates the military grid's square in which the first node with a position is; `None` when no node has one.
     pub fn mgrs_around(osm: &Osm) -> Option<Self> {
         let [latitude_deg, longitude_deg] = osm.nodes.all().iter().find_map(|node| node.geo_deg)?;
         MgrsSquare::around(Geo { latitude_deg, longitude_deg, altitude_m: 0.0 }).map(Self::Mgrs)

@@ -27,7 +27,7 @@ pub struct MapFinding {
     pub lane: LaneId,
     /// Start of its centreline in the map frame; `None` when it is not on the map.
     pub position: Option<Point>,
-    /// The flaw.
+    /// The kind of the flaw.
     pub flaw: MapFlaw,
 }
 
@@ -36,14 +36,14 @@ pub struct MapFinding {
 pub enum MapFlaw {
     /// Its `turn_direction` is not the way in which it bends.
     OtherDirection {
-        /// The tag.
+        /// The direction that the tag names.
         tag: TurnDirection,
         /// The bend from its start to its end, degrees, positive to the left.
         bend_deg: f64,
     },
     /// Its `turn_direction` is none of the values that are known, and counts as none.
     UnknownDirection {
-        /// The value.
+        /// The value as the map has it.
         value: String,
     },
     /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the other side ends.
@@ -55,7 +55,7 @@ pub enum MapFlaw {
     },
     /// A turn is split: the same tag on lanelets that follow each other.
     SplitTurn {
-        /// The tag.
+        /// The direction that the tag names.
         tag: TurnDirection,
         /// All of its lanelets, in driving direction.
         lanes: Vec<LaneId>,
@@ -73,7 +73,7 @@ pub enum MapFlaw {
     UntaggedLowFork {
         /// The lanelet after which the road forks.
         after: LaneId,
-        /// The lanelet that goes on straighter.
+        /// The straighter lanelet of the two.
         other: LaneId,
         /// It lies to the left of that one.
         is_left: bool,
@@ -95,14 +95,14 @@ pub enum MapFlaw {
     },
     /// An exit that an entry lists for the left and for the right.
     ContradictingExit {
-        /// The exit.
+        /// The exit that is listed twice.
         exit: LaneId,
     },
     /// An exit without `enable_exit_turn_signal` on a lanelet of the ring before it.
     UntaggedExit,
 }
 
-/// All flaws of a map, in the order of the lanelets.
+/// Returns all flaws of a map, in the order of the lanelets.
 pub fn check_tags(road: &LaneNetwork) -> Vec<MapFinding> {
     let mut findings = Vec::new();
     for lane in road.lanes() {
@@ -129,7 +129,7 @@ fn finding(road: &LaneNetwork, lane: LaneId, flaw: MapFlaw) -> MapFinding {
     MapFinding { lane, position, flaw }
 }
 
-/// The bend from start to end, degrees, positive to the left; more than half a circle counts in full.
+/// Returns the bend from start to end, degrees, positive to the left; more than half a circle counts in full.
 fn bend_deg(lane: &Lanelet) -> f64 {
     let mut points: Vec<Point> = Vec::new();
     for point in &lane.centerline {
@@ -167,7 +167,7 @@ fn unknown_direction(lane: &Lanelet) -> Option<MapFlaw> {
     Some(MapFlaw::UnknownDirection { value })
 }
 
-/// The nearest turn to the other side that ends within the lane's own search distance before it.
+/// Returns the nearest turn to the other side that ends within the lane's own search distance before it.
 fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lanelet) -> Option<MapFlaw> {
     let opposite = match lane.turn_direction {
         TurnDirection::Left => TurnDirection::Right,
@@ -192,16 +192,17 @@ fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lanelet) -> Option<MapFl
 
 fn split_turn(road: &LaneNetwork, first: &Lanelet) -> Option<MapFlaw> {
     let tag = first.turn_direction;
-    let goes_on = |id: &LaneId| {
+    let continues = |id: &LaneId| {
         road.lane(*id).is_some_and(|lane| lane.turn_direction == tag && lane.roundabouts.is_empty())
     };
     if !matches!(tag, TurnDirection::Left | TurnDirection::Right)
-        || road.predecessors(first.id).iter().any(goes_on)
+        || road.predecessors(first.id).iter().any(continues)
     {
         return None;
     }
     let (mut lanes, mut visited) = (vec![first.id], BTreeSet::from([first.id]));
-    while let Some(next) = lanes.last().and_then(|last| road.followers(*last).iter().find(|id| goes_on(id))) {
+    while let Some(next) = lanes.last().and_then(|last| road.followers(*last).iter().find(|id| continues(id)))
+    {
         if !visited.insert(*next) {
             break;
         }
@@ -239,7 +240,7 @@ fn untagged_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     Some(MapFlaw::UntaggedFork { after, bend_deg: bend })
 }
 
-/// A branch that parts from a straighter one, by an angle that may or may not be meant as a turn.
+/// Returns a branch that parts from a straighter one, by an angle that may or may not be meant as a turn.
 fn untagged_low_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     if branch.turn_direction != TurnDirection::None {
         return None;
@@ -255,7 +256,7 @@ fn untagged_low_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     })
 }
 
-/// The exits that an entry lists, where they are not exits of its roundabouts.
+/// Returns the exits that an entry lists, where they are not exits of its roundabouts.
 fn exits_of_entry(road: &LaneNetwork, lane: &Lanelet) -> Vec<MapFlaw> {
     let (left, right) = (&lane.exits_signalled_left, &lane.exits_signalled_right);
     let is_exit = |exit: LaneId| road.roundabouts_of(lane.id).any(|element| element.exits.contains(&exit));
@@ -265,7 +266,7 @@ fn exits_of_entry(road: &LaneNetwork, lane: &Lanelet) -> Vec<MapFlaw> {
     unknown.chain(both.map(|exit| MapFlaw::ContradictingExit { exit: *exit })).collect()
 }
 
-/// The flaws of the members of a roundabout, and of lanelets that refer to it without being one.
+/// Returns the flaws of the members of a roundabout, and of lanelets that refer to it without being one.
 fn members(road: &LaneNetwork, index: usize, element: &Roundabout) -> Vec<MapFinding> {
     let mut findings = Vec::new();
     let named: BTreeSet<LaneId> =

@@ -18,7 +18,7 @@ pub struct ManoeuvreRecords {
 }
 
 impl ManoeuvreRecords {
-    /// All records, in the order of the chain.
+    /// Returns all records, in the order of the chain.
     pub fn sections(self) -> Vec<Section> {
         self.sections
     }
@@ -28,7 +28,7 @@ impl ManoeuvreRecords {
         self.subject = subject;
     }
 
-    /// Some record so far requests a side.
+    /// Returns whether some record so far requests a side.
     pub fn request_side(&self) -> bool {
         self.sections.iter().any(|record| record.turn.side().is_some())
     }
@@ -49,7 +49,7 @@ impl ManoeuvreRecords {
         self.sections = vec![Section { turn, ..previous }];
     }
 
-    /// Upstream: the records before are lost.
+    /// Forgets the records so far, as upstream does.
     pub fn lose(&mut self, context: &DecisionContext<'_>) {
         if context.quirks.empty_records_take_part {
             self.sections.clear();

@@ -17,7 +17,7 @@ impl DeciderCompat {
     /// All of them, the default first.
     pub const ALL: [Self; 3] = [Self::Improved, Self::Upstream, Self::PathGenerator];
 
-    /// The name in configurations, drives, command lines and reports.
+    /// Returns the name in configurations, drives, command lines and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Improved => "improved",
@@ -73,7 +73,7 @@ pub struct DeciderQuirks {
     /// W20: of roads on top of each other, and of a path that comes by twice, the first one counts; neither height nor
     /// where the vehicle was before is looked at (docs/spec/turn-signal-decider.md, "Roads on top of each other").
     pub ignores_height_and_continuity: bool,
-    /// W21: a manoeuvre whose required section lies within that of another is signalled before it begins, against the
+    /// W21: a manoeuvre whose required section lies within another one's is signalled before it begins, against the
     /// side that is steered to, and of two that begin together one is signalled for an instant (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub nested_section_comes_early: bool,
     /// W22: after and before a lanelet comes whichever lanelet of the route joins it on the map, whatever the order of the route's
@@ -88,7 +88,7 @@ pub struct DeciderQuirks {
 }
 
 impl DeciderQuirks {
-    /// The quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 and W22
+    /// Returns the quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 and W22
     /// concern the path generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {
         let is_upstream = matches!(compat, DeciderCompat::Upstream);

@@ -95,7 +95,7 @@ impl DeciderSettings {
     }
 }
 
-/// The settings as far as the rules know them.
+/// Returns the settings without those that the quirks rule out.
 fn effective(settings: DeciderSettings, quirks: DeciderQuirks) -> DeciderSettings {
     let min_durations =
         if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
@@ -104,7 +104,7 @@ fn effective(settings: DeciderSettings, quirks: DeciderQuirks) -> DeciderSetting
 }
 
 impl Decider {
-    /// A decider before its first cycle.
+    /// Creates a decider before its first cycle.
     pub fn new(settings: DeciderSettings) -> Self {
         let quirks = DeciderQuirks::of(settings.compat);
         Self {
@@ -121,12 +121,12 @@ impl Decider {
         }
     }
 
-    /// Goes on with other settings of the same rules; what is remembered stays.
+    /// Changes the settings and keeps what is remembered. `compat` must be the same as before.
     pub fn reconfigure(&mut self, settings: DeciderSettings) {
         self.settings = effective(settings, self.quirks);
     }
 
-    /// Decides one cycle.
+    /// Decides one cycle: the commands at `now`, with their reasons.
     pub fn decide(&mut self, inputs: &Inputs<'_>, now: MonoTime) -> Decision {
         let mut findings = Vec::new();
         self.note_time(now, &mut findings);
@@ -140,7 +140,7 @@ impl Decider {
             Ok(observed) => observed,
             Err(finding) => {
                 findings.push(finding);
-                // NO_COMMAND switches nothing off: what is shown goes on without a gap when inputs are back.
+                // NO_COMMAND switches nothing off: the signal continues without a gap when inputs are back.
                 return bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, findings);
             }
         };
@@ -274,14 +274,14 @@ impl Decider {
         self.intersection.shortened()
     }
 
-    /// The junction before the next turn that offers its side, with the law where that decides.
+    /// Returns the junction before the next turn that offers its side, with the law where that decides.
     fn junction(&self, candidates: &Candidates) -> Option<JunctionRemark> {
         let ahead = candidates.intersection?.junction?;
         let is_by_law = matches!(ahead.verdict, JunctionVerdict::LawDemands(_));
         Some(JunctionRemark { ahead, country: self.settings.country.clone().filter(|_| is_by_law) })
     }
 
-    /// Without a path to measure on: the command of the manoeuvres as it is.
+    /// Decides without a path to measure on: the command of the manoeuvres is taken as it is.
     fn decide_by_manoeuvre(
         &mut self,
         context: &DecisionContext<'_>,
@@ -304,7 +304,7 @@ impl Decider {
         }
     }
 
-    /// Hazard lights come before everything else; what is remembered stays as it is.
+    /// Decides for the hazard lights if a record requests them; nothing remembered changes. `None` otherwise.
     fn hazard(
         &mut self,
         records: &[Section],
@@ -317,7 +317,7 @@ impl Decider {
         Some(Decision { remarks: remarks.to_vec(), ..decision })
     }
 
-    /// The record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
+    /// Returns the record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
     fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
         let frame = &context.path_frame;
         let is_open =
@@ -367,8 +367,7 @@ impl Decider {
         }
     }
 
-    /// By default another route clears what was remembered of the old one (W8); upstream's modules
-    /// begin anew, its decider does not.
+    /// Clears what was remembered of another route (W8); upstream's modules start again, its decider does not.
     fn note_route(&mut self, route: &Route, findings: &mut Vec<InputFinding>) {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(InputFinding::NewRoute);
@@ -419,7 +418,7 @@ impl Decider {
 /// A vehicle does not pass more of its route than this from one decision to the next, metres.
 const MAX_STEP_M: f64 = 20.0;
 
-/// The rules of the mode, nothing finished.
+/// Returns the rules of the mode, with no source finished.
 fn rules(context: &DecisionContext<'_>) -> PairwiseRules {
     PairwiseRules {
         start_belongs_to_before: !context.quirks.required_start_belongs_to_nothing,
@@ -428,7 +427,7 @@ fn rules(context: &DecisionContext<'_>) -> PairwiseRules {
     }
 }
 
-/// The records of turns and roundabouts that take part, and all of the planner's manoeuvres.
+/// Returns the records of turns and roundabouts that take part, and all of the planner's manoeuvres.
 fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(CandidateSource, Section)> {
     let of = |source| candidates.of(source).map(|section| (source, section));
     let on_road = [CandidateSource::Intersection, CandidateSource::Roundabout].into_iter().filter_map(of);
@@ -450,7 +449,7 @@ fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<In
     }
 }
 
-/// A metre straight ahead.
+/// Returns a path of one metre straight ahead.
 fn own_line(ego: Pose) -> Option<Path> {
     let ahead = Pose { position: ego.point_at(1.0, 0.0), yaw_rad: ego.yaw_rad };
     Path::new([ego, ahead]).ok()

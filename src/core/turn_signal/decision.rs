@@ -51,7 +51,7 @@ pub enum Basis {
 }
 
 impl Basis {
-    /// The name in JSON.
+    /// Returns the name in JSON.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::NoInputs => "no_inputs",
@@ -64,7 +64,7 @@ impl Basis {
 }
 
 impl Decision {
-    /// The resolution of the candidates, if they were evaluated.
+    /// Returns the resolution of the candidates, if they were evaluated.
     pub const fn resolution(&self) -> Option<&Resolution> {
         match &self.basis {
             Basis::Candidates(resolution) => Some(resolution),
@@ -72,22 +72,22 @@ impl Decision {
         }
     }
 
-    /// Each candidate with its outcome, in the order that settles equal starts; empty unless candidates were evaluated.
+    /// Returns each candidate with its outcome, in the order that settles equal starts; empty unless candidates were evaluated.
     pub fn evaluated(&self) -> &[EvaluatedCandidate] {
         self.resolution().map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
     }
 
-    /// The candidate that won; `None` when nothing is signalled, or not by a candidate.
+    /// Returns the candidate that won; `None` when nothing is signalled, or not by a candidate.
     pub fn won(&self) -> Option<&EvaluatedCandidate> {
         self.evaluated().iter().find(|candidate| candidate.outcome == CandidateOutcome::Won)
     }
 
-    /// The source of the candidate that is signalled.
+    /// Returns the source of the candidate that is signalled.
     pub fn winner(&self) -> Option<CandidateSource> {
         self.resolution()?.winner.map(|winner| winner.source)
     }
 
-    /// The branch of the pairwise rule that decided last; `None` when nothing was compared.
+    /// Returns the branch of the pairwise rule that decided last; `None` when nothing was compared.
     pub fn case(&self) -> Option<Case> {
         self.resolution()?.case
     }

@@ -29,7 +29,7 @@ pub struct DecisionContext<'a> {
     pub way: Option<&'a DistancePath>,
     /// Speed of the odometry, m/s, negative backwards.
     pub speed_mps: f64,
-    /// The parameters.
+    /// Parameters of the decider.
     pub parameters: &'a DeciderParameters,
     /// Dimensions of the vehicle.
     pub vehicle: &'a VehicleInfo,
@@ -44,19 +44,19 @@ pub struct DecisionContext<'a> {
 }
 
 impl DecisionContext<'_> {
-    /// Pose of the rear axle.
+    /// Returns the pose of the rear axle.
     pub fn ego(&self) -> Pose {
         self.path_frame.ego()
     }
 
-    /// The last junction on the way that offers a side and is not taken, of those that the front has not passed and that begin
+    /// Returns the last junction on the way that offers a side and is not taken, of those that the front has not passed and that begin
     /// before a position on the distance path, metres; `None` where signals do not wait for any.
     pub fn offered_before(&self, side: Side, until_m: f64) -> Option<OfferedWay> {
         let path = self.way.filter(|_| self.junction_rule.is_some())?;
         last_offered(self.road, path, side, [path.ego_m + self.path_frame.front_m(), until_m])
     }
 
-    /// The vehicle does not move (forwards).
+    /// Returns whether the vehicle stands or drives backwards.
     pub fn stands(&self) -> bool {
         self.speed_mps < STOP_SPEED_MPS
     }

@@ -30,7 +30,7 @@ pub struct DistancePath {
 }
 
 impl DistancePath {
-    /// The path for a vehicle at `ego` on the lanelet `current` of the route.
+    /// Creates the path for a vehicle at `ego` on the lanelet `current` of the route.
     pub fn new(
         (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
         parameters: &DeciderParameters,
@@ -65,7 +65,7 @@ impl DistancePath {
     }
 }
 
-/// Lanelets from the one next to `from` on, until they cover `length_m`.
+/// Returns the lanelets from the one next to `from` on, until they cover `length_m`.
 fn walk(
     road: &LaneNetwork,
     from: LaneId,
@@ -84,7 +84,7 @@ fn walk(
     walked
 }
 
-/// The lanelets of the sequence that reach into an interval of it, and where each begins and ends on the sequence.
+/// Returns the lanelets of the sequence that reach into an interval of it, and where each begins and ends on the sequence.
 fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<(LaneId, [f64; 2])> {
     let mut start_m = 0.0;
     let spans = sequence.iter().map(|id| {
@@ -95,7 +95,7 @@ fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Ve
     spans.filter(|(_, [start_m, end_m])| *start_m < to_m && *end_m > from_m).collect()
 }
 
-/// Points at equal steps of a line between two arc lengths, and at the second one.
+/// Returns the points at equal steps of a line between two arc lengths, and at the second one.
 fn resampled(line: &[Point], from_m: f64, to_m: f64, step_m: f64) -> Vec<Point> {
     let knots = without_repeats(line);
     let arcs = arc_lengths_m(&knots);

@@ -25,7 +25,7 @@ mod tests;
 /// The latest factors of each module, in the order in which the planner runs them.
 pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
 
-/// The manoeuvres in the order of the chain, and what could not be made into one. A manoeuvre is as old
+/// Returns the manoeuvres in the order of the chain, and what could not be made into one. A manoeuvre is as old
 /// as the factors it is made of.
 pub fn manoeuvres(
     context: &FactorContext<'_>,

@@ -26,7 +26,7 @@ struct KnownSection {
     /// Distance from the rear axle to the end of the desired section, metres.
     ahead_m: f64,
     was_signalled: bool,
-    /// It won.
+    /// It won in this cycle.
     has_won: bool,
     /// One to the other side won over it.
     is_displaced: bool,
@@ -67,7 +67,7 @@ impl FinishedMemory {
             let was_signalled = before.is_some_and(|known| known.was_signalled);
             let distances = section.distances(path_frame);
             let is_over = distances.required_end_m < 0.0;
-            // To the same side the signal goes on: nothing was displaced.
+            // To the same side the signal continues: nothing was displaced.
             let lost = winner.is_some_and(|(_, winner)| winner.turn != section.turn);
             // On a bend its end may come back by some centimetres.
             let is_passed = distances.desired_end_m < 0.0;
@@ -86,7 +86,7 @@ impl FinishedMemory {
         self.known = noted.collect();
     }
 
-    /// Clears the memory, for another route.
+    /// Clears the memory. To be called when the route changes.
     pub fn clear(&mut self) {
         self.known.clear();
     }

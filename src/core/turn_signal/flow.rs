@@ -34,7 +34,7 @@ mod status;
 pub struct TurnSignalSettings {
     /// Settings of the decider.
     pub decider: DeciderSettings,
-    /// The lanelets; those of a city are many, so they are shared.
+    /// The lanelets of the map, shared because a city has many.
     pub road: Arc<LaneNetwork>,
     /// The use of its decisions.
     pub role: DeciderRole,
@@ -47,7 +47,7 @@ pub struct TurnSignalSettings {
 /// The use of decisions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeciderRole {
-    /// They are commanded.
+    /// The commands are published.
     Command,
     /// They are compared with Autoware's own; nothing is commanded.
     Shadow {
@@ -78,7 +78,7 @@ pub struct TurnSignalFlow {
 }
 
 impl TurnSignalFlow {
-    /// The first cycle is now.
+    /// Creates the flow; its first cycle is due at `now`.
     pub fn new(settings: TurnSignalSettings, now: Now) -> Self {
         Self {
             decider: Decider::new(settings.decider.clone()),
@@ -98,8 +98,8 @@ impl TurnSignalFlow {
         }
     }
 
-    /// Goes on with other settings from the next cycle on, with all messages received. What the decider remembers of
-    /// lanelets and of another decider's rules ends with the map and with these rules.
+    /// Changes the settings from the next cycle on and keeps all messages received. The decider forgets what it
+    /// remembers when the map or `compat` changes.
     pub fn reconfigure(&mut self, settings: TurnSignalSettings) {
         let is_same_road = self.settings.road == settings.road;
         if is_same_road && self.settings.decider.compat == settings.decider.compat {
@@ -128,7 +128,7 @@ impl TurnSignalFlow {
             return false;
         }
         let next = self.due.after(self.settings.period);
-        // After a gap cycles go on from now, without making up for those left out.
+        // After a gap, cycles continue from now; missed cycles are not made up for.
         self.due = if next > now.mono { next } else { now.mono.after(self.settings.period) };
         self.cycles += 1;
         let decision = Arc::new(self.decide(now.mono));
@@ -156,29 +156,29 @@ impl TurnSignalFlow {
         std::mem::replace(&mut self.last_summary, summary.clone()) != summary
     }
 
-    /// The next thing to send, oldest first.
+    /// Returns the next output, oldest first; `None` when none is left.
     pub fn poll_output(&mut self) -> Option<TurnSignalOutput> {
         self.ready.pop_front()
     }
 
-    /// When [`Self::settle`] has something to do: the next cycle.
+    /// Returns the time of the next cycle, at which [`Self::settle`] must be called.
     pub fn next_deadline(&self) -> MonoTime {
         self.due
     }
 
-    /// The last decision.
+    /// Returns the last decision; `None` before the first cycle.
     pub fn decision(&self) -> Option<&Decision> {
         self.decision.as_deref()
     }
 
-    /// Diagnostics of the decider.
+    /// Returns the diagnostic status of the decider.
     pub fn status(&self, node: &str, now: MonoTime) -> Status {
         let (level, message) = self.summary();
         let values = self.values(now);
         Status { name: format!("{node}: turn_signal_decider"), level, message, values }
     }
 
-    /// A route that cannot be used ends the one before: the vehicle is not on that any more.
+    /// Takes the route that was sent last. One that cannot be used ends the route before, which the vehicle has left.
     fn take_route(&mut self) {
         self.route = self.sent_route.as_ref().map(|sent| {
             let route = Route::new(sent.id, sent.start, sent.segments.clone());
@@ -213,7 +213,7 @@ impl TurnSignalFlow {
         decision
     }
 
-    /// The manoeuvres of the planner, none without the pose of the vehicle or for the path generator.
+    /// Returns the manoeuvres of the planner, none without the pose of the vehicle or for the path generator.
     fn manoeuvres(
         &self,
         route: &Route,

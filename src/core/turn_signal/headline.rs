@@ -30,7 +30,7 @@ pub struct Headline {
 }
 
 impl Headline {
-    /// The headline of a decision.
+    /// Creates the headline of a decision.
     pub fn of(decision: &Decision) -> Self {
         let outcome = |evaluated: &EvaluatedCandidate| (evaluated.turn, evaluated.outcome);
         let tagged = match decision.basis {

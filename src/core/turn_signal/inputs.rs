@@ -16,14 +16,14 @@ use crate::core::time::MonoTime;
 pub struct Timed<T> {
     /// The time of reception.
     pub at: MonoTime,
-    /// The value received.
+    /// The value that was received.
     pub value: T,
 }
 
 /// All inputs of one decision.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
-    /// The last odometry.
+    /// The last odometry; `None` before the first.
     pub odometry: Option<Timed<Odometry>>,
     /// The lanelets of the map.
     pub road: Option<&'a LaneNetwork>,
@@ -95,7 +95,7 @@ pub enum InputFinding {
         /// Age of the manoeuvre.
         age: Duration,
     },
-    /// The clock went backwards; times begin anew.
+    /// The clock went backwards; minimum durations start again.
     TimeWentBack {
         /// Time by which it went back.
         by: Duration,
@@ -165,7 +165,7 @@ impl AgeLimits {
 }
 
 impl InputFinding {
-    /// The weight of the finding.
+    /// Returns the weight of the finding.
     pub const fn impact(&self) -> Impact {
         match self {
             Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Impact::Normal,
@@ -189,7 +189,7 @@ impl InputFinding {
         }
     }
 
-    /// The finding as text, without numbers that change from cycle to cycle.
+    /// Returns the finding as text, without numbers that change from cycle to cycle.
     pub fn situation(&self) -> String {
         match self {
             Self::OldOdometry { .. } => "odometry is too old".to_owned(),
@@ -217,7 +217,7 @@ impl InputFinding {
 }
 
 impl Inputs<'_> {
-    /// The odometry, if it can be used.
+    /// Returns the odometry, if it can be used.
     pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
         let Timed { at, value } = self.odometry.ok_or(InputFinding::NoOdometry)?;
         let (age, ahead) = (now.since(at), at.since(now));
@@ -232,7 +232,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// The manoeuvres that are new enough, and what became of the others.
+    /// Returns the manoeuvres that are new enough; a finding is noted for each other one.
     pub(super) fn usable_manoeuvres(
         &self,
         limits: AgeLimits,

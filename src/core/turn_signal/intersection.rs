@@ -27,7 +27,7 @@ pub const STANDING_LIMIT: Duration = Duration::from_secs(20);
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, AnnouncedTurn>,
-    /// Improved: the turns that were announced and are passed. A route that comes by again would announce them anew (W20).
+    /// Improved: the turns that were announced and are passed. A route that comes by again would announce them once more (W20).
     passed: BTreeSet<LaneId>,
     /// Signals that waited until a junction was passed.
     shortened: u64,
@@ -47,7 +47,7 @@ struct AnnouncedTurn {
     waits_since: Option<MonoTime>,
 }
 
-/// The turns on the distance path, in order. `manoeuvre` is the command of the planner's manoeuvres, for the stop rule.
+/// Returns the turns on the distance path, in order. `manoeuvre` is the command of the planner's manoeuvres, for the stop rule.
 pub fn turns(context: &DecisionContext<'_>, path: &DistancePath, manoeuvre: TurnCommand) -> Vec<TurnLane> {
     let lanes = &path.lanes;
     let threshold_deg = context.parameters.intersection_angle_threshold_deg;
@@ -65,12 +65,12 @@ pub fn turns(context: &DecisionContext<'_>, path: &DistancePath, manoeuvre: Turn
         let Some(turn) = TurnLane::new(lane, threshold_deg) else { continue };
         let turn =
             TurnLane { span_m: (!context.quirks.ignores_height_and_continuity).then_some(*span_m), ..turn };
-        let goes_on = |last: &TurnLane| {
+        let continues = |last: &TurnLane| {
             !context.quirks.splits_turns
                 && last.direction == turn.direction
                 && previous.is_some_and(|before| context.road.followers(before).contains(id))
         };
-        match turns.last_mut().filter(|last| goes_on(last) && ends_at(last, &turn)) {
+        match turns.last_mut().filter(|last| continues(last) && ends_at(last, &turn)) {
             Some(last) => *last = last.joined(&turn, threshold_deg),
             None => turns.push(turn),
         }
@@ -78,7 +78,7 @@ pub fn turns(context: &DecisionContext<'_>, path: &DistancePath, manoeuvre: Turn
     turns
 }
 
-/// `next` begins where `last` ends.
+/// Returns whether `next` begins where `last` ends.
 fn ends_at(last: &TurnLane, next: &TurnLane) -> bool {
     last.back.position.distance_m(next.front.position) < JOINT_M
 }
@@ -90,7 +90,7 @@ const LAST_METRES_M: f64 = 3.0;
 const JOINT_M: f64 = 0.5;
 
 impl IntersectionMemory {
-    /// The record of the next turn, if one is in range.
+    /// Returns the record of the next turn, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, turns: &[TurnLane]) -> Option<Section> {
         if !context.quirks.memory_survives_route {
             let is_on_path = |id: &LaneId| turns.iter().any(|turn| turn.id == *id);
@@ -112,7 +112,7 @@ impl IntersectionMemory {
         self.shortened
     }
 
-    /// Forgets all: the route is another one.
+    /// Clears the memory. To be called when the route changes.
     pub fn clear(&mut self) {
         self.starts.clear();
         self.passed.clear();
@@ -169,7 +169,7 @@ impl IntersectionMemory {
         Some(Section { place, junction, ..section })
     }
 
-    /// A turn out of range stays announced, unless the vehicle has stood too long since (W1).
+    /// Returns whether a turn out of range stays announced: until the vehicle has stood too long since (W1).
     fn still_announced(&mut self, context: &DecisionContext<'_>, id: LaneId) -> bool {
         let Some(announced) = self.starts.get_mut(&id) else { return false };
         if !context.stands() {
@@ -185,7 +185,7 @@ impl IntersectionMemory {
     }
 }
 
-/// The last junction before a turn that offers its side and is not passed yet; `front_m` is the distance of the front to the turn.
+/// Returns the last junction before a turn that offers its side and is not passed yet; `front_m` is the distance of the front to the turn.
 fn junction_ahead(
     context: &DecisionContext<'_>,
     turn: &TurnLane,
@@ -199,7 +199,7 @@ fn junction_ahead(
     Some(JunctionAhead { way, verdict: rule.verdict(front_m, speed_mps, seen_m, is_shown) })
 }
 
-/// The first record whose required end lies ahead; the last one in any case.
+/// Returns the first record whose required end lies ahead; the last one in any case.
 pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -> Option<Section> {
     let last = records.last().copied();
     records.into_iter().find(|record| record.distances(path_frame).required_end_m >= 0.0).or(last)

@@ -26,7 +26,7 @@ pub struct JunctionRule {
 pub struct OfferedWay {
     /// The lanelet that leads to that side.
     pub lane: LaneId,
-    /// The side.
+    /// The side to which it leads.
     pub side: Side,
 }
 
@@ -79,7 +79,7 @@ impl JunctionRule {
     }
 }
 
-/// The last junction on the distance path that offers a side and is not taken, of those that the front of the vehicle has not passed
+/// Returns the last junction on the distance path that offers a side and is not taken, of those that the front of the vehicle has not passed
 /// and that begin before another position; both are arc lengths on the path, metres.
 pub fn last_offered(
     road: &LaneNetwork,
@@ -108,7 +108,7 @@ pub fn last_offered(
     last
 }
 
-/// The way to a side that begins with the lanelet that is taken, and is not.
+/// Returns the way to a side that begins with the lanelet that is taken, and is not.
 fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Option<&Lanelet> {
     let followers = road.followers(before);
     let taken = road.lane(taken).filter(|lane| followers.len() > 1 && followers.contains(&lane.id))?;
@@ -116,7 +116,7 @@ fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Opt
     others.into_iter().find(|other| leads_left(other, taken) == Some(side == Side::Left))
 }
 
-/// The end of the lanelets that lead straight over a crossing, from the one at an index of the path, metres.
+/// Returns the end of the lanelets that lead straight over a crossing, from the one at an index of the path, metres.
 fn end_of_crossing_m(road: &LaneNetwork, path: &DistancePath, index: usize) -> f64 {
     let leads_straight =
         |id: &LaneId| road.lane(*id).is_some_and(|lane| lane.turn_direction == TurnDirection::Straight);
@@ -125,7 +125,7 @@ fn end_of_crossing_m(road: &LaneNetwork, path: &DistancePath, index: usize) -> f
 }
 
 impl JunctionRemark {
-    /// A key for programs: `waits`, `law` or `seen_too_late`.
+    /// Returns a key for programs: `waits`, `law` or `seen_too_late`.
     pub const fn key(&self) -> &'static str {
         match self.ahead.verdict {
             JunctionVerdict::Waits => "waits",
@@ -134,7 +134,7 @@ impl JunctionRemark {
         }
     }
 
-    /// The least distance by which it is shown, metres; `None` while it waits.
+    /// Returns the least distance by which it is shown, metres; `None` while it waits.
     pub const fn least_m(&self) -> Option<f64> {
         match self.ahead.verdict {
             JunctionVerdict::Waits => None,
@@ -143,7 +143,7 @@ impl JunctionRemark {
     }
 }
 
-/// `waits until lanelet 12 to the left, which is not taken, is passed`
+/// Writes for example `the signal waits until the way to the left on 12, which is not taken, is passed`.
 impl fmt::Display for JunctionRemark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let OfferedWay { lane, side } = self.ahead.way;

@@ -38,7 +38,7 @@ pub enum Manoeuvre {
 }
 
 impl Manoeuvre {
-    /// The kind of the manoeuvre.
+    /// Returns the kind of the manoeuvre.
     pub const fn kind(&self) -> ManoeuvreKind {
         match self {
             Self::PullOut(_) => ManoeuvreKind::PullOut,
@@ -51,7 +51,7 @@ impl Manoeuvre {
 }
 
 impl ManoeuvreMemory {
-    /// The records of the chain, at most one for upstream, and the outcome of each manoeuvre. `manoeuvres` stand in
+    /// Returns the records of the chain, at most one for upstream, and the outcome of each manoeuvre. `manoeuvres` stand in
     /// the order in which the planner runs them: approved ones first, then the one that waits.
     pub fn chain<'a>(
         &mut self,

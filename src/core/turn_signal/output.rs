@@ -9,14 +9,14 @@ use crate::core::time::WallStamp;
 /// A command to publish, or a decision to report.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TurnSignalOutput {
-    /// Publish `TurnIndicatorsCommand`.
+    /// A `TurnIndicatorsCommand` to publish.
     TurnCommand {
         /// The command of the turn indicators.
         command: TurnCommand,
         /// Time of the decision.
         stamp: WallStamp,
     },
-    /// Publish `HazardLightsCommand`.
+    /// A `HazardLightsCommand` to publish.
     HazardCommand {
         /// The command of the hazard lights.
         command: HazardCommand,

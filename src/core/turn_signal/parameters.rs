@@ -29,15 +29,15 @@ pub struct DeciderParameters {
     pub remaining_distance_to_bound_threshold_m: f64,
     /// `turn_signal_on_swerving`: shifts are signalled at all.
     pub on_swerving: bool,
-    /// `turn_signal_roundabout_on_entry`.
+    /// `turn_signal_roundabout_on_entry`: the signal on the way in; `None` for no signal.
     pub roundabout_on_entry: Option<Side>,
-    /// `turn_signal_roundabout_on_exit`.
+    /// `turn_signal_roundabout_on_exit`: the signal on the way out; `None` for no signal.
     pub roundabout_on_exit: Option<Side>,
     /// `turn_signal_roundabout_entry_indicator_persistence`: the entry signal lasts until the exit.
     pub roundabout_entry_persists: bool,
     /// `turn_signal_roundabout_search_distance`: constant part of the search distance of entries.
     pub roundabout_search_distance_m: f64,
-    /// `turn_signal_roundabout_angle_threshold_degree`.
+    /// `turn_signal_roundabout_angle_threshold_degree`: the same threshold for entries and exits.
     pub roundabout_angle_threshold_deg: f64,
     /// `turn_signal_roundabout_backward_depth`: lanelets looked back over; `None` = all.
     pub roundabout_backward_depth: Option<u32>,
@@ -47,23 +47,23 @@ pub struct DeciderParameters {
     pub path_forward_length_m: f64,
     /// `input_path_interval`: spacing of the distance path.
     pub path_interval_m: f64,
-    /// `ego_nearest_dist_threshold`, `ego_nearest_yaw_threshold`.
+    /// `ego_nearest_dist_threshold`, `ego_nearest_yaw_threshold`: limits of the nearest point.
     pub nearest: NearestLimits,
-    /// Lane change `min_length_for_turn_signal_activation`.
+    /// `min_length_for_turn_signal_activation` of the lane change.
     pub lane_change_activation_length_m: f64,
-    /// Start planner `turn_signal_on_centerline_start`.
+    /// `turn_signal_on_centerline_start` of the start planner.
     pub centerline_start_side: Side,
-    /// Start planner `minimum_shift_length`.
+    /// `minimum_shift_length` of the start planner.
     pub pull_out_minimum_shift_m: f64,
-    /// Start planner `th_distance_to_middle_of_the_road`.
+    /// `th_distance_to_middle_of_the_road` of the start planner.
     pub pull_out_middle_distance_m: f64,
-    /// Start planner `enable_back`.
+    /// `enable_back` of the start planner.
     pub pull_out_enable_back: bool,
     /// Goal planner `parking_policy`: the side it pulls over to.
     pub parking_side: Side,
-    /// Avoidance `max_prepare_time`.
+    /// `max_prepare_time` of the avoidance.
     pub avoidance_prepare_time_s: f64,
-    /// Avoidance `candidate_path_turn_signal`.
+    /// `candidate_path_turn_signal` of the avoidance.
     pub avoidance_candidate: CandidatePolicy,
 }
 
@@ -73,15 +73,15 @@ pub enum CandidatePolicy {
     /// `none`: it is never signalled.
     #[default]
     None,
-    /// `stopped_candidate`: while standing.
+    /// `stopped_candidate`: it is signalled while the vehicle stands.
     StoppedCandidate,
-    /// `all_candidate`: always.
+    /// `all_candidate`: it is always signalled.
     AllCandidate,
     /// `stop_on_approval`: not while waiting; the planner then holds the vehicle with the signal on.
     StopOnApproval,
 }
 
-/// Autoware's sample vehicle and others.
+/// Dimensions of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VehicleInfo {
     /// Between the axles, metres.
@@ -127,24 +127,24 @@ impl DeciderParameters {
         avoidance_candidate: CandidatePolicy::None,
     };
 
-    /// Distance at which turns come within range at this speed, metres.
+    /// Returns the distance in metres at which turns come within range at this speed.
     pub fn intersection_search_m(&self, speed_mps: f64) -> f64 {
         self.search_time_s * speed_mps + self.intersection_search_distance_m
     }
 
-    /// Distance at which roundabouts come within range at this speed, metres.
+    /// Returns the distance in metres at which roundabouts come within range at this speed.
     pub fn roundabout_search_m(&self, speed_mps: f64) -> f64 {
         self.search_time_s * speed_mps + self.roundabout_search_distance_m
     }
 
-    /// Distance before a shift from which it is announced at this speed, metres.
+    /// Returns the distance in metres before a shift from which it is announced at this speed.
     pub fn prepare_m(&self, speed_mps: f64) -> f64 {
         (speed_mps * self.search_time_s).max(self.minimum_search_distance_m)
     }
 }
 
 impl VehicleInfo {
-    /// Autoware's sample vehicle.
+    /// The dimensions of Autoware's sample vehicle.
     pub const SAMPLE: Self = Self {
         wheel_base_m: 2.79,
         front_overhang_m: 1.0,

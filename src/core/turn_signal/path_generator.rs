@@ -28,7 +28,7 @@ pub enum TaggedLanelet {
     PastEnd(LaneId),
 }
 
-/// The command for a vehicle on a path through `lanes`, with its front `front_m` metres before its rear axle, and the
+/// Returns the command for a vehicle on a path through `lanes`, with its front `front_m` metres before its rear axle, and the
 /// lanelet that decided.
 pub fn decide(
     (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),

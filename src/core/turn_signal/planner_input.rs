@@ -13,16 +13,16 @@ use crate::core::time::WallStamp;
 /// One message for the decider.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlannerInput {
-    /// `nav_msgs/Odometry`.
+    /// A message `nav_msgs/Odometry`.
     Odometry {
         /// Pose and speed; numbers may be none.
         odometry: Odometry,
         /// Time of the measurement.
         stamp: WallStamp,
     },
-    /// `autoware_planning_msgs/LaneletRoute`.
+    /// A message `autoware_planning_msgs/LaneletRoute`.
     Route(Arc<PlannerRoute>),
-    /// `autoware_internal_planning_msgs/PathWithLaneId`.
+    /// A message `autoware_internal_planning_msgs/PathWithLaneId`.
     PlannedPath(Arc<[PlannedPathPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors {
@@ -35,10 +35,10 @@ pub enum PlannerInput {
     ModifiedGoal {
         /// Id of its route.
         route: u128,
-        /// The goal instead of that of the route.
+        /// The goal that replaces the route's.
         goal: Pose,
     },
-    /// `autoware_adapi_v1_msgs/OperationModeState`.
+    /// A message `autoware_adapi_v1_msgs/OperationModeState`.
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.
     LaneDriving(bool),
@@ -77,7 +77,7 @@ pub struct PlannerRoute {
 pub struct PlannedPathPoint {
     /// Pose in the map frame.
     pub pose: Pose,
-    /// Planned speed, m/s.
+    /// Planned speed at the point, m/s.
     pub speed_mps: f64,
     /// The lanelets it belongs to.
     pub lanes: Vec<LaneId>,
@@ -87,31 +87,31 @@ pub struct PlannedPathPoint {
 /// order in which the planner runs them (docs/spec/turn-signal-decider.md, "Joining records").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FactorTopic {
-    /// `start_planner`
+    /// Pull-outs, topic `start_planner`.
     StartPlanner,
-    /// `avoidance_by_lane_change`
+    /// Lane changes around obstacles, topic `avoidance_by_lane_change`.
     AvoidanceByLaneChange,
-    /// `static_obstacle_avoidance`
+    /// Avoidance within the lane, topic `static_obstacle_avoidance`.
     StaticObstacleAvoidance,
-    /// `lane_change_left`
+    /// Lane changes, topic `lane_change_left`.
     LaneChangeLeft,
-    /// `lane_change_right`
+    /// Lane changes, topic `lane_change_right`.
     LaneChangeRight,
-    /// `external_request_lane_change_left`
+    /// Requested lane changes, topic `external_request_lane_change_left`.
     ExternalLaneChangeLeft,
-    /// `external_request_lane_change_right`
+    /// Requested lane changes, topic `external_request_lane_change_right`.
     ExternalLaneChangeRight,
-    /// `…/goal_planner`
+    /// Pull-overs, topic `goal_planner`.
     GoalPlanner,
 }
 
-/// A planning factor.
+/// A planning factor of a module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanningFactor {
     /// `UNKNOWN` 0, `NONE` 1, `SLOW_DOWN` 2, `STOP` 3, `SHIFT_LEFT` 4, `SHIFT_RIGHT` 5, `TURN_LEFT` 6,
     /// `TURN_RIGHT` 7; as sent.
     pub behavior: u16,
-    /// Not backing up.
+    /// The vehicle drives forward; otherwise it backs up.
     pub is_driving_forward: bool,
     /// Explanation as text, such as `left shift` or `backward`.
     pub detail: Box<str>,
@@ -156,7 +156,7 @@ impl FactorTopic {
         Self::GoalPlanner,
     ];
 
-    /// The last part of the topic's name.
+    /// Returns the last part of the topic's name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::StartPlanner => "start_planner",

@@ -25,7 +25,7 @@ impl CandidateSource {
     /// All of them, in order.
     pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
 
-    /// The name in reports, diagnostics and drives.
+    /// Returns the name in reports, diagnostics and drives.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Intersection => "intersection",
@@ -38,16 +38,16 @@ impl CandidateSource {
 /// The records to choose from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Candidates {
-    /// Of the turns at intersections.
+    /// The record of turns at intersections.
     pub intersection: Option<Section>,
-    /// Of roundabouts.
+    /// The record of entries and exits of roundabouts.
     pub roundabout: Option<Section>,
-    /// Of the planner's manoeuvres.
+    /// The record of the planner's manoeuvres.
     pub manoeuvre: Option<Section>,
 }
 
 impl Candidates {
-    /// The record of one source.
+    /// Returns the record of one source.
     pub const fn of(&self, source: CandidateSource) -> Option<Section> {
         match source {
             CandidateSource::Intersection => self.intersection,
@@ -63,7 +63,7 @@ pub struct PairwiseRules {
     /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
     /// nor inside, and Q wins for one sample.
     pub start_belongs_to_before: bool,
-    /// Until P's required section begins, Q wins, within whose required section it lies: nobody signals against the side
+    /// Q wins until P's required section begins, if that lies within Q's: no signal is shown against the side
     /// that is steered to (W21). Upstream: P wins from its desired start.
     pub nested_waits: bool,
     /// Sources whose manoeuvre is over and may not come back (W4).
@@ -138,11 +138,11 @@ pub enum CandidateOutcome {
         /// The branch of the pairwise rule that decided.
         case: Case,
     },
-    /// It is signalled.
+    /// The candidate is signalled.
     Won,
 }
 
-/// One source, evaluated.
+/// The evaluation of one source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvaluatedCandidate {
     /// The source of its record.
@@ -175,7 +175,7 @@ impl Resolution {
     }
 }
 
-/// Chooses. `path_frame` finds the points of the records with its own limits.
+/// Chooses the candidate that is signalled. `path_frame` finds the points of the records with its own limits.
 pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &PairwiseRules) -> Resolution {
     let mut evaluated =
         CandidateSource::ALL.map(|source| evaluate(path_frame, source, candidates.of(source), rules));
@@ -206,7 +206,7 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Pair
     Resolution { winner, case: last_case, evaluated }
 }
 
-/// The one of several records of the planner's manoeuvres that takes part, by the same rules; the first when none of
+/// Chooses the record of the planner's manoeuvres that takes part, by the same rules; the first one when none of
 /// them is valid, so that the reason is known. `won_before` knows the record that won in the cycle before.
 pub fn foremost(
     path_frame: &PathFrame<'_>,
@@ -238,7 +238,7 @@ const SAME_START_M: f64 = 3.0;
 /// at most this much nearer, metres: measured from cycle to cycle they move a little, and the signal would go off and on.
 const STILL_SAME_START_M: f64 = 1.0;
 
-/// The pairwise rule: `p` has the earlier desired start. `won_before` is the one that won in the cycle before.
+/// Applies the pairwise rule: `p` has the earlier desired start. `won_before` is the winner of the cycle before.
 pub fn prior(
     p: &Distances,
     q: &Distances,
@@ -320,7 +320,7 @@ fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: CandidateSource,
 }
 
 impl EvaluatedCandidate {
-    /// The candidate as a contender; `None` when it was ruled out.
+    /// Returns the candidate as a contender; `None` when it was ruled out.
     fn contender(&self) -> Option<Contender> {
         let distances = self.distances.filter(|_| self.outcome == CandidateOutcome::Won)?;
         Some(Contender { source: self.source, side: self.turn.side()?, distances })

@@ -28,7 +28,7 @@ pub struct RoundaboutMemory {
 }
 
 impl RoundaboutMemory {
-    /// The record of the entry or exit that is next, if one is in range.
+    /// Returns the record of the entry or exit that is next, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, legs: &RoundaboutLegs) -> Option<Section> {
         if !context.quirks.memory_survives_route {
             let is_entry = |id: &LaneId| legs.entries.iter().any(|entry| entry.lane.id == *id);
@@ -49,14 +49,14 @@ impl RoundaboutMemory {
         next_in_queue(&context.path_frame, records)
     }
 
-    /// Clears the memory, for another route.
+    /// Clears the memory. To be called when the route changes.
     pub fn clear(&mut self) {
         self.entries.clear();
         self.exits.clear();
         self.passed.clear();
     }
 
-    /// Pose of the rear axle when this entry came within range.
+    /// Returns the pose of the rear axle when this entry came within range.
     pub fn entry_start(&self, lane: LaneId) -> Option<Pose> {
         self.entries.get(&lane).copied()
     }
@@ -128,7 +128,7 @@ impl RoundaboutMemory {
 }
 
 impl RoundaboutEntry {
-    /// The side that the map names for the exit that will be taken.
+    /// Returns the side that the map names for the exit that will be taken.
     fn side(&self) -> Option<Side> {
         let Leaving { lane, .. } = self.leaving?;
         if self.exits_left.contains(&lane) {

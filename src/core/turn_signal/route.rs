@@ -53,7 +53,7 @@ pub enum RouteError {
 }
 
 impl Route {
-    /// A route with the id (`uuid`) and start pose of its message.
+    /// Creates a route with the id (`uuid`) and start pose of its message.
     pub fn new(id: u128, start: Pose, segments: Vec<Segment>) -> Result<Self, RouteError> {
         let mut lanes = BTreeMap::new();
         for (index, segment) in segments.iter().enumerate() {
@@ -85,22 +85,22 @@ impl Route {
         }
     }
 
-    /// Its id; another one means another route.
+    /// Returns its id; another one means another route.
     pub fn id(&self) -> u128 {
         self.id
     }
 
-    /// Pose at its start.
+    /// Returns the pose at its start.
     pub fn start(&self) -> Pose {
         self.start
     }
 
-    /// Its segments, in order.
+    /// Returns its segments, in order.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// All lanelets, ascending.
+    /// Returns all lanelets, in ascending order of their ids.
     pub fn lanes(&self) -> impl Iterator<Item = LaneId> + '_ {
         self.lanes.keys().copied()
     }
@@ -115,7 +115,7 @@ impl Route {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
     }
 
-    /// The lanelets of the segments with less than a distance, metres, of preferred lanelets between them and the one of a lanelet,
+    /// Returns the lanelets of the segments with less than a distance, metres, of preferred lanelets between them and the one of a lanelet,
     /// ascending; none where it is not on the route.
     pub fn around(&self, road: &LaneNetwork, lane: LaneId, within_m: f64) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane).copied() else { return Vec::new() };
@@ -135,7 +135,7 @@ impl Route {
         lanes
     }
 
-    /// The lanelet after this one: of those that follow it on the map the one of the nearest segment from its own on; none after
+    /// Returns the lanelet after this one: of those that follow it on the map the one of the nearest segment from its own on; none after
     /// the last segment.
     pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Option<LaneId> {
         if quirks.ignores_order_of_segments {
@@ -147,7 +147,7 @@ impl Route {
         later.filter(|(segment, _)| segment >= here).min_by_key(|(segment, _)| *segment).map(|(_, next)| next)
     }
 
-    /// The lanelets before this one: those that lead to it on the map, from its own segment backwards; none before the first
+    /// Returns the lanelets before this one: those that lead to it on the map, from its own segment backwards; none before the first
     /// segment.
     pub fn previous(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane) else { return Vec::new() };
@@ -167,8 +167,8 @@ impl Route {
     /// W22: the first lanelet of the route that follows on the map, but for the one at its start.
     fn next_on_map(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
         let first = self.segments.first().map(|segment| segment.preferred);
-        let goes_on = |next: &&LaneId| self.contains(**next) && Some(**next) != first;
-        road.followers(lane).iter().find(goes_on).filter(|_| !self.ends_with(lane)).copied()
+        let follows = |next: &&LaneId| self.contains(**next) && Some(**next) != first;
+        road.followers(lane).iter().find(follows).filter(|_| !self.ends_with(lane)).copied()
     }
 }
 

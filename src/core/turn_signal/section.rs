@@ -56,14 +56,14 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// The front is past the start of the required section, and the rear axle not past its end.
+    /// Returns the front is past the start of the required section, and the rear axle not past its end.
     pub fn are_required(&self) -> bool {
         self.required_start_m <= 0.0 && self.required_end_m >= 0.0
     }
 }
 
 impl Section {
-    /// A record that blinks on one side.
+    /// Returns a record that blinks on one side.
     pub fn blinking(side: Side, desired: (Pose, Pose), required: (Pose, Pose)) -> Self {
         Self {
             turn: side.into(),

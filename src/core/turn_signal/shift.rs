@@ -120,29 +120,29 @@ struct Offsets {
 }
 
 impl ShiftedPath {
-    /// The path through `poses` with an offset for each.
+    /// Creates the path through `poses` with an offset for each.
     pub fn new(poses: Vec<Pose>, shifts_m: Vec<f64>) -> Result<Self, PathError> {
         let path = Path::new(poses.iter().copied())?;
         let points: Vec<Point> = poses.iter().map(|pose| pose.position).collect();
         Ok(Self { arcs_m: arc_lengths_m(&points), poses, shifts_m, path })
     }
 
-    /// The points of the path.
+    /// Returns the points of the path.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// Index of the point nearest to a position.
+    /// Returns the index of the point nearest to a position.
     pub fn nearest_index(&self, query: Point) -> usize {
         nearest_index(&self.poses, query)
     }
 
-    /// As [`Self::nearest_index`], by heading and height as well.
+    /// Like [`Self::nearest_index`], by heading and height as well.
     pub fn visit_index(&self, query: Pose, limits: NearestLimits) -> usize {
         nearest_visit(&self.poses, query, limits, None)
     }
 
-    /// Index of the point next to a pose; improved, by heading and height as well.
+    /// Returns the index of the point next to a pose; improved, by heading and height as well.
     pub fn index_of(&self, context: &DecisionContext<'_>, pose: Pose) -> usize {
         if context.quirks.ignores_height_and_continuity {
             self.nearest_index(pose.position)
@@ -151,33 +151,33 @@ impl ShiftedPath {
         }
     }
 
-    /// The shift from the point next to `start` to the one next to `end`.
+    /// Returns the shift from the point next to `start` to the one next to `end`.
     pub fn line(&self, context: &DecisionContext<'_>, start: Pose, end: Pose) -> ShiftLine {
         let index = |pose| self.index_of(context, pose);
         ShiftLine { start_index: index(start), end_index: index(end), start, end }
     }
 
-    /// Change of the offset between two points, metres; 0 where there is none.
+    /// Returns the change of the offset between two points, metres; 0 where there is none.
     pub fn offset_between_m(&self, start_index: usize, end_index: usize) -> f64 {
         self.offset_at_m(end_index) - self.offset_at_m(start_index)
     }
 
-    /// The offset at a point, metres; 0 where there is none.
+    /// Returns the offset at a point, metres; 0 where there is none.
     pub fn offset_at_m(&self, index: usize) -> f64 {
         self.shifts_m.get(index).copied().unwrap_or_default()
     }
 
-    /// Arc length from a position to a point, metres; `None` for an index beyond the path.
+    /// Returns the arc length from a position to a point, metres; `None` for an index beyond the path.
     pub fn distance_to_m(&self, from: Point, index: usize) -> Option<f64> {
         Some(self.arcs_m.get(index)? - self.path.plain_station_m(from))
     }
 
-    /// As [`Self::distance_to_m`], by heading and height as well.
+    /// Like [`Self::distance_to_m`], by heading and height as well.
     fn distance_of_visit_to_m(&self, from: Pose, index: usize, limits: NearestLimits) -> Option<f64> {
         Some(self.arcs_m.get(index)? - self.path.station_of_visit_m(from, limits))
     }
 
-    /// The record of a shift that is not signalled: the whole path, no command.
+    /// Returns the record of a shift that is not signalled: the whole path, no command.
     fn silent(&self) -> Section {
         let start = self.poses.first().copied().unwrap_or_default();
         let end = self.poses.last().copied().unwrap_or_default();
@@ -192,7 +192,7 @@ impl ShiftedPath {
 }
 
 impl Shift<'_> {
-    /// The side it moves to; right for none.
+    /// Returns the side it moves to; right for none.
     pub fn side(&self) -> Side {
         let moves_left = self.path.offset_between_m(self.line.start_index, self.line.end_index) > 0.0;
         if moves_left { Side::Left } else { Side::Right }
@@ -274,7 +274,7 @@ fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets,
     Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
 }
 
-/// Steps 3 to 11: the first objection to a signal. `ahead_m` is the front's distance to the
+/// Steps 3 to 11: returns the first objection to a signal. `ahead_m` is the front's distance to the
 /// start of the shift.
 fn objection(
     context: &DecisionContext<'_>,
@@ -291,7 +291,7 @@ fn objection(
     if shift.nears_junction && is_near_bound(context, offsets.side()) {
         return Some(ShiftVerdict::NearBound);
     }
-    // Upstream judges what it signals anew in every cycle (W18).
+    // Upstream judges again in every cycle what it signals (W18).
     if shift.is_announced {
         return None;
     }
@@ -328,7 +328,7 @@ fn objection(
     near_bound.then_some(ShiftVerdict::NearBound)
 }
 
-/// Step 11: the front corner on a side is near to the bound there.
+/// Step 11: returns whether the front corner on a side is near to the bound there.
 fn is_near_bound(context: &DecisionContext<'_>, side: Side) -> bool {
     let limit_m = context.parameters.remaining_distance_to_bound_threshold_m;
     surroundings::distance_to_bound_m(context, side).is_some_and(|distance_m| distance_m < limit_m)

@@ -14,7 +14,7 @@ pub enum Side {
 }
 
 impl TurnCommand {
-    /// The side that blinks, if one does.
+    /// Returns the side that blinks, if one does.
     pub const fn side(self) -> Option<Side> {
         match self {
             Self::Left => Some(Side::Left),
@@ -25,7 +25,7 @@ impl TurnCommand {
 }
 
 impl Side {
-    /// Its name in a sentence.
+    /// Returns the name as it stands in a sentence.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Left => "left",
@@ -33,7 +33,7 @@ impl Side {
         }
     }
 
-    /// The other side.
+    /// Returns the opposite side.
     pub const fn opposite(self) -> Self {
         match self {
             Self::Left => Self::Right,

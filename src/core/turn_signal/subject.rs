@@ -20,14 +20,14 @@ pub enum SignalSubject {
     PullOut,
     /// Avoidance of static obstacles, out or back.
     Avoidance,
-    /// A lane change.
+    /// A lane change to either side.
     LaneChange,
     /// Pulling over to the roadside.
     PullOver,
 }
 
 impl SignalSubject {
-    /// Its name with the side that is signalled, such as `left turn on 111`; `None` when it is not named.
+    /// Returns its name with the side that is signalled, such as `left turn on 111`; `None` when it is not named.
     pub fn name(self, turn: TurnCommand) -> Option<String> {
         let side = turn.side().map_or("no side", Side::name);
         Some(match self {
@@ -42,7 +42,7 @@ impl SignalSubject {
         })
     }
 
-    /// A short name without the side, such as `turn 111`; `None` when it is not named.
+    /// Returns a short name without the side, such as `turn 111`; `None` when it is not named.
     pub fn label(self) -> Option<String> {
         Some(match self {
             Self::Unnamed => return None,

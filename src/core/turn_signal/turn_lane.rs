@@ -17,7 +17,7 @@ const SAME_POINT_M: f64 = 0.01;
 pub struct TurnLane {
     /// Id of the first lanelet.
     pub id: LaneId,
-    /// The direction of its turn.
+    /// Direction of the turn.
     pub direction: TurnDirection,
     /// Search distance of its own, metres.
     pub search_distance_m: Option<f64>,
@@ -27,14 +27,14 @@ pub struct TurnLane {
     pub back: Pose,
     /// End of its required section.
     pub required_end: Pose,
-    /// Its centreline.
+    /// Centreline of all its lanelets.
     pub centerline: Vec<Point>,
     /// Arc lengths of its lanelets on the distance path of this cycle, metres; `None` where its points are looked for.
     pub span_m: Option<[f64; 2]>,
 }
 
 impl TurnLane {
-    /// The stretch of one lanelet. `None` without two different points.
+    /// Creates the stretch of one lanelet. `None` without two different points.
     pub fn new(lane: &Lanelet, threshold_deg: f64) -> Option<Self> {
         let kept = without_near_earlier(&lane.centerline, SAME_POINT_M);
         Some(Self {
@@ -49,7 +49,7 @@ impl TurnLane {
         })
     }
 
-    /// Signed distance from the rear axle to one of its points, metres.
+    /// Returns the signed distance from the rear axle to one of its points, metres.
     pub fn from_base_m(&self, path_frame: &PathFrame<'_>, pose: Pose) -> f64 {
         match self.span_m {
             Some(span_m) => path_frame.from_base_within_m(pose, span_m),
@@ -57,7 +57,7 @@ impl TurnLane {
         }
     }
 
-    /// This stretch and the one after it as one: id and search distance are those of the first.
+    /// Returns this stretch joined with the one after it; id and search distance come from this one.
     pub fn joined(&self, next: &Self, threshold_deg: f64) -> Self {
         let all: Vec<Point> = self.centerline.iter().chain(&next.centerline).copied().collect();
         let centerline = without_near_earlier(&all, SAME_POINT_M);
@@ -66,7 +66,7 @@ impl TurnLane {
         Self { back: next.back, required_end, centerline, span_m, ..self.clone() }
     }
 
-    /// The command of an intersection here: DISABLE where it does not turn.
+    /// Returns the command of an intersection here: DISABLE where it does not turn.
     pub fn signal(&self) -> TurnCommand {
         match self.direction {
             TurnDirection::Left => TurnCommand::Left,
@@ -75,7 +75,7 @@ impl TurnLane {
         }
     }
 
-    /// Its record, with the desired section up to its end.
+    /// Returns its record, with the desired section up to its end.
     pub fn section(&self, subject: SignalSubject, turn: TurnCommand, desired_start: Pose) -> Section {
         Section {
             turn,

@@ -31,7 +31,7 @@ impl<'a> Motion<'a> {
         motion
     }
 
-    /// Speed now, m/s.
+    /// Returns the present speed in m/s.
     pub(super) fn speed_mps(&self) -> f64 {
         if self.standing_s > 0.0 { 0.0 } else { self.driving_mps() }
     }
@@ -77,7 +77,7 @@ impl<'a> Motion<'a> {
         last.or(steps.first()).map_or(0.0, |(_, mps)| *mps)
     }
 
-    /// Time until the next step or stop at this speed, seconds.
+    /// Returns the time until the next step or stop at this speed, seconds.
     fn until_change_s(&self, speed_mps: f64) -> f64 {
         let next = |steps: &[(f64, f64)], at: f64| {
             steps.iter().map(|(from, _)| from - at).find(|ahead| *ahead > SAME_M).unwrap_or(f64::INFINITY)

@@ -40,13 +40,13 @@ pub(super) struct DrivePosition<'a> {
     pub(super) departed: bool,
 }
 
-/// Offset of the vehicle from the route path at a position, metres.
+/// Returns the offset of the vehicle from the route path at a position, metres.
 pub(super) fn offset_m(file: &DriveFile, at_m: f64) -> f64 {
     file.manoeuvres.iter().map(|plan| own_offset_m(&plan.kind, at_m, smooth)).sum()
 }
 
 impl DrivePosition<'_> {
-    /// The manoeuvres of the planner, in the order of its chain: starting first, then what is approved, then
+    /// Returns the manoeuvres of the planner, in the order of its chain: starting first, then what is approved, then
     /// what waits, then the goal.
     pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
         let mut known: Vec<&ManoeuvrePlan> =
@@ -81,7 +81,7 @@ impl DrivePosition<'_> {
         plan.approved_from.is_none_or(|moment| self.has_come(moment))
     }
 
-    /// The pose at a position of the drive.
+    /// Returns the pose at a position of the drive.
     fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         self.route_path.pose(at_m + self.moved_m, |path_m| offset_m(path_m - self.moved_m))
     }
@@ -205,7 +205,7 @@ impl DrivePosition<'_> {
         part_end_m.is_some_and(|end_m| (self.at_m - end_m).abs() < NEAR_PART_END_M)
     }
 
-    /// The path around the vehicle with offsets that change evenly.
+    /// Returns the path around the vehicle with offsets that change evenly.
     fn shifted(&self, kind: &PlanKind) -> Result<ShiftedPath, PathError> {
         let mut positions = self.positions(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
         // The ends of shifts are points of the path.
@@ -234,7 +234,7 @@ impl DrivePosition<'_> {
     }
 }
 
-/// The offset on paths of the planner: ramps without rounding, metres.
+/// Returns the offset on paths of the planner: ramps without rounding, metres.
 fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
     own_offset_m(kind, at_m, |share| share.clamp(0.0, 1.0))
 }
@@ -250,7 +250,7 @@ fn ends_m(kind: &PlanKind) -> Vec<f64> {
     }
 }
 
-/// The share of one manoeuvre in the offset at a position, metres; `ramp` goes from 0 to 1.
+/// Returns the share of one manoeuvre in the offset at a position, metres; `ramp` goes from 0 to 1.
 fn own_offset_m(kind: &PlanKind, at_m: f64, ramp: impl Fn(f64) -> f64) -> f64 {
     let part = |shift: &PlannedShift| ramp((at_m - shift.from_m) / (shift.to_m - shift.from_m));
     match kind {

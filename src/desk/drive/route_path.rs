@@ -93,7 +93,7 @@ pub enum RoutePathError {
 }
 
 impl RoutePath {
-    /// The path through the preferred lanelets. Where one does not follow the one before, the vehicle
+    /// Creates the path through the preferred lanelets. Where one does not follow the one before, the vehicle
     /// changes lanes: as the first of `changes` on the proper side that lies where both lanes are,
     /// else over fifty metres in the middle of that.
     pub fn of_route(
@@ -119,12 +119,12 @@ impl RoutePath {
         Ok(Self { road, line: Line::Lanes(lanes) })
     }
 
-    /// A line as drawn, at least two points, with the lanelets it may be on.
+    /// Creates a line as drawn, at least two points, with the lanelets it may be on.
     pub fn of_points(road: Arc<LaneNetwork>, points: Vec<Point>, lanes: Vec<LaneId>) -> Self {
         Self { road, line: Line::Points(points, lanes) }
     }
 
-    /// Position of its end, metres.
+    /// Returns the position of its end, metres.
     pub fn length_m(&self) -> f64 {
         match &self.line {
             Line::Lanes(lanes) => lanes.starts_m.last().copied().unwrap_or_default(),
@@ -132,7 +132,7 @@ impl RoutePath {
         }
     }
 
-    /// The pose at a position, `offset_m` to the left of the path, which may change along it; beyond the
+    /// Returns the pose at a position, `offset_m` to the left of the path, which may change along it; beyond the
     /// ends it goes straight on.
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
@@ -140,7 +140,7 @@ impl RoutePath {
         Pose { position: along.point_at(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
     }
 
-    /// The lanelet at a position, the one that is reached in the middle of a lane change.
+    /// Returns the lanelet at a position, the one that is reached in the middle of a lane change.
     pub fn lane_at(&self, at_m: f64) -> Option<LaneId> {
         match &self.line {
             Line::Lanes(lanes) => {
@@ -155,7 +155,7 @@ impl RoutePath {
         }
     }
 
-    /// The lanelets between two positions, in order.
+    /// Returns the lanelets between two positions, in order.
     pub fn lanes_between(&self, from_m: f64, to_m: f64) -> Vec<LaneId> {
         let mut found: Vec<LaneId> = Vec::new();
         let to_m = to_m.min(self.length_m());
@@ -165,7 +165,7 @@ impl RoutePath {
         found
     }
 
-    /// The position nearest to a point, and its distance from there, metres.
+    /// Returns the position nearest to a point, and its distance from there, metres.
     pub fn nearest(&self, query: Point) -> (f64, f64) {
         let length_m = self.length_m();
         let positions = metres_from(0.0).take_while(|at_m| *at_m < length_m).chain([length_m]);
@@ -181,12 +181,12 @@ impl RoutePath {
         })
     }
 
-    /// The heading of the path itself, without offsets.
+    /// Returns the heading of the path itself, without offsets.
     fn heading_rad(&self, at_m: f64) -> f64 {
         self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M))
     }
 
-    /// The point of the path itself, without offsets.
+    /// Returns the point of the path itself, without offsets.
     fn middle(&self, at_m: f64) -> Point {
         let length_m = self.length_m();
         let within_m = at_m.clamp(0.0, length_m);
@@ -221,7 +221,7 @@ impl RouteTracks {
         begun.clamp(1, self.starts_m.len().max(2) - 1) - 1
     }
 
-    /// The middle of a track at a position.
+    /// Returns the middle of a track at a position.
     fn on_track(&self, road: &LaneNetwork, track: &LaneTrack, at_m: f64) -> Option<Point> {
         let segment = self.segment(at_m);
         let lane = road.lane(track.lane(segment)?)?;
@@ -287,7 +287,7 @@ pub(super) fn metres_from(from_m: f64) -> impl Iterator<Item = f64> {
     successors(Some(from_m), |at_m| Some(at_m + 1.0))
 }
 
-/// A ramp from 0 to 1 without kinks; constant outside.
+/// Returns a ramp from 0 to 1 without kinks; constant outside.
 pub(super) fn smooth(share: f64) -> f64 {
     let share = share.clamp(0.0, 1.0);
     share * share * (3.0 - 2.0 * share)

@@ -17,13 +17,13 @@ pub struct DriveRun<'a> {
 }
 
 impl<'a> DriveRun<'a> {
-    /// A decider without any input yet.
+    /// Creates a decider without any input yet.
     pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
         let settings = DeciderSettings { compat, ..simulation.file().decider.clone() };
         Self { simulation, decider: Decider::new(settings), odometry: None }
     }
 
-    /// The decision at the next cycle.
+    /// Returns the decision at the next cycle.
     pub fn step(&mut self, cycle: &DriveCycle) -> Decision {
         let now = cycle.now;
         if let Some(value) = cycle.odometry {

@@ -58,7 +58,7 @@ pub struct DriveCycle {
     pub now: MonoTime,
     /// The rear axle, metres along the route path.
     pub at_m: f64,
-    /// The lanelet there.
+    /// The lanelet at that position.
     pub lane: Option<LaneId>,
     /// The true pose of the rear axle.
     pub pose: Pose,
@@ -79,7 +79,7 @@ pub struct DriveCycle {
 }
 
 impl DriveCycle {
-    /// A snapshot of the cycle with what was decided at it.
+    /// Returns a snapshot of the cycle with what was decided at it.
     pub fn snapshot<'a>(&self, compat: DeciderCompat, decision: &'a Decision) -> Snapshot<'a> {
         let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
         Snapshot { compat, at_s, at_m, pose, speed_mps, lane, decision }
@@ -105,17 +105,17 @@ impl DriveSimulation {
         Ok(simulation)
     }
 
-    /// The scenario that is simulated.
+    /// Returns the scenario that is simulated.
     pub fn file(&self) -> &DriveFile {
         &self.file
     }
 
-    /// The lanelets of its map.
+    /// Returns the lanelets of its map.
     pub fn road(&self) -> &LaneNetwork {
         &self.file.road
     }
 
-    /// The cycles from the start to the end; the same at each call.
+    /// Returns the cycles from the start to the end; the same at each call.
     pub fn cycles(&self) -> Cycles<'_> {
         let file = &self.file;
         Cycles {
@@ -130,7 +130,7 @@ impl DriveSimulation {
         }
     }
 
-    /// The expectations at a cycle with one `compat`, with their indices in the file.
+    /// Returns the expectations at a cycle with one `compat`, with their indices in the file.
     pub fn expected(
         &self,
         cycle: &DriveCycle,
@@ -343,7 +343,7 @@ impl Cycles<'_> {
     }
 }
 
-/// Points a metre apart.
+/// Returns the points a metre apart.
 fn path(position: &DrivePosition<'_>, speed_mps: f64) -> Vec<PlannedPathPoint> {
     let (path, here_m) = (position.route_path, position.at_m + position.moved_m);
     let to_m = (here_m + PATH_AHEAD_M).min(path.length_m());

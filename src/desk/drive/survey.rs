@@ -26,7 +26,7 @@ pub use sweep::{Sweep, SweepError};
 /// A turn whose signal is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WrongTurn {
-    /// Its first lanelet.
+    /// The first lanelet of the turn.
     pub lane: LaneId,
     /// The side to which it turns.
     pub side: Side,
@@ -34,7 +34,7 @@ pub struct WrongTurn {
     pub at_m: f64,
     /// The first and the last lanelet of the route.
     pub way: [LaneId; 2],
-    /// What is wrong.
+    /// What is wrong with its signal.
     pub fault: SignalFault,
     /// The flaw of the map at its lanelets, for which no decider can be right; `None` = the fault is the decider's.
     pub flaw: Option<MapFlaw>,
@@ -61,14 +61,14 @@ impl fmt::Display for WrongTurn {
 pub struct TurnSurvey {
     /// Routes that were driven.
     pub routes: usize,
-    /// Turns on them.
+    /// Turns on these routes.
     pub turns: usize,
     /// Those that are wrong, in the order of the routes.
     pub wrong: Vec<WrongTurn>,
 }
 
 impl TurnSurvey {
-    /// The number of turns with each fault, in the order of [`SignalFault::ALL`]: of the map where it has a flaw, or else of the decider.
+    /// Returns the number of turns with each fault, in the order of [`SignalFault::ALL`]: of the map where it has a flaw, or else of the decider.
     pub fn counts(&self, of_map: bool) -> [usize; 4] {
         let of = |wrong: &&WrongTurn| wrong.flaw.is_some() == of_map;
         SignalFault::ALL
@@ -91,12 +91,12 @@ impl Surveyor {
         Self { file, routes, expected }
     }
 
-    /// The decider that the drive is for first.
+    /// Returns the decider that the drive is for first.
     pub fn compat(&self) -> DeciderCompat {
         self.file.compats.first().copied().unwrap_or_default()
     }
 
-    /// The settings of the drive's decider.
+    /// Returns the settings of the drive's decider.
     pub fn settings(&self) -> &DeciderSettings {
         &self.file.decider
     }
@@ -127,7 +127,7 @@ impl Surveyor {
     }
 }
 
-/// The side to which each lanelet turns: by its tag, unless its geometry says otherwise, as `check` finds.
+/// Returns the side to which each lanelet turns: by its tag, unless its geometry says otherwise, as `check` finds.
 fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     let by_tag = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some((lane.id, ExpectedSide { side: Side::Left, flaw: None })),
@@ -147,7 +147,7 @@ fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     sides
 }
 
-/// The side that is shown at each position of the rear axle, metres.
+/// Returns the side that is shown at each position of the rear axle, metres.
 fn shown(simulation: &DriveSimulation, compat: DeciderCompat) -> Vec<(f64, Option<Side>)> {
     let mut run = DriveRun::new(simulation, compat);
     simulation.cycles().map(|cycle| (cycle.at_m, run.step(&cycle).turn.side())).collect()

@@ -49,7 +49,7 @@ impl<'a> DriveVerdicts<'a> {
         }
     }
 
-    /// The expectations that held and those that did not.
+    /// Returns the expectations that held and those that did not.
     pub fn verdict(&self) -> Verdict<'a> {
         let failed: Vec<_> = self
             .all()
@@ -79,7 +79,7 @@ impl ExpectationState {
     }
 }
 
-/// The first difference between an expected and an actual decision.
+/// Returns the first difference between an expected and an actual decision.
 fn mismatch(expected: &ExpectedDecision, decision: &Decision) -> Option<String> {
     let winner =
         |source: Option<CandidateSource>| source.map_or("none".to_owned(), |source| source.to_string());

@@ -6,7 +6,7 @@ use super::Point;
 /// Spacing of generated centrelines in Autoware's map loader, metres.
 const RESOLUTION_M: f64 = 5.0;
 
-/// The points midway between two bounds (x, y, z in metres) at equal fractions of their lengths with heights.
+/// Returns the points midway between two bounds (x, y, z in metres) at equal fractions of their lengths with heights.
 pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
     let parts = centerline_parts(left, right);
     divided(left, parts)
@@ -18,7 +18,7 @@ pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
         .collect()
 }
 
-/// The number of parts of the centreline of these bounds: one for each five metres of the longer bound, at least one.
+/// Returns the number of parts of the centreline of these bounds: one for each five metres of the longer bound, at least one.
 pub fn centerline_parts(left: &[[f64; 3]], right: &[[f64; 3]]) -> u32 {
     let length_m = |bound| arcs_m(bound).last().copied().unwrap_or_default();
     let parts = (length_m(left).max(length_m(right)) / RESOLUTION_M).ceil().clamp(1.0, f64::from(u32::MAX));
@@ -34,7 +34,7 @@ fn divided(line: &[[f64; 3]], parts: u32) -> impl Iterator<Item = [f64; 3]> {
     (0..=parts).map(move |part| interpolate(line, &arcs_m, length_m * f64::from(part) / f64::from(parts)))
 }
 
-/// Arc length of every point with heights, metres.
+/// Returns the arc length of every point with heights, metres.
 fn arcs_m(line: &[[f64; 3]]) -> Vec<f64> {
     let mut arc_m = 0.0;
     let rest = line.iter().zip(line.iter().skip(1)).map(|([ax, ay, az], [bx, by, bz])| {

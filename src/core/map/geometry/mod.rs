@@ -31,23 +31,23 @@ pub struct Pose {
 }
 
 impl Point {
-    /// The point (`x_m`, `y_m`) at no known height.
+    /// Creates the point (`x_m`, `y_m`) at no known height.
     pub const fn new(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m, z_m: f64::NAN }
     }
 
-    /// The same point at a height, metres.
+    /// Returns the same point at a height, metres.
     #[must_use]
     pub const fn at_height(self, z_m: f64) -> Self {
         Self { z_m, ..self }
     }
 
-    /// Returns whether both heights are known and those of one road, not of two on top of each other.
+    /// Returns whether both heights are known and can belong to one road, not to two on top of each other.
     pub fn is_level_with(self, other: Self) -> bool {
         (self.z_m - other.z_m).abs() <= SAME_LEVEL_M
     }
 
-    /// Straight distance, metres.
+    /// Returns the straight distance in the plane, in metres.
     pub fn distance_m(self, other: Self) -> f64 {
         self.squared_distance(other).sqrt()
     }
@@ -57,14 +57,14 @@ impl Point {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
 
-    /// The point on the line to `other` at `fraction` of its length; 0 is this point, 1 is `other`.
+    /// Returns the point on the line to `other` at `fraction` of its length; 0 is this point, 1 is `other`.
     pub fn toward(self, other: Self, fraction: f64) -> Self {
         let along = |from: f64, to: f64| from + (to - from) * fraction;
         Self::new(along(self.x_m, other.x_m), along(self.y_m, other.y_m))
             .at_height(along(self.z_m, other.z_m))
     }
 
-    /// Both coordinates in the plane are numbers.
+    /// Returns whether both coordinates in the plane are finite.
     pub const fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
@@ -74,7 +74,7 @@ impl Point {
         dx * dx + dy * dy
     }
 
-    /// As near as makes two points one: below 10 nm in x and in y.
+    /// Returns whether both points count as one: they differ by less than 10 nm in x and in y.
     pub(crate) fn coincides(self, other: Self) -> bool {
         (self.x_m - other.x_m).abs() < SAME_POINT_M && (self.y_m - other.y_m).abs() < SAME_POINT_M
     }
@@ -88,22 +88,22 @@ impl PartialEq for Point {
 
 /// Points nearer than this in x and y are one point.
 const SAME_POINT_M: f64 = 1e-8;
-/// Heights that differ by more than this are those of different roads, metres: half of what a road leaves free for
+/// Heights that differ by more than this belong to different roads, metres: half of what a road leaves free for
 /// the one below it, and more than localisation and map disagree by.
 const SAME_LEVEL_M: f64 = 2.5;
 
 impl Pose {
-    /// The pose at (`x_m`, `y_m`), facing `yaw_rad`.
+    /// Creates the pose at (`x_m`, `y_m`), facing `yaw_rad`.
     pub const fn new(x_m: f64, y_m: f64, yaw_rad: f64) -> Self {
         Self { position: Point::new(x_m, y_m), yaw_rad }
     }
 
-    /// Position and heading are numbers.
+    /// Returns whether position and heading are finite.
     pub const fn is_finite(self) -> bool {
         self.position.is_finite() && self.yaw_rad.is_finite()
     }
 
-    /// The point `forward_m` ahead and `left_m` to the left, in the map frame, at the same height.
+    /// Returns the point `forward_m` ahead and `left_m` to the left, in the map frame, at the same height.
     pub fn point_at(self, forward_m: f64, left_m: f64) -> Point {
         let (sin, cos) = self.yaw_rad.sin_cos();
         Point::new(
@@ -114,12 +114,12 @@ impl Pose {
     }
 }
 
-/// The cross product of `a - origin` and `b - origin`: positive when `b` lies to the left of the direction to `a`.
+/// Returns the cross product of `a - origin` and `b - origin`: positive when `b` lies to the left of the direction to `a`.
 pub(crate) fn cross(origin: Point, a: Point, b: Point) -> f64 {
     (a.x_m - origin.x_m) * (b.y_m - origin.y_m) - (a.y_m - origin.y_m) * (b.x_m - origin.x_m)
 }
 
-/// An angle brought into (-π, π].
+/// Returns the angle brought into (-π, π].
 pub fn wrapped(angle_rad: f64) -> f64 {
     let rest = angle_rad.rem_euclid(TAU);
     if rest > PI { rest - TAU } else { rest }

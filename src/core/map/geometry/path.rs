@@ -20,7 +20,7 @@ pub struct NearestLimits {
 /// A difference of heading of one radian weighs as much as this distance, metres.
 const METRES_PER_RADIAN: f64 = 3.0;
 
-/// A path is smoothed and sampled every few metres, so that its arc lengths are not quite those of the lanelets, metres.
+/// A path is smoothed and sampled every few metres, so its arc lengths differ a little from the lanelets', metres.
 pub const SPAN_TOLERANCE_M: f64 = 3.0;
 
 /// A path of at least two different points, all finite, no two neighbours at one position.
@@ -45,7 +45,7 @@ pub enum PathError {
 }
 
 impl Path {
-    /// The path through `poses`; of neighbours at one position the first stays.
+    /// Creates the path through `poses`; of neighbours at one position the first stays.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Result<Self, PathError> {
         let mut kept: Vec<Pose> = Vec::new();
         for (index, pose) in poses.into_iter().enumerate() {
@@ -63,17 +63,17 @@ impl Path {
         Ok(Self { arcs_m: arc_lengths_m(&points), poses: kept })
     }
 
-    /// The points of the path, at least two.
+    /// Returns the points of the path, at least two.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// Length, metres.
+    /// Returns the length in metres.
     pub fn length_m(&self) -> f64 {
         self.arcs_m.last().copied().unwrap_or_default()
     }
 
-    /// The soft nearest point: near and aligned if there is one, else near, else aligned,
+    /// Returns the index of the soft nearest point: near and aligned if there is one, else near, else aligned,
     /// else just the nearest. Of a path that comes by twice only the first visit counts.
     pub fn nearest_index(&self, query: Pose, limits: NearestLimits) -> usize {
         let squared = |pose: &Pose| pose.position.squared_distance(query.position);
@@ -86,12 +86,12 @@ impl Path {
             .unwrap_or_default()
     }
 
-    /// The piece of the path `query` belongs to, by the index of its first point.
+    /// Returns the piece of the path `query` belongs to, by the index of its first point.
     pub fn segment_index(&self, query: Pose, limits: NearestLimits) -> usize {
         self.segment_at(self.nearest_index(query, limits), query)
     }
 
-    /// The piece next to a point of the path that `query` belongs to.
+    /// Returns the piece next to a point of the path that `query` belongs to.
     fn segment_at(&self, nearest: usize, query: Pose) -> usize {
         match nearest {
             0 => 0,
@@ -101,7 +101,7 @@ impl Path {
         }
     }
 
-    /// Position of `query` along the path, by its segment: metres from the first point, beyond both ends.
+    /// Returns the position of `query` along the path, by its segment: metres from the first point, beyond both ends.
     pub fn station_m(&self, query: Pose, limits: NearestLimits) -> f64 {
         self.station_at(self.nearest_index(query, limits), query)
     }
@@ -111,18 +111,18 @@ impl Path {
         self.arc_m(segment) + self.offset_m(segment, query.position)
     }
 
-    /// As [`Self::station_m`], by the plainly nearest piece.
+    /// Like [`Self::station_m`], by the nearest piece whatever its heading.
     pub fn plain_station_m(&self, query: Point) -> f64 {
         let unlimited = NearestLimits { distance_m: f64::INFINITY, yaw_rad: f64::INFINITY };
         self.station_m(Pose { position: query, yaw_rad: 0.0 }, unlimited)
     }
 
-    /// As [`Self::station_m`], but by [`nearest_visit`].
+    /// Like [`Self::station_m`], but by [`nearest_visit`].
     pub fn station_of_visit_m(&self, query: Pose, limits: NearestLimits) -> f64 {
         self.station_at(nearest_visit(&self.poses, query, limits, None), query)
     }
 
-    /// Arc length of a point, metres; that of the last one for an index beyond it.
+    /// Returns the arc length of a point in metres; an index beyond the path stands for the last point.
     pub fn arc_m(&self, index: usize) -> f64 {
         self.arcs_m.get(index).copied().unwrap_or_else(|| self.length_m())
     }
@@ -148,7 +148,7 @@ impl Path {
     }
 }
 
-/// The index of the point of a line that is near to a pose and faces alike, as [`Path::nearest_index`] has it; but of a line
+/// Returns the index of the point of a line that is near to a pose and faces alike, as [`Path::nearest_index`] has it; but of a line
 /// that comes by twice the visit counts that is at the height of the pose, if one is; then the one of the least `rank`;
 /// without that the one that is nearest and faces most alike. A point that faces the other way, as on the lane beside by
 /// which a line comes back, comes last. 0 without points.
@@ -183,7 +183,7 @@ pub fn nearest_visit(
     passes.into_iter().find_map(best).map_or(0, |(_, _, index)| index)
 }
 
-/// The nearest point of each unbroken run of points that qualify.
+/// Returns the nearest point of each unbroken run of points that qualify.
 fn visits<'a>(poses: &'a [Pose], query: Pose, qualifies: &dyn Fn(&Pose) -> bool) -> Vec<(usize, &'a Pose)> {
     let mut visits = Vec::new();
     let mut visit: Option<(f64, (usize, &Pose))> = None;
@@ -213,7 +213,7 @@ pub struct PathFrame<'a> {
 }
 
 impl<'a> PathFrame<'a> {
-    /// A vehicle at `ego` (its rear axle), whose front is `front_m` before that. `limits` find both
+    /// Creates a vehicle at `ego` (its rear axle), whose front is `front_m` before that. `limits` find both
     /// the vehicle and whatever is measured.
     pub fn new(path: &'a Path, ego: Pose, front_m: f64, limits: NearestLimits) -> Self {
         let ego_station_m = path.station_m(ego, limits);
@@ -234,17 +234,17 @@ impl<'a> PathFrame<'a> {
         Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: true }
     }
 
-    /// It was made by [`Self::of_every_visit`].
+    /// Returns whether it was made by [`Self::of_every_visit`].
     pub fn looks_at_every_visit(&self) -> bool {
         self.looks_at_every_visit
     }
 
-    /// The vehicle's rear axle.
+    /// Returns the vehicle's rear axle.
     pub fn ego(&self) -> Pose {
         self.ego
     }
 
-    /// Signed distance from the rear axle to `pose` along the path, metres. Where the path comes by twice, as once
+    /// Returns the signed distance from the rear axle to `pose` along the path, metres. Where the path comes by twice, as once
     /// around a ring, the visit next to the vehicle is meant.
     pub fn from_base_m(&self, pose: Pose) -> f64 {
         let station_m = if self.looks_at_every_visit {
@@ -257,8 +257,8 @@ impl<'a> PathFrame<'a> {
         station_m - self.ego_station_m
     }
 
-    /// Likewise for a pose that lies between two arc lengths of the path, metres, to within [`SPAN_TOLERANCE_M`]: whatever else
-    /// comes near to it is not meant.
+    /// Returns the same distance for a pose that lies between two arc lengths of the path, in metres, to within
+    /// [`SPAN_TOLERANCE_M`]. Other pieces of the path near the pose are ignored.
     pub fn from_base_within_m(&self, pose: Pose, [from_m, to_m]: [f64; 2]) -> f64 {
         let beyond_m = |index: usize| {
             let arc_m = self.path.arc_m(index);
@@ -277,12 +277,12 @@ impl<'a> PathFrame<'a> {
         }
     }
 
-    /// Distance from the rear axle to the front, metres.
+    /// Returns the distance from the rear axle to the front, metres.
     pub fn front_m(&self) -> f64 {
         self.front_m
     }
 
-    /// Signed distance from the front to `pose` along the path, metres.
+    /// Returns the signed distance from the front to `pose` along the path, metres.
     pub fn from_front_m(&self, pose: Pose) -> f64 {
         self.from_base_m(pose) - self.front_m
     }

@@ -2,12 +2,12 @@
 
 use super::{Point, Pose, cross};
 
-/// Length, metres.
+/// Returns the length in metres.
 pub fn length_m(points: &[Point]) -> f64 {
     points.windows(2).map(piece_length_m).sum()
 }
 
-/// Arc length of every point from the first one, metres.
+/// Returns the arc length of every point from the first one, metres.
 pub fn arc_lengths_m(points: &[Point]) -> Vec<f64> {
     let mut total = 0.0;
     let mut arcs: Vec<f64> = points.iter().take(1).map(|_| 0.0).collect();
@@ -18,7 +18,7 @@ pub fn arc_lengths_m(points: &[Point]) -> Vec<f64> {
     arcs
 }
 
-/// The points with runs of coinciding ones reduced to their first.
+/// Returns the points with runs of coinciding ones reduced to their first.
 pub fn without_repeats(points: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(points.len());
     for point in points {
@@ -29,7 +29,7 @@ pub fn without_repeats(points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// The points without those within `gap_m` of any kept before them.
+/// Returns the points without those within `gap_m` of any kept before them.
 pub fn without_near_earlier(points: &[Point], gap_m: f64) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(points.len());
     for point in points {
@@ -40,19 +40,19 @@ pub fn without_near_earlier(points: &[Point], gap_m: f64) -> Vec<Point> {
     kept
 }
 
-/// The first point, facing the second. `None` below two points.
+/// Returns the first point, facing the second. `None` below two points.
 pub fn front_pose(points: &[Point]) -> Option<Pose> {
     let [first, second, ..] = points else { return None };
     Some(Pose { position: *first, yaw_rad: first.heading_to_rad(*second) })
 }
 
-/// The last point, facing away from the last but one. `None` below two points.
+/// Returns the last point, facing away from the last but one. `None` below two points.
 pub fn back_pose(points: &[Point]) -> Option<Pose> {
     let [.., before, last] = points else { return None };
     Some(Pose { position: *last, yaw_rad: before.heading_to_rad(*last) })
 }
 
-/// Every point facing the next; the last one faces as the one before it. One point faces +x.
+/// Returns every point facing the next; the last one faces as the one before it. One point faces +x.
 pub fn headed(points: &[Point]) -> Vec<Pose> {
     let mut poses: Vec<Pose> = points
         .iter()
@@ -69,7 +69,7 @@ pub fn headed(points: &[Point]) -> Vec<Pose> {
 /// The position on a line that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
-    /// Index of the piece it is on: that of its first point.
+    /// Index of the piece that it is on, counted by first points.
     pub piece: usize,
     /// Arc length there, metres.
     pub arc_m: f64,
@@ -81,7 +81,7 @@ pub struct Projection {
     pub z_m: f64,
 }
 
-/// The position on the line through `points` that is nearest to `query`; the first of equally near ones. `None` without points.
+/// Returns the position on the line through `points` that is nearest to `query`; the first of equally near ones. `None` without points.
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = points.first()?;
     let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
@@ -132,14 +132,14 @@ pub fn is_on_left(points: &[Point], query: Point) -> bool {
     }
 }
 
-/// The index of the pose nearest to a point, the first of equally near ones; 0 without poses.
+/// Returns the index of the pose nearest to a point, the first of equally near ones; 0 without poses.
 pub fn nearest_index(poses: &[Pose], query: Point) -> usize {
     let far = |pose: &Pose| pose.position.squared_distance(query);
     let nearest = poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
     nearest.map_or(0, |(index, _)| index)
 }
 
-/// The point at `arc_m`, held to the ends of the line. `None` without points.
+/// Returns the point at `arc_m`, held to the ends of the line. `None` without points.
 pub fn at_arc(points: &[Point], arc_m: f64) -> Option<Point> {
     let mut rest_m = arc_m.max(0.0);
     for piece in points.windows(2) {

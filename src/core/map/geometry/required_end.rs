@@ -18,7 +18,7 @@ const MIN_KNOTS: usize = 4;
 /// Longest line that is resampled, metres; no lanelet is near it, and it bounds memory.
 const MAX_M: f64 = 100_000.0;
 
-/// The last sample of the line that still faces `threshold_deg` or more away from its end; the end
+/// Returns the last sample of the line that still faces `threshold_deg` or more away from its end; the end
 /// when none does. `None` without two different finite points.
 pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     let samples = headed(&resampled(centerline)?);
@@ -27,7 +27,7 @@ pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     Some(*turned.unwrap_or(end))
 }
 
-/// The first point of the line at which the natural cubic spline through all of them faces within `threshold_deg` of its end: the
+/// Returns the first point of the line at which the natural cubic spline through all of them faces within `threshold_deg` of its end: the
 /// rule of upstream's path generator. A line of fewer than four points is divided into quarters before. `None` without two
 /// different finite points.
 pub fn first_aligned(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
@@ -57,7 +57,7 @@ fn deviates(yaw_rad: f64, end_rad: f64, threshold_deg: f64) -> bool {
     wrapped(yaw_rad - end_rad).abs() >= threshold_deg.to_radians()
 }
 
-/// The line at every metre and at its end.
+/// Returns the line at every metre and at its end.
 fn resampled(centerline: &[Point]) -> Option<Vec<Point>> {
     if !centerline.iter().all(|point| point.is_finite()) {
         return None;

@@ -27,7 +27,7 @@ impl Extent {
         })
     }
 
-    /// The line is at least and at most this far from `query`, metres.
+    /// Returns the least and the greatest distance that the line can have from `query`, in metres.
     pub(super) fn distances_m(&self, query: Point) -> (f64, f64) {
         let least = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let most = |low: f64, high: f64, at: f64| (at - low).max(high - at);

@@ -16,7 +16,7 @@ use crate::core::map::points::Points;
 const SHOULDER: &str = "road_shoulder";
 
 impl LaneNetwork {
-    /// The network of all lanelets of a map, also of those that are not for vehicles, since a shoulder can be where a
+    /// Creates the network of all lanelets of a map, also of those that are not for vehicles, since a shoulder can be where a
     /// vehicle pulls out. Of the nodes, it takes nothing but the points.
     ///
     /// # Errors
@@ -103,7 +103,7 @@ impl<'a> NetworkBuilder<'a> {
         Ok(())
     }
 
-    /// The one way on this side of a lanelet.
+    /// Returns the one way on this side of a lanelet.
     fn way(&self, relation: &Relation, role: &'static str) -> Result<&'a Way, MapError> {
         let mut ways = relation.members(role, OsmKind::Way).filter_map(|id| self.osm.ways.get(id));
         match (ways.next(), ways.next()) {
@@ -115,7 +115,7 @@ impl<'a> NetworkBuilder<'a> {
         }
     }
 
-    /// The points of a bound as it is drawn, at least two.
+    /// Returns the points of a bound as it is drawn, at least two.
     fn line(&self, way: &Way, of: &Relation) -> Result<Vec<[f64; 3]>, MapError> {
         let points: Vec<_> = way.nodes.iter().filter_map(|node| self.points.get(*node)).collect();
         if points.len() < 2 {
@@ -141,12 +141,12 @@ fn hatched_nodes(osm: &Osm) -> BTreeSet<usize> {
     hatched.flat_map(|way| way.nodes.iter().copied()).collect()
 }
 
-/// The line without its heights.
+/// Returns the line without its heights.
 fn from_above(line: &[[f64; 3]]) -> Vec<Point> {
     line.iter().map(|[x_m, y_m, _]| Point::new(*x_m, *y_m)).collect()
 }
 
-/// The point in the middle of the list, or half-way between two.
+/// Returns the point in the middle of the list, or half-way between two.
 fn middle(line: &[[f64; 3]]) -> Point {
     match line {
         [[ax, ay, _], [bx, by, _]] => Point::new(f64::midpoint(*ax, *bx), f64::midpoint(*ay, *by)),

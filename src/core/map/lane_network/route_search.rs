@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 use super::{LaneId, LaneNetwork};
 
 impl LaneNetwork {
-    /// The shortest way from one lanelet to another, both included, without a change of lane; `None` when none leads there. The lengths
+    /// Returns the shortest way from one lanelet to another, both included, without a change of lane; `None` when none leads there. The lengths
     /// of all lanelets but the last are added up; of equally long ways it is always the same.
     pub fn shortest_way(&self, from: LaneId, to: LaneId) -> Option<Vec<LaneId>> {
         self.lane(from)?;
@@ -31,7 +31,7 @@ impl LaneNetwork {
         None
     }
 
-    /// A length that can be ordered.
+    /// Returns a length that can be ordered.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // no road is that long, and none is negative
     fn length_mm(&self, lane: LaneId) -> u64 {
         self.lane(lane).map_or(0, |lane| (lane.length_m() * 1000.0).round() as u64)
@@ -46,7 +46,7 @@ mod tests {
     use crate::core::map::geometry::Point;
     use crate::core::map::lane_network::Lanelet;
 
-    /// Lanelets with ids from 0, each of so many metres and with these followers.
+    /// Returns the lanelets with ids from 0, each of so many metres and with these followers.
     fn network(lanes: &[(u8, Vec<LaneId>)]) -> LaneNetwork {
         let lane = |(id, (length_m, followers)): (LaneId, &(u8, Vec<LaneId>))| Lanelet {
             id,

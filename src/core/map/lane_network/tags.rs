@@ -4,7 +4,7 @@ use super::TurnDirection;
 use crate::core::map::osm::Tags;
 
 impl TurnDirection {
-    /// The direction that a value of the tag `turn_direction` names.
+    /// Returns the direction that a value of the tag `turn_direction` names.
     pub(super) fn from_tag(value: Option<&str>) -> Self {
         match value {
             Some("left") => Self::Left,
@@ -14,12 +14,12 @@ impl TurnDirection {
         }
     }
 
-    /// The value of the tag when it names no direction; tags are exact, so `Left` does not.
+    /// Returns the value of the tag when it names no direction; tags are exact, so `Left` does not.
     pub(super) fn unknown(value: Option<&str>) -> Option<String> {
         value.filter(|_| Self::from_tag(value) == Self::None).map(str::to_owned)
     }
 
-    /// The value of the tag; `none` without one.
+    /// Returns the value of the tag; `none` without one.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -49,7 +49,7 @@ mod tests {
 
     type Pairs<'a> = &'a [(&'a str, &'a str)];
 
-    /// The tags of a way that has these.
+    /// Returns the tags of a way that has these.
     fn tags(pairs: Pairs<'_>) -> Tags {
         let inside: String =
             pairs.iter().map(|(key, value)| format!("<tag k='{key}' v='{value}'/>")).collect();

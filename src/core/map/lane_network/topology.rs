@@ -38,13 +38,13 @@ struct Topology {
     ends: Shared<[usize; 2]>,
     /// Lanelets by their left bound: its way and whether that is inverted.
     lefts: Shared<(i64, bool)>,
-    /// Lanelets by their right bound, likewise.
+    /// Lanelets by their right bound: its way and whether that is inverted.
     rights: Shared<(i64, bool)>,
     /// Shoulders by the ways they lie between.
     shoulders: Shared<i64>,
 }
 
-/// The lanes of these lanelets, with their followers and what lies beside them.
+/// Returns the lanes of these lanelets, with their followers and what lies beside them.
 pub(super) fn connected(drawn: Vec<DrawnLanelet>) -> Vec<Lanelet> {
     let topology = Topology::new(&drawn);
     let links: Vec<(Vec<LaneId>, [bool; 2])> = drawn
@@ -109,7 +109,7 @@ impl Topology {
     }
 }
 
-/// The lanelets that share a key with this one; none if this one is not for vehicles.
+/// Returns the lanelets that share a key with this one; none if this one is not for vehicles.
 fn shared<'a, K: Ord>(by: &'a Shared<K>, of: &DrawnLanelet, key: &K) -> &'a [usize] {
     by.get(key).filter(|_| of.is_for_vehicles).map_or(&[], Vec::as_slice)
 }

@@ -69,7 +69,7 @@ impl<'a> Drawings<'a> {
         Ok(LampColor::ALL.into_iter().filter_map(lamp).collect())
     }
 
-    /// The first lamp of this colour that is not an arrow.
+    /// Returns the first lamp of this colour that is not an arrow.
     fn drawn(&self, osm: &Osm, head: i64, color: LampColor) -> Option<usize> {
         let ways = self.0.get(&head)?;
         ways.iter().flat_map(|way| way.nodes.iter().copied()).find(|&at| {

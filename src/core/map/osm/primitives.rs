@@ -7,9 +7,9 @@ use std::fmt;
 /// Nodes, ways and relations of a file, each kind in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Osm {
-    /// Points, with coordinates.
+    /// The points, with their coordinates.
     pub nodes: OsmLayer<Node>,
-    /// Lines of points.
+    /// The lines through these points.
     pub ways: OsmLayer<Way>,
     /// Groups of other elements.
     pub relations: OsmLayer<Relation>,
@@ -18,7 +18,7 @@ pub struct Osm {
 /// A point. Its coordinates in metres are up to the map's projection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
-    /// Unique among nodes; editors give negative ids to new ones.
+    /// Id, unique among the nodes; editors give negative ids to new ones.
     pub id: i64,
     /// Latitude and longitude, degrees, if the file has both.
     pub geo_deg: Option<[f64; 2]>,
@@ -33,7 +33,7 @@ pub struct Node {
 /// A line through nodes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Way {
-    /// Unique among ways.
+    /// Id, unique among the ways.
     pub id: i64,
     /// Positions in [`Osm::nodes`], in the order of the line.
     pub nodes: Vec<usize>,
@@ -44,7 +44,7 @@ pub struct Way {
 /// A group of elements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Relation {
-    /// Unique among relations.
+    /// Id, unique among the relations.
     pub id: i64,
     /// Its members, in the order of the file.
     pub members: Vec<Member>,
@@ -64,11 +64,11 @@ pub struct Member {
 /// The kinds of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum OsmKind {
-    /// A point, `<node>`.
+    /// A point, the XML element `<node>`.
     Node,
-    /// A line, `<way>`.
+    /// A line, the XML element `<way>`.
     Way,
-    /// A group, `<relation>`.
+    /// A group, the XML element `<relation>`.
     Relation,
 }
 
@@ -161,7 +161,7 @@ pub enum OsmError {
         element: ElementRef,
         /// The attribute or tag.
         key: &'static str,
-        /// Value as written.
+        /// The value as the file has it.
         value: String,
         /// Values that would fit.
         expected: &'static str,
@@ -181,15 +181,15 @@ pub enum OsmError {
     Missing {
         /// Line at which the referring element begins.
         line: usize,
-        /// The referring element.
+        /// The element that refers to the other.
         from: OsmElement,
-        /// The missing one.
+        /// The element that is missing.
         to: OsmElement,
     },
 }
 
 impl OsmError {
-    /// The line of the text that is wrong, from 1.
+    /// Returns the line of the text that is wrong, from 1.
     pub fn line(&self) -> usize {
         match self {
             Self::NotUtf8 { line }
@@ -204,7 +204,7 @@ impl OsmError {
         }
     }
 
-    /// The value that cannot be used, as it is written there.
+    /// Returns the value that cannot be used, as it is written there.
     pub fn value(&self) -> Option<&str> {
         if let Self::BadValue { value, .. } = self { Some(value) } else { None }
     }
@@ -223,7 +223,7 @@ impl Tags {
     /// A byte that no text in UTF-8 has.
     pub(super) const END: u8 = 0xFF;
 
-    /// The value of a key; the first, if the file has several.
+    /// Returns the value of a key; the first, if the file has several.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.iter().find_map(|(known, value)| (known == key).then_some(value))
     }
@@ -242,7 +242,7 @@ impl Tags {
 }
 
 impl Osm {
-    /// The line of the file that an element begins on, from 1; `None` if it is not there.
+    /// Returns the line of the file that an element begins on, from 1; `None` if it is not there.
     pub fn line(&self, element: OsmElement) -> Option<usize> {
         let place = match element.kind {
             OsmKind::Node => self.nodes.place(element.id),
@@ -254,17 +254,17 @@ impl Osm {
 }
 
 impl<T> OsmLayer<T> {
-    /// The element with this id.
+    /// Returns the element with this id.
     pub fn get(&self, id: i64) -> Option<&T> {
         self.items.get(self.position(id)?)
     }
 
-    /// Its position in [`Self::all`].
+    /// Returns the position in [`Self::all`] of the element with this id.
     pub fn position(&self, id: i64) -> Option<usize> {
         self.place(id).map(|place| place.position as usize)
     }
 
-    /// All elements, in the order of the file.
+    /// Returns all elements, in the order of the file.
     pub fn all(&self) -> &[T] {
         &self.items
     }
@@ -282,7 +282,7 @@ impl<T> Default for OsmLayer<T> {
 }
 
 impl Relation {
-    /// Ids of the members of this role and kind, in the order of the file.
+    /// Returns the ids of the members of this role and kind, in the order of the file.
     pub fn members(&self, role: &str, kind: OsmKind) -> impl Iterator<Item = i64> {
         self.members
             .iter()

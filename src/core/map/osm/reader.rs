@@ -93,7 +93,7 @@ struct OpenElement {
     ele_m: f64,
     nodes: Vec<i64>,
     members: Vec<Member>,
-    /// As in [`Tags`].
+    /// Keys and values in the form of [`Tags`].
     tags: Vec<u8>,
 }
 
@@ -247,7 +247,7 @@ impl OsmReading {
         Ok(osm)
     }
 
-    /// The values of these attributes; of one that is there twice, the first.
+    /// Returns the values of these attributes; of a repeated one the first counts.
     fn attributes<'t, const N: usize>(
         &self,
         tag: &'t BytesStart<'_>,
@@ -315,7 +315,7 @@ impl OsmReading {
         OsmError::NotXml { line: self.line, reason: error.to_string() }
     }
 
-    /// The error of the parser, and the text that it could make no event of.
+    /// Translates an error of the parser; `text` is what it could not parse.
     fn failed(&self, error: &Error, text: &[u8]) -> OsmError {
         let line = self.line + line_ends(text);
         match (error, str::from_utf8(text)) {
@@ -362,7 +362,7 @@ impl Osm {
         OsmError::Missing { line: self.line(from).unwrap_or(1), from, to }
     }
 
-    /// A member that a lanelet or regulatory element needs and the file does not have. Other relations
+    /// Returns a member that a lanelet or regulatory element needs and the file does not have. Other relations
     /// may be incomplete, as editors download them.
     fn missing_member(&self, relation: &Relation) -> Option<OsmElement> {
         if !relation.is_lanelet() && !relation.tags.is("type", "regulatory_element") {

@@ -1,6 +1,6 @@
 //! The text of `map_projector_info.yaml`: keys and values, and maps of them inside, indented or in braces.
 //!
-//! That is all the YAML Autoware writes there; lists, texts of several lines and references are refused.
+//! Autoware writes no other YAML there; lists, texts of several lines and references are refused.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ pub enum ProjectorError {
     BadValue {
         /// Name of the key.
         key: &'static str,
-        /// Value as written.
+        /// The value as the file has it.
         value: String,
         /// Values that would fit.
         expected: &'static str,
@@ -72,7 +72,7 @@ impl Projector {
     }
 }
 
-/// Values by key; those of an inner map have its name and a dot before theirs.
+/// Values by key. A key of an inner map has the name of that map and a dot in front.
 struct ProjectorKeys<'a>(BTreeMap<String, &'a str>);
 
 impl<'a> ProjectorKeys<'a> {
@@ -105,7 +105,7 @@ impl<'a> ProjectorKeys<'a> {
         Ok(keys)
     }
 
-    /// The inner map on one line, without its braces: `latitude: 35.0, longitude: 139.0`.
+    /// Takes an inner map on one line, without its braces: `latitude: 35.0, longitude: 139.0`.
     fn take_flow(&mut self, outer: &str, flow: &'a str, line: usize) -> Result<(), ProjectorError> {
         for part in flow.split(',').filter(|part| !part.trim().is_empty()) {
             let (name, value) = part.split_once(':').ok_or(ProjectorError::NotAKey { line })?;

@@ -11,7 +11,7 @@ use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use crate::core::turn_signal::planner_input::PlanningFactor;
 
-/// The avoidance of the module's factors. `refuse` takes what is wrong with them.
+/// Returns the avoidance of the module's factors. `refuse` takes what is wrong with them.
 pub(super) fn around(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -56,7 +56,7 @@ pub(super) fn around(
     Ok(vec![Manoeuvre::Avoidance(avoidance)])
 }
 
-/// The line of a batch of one; else those that the path shows.
+/// Returns the line of a batch of one; else those that the path shows.
 fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64) -> Vec<Ramp> {
     if interval.shift_m().abs() < threshold_m {
         let mut ramps = path_offsets.own_ramps(interval.start(), interval.end(), threshold_m);
@@ -84,7 +84,7 @@ fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64
     vec![interval.ramp()]
 }
 
-/// The same for a line that ends within the same metre and shifts to the same side.
+/// Returns an id that lines share when they end within the same metre and shift to the same side.
 fn id(ramp: &Ramp) -> u128 {
     let Pose { position, .. } = ramp.end;
     // Zero without a sign.

@@ -19,7 +19,7 @@ pub struct FactorContext<'a> {
     pub road: &'a LaneNetwork,
     /// The route that is driven.
     pub route: &'a Route,
-    /// The parameters.
+    /// Parameters of the decider.
     pub parameters: &'a DeciderParameters,
     /// Points of the planned path are found by heading and height as well, not by position alone (W20).
     pub looks_at_height: bool,
@@ -63,7 +63,7 @@ pub(super) struct Ramp {
 }
 
 impl FactorContext<'_> {
-    /// Autoware drives, as far as is known.
+    /// Returns whether Autoware drives, as far as is known.
     pub(super) fn is_engaged(&self) -> bool {
         self.operation_mode.is_none_or(|mode| mode.mode != MODE_STOP && mode.is_autoware_control_enabled)
     }
@@ -80,17 +80,17 @@ impl PlanningFactor {
         }
     }
 
-    /// All that is used of it are numbers. Distance and speed are not used.
+    /// Returns whether all values in use are finite. Distance and speed are not used.
     pub(super) fn is_finite(&self) -> bool {
         self.control_points.iter().all(|point| point.pose.is_finite() && point.shift_length_m.is_finite())
     }
 
-    /// It is only about stopping or slowing down.
+    /// Returns whether the factor is only about stopping or slowing down.
     pub(super) fn is_about_speed(&self) -> bool {
         matches!(self.known_behavior(), Behavior::SlowDown | Behavior::Stop)
     }
 
-    /// The stretch from its first control point to its last.
+    /// Returns the stretch from its first control point to its last.
     pub(super) fn interval(&self) -> Option<FactorInterval> {
         match self.control_points.as_slice() {
             [start, .., end] => Some(FactorInterval { start: *start, end: *end }),
@@ -108,7 +108,7 @@ impl FactorInterval {
         self.end.pose
     }
 
-    /// The change of offset over the stretch.
+    /// Returns the change of offset over the stretch.
     pub(super) fn ramp(&self) -> Ramp {
         Ramp {
             start: self.start(),
@@ -118,7 +118,7 @@ impl FactorInterval {
         }
     }
 
-    /// Change of the offset to the left, metres.
+    /// Returns the change of the offset to the left, metres.
     pub(super) fn shift_m(&self) -> f64 {
         self.end.shift_length_m - self.start.shift_length_m
     }

@@ -9,7 +9,7 @@ use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePha
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
 use crate::core::turn_signal::side::Side;
 
-/// The lane change of a factor. `refuse` takes the reason when there is none.
+/// Returns the lane change of a factor. `refuse` takes the reason when there is none.
 pub(super) fn sideways(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -49,7 +49,7 @@ pub(super) fn sideways(
     })
 }
 
-/// The side that the factor names; else that of its module's name, else that of its offsets.
+/// Returns the side that the factor names, or else its module's name, or else its offsets.
 fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &FactorInterval) -> Option<Side> {
     let named = match factor.known_behavior() {
         Behavior::ShiftLeft => Some(Side::Left),

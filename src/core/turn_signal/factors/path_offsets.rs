@@ -46,22 +46,22 @@ impl PathOffsets {
         Some(Self { poses, limits, lanes, middle, offsets_m })
     }
 
-    /// The points of the path.
+    /// Returns the points of the path.
     pub(super) fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// Offset of a pose to the left of the middle, metres; 0 where there is no lane.
+    /// Returns the offset of a pose to the left of the middle, metres; 0 where there is no lane.
     pub(super) fn offset_m(&self, pose: Pose) -> f64 {
         offset_m(&self.middle, pose, self.limits)
     }
 
-    /// Offset of the point of the path next to a pose, metres.
+    /// Returns the offset of the point of the path next to a pose, metres.
     pub(super) fn path_offset_m(&self, pose: Pose) -> f64 {
         self.offsets_m.get(self.nearest_index(pose)).copied().unwrap_or_default()
     }
 
-    /// The path's point next to a pose.
+    /// Returns the path's point next to a pose.
     pub(super) fn nearest_index(&self, pose: Pose) -> usize {
         match self.limits {
             Some(limits) => nearest_visit(&self.poses, pose, limits, None),
@@ -69,19 +69,19 @@ impl PathOffsets {
         }
     }
 
-    /// The shift from one pose to another.
+    /// Returns the shift from one pose to another.
     pub(super) fn line(&self, start: Pose, end: Pose) -> ShiftLine {
         let index = |pose: Pose| self.nearest_index(pose);
         ShiftLine { start_index: index(start), end_index: index(end), start, end }
     }
 
-    /// Offset of a pose to the left of the path, metres.
+    /// Returns the offset of a pose to the left of the path, metres.
     pub(super) fn beside_m(&self, pose: Pose) -> f64 {
         let line: Vec<Point> = self.poses.iter().map(|pose| pose.position).collect();
         offset_m(&line, pose, self.limits)
     }
 
-    /// The path with the offsets that these ramps, in order, make: linear within a ramp.
+    /// Returns the path with the offsets that these ramps, in order, make: linear within a ramp.
     pub(super) fn ramped(&self, ramps: &[Ramp]) -> Option<ShiftedPath> {
         let spans: Vec<(usize, usize, &Ramp)> = ramps
             .iter()
@@ -102,7 +102,7 @@ impl PathOffsets {
         ShiftedPath::new(self.poses.clone(), shifts_m).ok()
     }
 
-    /// The ramps of the path itself between two poses: its offset changes by `threshold_m` or more in
+    /// Returns the ramps of the path itself between two poses: its offset changes by `threshold_m` or more in
     /// one direction. A smooth path hardly moves at the ends of a ramp, so that these begin a little
     /// later and end a little earlier than they were planned.
     pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
@@ -120,7 +120,7 @@ impl PathOffsets {
         swings(within, threshold_m).into_iter().filter_map(ramp).collect()
     }
 
-    /// The path is where a ramp leads.
+    /// Returns whether the path follows a ramp for more than half of its offset.
     pub(super) fn follows(&self, ramp: &Ramp) -> bool {
         let moved_m = self.path_offset_m(ramp.end) - ramp.before_m;
         let whole_m = ramp.after_m - ramp.before_m;
@@ -128,7 +128,7 @@ impl PathOffsets {
     }
 }
 
-/// The first point of the path, between two indices, that has left its lane sideways.
+/// Returns the first point of the path, between two indices, that has left its lane sideways.
 pub(super) fn crossing(
     road: &LaneNetwork,
     path: &[PlannedPathPoint],
@@ -148,7 +148,7 @@ pub(super) fn crossing(
     None
 }
 
-/// The lanelet that contains a point: this one, or one that goes on from it.
+/// Returns the lanelet that contains a point: this one, or one of at most `most` that follow it.
 fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lanelet, point: Point, most: u32) -> Option<&'a Lanelet> {
     if lane.contains(point) {
         return Some(lane);
@@ -157,7 +157,7 @@ fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lanelet, point: Point, most: u32)
     next.into_iter().find_map(|next| onward(road, next, point, most - 1))
 }
 
-/// The lanelets of the path that follow each other. Without a name for the first one, the lanelet of
+/// Returns the lanelets of the path that follow each other. Without a name for the first one, the lanelet of
 /// the route next to the vehicle stands for it.
 fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> {
     let known = |id: &LaneId| context.road.lane(*id).is_some();
@@ -170,15 +170,15 @@ fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> 
     let nearest = || context.road.closest(context.route.lanes(), context.odometry.pose).map(|lane| lane.id);
     let mut chain: Vec<LaneId> = first.or_else(nearest).into_iter().collect();
     for id in path.iter().flat_map(|point| &point.lanes) {
-        let goes_on = chain.last().is_some_and(|last| context.road.followers(*last).contains(id));
-        if goes_on && known(id) && !chain.contains(id) {
+        let follows = chain.last().is_some_and(|last| context.road.followers(*last).contains(id));
+        if follows && known(id) && !chain.contains(id) {
             chain.push(*id);
         }
     }
     chain
 }
 
-/// Offset to the left of the piece of a line that is nearest, metres. With `limits` of those that face alike, if there are:
+/// Returns the offset to the left of the piece of a line that is nearest, metres. With `limits` of those that face alike, if there are:
 /// a line may come back by the lane beside.
 fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
     let point = pose.position;

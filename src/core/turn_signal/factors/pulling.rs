@@ -20,7 +20,7 @@ const DEPARTED_M: f64 = 1.0;
 /// A planned speed within this share of the limit is at the limit.
 const AT_LIMIT: f64 = 0.95;
 
-/// The pull-out of a factor. Its `behavior` comes from upstream's own signal and is not used.
+/// Returns the pull-out of a factor. Its `behavior` comes from upstream's own signal and is not used.
 pub(super) fn out(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -66,7 +66,7 @@ pub(super) fn out(
     }))
 }
 
-/// The pull-over of the module's factors: decided when one of them shifts, else announced by those
+/// Returns the pull-over of the module's factors: decided when one of them shifts, else announced by those
 /// that stop or slow down.
 pub(super) fn over(
     context: &FactorContext<'_>,
@@ -118,7 +118,7 @@ fn undecided(
     })
 }
 
-/// The first point whose planned speed is what is left to the stop in the search time.
+/// Returns the first point whose planned speed is what is left to the stop in the search time.
 fn begins_to_brake(context: &FactorContext<'_>, stop: Point) -> Option<Pose> {
     let at_limit = |speed_mps: f64, left_m: f64| {
         let limit_mps = left_m / context.parameters.search_time_s;

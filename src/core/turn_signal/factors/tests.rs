@@ -4,12 +4,16 @@
 #![allow(clippy::items_after_statements)] // tables with their short names
 
 use super::*;
-use crate::core::map::geometry::Point;
-use crate::core::map::lane_network::Lanelet;
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{LaneNetwork, Lanelet};
 use crate::core::time::MonoTime;
+use crate::core::turn_signal::manoeuvre::ManoeuvreKind;
 use crate::core::turn_signal::manoeuvre::avoidance::Avoidance;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_over::PullOver;
+use crate::core::turn_signal::parameters::DeciderParameters;
+use crate::core::turn_signal::planner_input::{ControlPoint, Odometry, PlannedPathPoint};
+use crate::core::turn_signal::route::Route;
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::side::Side;
 

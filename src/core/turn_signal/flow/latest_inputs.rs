@@ -52,17 +52,17 @@ impl LatestInputs {
         }
     }
 
-    /// The goal of the pull-over on a route; `None` when the last one is that of another route, or not a pose.
+    /// Returns the goal of the pull-over on a route; `None` when the last goal belongs to another route or is not finite.
     pub(super) fn modified_goal(&self, route: u128) -> Option<Pose> {
         self.modified_goal.filter(|(of, goal)| *of == route && goal.is_finite()).map(|(_, goal)| goal)
     }
 
-    /// The number of points of the planned path.
+    /// Returns the number of points of the planned path.
     pub(super) fn planned_path_length(&self) -> Option<Timed<usize>> {
         self.path.as_ref().map(|path| Timed { at: path.at, value: path.value.len() })
     }
 
-    /// The planned path, if it can be used; the decider reports its age.
+    /// Returns the planned path, if it can be used; the decider reports its age.
     pub(super) fn planned_path(
         &self,
         limit: Duration,

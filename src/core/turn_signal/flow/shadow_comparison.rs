@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(late.percent(), Some(75.0));
         let alike = at(600, Right, Some(Right));
         assert_eq!((alike.agreed, alike.present, alike.skipped), (2, None, 1));
-        assert!(!at(700, Right, Some(Disable)).present.unwrap().counts, "begins anew");
+        assert!(!at(700, Right, Some(Disable)).present.unwrap().counts, "begins again");
         let dark = at(800, Disable, Some(NoCommand));
         assert_eq!((dark.agreed, dark.present), (3, None), "both ask for no light");
         assert!(at(900, Left, Some(NoCommand)).present.is_some());

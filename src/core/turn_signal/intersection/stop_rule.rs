@@ -7,7 +7,7 @@ use crate::core::map::lane_network::{LaneId, Lanelet, TurnDirection};
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::side::Side;
 
-/// The vehicle stands near or inside a turn to this side.
+/// Returns whether the vehicle stands near or inside a turn to this side.
 pub(super) fn stands_at_turn(context: &DecisionContext<'_>, lanes: &[LaneId], side: Side) -> bool {
     let direction = match side {
         Side::Left => TurnDirection::Left,

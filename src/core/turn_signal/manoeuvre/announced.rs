@@ -9,7 +9,7 @@ use crate::core::turn_signal::side::Side;
 /// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change that waits
 /// moves with the vehicle, by less than this in a cycle.
 pub const SAME_END_M: f64 = 5.0;
-/// Ends that are nearer to each other are nevertheless those of two manoeuvres when their distances from the vehicle along
+/// Nearer ends nevertheless belong to two manoeuvres when their distances from the vehicle along
 /// the path differ by more than this, metres: the path comes by twice, as on a ring or a helix. Within a cycle the vehicle
 /// itself passes less.
 const SAME_VISIT_M: f64 = 25.0;
@@ -48,12 +48,12 @@ struct AnnouncedManoeuvre {
 }
 
 impl ManoeuvreIdentity {
-    /// A manoeuvre that ends at a pose, seen from the vehicle.
+    /// Creates a manoeuvre that ends at a pose, seen from the vehicle.
     pub fn new(path_frame: &PathFrame<'_>, kind: ManoeuvreKind, side: Side, end: Pose) -> Self {
         Self { kind, side, end, ahead_m: path_frame.from_base_m(end) }
     }
 
-    /// Distance between the ends, metres, of what may be one manoeuvre in two cycles.
+    /// Returns the distance between the ends, metres, of what may be one manoeuvre in two cycles.
     fn moved_m(&self, next: &Self) -> Option<f64> {
         let moved_m = self.end.position.distance_m(next.end.position);
         // The planner pulls out and over once; deciding where to moves the end by any distance.
@@ -65,7 +65,7 @@ impl ManoeuvreIdentity {
 }
 
 impl AnnouncedManoeuvres {
-    /// Pose from which a manoeuvre is announced; `None` when it is not. It is present in this cycle.
+    /// Returns the pose from which a manoeuvre is announced, and marks it as present in this cycle; `None` when it is not announced.
     pub fn from(&mut self, identity: ManoeuvreIdentity) -> Option<Pose> {
         let free = self.known.iter_mut().filter(|announced| !announced.is_present);
         let nearest = free

@@ -33,13 +33,13 @@ pub struct Avoidance {
 /// One shift of an avoidance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvoidanceLine {
-    /// Its id (`uuid`).
+    /// Id of the line (`uuid`).
     pub id: u128,
     /// Its start and end.
     pub line: ShiftLine,
-    /// Offset before, metres.
+    /// Offset before the line, metres to the left.
     pub start_shift_m: f64,
-    /// Offset after, metres.
+    /// Offset after the line, metres to the left.
     pub end_shift_m: f64,
 }
 
@@ -50,7 +50,7 @@ impl AvoidanceLine {
 }
 
 impl Avoidance {
-    /// The lines whose end is not behind the vehicle, in order.
+    /// Returns the lines whose end is not behind the vehicle, in order.
     fn lines_left(&self) -> impl Iterator<Item = &AvoidanceLine> {
         self.lines.iter().filter(|line| line.line.end_index >= self.ego_index)
     }
@@ -97,7 +97,7 @@ impl ManoeuvreMemory {
         SignalReason::Shift(outcome.verdict)
     }
 
-    /// Each line has sections of its own; which is signalled is a matter of the pairwise rule (W18).
+    /// Judges each line by itself and adds a record of each; the pairwise rule decides between them (W18).
     fn each_line(
         &mut self,
         context: &DecisionContext<'_>,

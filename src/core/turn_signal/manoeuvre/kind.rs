@@ -45,7 +45,7 @@ pub enum SignalReason {
 }
 
 impl ManoeuvreKind {
-    /// The subject of its records; a side shift has none.
+    /// Returns the subject of its records; a side shift has none.
     pub(super) const fn subject(self) -> SignalSubject {
         match self {
             Self::PullOut => SignalSubject::PullOut,

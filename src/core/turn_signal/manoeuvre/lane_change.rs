@@ -36,7 +36,7 @@ pub struct LaneChange {
 pub enum LaneChangePhase {
     /// Approved, driven, held or aborted.
     Running,
-    /// Waiting for approval.
+    /// It waits for the approval.
     Waiting,
     /// Waiting, and of a special kind (avoidance by lane change), or on no lane: not signalled.
     Unsignalled,
@@ -81,7 +81,7 @@ impl ManoeuvreMemory {
         SignalReason::OwnRule
     }
 
-    /// Pose at which the announcement of a lane change began; `None` while it is too far ahead. Once
+    /// Returns the pose at which the announcement of a lane change began; `None` while it is too far ahead. Once
     /// announced it stays so, however the vehicle slows down.
     fn announced_from(
         &mut self,
@@ -100,7 +100,7 @@ impl ManoeuvreMemory {
     }
 }
 
-/// Pose at which a lane change that waits must begin at the latest, on the path of the module before.
+/// Returns the pose at which a lane change that waits must begin at the latest, on the path of the module before.
 fn terminal_start(context: &DecisionContext<'_>, change: &LaneChange) -> Option<Pose> {
     let path = Path::new(change.previous_path.iter().copied()).ok()?;
     let buffer_m = change.minimum_length_m

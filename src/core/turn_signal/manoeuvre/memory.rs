@@ -43,7 +43,7 @@ impl ManoeuvreMemory {
         outcome
     }
 
-    /// Clears the memory, for another route.
+    /// Clears the memory. To be called when the route changes.
     pub fn clear(&mut self) {
         *self = Self::default();
     }

@@ -76,7 +76,7 @@ impl ManoeuvreMemory {
     }
 }
 
-/// The second half of the pull-out leads to a junction that offers its side and is not taken: there its signal would be taken for a
+/// Returns whether the second half of the pull-out leads to a junction that offers its side and is not taken: there its signal would be taken for a
 /// turn. In the first half the vehicle may be near to the bound in a narrow lane, and needs its signal.
 fn nears_junction(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let ShiftLine { start_index, end_index, .. } = shift.line;
@@ -90,7 +90,7 @@ fn nears_junction(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     rest_m.abs() <= whole_m.abs() / 2.0 && nears().is_some()
 }
 
-/// The start from the middle of a lane, with a negligible shift.
+/// Returns whether the vehicle starts from the middle of a lane, with a negligible shift.
 fn starts_on_centerline(
     context: &DecisionContext<'_>,
     pull_out: &PullOut,

@@ -7,7 +7,7 @@ use crate::core::turn_signal::side::Side;
 
 /// One parameter: its names and what it takes.
 pub struct DeciderParameter {
-    /// The documented name.
+    /// The name that Autoware documents.
     pub name: &'static str,
     /// Other spellings: Autoware's own where it differs, and its name within the module it belongs to.
     pub aliases: &'static [&'static str],
@@ -20,9 +20,9 @@ enum Slot {
     Flag(fn(&mut DeciderParameters) -> &mut bool),
     /// `Left`, `Right`, or `None`.
     RoundaboutSide(fn(&mut DeciderParameters) -> &mut Option<Side>),
-    /// `LEFT` or `RIGHT`.
+    /// A side, written `LEFT` or `RIGHT`.
     StartSide(fn(&mut DeciderParameters) -> &mut Side),
-    /// `left_side` or `right_side`.
+    /// A side, written `left_side` or `right_side`.
     ParkingSide(fn(&mut DeciderParameters) -> &mut Side),
     /// A count; negative is not a limit.
     Depth(fn(&mut DeciderParameters) -> &mut Option<u32>),
@@ -44,7 +44,7 @@ const SECONDS: Quantity = Quantity { min: 0.0, max: 3_600.0, expected: "seconds,
 const DEGREES: Quantity = Quantity { min: 0.0, max: 180.0, expected: "degrees, 0 to 180" };
 const RADIANS: Quantity = Quantity { min: 0.0, max: 6.3, expected: "radians, 0 to 6.3" };
 
-/// All parameters, those of turns, shifts and roundabouts first.
+/// All parameters; turns, shifts and roundabouts come first.
 pub const PARAMETERS: &[DeciderParameter] = &[
     number("turn_signal_intersection_search_distance", METRES, |p| &mut p.intersection_search_distance_m),
     row2(
@@ -132,7 +132,7 @@ pub enum ParameterError {
     Value {
         /// Name of the parameter.
         name: &'static str,
-        /// Value as given.
+        /// The value as it was given.
         value: String,
         /// Values that would fit.
         expected: &'static str,
@@ -154,7 +154,7 @@ impl DeciderParameters {
 }
 
 impl DeciderParameter {
-    /// The parameter with this name or alias.
+    /// Returns the parameter with this name or alias.
     pub fn named(name: &str) -> Option<&'static Self> {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
     }
@@ -164,7 +164,7 @@ impl DeciderParameter {
         matches!(self.slot, Slot::Number(..) | Slot::Depth(_))
     }
 
-    /// Its value, as [`DeciderParameters::set`] takes it.
+    /// Returns the value as text, in the form that [`DeciderParameters::set`] takes.
     pub fn value(&self, parameters: &DeciderParameters) -> String {
         // The slots give mutable references.
         let parameters = &mut parameters.clone();

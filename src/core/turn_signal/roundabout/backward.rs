@@ -10,7 +10,7 @@ use crate::core::turn_signal::compat::DeciderQuirks;
 use crate::core::turn_signal::parameters::DeciderParameters;
 use crate::core::turn_signal::route::Route;
 
-/// Length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
+/// Returns the length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
 ///
 /// In upstream's search a remembered pose inside the entry itself, or met before the entry is, adds nothing.
 pub fn backward_length_m(

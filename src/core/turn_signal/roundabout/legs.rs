@@ -12,9 +12,9 @@ use crate::core::turn_signal::turn_lane::TurnLane;
 /// Entries and exits, each in the order of the path.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoundaboutLegs {
-    /// Entries of roundabouts.
+    /// The entries of roundabouts.
     pub entries: Vec<RoundaboutEntry>,
-    /// Exits of roundabouts.
+    /// The exits of roundabouts.
     pub exits: Vec<RoundaboutExit>,
 }
 
@@ -54,16 +54,16 @@ pub struct RoundaboutExit {
     pub after_previous: Option<Pose>,
 }
 
-/// The entries and exits along `lanes`, the ids of the distance path.
+/// Returns the entries and exits along `lanes`, the ids of the distance path.
 pub fn legs(context: &DecisionContext<'_>, lanes: &[LaneId]) -> RoundaboutLegs {
     let mut legs = RoundaboutLegs::default();
     let mut before: Option<LaneId> = None;
     for id in lanes {
         let previous = before.replace(*id);
         if context.road.roundabouts_of(*id).any(|element| element.entries.contains(id)) {
-            let goes_on = !context.quirks.splits_turns
+            let continues = !context.quirks.splits_turns
                 && previous.is_some_and(|before| enters_with(context, before, *id));
-            match (legs.entries.last_mut().filter(|_| goes_on), entry(context, *id)) {
+            match (legs.entries.last_mut().filter(|_| continues), entry(context, *id)) {
                 (Some(last), Some(next)) => {
                     last.join(next, context.parameters.roundabout_angle_threshold_deg);
                 }
@@ -77,7 +77,7 @@ pub fn legs(context: &DecisionContext<'_>, lanes: &[LaneId]) -> RoundaboutLegs {
     legs
 }
 
-/// Both lanelets lead into one roundabout, one after the other: a split entry (W7).
+/// Returns whether both lanelets lead into one roundabout, one after the other: a split entry (W7).
 fn enters_with(context: &DecisionContext<'_>, before: LaneId, id: LaneId) -> bool {
     let both = |element: &Roundabout| element.entries.contains(&before) && element.entries.contains(&id);
     context.road.followers(before).contains(&id) && context.road.roundabouts_of(id).any(both)
@@ -151,7 +151,7 @@ fn exit(context: &DecisionContext<'_>, id: LaneId) -> Option<RoundaboutExit> {
     })
 }
 
-/// The farthest lanelet back along the route such that it and all up to `from` (not included) hold.
+/// Returns the farthest lanelet back along the route such that it and all up to `from` (not included) hold.
 fn farthest_back(
     context: &DecisionContext<'_>,
     from: LaneId,

@@ -9,7 +9,7 @@ use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::parameters::VehicleInfo;
 use crate::core::turn_signal::side::Side;
 
-/// The shift leads over, or back from, a side with nothing but a hatched marking.
+/// Returns the shift leads over, or back from, a side with nothing but a hatched marking.
 pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64) -> bool {
     let Offsets { before_m, after_m } = offsets;
     let (left_only, right_only) = (lane.left.is_hatched_only(), lane.right.is_hatched_only());
@@ -25,7 +25,7 @@ pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64
         || before_m < threshold_m && after_m < threshold_m && right_only
 }
 
-/// The vehicle, driven along the shift, touches a bound of a current lanelet.
+/// Returns the vehicle, driven along the shift, touches a bound of a current lanelet.
 pub(super) fn crosses_bound(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let bounds: Vec<&[Point]> = shift
         .lanes
@@ -41,7 +41,7 @@ pub(super) fn crosses_bound(context: &DecisionContext<'_>, shift: &Shift<'_>) ->
     })
 }
 
-/// The vehicle is in one of `lanes`.
+/// Returns the vehicle is in one of `lanes`.
 pub(super) fn is_inside(context: &DecisionContext<'_>, lanes: &[LaneId]) -> bool {
     lanes.iter().filter_map(|id| context.road.lane(*id)).any(|lane| lane.contains(context.ego().position))
 }

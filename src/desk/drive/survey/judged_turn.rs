@@ -27,7 +27,7 @@ pub enum SignalFault {
 }
 
 impl SignalFault {
-    /// All of them.
+    /// All faults, in the order of reports.
     pub const ALL: [Self; 4] = [Self::Missed, Self::Short, Self::Opposite, Self::Flickers];
 
     /// What it is called.
@@ -61,7 +61,7 @@ pub(super) struct JudgedTurn {
     pub(super) flaw: Option<MapFlaw>,
 }
 
-/// The turns of a route; several lanelets to one side that follow each other are one.
+/// Returns the turns of a route; several lanelets to one side that follow each other are one.
 pub(super) fn turns(
     file: &DriveFile,
     lanes: &[LaneId],
@@ -90,7 +90,7 @@ pub(super) fn turns(
     turns
 }
 
-/// The flaw of the map by which each lanelet of a route is signalled wrongly: its own, or one of a lanelet with the same tag next to it, with
+/// Returns the flaw of the map by which each lanelet of a route is signalled wrongly: its own, or one of a lanelet with the same tag next to it, with
 /// which it is one turn to the decider.
 fn flaws<'a>(
     file: &DriveFile,

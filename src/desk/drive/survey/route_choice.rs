@@ -1,4 +1,4 @@
-//! Routes from all over a map, or those of them that meet themselves.
+//! Chooses routes from all over a map, or only routes that meet themselves.
 
 use std::collections::BTreeSet;
 use std::iter::successors;
@@ -32,7 +32,7 @@ pub enum RouteChoice {
 }
 
 impl RouteChoice {
-    /// The routes, the same each time: lanelets that follow each other, none twice.
+    /// Returns the routes, the same each time: lanelets that follow each other, none twice.
     pub(super) fn routes(self, road: &LaneNetwork) -> Vec<Vec<LaneId>> {
         match self {
             Self::Any(count) => routes(road, ROUTE_M, MAX_LANES).take(count).collect(),
@@ -104,7 +104,7 @@ mod tests {
     /// A line and the followers of its lanelet.
     type Drawn<'a> = (&'a [(f64, f64)], &'a [LaneId]);
 
-    /// Lanelets from 1 on.
+    /// Returns the lanelets from 1 on.
     fn network(lanes: &[Drawn<'_>]) -> LaneNetwork {
         let lane = |(id, (line, followers)): (LaneId, &Drawn<'_>)| Lanelet {
             id,

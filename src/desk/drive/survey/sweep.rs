@@ -52,11 +52,11 @@ pub enum SweepError {
     /// A value that the parameter does not take.
     #[error("{name} cannot be {value}; give {expected}")]
     Value {
-        /// The parameter.
+        /// Name of the parameter.
         name: &'static str,
-        /// The value.
+        /// The value that does not fit.
         value: String,
-        /// Values that fit.
+        /// Values that would fit.
         expected: &'static str,
     },
 }
@@ -124,7 +124,7 @@ impl Sweep {
         }
     }
 
-    /// Each value as text, with the settings that it makes of `given`. The rules of a country take the place of all parameters.
+    /// Returns each value as text, with the settings that it makes of `given`. The rules of a country take the place of all parameters.
     pub fn variants(&self, given: &DeciderSettings) -> Vec<(String, DeciderSettings)> {
         match self {
             Self::Parameter(name, values) => {
