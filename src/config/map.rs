@@ -143,7 +143,7 @@ impl MapFile {
         let osm = osm::read_events(|text| reader.read_event_into(text)).map_err(|error| {
             let content = files.read(&path).unwrap_or_default();
             FileKind::Map.mismatch(&content).map_or_else(
-                || placed(files, &path, error.to_string(), Some(error.line()), error.value()),
+                || placed(files, &path, error.to_string(), Some(error.line), error.value()),
                 |(reason, _)| whole(reason),
             )
         })?;

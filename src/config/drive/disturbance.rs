@@ -17,26 +17,8 @@ pub struct Disturbance {
 /// The kind of a disturbance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DisturbanceKind {
-    /// No odometry is received.
-    OdometryGap {
-        /// Time that it lasts, seconds.
-        for_s: f64,
-    },
-    /// The pose is not a number.
-    NanPose {
-        /// Time that it lasts, seconds.
-        for_s: f64,
-    },
-    /// The planned path has no points.
-    EmptyPath {
-        /// Time that it lasts, seconds.
-        for_s: f64,
-    },
-    /// The planner is in another scenario, such as parking.
-    NotLaneDriving {
-        /// Time that it lasts, seconds.
-        for_s: f64,
-    },
+    /// A gap in the inputs that lasts for some seconds.
+    Gap(GapKind, f64),
     /// The clock jumps once.
     TimeJump {
         /// Distance of the jump, seconds; negative for back.
@@ -46,12 +28,24 @@ pub enum DisturbanceKind {
     Reroute(RoutePlan),
 }
 
-/// Disturbances that last for some seconds.
-const LASTING: Keywords<fn(f64) -> DisturbanceKind> = &[
-    ("odometry_gap", |for_s| DisturbanceKind::OdometryGap { for_s }),
-    ("nan_pose", |for_s| DisturbanceKind::NanPose { for_s }),
-    ("empty_path", |for_s| DisturbanceKind::EmptyPath { for_s }),
-    ("not_lane_driving", |for_s| DisturbanceKind::NotLaneDriving { for_s }),
+/// The inputs that a gap concerns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GapKind {
+    /// No odometry is received.
+    OdometryGap,
+    /// The pose is not a number.
+    NanPose,
+    /// The planned path has no points.
+    EmptyPath,
+    /// The planner is in another scenario, such as parking.
+    NotLaneDriving,
+}
+
+const GAPS: Keywords<GapKind> = &[
+    ("odometry_gap", GapKind::OdometryGap),
+    ("nan_pose", GapKind::NanPose),
+    ("empty_path", GapKind::EmptyPath),
+    ("not_lane_driving", GapKind::NotLaneDriving),
 ];
 
 /// Reads the list `disturbance`.
@@ -62,17 +56,19 @@ pub(super) fn disturbances(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<Distu
 fn disturbance(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<Disturbance> {
     let name = fields.required_text("kind")?;
     let at = required_moment(&fields, ["at_m", "at_s"]);
-    let lasting = LASTING.iter().find(|(known, _)| *known == name.text);
-    let kind = match (name.text.as_str(), lasting) {
-        (_, Some((_, make))) => required_seconds(&fields, "for_s").map(make),
+    let gap = GAPS.iter().find(|(known, _)| *known == name.text);
+    let kind = match (name.text.as_str(), gap) {
+        (_, Some((_, gap))) => {
+            required_seconds(&fields, "for_s").map(|for_s| DisturbanceKind::Gap(*gap, for_s))
+        }
         ("time_jump", None) => {
             let by_s = fields.required_number("by_s", -MAX_S..=MAX_S, "s");
             by_s.map(|by_s| DisturbanceKind::TimeJump { by_s })
         }
         ("reroute", None) => plan(lanes, &fields).map(DisturbanceKind::Reroute),
         _ => {
-            let lasting: Vec<_> = LASTING.iter().map(|(known, _)| *known).collect();
-            let remedy = format!("give one of {}, time_jump, reroute", lasting.join(", "));
+            let gaps: Vec<_> = GAPS.iter().map(|(known, _)| *known).collect();
+            let remedy = format!("give one of {}, time_jump, reroute", gaps.join(", "));
             fields.refuse("kind", format!("unknown value {:?}", name.text), &remedy);
             fields.accept_rest();
             None

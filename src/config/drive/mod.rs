@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use disturbance::{Disturbance, DisturbanceKind};
+pub use disturbance::{Disturbance, DisturbanceKind, GapKind};
 pub use expectation::{Expectation, ExpectedDecision, ExpectedInterval, IntervalUnit};
 pub use manoeuvre::{ManoeuvrePlan, PlanKind, PlannedShift};
 pub use reader::DriveMoment;

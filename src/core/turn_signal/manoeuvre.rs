@@ -6,19 +6,21 @@ use std::collections::BTreeSet;
 use super::chain::ManoeuvreRecords;
 use super::decision_context::DecisionContext;
 use super::section::Section;
+use super::subject::SignalSubject;
 
 pub mod announced;
 pub mod avoidance;
-mod kind;
 pub mod lane_change;
 mod memory;
+mod outcome;
 pub mod pull_out;
 pub mod pull_over;
 
+pub use super::subject::ManoeuvreKind;
 use avoidance::Avoidance;
-pub use kind::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use lane_change::LaneChange;
 pub use memory::ManoeuvreMemory;
+pub use outcome::{ManoeuvreOutcome, SignalReason};
 use pull_out::PullOut;
 use pull_over::PullOver;
 
@@ -63,7 +65,7 @@ impl ManoeuvreMemory {
         let mut present = BTreeSet::new();
         for manoeuvre in manoeuvres {
             present.insert(manoeuvre.kind());
-            records.begin(manoeuvre.kind().subject());
+            records.begin(SignalSubject::Manoeuvre(manoeuvre.kind()));
             let why = match manoeuvre {
                 Manoeuvre::PullOut(pull_out) => self.pull_out(context, pull_out, &mut records),
                 Manoeuvre::Avoidance(avoidance) => self.avoidance(context, avoidance, &mut records),

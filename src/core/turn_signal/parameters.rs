@@ -1,8 +1,6 @@
 //! The parameters of the decider, by the names Autoware gives them
 //! (docs/spec/turn-signal-decider.md, "Parameters").
 
-use std::fmt;
-
 use super::side::Side;
 use crate::core::map::geometry::path::NearestLimits;
 
@@ -156,16 +154,5 @@ impl VehicleInfo {
     /// Rear axle to front bumper, metres.
     pub fn front_m(&self) -> f64 {
         self.wheel_base_m + self.front_overhang_m
-    }
-}
-
-impl fmt::Display for CandidatePolicy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::None => "none",
-            Self::StoppedCandidate => "stopped_candidate",
-            Self::AllCandidate => "all_candidate",
-            Self::StopOnApproval => "stop_on_approval",
-        })
     }
 }

@@ -7,7 +7,9 @@ use super::motion::Motion;
 use super::planner::{DrivePosition, offset_m};
 use super::route_path::{RouteLaneChange, RoutePath, RoutePathError, metres_from};
 use crate::config::Refused;
-use crate::config::drive::{DisturbanceKind, DriveFile, DriveMoment, Expectation, PlanKind, RoutePlan};
+use crate::config::drive::{
+    DisturbanceKind, DriveFile, DriveMoment, Expectation, GapKind, PlanKind, RoutePlan,
+};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::polyline::{back_pose, front_pose};
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
@@ -309,17 +311,15 @@ impl Cycles<'_> {
                 *begun = Some(at_s);
             }
             let Some(begun_s) = *begun else { continue };
-            let lasts = |for_s: f64| at_s < begun_s + for_s - 1e-9;
             match disturbance.kind {
-                DisturbanceKind::OdometryGap { for_s } => odometry = odometry.filter(|_| !lasts(for_s)),
-                DisturbanceKind::NanPose { for_s } => {
-                    if lasts(for_s) {
-                        let pose = Pose::new(f64::NAN, f64::NAN, f64::NAN);
-                        odometry = odometry.map(|odometry| Odometry { pose, ..odometry });
-                    }
+                DisturbanceKind::Gap(_, for_s) if at_s >= begun_s + for_s - 1e-9 => {}
+                DisturbanceKind::Gap(GapKind::OdometryGap, _) => odometry = None,
+                DisturbanceKind::Gap(GapKind::NanPose, _) => {
+                    let pose = Pose::new(f64::NAN, f64::NAN, f64::NAN);
+                    odometry = odometry.map(|odometry| Odometry { pose, ..odometry });
                 }
-                DisturbanceKind::EmptyPath { for_s } => has_path &= !lasts(for_s),
-                DisturbanceKind::NotLaneDriving { for_s } => lane_driving &= !lasts(for_s),
+                DisturbanceKind::Gap(GapKind::EmptyPath, _) => has_path = false,
+                DisturbanceKind::Gap(GapKind::NotLaneDriving, _) => lane_driving = false,
                 DisturbanceKind::TimeJump { by_s } => clock_s += by_s,
                 DisturbanceKind::Reroute(_) => {}
             }

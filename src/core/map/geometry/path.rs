@@ -86,11 +86,6 @@ impl Path {
             .unwrap_or_default()
     }
 
-    /// Returns the piece of the path `query` belongs to, by the index of its first point.
-    pub fn segment_index(&self, query: Pose, limits: NearestLimits) -> usize {
-        self.segment_at(self.nearest_index(query, limits), query)
-    }
-
     /// Returns the piece next to a point of the path that `query` belongs to.
     fn segment_at(&self, nearest: usize, query: Pose) -> usize {
         match nearest {

@@ -6,6 +6,6 @@ mod reader;
 mod tests;
 
 pub use primitives::{
-    ElementRef, Member, Node, Osm, OsmElement, OsmError, OsmKind, OsmLayer, Relation, Tags, Way,
+    ElementRef, Member, Node, Osm, OsmElement, OsmError, OsmFault, OsmKind, OsmLayer, Relation, Tags, Way,
 };
 pub use reader::{read, read_events};

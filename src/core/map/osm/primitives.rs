@@ -103,51 +103,38 @@ pub(super) struct ElementPlace {
     pub(super) line: u32,
 }
 
+/// A file that is not read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{fault}")]
+pub struct OsmError {
+    /// Line of the text that is wrong, from 1.
+    pub line: usize,
+    /// What is wrong there.
+    pub fault: OsmFault,
+}
+
 /// A reason for which a file is not read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum OsmError {
+pub enum OsmFault {
     /// Some byte is not UTF-8.
     #[error("not UTF-8")]
-    NotUtf8 {
-        /// Line of the text, from 1.
-        line: usize,
-    },
-    /// The text could not be read to its end.
-    #[error("cannot read it: {reason}")]
-    NotRead {
-        /// Line of the text that was reached, from 1.
-        line: usize,
-        /// Message of the system.
-        reason: String,
-    },
-    /// The text is not XML.
-    #[error("not XML: {reason}")]
-    NotXml {
-        /// Line of the text, from 1.
-        line: usize,
-        /// Message of the XML parser.
-        reason: String,
-    },
-    /// The text is XML, but not a map.
-    #[error("not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
-    NotOsm {
-        /// Line of the text, from 1.
-        line: usize,
-        /// The outermost element, if there is one.
-        found: Option<String>,
-    },
+    NotUtf8,
+    /// The text could not be read to its end; the system's message.
+    #[error("cannot read it: {0}")]
+    NotRead(String),
+    /// The text is not XML; the parser's message.
+    #[error("not XML: {0}")]
+    NotXml(String),
+    /// The text is XML, but not a map; the outermost element, if there is one.
+    #[error("not an OSM file: <osm> expected at the top{}", .0.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
+    NotOsm(Option<String>),
     /// The text ends before `</osm>`.
     #[error("the file ends before </osm>: it is cut short")]
-    Truncated {
-        /// The last line of the text, from 1.
-        line: usize,
-    },
+    Truncated,
     /// An attribute is missing.
     #[error("{element} has no `{key}`")]
     MissingAttribute {
-        /// Line of the text, from 1.
-        line: usize,
-        /// The element it is missing in.
+        /// The element without it.
         element: ElementRef,
         /// Name of the attribute.
         key: &'static str,
@@ -155,9 +142,7 @@ pub enum OsmError {
     /// A value cannot be used.
     #[error("{element}: `{key}` is `{value}`, {expected} expected")]
     BadValue {
-        /// Line of the text, from 1.
-        line: usize,
-        /// The element it stands in.
+        /// The element with the value.
         element: ElementRef,
         /// The attribute or tag.
         key: &'static str,
@@ -169,8 +154,6 @@ pub enum OsmError {
     /// An id is used twice within a kind.
     #[error("{element} appears twice, first on line {first_line}")]
     Duplicate {
-        /// Line of the second one, from 1.
-        line: usize,
         /// Kind and id of both.
         element: OsmElement,
         /// Line of the first one, from 1.
@@ -179,8 +162,6 @@ pub enum OsmError {
     /// An element refers to one that is not in the file, or is deleted.
     #[error("{from} refers to {to}, which is not in the file")]
     Missing {
-        /// Line at which the referring element begins.
-        line: usize,
         /// The element that refers to the other.
         from: OsmElement,
         /// The element that is missing.
@@ -189,24 +170,9 @@ pub enum OsmError {
 }
 
 impl OsmError {
-    /// Returns the line of the text that is wrong, from 1.
-    pub fn line(&self) -> usize {
-        match self {
-            Self::NotUtf8 { line }
-            | Self::NotRead { line, .. }
-            | Self::NotXml { line, .. }
-            | Self::NotOsm { line, .. }
-            | Self::Truncated { line }
-            | Self::MissingAttribute { line, .. }
-            | Self::BadValue { line, .. }
-            | Self::Duplicate { line, .. }
-            | Self::Missing { line, .. } => *line,
-        }
-    }
-
     /// Returns the value that cannot be used, as it is written there.
     pub fn value(&self) -> Option<&str> {
-        if let Self::BadValue { value, .. } = self { Some(value) } else { None }
+        if let OsmFault::BadValue { value, .. } = &self.fault { Some(value) } else { None }
     }
 }
 

@@ -9,7 +9,8 @@ use quick_xml::reader::Reader;
 use quick_xml::{Error, XmlVersion};
 
 use super::primitives::{
-    ElementPlace, ElementRef, Member, Node, Osm, OsmElement, OsmError, OsmKind, OsmLayer, Relation, Tags, Way,
+    ElementPlace, ElementRef, Member, Node, Osm, OsmElement, OsmError, OsmFault, OsmKind, OsmLayer, Relation,
+    Tags, Way,
 };
 
 /// Tags of nodes that are kept as text; most nodes have none.
@@ -104,7 +105,7 @@ impl OsmReading {
         match (self.depth, name.0) {
             (1, "osm") if !self.seen_root => self.seen_root = true,
             (1, other) => {
-                return Err(OsmError::NotOsm { line: self.line, found: Some(other.to_owned()) });
+                return Err(self.error(OsmFault::NotOsm(Some(other.to_owned()))));
             }
             (2, "node") => self.open = Some(self.element(tag, OsmKind::Node)?),
             (2, "way") => self.open = Some(self.element(tag, OsmKind::Way)?),
@@ -221,10 +222,10 @@ impl OsmReading {
     fn finish(self) -> Result<Osm, OsmError> {
         let Self { line, mut osm, .. } = self;
         if !self.seen_root {
-            return Err(OsmError::NotOsm { line, found: None });
+            return Err(OsmError { line, fault: OsmFault::NotOsm(None) });
         }
         if self.depth > 0 {
-            return Err(OsmError::Truncated { line });
+            return Err(OsmError { line, fault: OsmFault::Truncated });
         }
         osm.nodes.index(OsmKind::Node)?;
         osm.ways.index(OsmKind::Way)?;
@@ -276,7 +277,7 @@ impl OsmReading {
         value: Option<Cow<'t, str>>,
         owner: ElementRef,
     ) -> Result<Cow<'t, str>, OsmError> {
-        value.ok_or(OsmError::MissingAttribute { line: self.line, element: owner, key })
+        value.ok_or_else(|| self.error(OsmFault::MissingAttribute { element: owner, key }))
     }
 
     fn id(&self, key: &'static str, value: Option<Cow<'_, str>>, owner: ElementRef) -> Result<i64, OsmError> {
@@ -308,25 +309,29 @@ impl OsmReading {
         expected: &'static str,
     ) -> OsmError {
         let shown = value.chars().take(80).collect();
-        OsmError::BadValue { line: self.line, element: owner, key, value: shown, expected }
+        self.error(OsmFault::BadValue { element: owner, key, value: shown, expected })
+    }
+
+    fn error(&self, fault: OsmFault) -> OsmError {
+        OsmError { line: self.line, fault }
     }
 
     fn not_xml(&self, error: &dyn std::error::Error) -> OsmError {
-        OsmError::NotXml { line: self.line, reason: error.to_string() }
+        self.error(OsmFault::NotXml(error.to_string()))
     }
 
     /// Translates an error of the parser; `text` is what it could not parse.
     fn failed(&self, error: &Error, text: &[u8]) -> OsmError {
         let line = self.line + line_ends(text);
         match (error, str::from_utf8(text)) {
-            (Error::Io(error), _) => OsmError::NotRead { line, reason: error.to_string() },
+            (Error::Io(error), _) => OsmError { line, fault: OsmFault::NotRead(error.to_string()) },
             (_, Err(error)) => {
                 let valid = text.get(..error.valid_up_to()).unwrap_or_default();
-                OsmError::NotUtf8 { line: self.line + line_ends(valid) }
+                OsmError { line: self.line + line_ends(valid), fault: OsmFault::NotUtf8 }
             }
             // The others mean that the end of something was sought to the end of the file.
             (Error::Syntax(reason), Ok(_)) if self.seen_root && *reason != SyntaxError::InvalidBangMarkup => {
-                OsmError::Truncated { line }
+                OsmError { line, fault: OsmFault::Truncated }
             }
             (error, Ok(_)) => self.not_xml(error),
         }
@@ -353,13 +358,14 @@ impl<T> OsmLayer<T> {
         });
         let Some([first, second]) = twice else { return Ok(()) };
         let [first_line, line] = [first, second].map(|place| place.line as usize);
-        Err(OsmError::Duplicate { line, element: OsmElement { kind, id: first.id }, first_line })
+        let element = OsmElement { kind, id: first.id };
+        Err(OsmError { line, fault: OsmFault::Duplicate { element, first_line } })
     }
 }
 
 impl Osm {
     fn missing(&self, from: OsmElement, to: OsmElement) -> OsmError {
-        OsmError::Missing { line: self.line(from).unwrap_or(1), from, to }
+        OsmError { line: self.line(from).unwrap_or(1), fault: OsmFault::Missing { from, to } }
     }
 
     /// Returns a member that a lanelet or regulatory element needs and the file does not have. Other relations

@@ -1,10 +1,10 @@
 //! The manoeuvres that are announced, each known again from one cycle to the next
 //! (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 
-use super::kind::ManoeuvreKind;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 use crate::core::turn_signal::side::Side;
+use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change that waits
 /// moves with the vehicle, by less than this in a cycle.

@@ -1,12 +1,13 @@
 //! Avoidance of static obstacles (docs/spec/turn-signal-decider.md, "Avoidance").
 
-use super::kind::{ManoeuvreKind, SignalReason};
 use super::memory::ManoeuvreMemory;
+use super::outcome::SignalReason;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::parameters::CandidatePolicy;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftVerdict, ShiftedPath, judge};
+use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// Greatest distance beside its path at which the vehicle is avoiding, metres.
 const MAX_DEVIATION_M: f64 = 1.0;

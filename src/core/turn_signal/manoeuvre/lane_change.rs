@@ -2,8 +2,8 @@
 //! the first request (W9). Improved, it begins where the steering begins.
 
 use super::announced::ManoeuvreIdentity;
-use super::kind::{ManoeuvreKind, SignalReason};
 use super::memory::ManoeuvreMemory;
+use super::outcome::SignalReason;
 use crate::core::map::geometry::path::Path;
 use crate::core::map::geometry::polyline::{at_arc, headed};
 use crate::core::map::geometry::{Point, Pose};
@@ -11,6 +11,7 @@ use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::side::Side;
+use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// A lane change, requested or running.
 #[derive(Debug, Clone, PartialEq)]

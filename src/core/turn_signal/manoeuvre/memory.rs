@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::announced::{AnnouncedManoeuvres, ManoeuvreIdentity};
-use super::kind::ManoeuvreKind;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::shift::{Shift, ShiftOutcome, ShiftVerdict, judge};
+use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// The memory of manoeuvres from one cycle to the next.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -40,6 +40,22 @@ impl ManoeuvreMemory {
         if outcome.verdict == ShiftVerdict::Signalled && !is_announced {
             self.announced.announce(identity, context.ego());
         }
+        outcome
+    }
+
+    /// Judges a shift in a lanelet; upstream remembers in `ignored` the lanelet in which it does not judge the shift again.
+    pub(super) fn judged_in_lane(
+        &mut self,
+        context: &DecisionContext<'_>,
+        shift: &Shift<'_>,
+        (kind, lane): (ManoeuvreKind, LaneId),
+        ignored: fn(&mut Self) -> &mut Option<LaneId>,
+    ) -> ShiftOutcome {
+        if !context.quirks.ends_shifts_early {
+            return self.judged(context, shift, kind);
+        }
+        let outcome = judge(context, shift);
+        *ignored(self) = outcome.ignore().then_some(lane);
         outcome
     }
 

@@ -1,13 +1,14 @@
 //! Pulling out from the roadside (docs/spec/turn-signal-decider.md, "Pull-out").
 
-use super::kind::{ManoeuvreKind, SignalReason};
 use super::memory::ManoeuvreMemory;
+use super::outcome::SignalReason;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
-use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftVerdict, ShiftedPath, judge};
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftVerdict, ShiftedPath};
+use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// A pull-out, as the start planner plans it.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,13 +64,9 @@ impl ManoeuvreMemory {
             is_announced: false,
         };
         let shift = Shift { nears_junction: nears_junction(context, &shift), ..shift };
-        let outcome = if context.quirks.ends_shifts_early {
-            let outcome = judge(context, &shift);
-            self.pull_out_ignored = outcome.ignore().then_some(lane);
-            outcome
-        } else {
-            self.judged(context, &shift, ManoeuvreKind::PullOut)
-        };
+        let kind = ManoeuvreKind::PullOut;
+        let outcome =
+            self.judged_in_lane(context, &shift, (kind, lane), |memory| &mut memory.pull_out_ignored);
         self.pull_out_has_ended = shift.nears_junction && outcome.verdict == ShiftVerdict::NearBound;
         records.add_by_rule(context, outcome.section);
         SignalReason::Shift(outcome.verdict)

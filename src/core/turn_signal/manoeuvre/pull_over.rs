@@ -2,14 +2,15 @@
 //! is decided.
 
 use super::announced::ManoeuvreIdentity;
-use super::kind::{ManoeuvreKind, SignalReason};
 use super::memory::ManoeuvreMemory;
+use super::outcome::SignalReason;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
-use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftedPath, judge};
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftedPath};
+use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// A pull-over, as the goal planner plans it.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,13 +88,9 @@ impl ManoeuvreMemory {
             nears_junction: false,
             is_announced: false,
         };
-        let outcome = if context.quirks.ends_shifts_early {
-            let outcome = judge(context, &shift);
-            self.pull_over_ignored = outcome.ignore().then_some(lane);
-            outcome
-        } else {
-            self.judged(context, &shift, ManoeuvreKind::PullOver)
-        };
+        let kind = ManoeuvreKind::PullOver;
+        let outcome =
+            self.judged_in_lane(context, &shift, (kind, lane), |memory| &mut memory.pull_over_ignored);
         records.add(context, outcome.section);
         SignalReason::Shift(outcome.verdict)
     }

@@ -20,14 +20,15 @@ enum Slot {
     Flag(fn(&mut DeciderParameters) -> &mut bool),
     /// `Left`, `Right`, or `None`.
     RoundaboutSide(fn(&mut DeciderParameters) -> &mut Option<Side>),
-    /// A side, written `LEFT` or `RIGHT`.
-    StartSide(fn(&mut DeciderParameters) -> &mut Side),
-    /// A side, written `left_side` or `right_side`.
-    ParkingSide(fn(&mut DeciderParameters) -> &mut Side),
+    /// A side by these names, and what is expected.
+    Side(Names<Side>, &'static str, fn(&mut DeciderParameters) -> &mut Side),
     /// A count; negative is not a limit.
     Depth(fn(&mut DeciderParameters) -> &mut Option<u32>),
     Policy(fn(&mut DeciderParameters) -> &mut CandidatePolicy),
 }
+
+/// Values by their names in a parameter file.
+type Names<T> = &'static [(&'static str, T)];
 
 /// Range of a number, with its unit.
 #[derive(Clone, Copy)]
@@ -43,6 +44,17 @@ const SPACING: Quantity = Quantity { min: 0.01, max: 100_000.0, expected: "metre
 const SECONDS: Quantity = Quantity { min: 0.0, max: 3_600.0, expected: "seconds, 0 to 3600" };
 const DEGREES: Quantity = Quantity { min: 0.0, max: 180.0, expected: "degrees, 0 to 180" };
 const RADIANS: Quantity = Quantity { min: 0.0, max: 6.3, expected: "radians, 0 to 6.3" };
+
+const ROUNDABOUT_SIDES: Names<Option<Side>> =
+    &[("Left", Some(Side::Left)), ("Right", Some(Side::Right)), ("None", None)];
+const START_SIDES: Names<Side> = &[("LEFT", Side::Left), ("RIGHT", Side::Right)];
+const PARKING_SIDES: Names<Side> = &[("left_side", Side::Left), ("right_side", Side::Right)];
+const POLICIES: Names<CandidatePolicy> = &[
+    ("none", CandidatePolicy::None),
+    ("stopped_candidate", CandidatePolicy::StoppedCandidate),
+    ("all_candidate", CandidatePolicy::AllCandidate),
+    ("stop_on_approval", CandidatePolicy::StopOnApproval),
+];
 
 /// All parameters; turns, shifts and roundabouts come first.
 pub const PARAMETERS: &[DeciderParameter] = &[
@@ -85,7 +97,11 @@ pub const PARAMETERS: &[DeciderParameter] = &[
         &["min_length_for_turn_signal_activation"],
         Slot::Number(METRES, |p| &mut p.lane_change_activation_length_m),
     ),
-    row("turn_signal_on_centerline_start", Slot::StartSide(|p| &mut p.centerline_start_side)),
+    // Upstream takes any other text for right.
+    row(
+        "turn_signal_on_centerline_start",
+        Slot::Side(START_SIDES, "LEFT or RIGHT, in capitals", |p| &mut p.centerline_start_side),
+    ),
     row2(
         "start_planner_minimum_shift_length",
         &["minimum_shift_length"],
@@ -93,7 +109,7 @@ pub const PARAMETERS: &[DeciderParameter] = &[
     ),
     number("th_distance_to_middle_of_the_road", METRES, |p| &mut p.pull_out_middle_distance_m),
     row("enable_back", Slot::Flag(|p| &mut p.pull_out_enable_back)),
-    row("parking_policy", Slot::ParkingSide(|p| &mut p.parking_side)),
+    row("parking_policy", Slot::Side(PARKING_SIDES, "left_side or right_side", |p| &mut p.parking_side)),
     row2(
         "avoidance_max_prepare_time",
         &["max_prepare_time"],
@@ -168,20 +184,13 @@ impl DeciderParameter {
     pub fn value(&self, parameters: &DeciderParameters) -> String {
         // The slots give mutable references.
         let parameters = &mut parameters.clone();
-        let side = |side: Side, names: [&str; 2]| match side {
-            Side::Left => names[0].to_owned(),
-            Side::Right => names[1].to_owned(),
-        };
         match self.slot {
             Slot::Number(_, slot) => slot(parameters).to_string(),
             Slot::Flag(slot) => slot(parameters).to_string(),
-            Slot::RoundaboutSide(slot) => {
-                slot(parameters).map_or("None".to_owned(), |given| side(given, ["Left", "Right"]))
-            }
-            Slot::StartSide(slot) => side(*slot(parameters), ["LEFT", "RIGHT"]),
-            Slot::ParkingSide(slot) => side(*slot(parameters), ["left_side", "right_side"]),
+            Slot::RoundaboutSide(slot) => name_of(ROUNDABOUT_SIDES, slot(parameters)),
+            Slot::Side(names, _, slot) => name_of(names, slot(parameters)),
             Slot::Depth(slot) => slot(parameters).map_or("-1".to_owned(), |depth| depth.to_string()),
-            Slot::Policy(slot) => slot(parameters).to_string(),
+            Slot::Policy(slot) => name_of(POLICIES, slot(parameters)),
         }
     }
 
@@ -194,30 +203,11 @@ impl DeciderParameter {
                 *slot(parameters) = number.ok_or(quantity.expected)?;
             }
             Slot::Flag(slot) => *slot(parameters) = value.parse().map_err(|_| "true or false")?,
+            // Upstream takes any other text for none, `left` included.
             Slot::RoundaboutSide(slot) => {
-                // Upstream takes any other text for none, `left` included.
-                *slot(parameters) = match unquoted(value) {
-                    "Left" => Some(Side::Left),
-                    "Right" => Some(Side::Right),
-                    "None" => None,
-                    _ => return Err("Left, Right or None, with a capital"),
-                };
+                *slot(parameters) = named(ROUNDABOUT_SIDES, value, "Left, Right or None, with a capital")?;
             }
-            Slot::StartSide(slot) => {
-                // Upstream takes any other text for right.
-                *slot(parameters) = match unquoted(value) {
-                    "LEFT" => Side::Left,
-                    "RIGHT" => Side::Right,
-                    _ => return Err("LEFT or RIGHT, in capitals"),
-                };
-            }
-            Slot::ParkingSide(slot) => {
-                *slot(parameters) = match unquoted(value) {
-                    "left_side" => Side::Left,
-                    "right_side" => Side::Right,
-                    _ => return Err("left_side or right_side"),
-                };
-            }
+            Slot::Side(names, expected, slot) => *slot(parameters) = named(names, value, expected)?,
             Slot::Depth(slot) => {
                 let depth: i64 = value.parse().map_err(|_| "a whole number; negative = no limit")?;
                 *slot(parameters) = match depth {
@@ -226,23 +216,21 @@ impl DeciderParameter {
                 };
             }
             Slot::Policy(slot) => {
-                *slot(parameters) = policy(unquoted(value))
-                    .ok_or("none, stopped_candidate, all_candidate or stop_on_approval")?;
+                let expected = "none, stopped_candidate, all_candidate or stop_on_approval";
+                *slot(parameters) = named(POLICIES, value, expected)?;
             }
         }
         Ok(())
     }
 }
 
-fn policy(value: &str) -> Option<CandidatePolicy> {
-    use CandidatePolicy::{AllCandidate, None, StopOnApproval, StoppedCandidate};
-    [None, StoppedCandidate, AllCandidate, StopOnApproval]
-        .into_iter()
-        .find(|policy| policy.to_string() == value)
+fn name_of<T: PartialEq>(names: Names<T>, value: &T) -> String {
+    names.iter().find(|(_, known)| known == value).map_or("", |(name, _)| name).to_owned()
 }
 
-/// Strings may come with or without the quotes of a parameter file.
-fn unquoted(value: &str) -> &str {
-    let within = |quote| value.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
-    within('"').or_else(|| within('\'')).unwrap_or(value)
+/// Returns the value with a name, which may have the quotes of a parameter file.
+fn named<T: Copy>(names: Names<T>, text: &str, expected: &'static str) -> Result<T, &'static str> {
+    let within = |quote| text.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
+    let name = within('"').or_else(|| within('\'')).unwrap_or(text);
+    names.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or(expected)
 }

@@ -132,11 +132,7 @@ impl PlanningFactorArray {
                         TURN_RIGHT
                     }
                 }
-                SignalSubject::Unnamed
-                | SignalSubject::PullOut
-                | SignalSubject::Avoidance
-                | SignalSubject::LaneChange
-                | SignalSubject::PullOver => {
+                SignalSubject::Unnamed | SignalSubject::Manoeuvre(_) => {
                     if is_left {
                         SHIFT_LEFT
                     } else {

@@ -86,7 +86,7 @@ mod tests {
     use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::decision::Basis;
     use crate::core::turn_signal::resolve::{Candidates, PairwiseRules, resolve};
-    use crate::core::turn_signal::subject::SignalSubject;
+    use crate::core::turn_signal::subject::{ManoeuvreKind, SignalSubject};
 
     fn at(x_m: f64) -> plane::Pose {
         plane::Pose::new(x_m, 0.0, 0.0)
@@ -121,7 +121,11 @@ mod tests {
         decision(&Candidates {
             intersection: Some(section(Side::Left, SignalSubject::Turn(111), [10.0, 40.0, 50.0, 60.0])),
             roundabout: None,
-            manoeuvre: Some(section(Side::Right, SignalSubject::Avoidance, [15.0, 70.0, 80.0, 80.0])),
+            manoeuvre: Some(section(
+                Side::Right,
+                SignalSubject::Manoeuvre(ManoeuvreKind::Avoidance),
+                [15.0, 70.0, 80.0, 80.0],
+            )),
         })
     }
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
-use crate::core::map::osm::{self, OsmError};
+use crate::core::map::osm::{self, OsmError, OsmFault};
 use crate::core::map::projector::{MgrsSquare, Projector};
 use proptest::prelude::*;
 
@@ -284,7 +284,7 @@ fn a_map_that_cannot_be_used_is_refused_with_its_element() {
         assert_eq!(read(&text, &Projector::Local).unwrap_err(), expected, "{part}");
     }
     let cut = OPPOSITE.replacen("</osm>", "", 1);
-    assert_eq!(osm::read(cut.as_bytes()).unwrap_err(), OsmError::Truncated { line: 19 });
+    assert_eq!(osm::read(cut.as_bytes()).unwrap_err(), OsmError { line: 19, fault: OsmFault::Truncated });
     let square = MgrsSquare::parse("54SVE").unwrap();
     let unprojected = OPPOSITE.replacen("<tag k='local_x' v='0'/>", "", 1);
     let error = read(&unprojected, &Projector::Mgrs(square)).unwrap_err();
