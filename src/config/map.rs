@@ -22,7 +22,7 @@ use crate::core::map::projector::Projector;
 /// The name of the map in a folder that stands for it.
 const MAP_NAME: &str = "lanelet2_map.osm";
 
-/// What is read of a map at once, bytes.
+/// Size of the pieces in which a map is read, bytes.
 const PIECE: usize = 64 << 10;
 
 /// The lights of a map.
@@ -151,7 +151,6 @@ impl MapFile {
         Ok(Self { path, osm, given })
     }
 
-    /// Returns the problem of an element, at its place.
     fn problem(&self, files: &dyn Files, reason: String, error: &MapError) -> Problem {
         placed(files, &self.path, reason, self.osm.line(error.element()), None)
     }

@@ -33,7 +33,6 @@ pub struct RecordCounts {
     pub jumps: u64,
 }
 
-/// The recording as inputs with virtual times.
 #[derive(Debug)]
 pub(super) struct Tape {
     pub(super) log: Log,

@@ -48,7 +48,6 @@ const GAPS: Keywords<GapKind> = &[
     ("not_lane_driving", GapKind::NotLaneDriving),
 ];
 
-/// Reads the list `disturbance`.
 pub(super) fn disturbances(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<Disturbance> {
     top.tables("disturbance").filter_map(|fields| disturbance(lanes, fields)).collect()
 }

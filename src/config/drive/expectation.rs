@@ -87,7 +87,6 @@ const WINNERS: Keywords<Option<CandidateSource>> = &[
     ("manoeuvre", Some(CandidateSource::Manoeuvre)),
     ("none", None),
 ];
-/// Reads the list `expect`.
 pub(super) fn expectations(top: &Fields<'_>) -> Vec<Expectation> {
     top.tables("expect").filter_map(expectation).collect()
 }

@@ -99,7 +99,6 @@ impl PlanKind {
     }
 }
 
-/// Kinds of manoeuvre, with the reader of each.
 const KINDS: Keywords<fn(&Fields<'_>) -> Option<PlanKind>> = &[
     ("avoidance", avoidance),
     ("lane_change", lane_change),
@@ -108,7 +107,6 @@ const KINDS: Keywords<fn(&Fields<'_>) -> Option<PlanKind>> = &[
     ("side_shift", side_shift),
 ];
 
-/// Reads the list `manoeuvre`.
 pub(super) fn plans(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<ManoeuvrePlan> {
     top.tables("manoeuvre").filter_map(|fields| plan(lanes, fields)).collect()
 }

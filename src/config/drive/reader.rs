@@ -82,12 +82,10 @@ pub(super) fn metres(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.number(key, DISTANCES_M, "m")
 }
 
-/// Reads a position that must be present, in metres.
 pub(super) fn required_metres(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.required_number(key, DISTANCES_M, "m")
 }
 
-/// Reads a time that must be present, in seconds.
 pub(super) fn required_seconds(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.required_number(key, 0.0..=MAX_S, "s")
 }
@@ -102,7 +100,6 @@ pub(super) fn moment(fields: &Fields<'_>, [at_m, at_s]: [&'static str; 2]) -> Op
     position.map(DriveMoment::AtM).or(time.map(DriveMoment::AtS))
 }
 
-/// Reads a position or a time, one of which must be present.
 pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> Option<DriveMoment> {
     if keys.iter().all(|key| !fields.has(key)) {
         let reason = format!("neither {} nor {}", keys[0], keys[1]);
@@ -120,7 +117,6 @@ pub(super) fn pose(fields: Fields<'_>) -> Option<Pose> {
     Some(Pose::new(x_m?, y_m?, yaw_deg?.to_radians()))
 }
 
-/// Reads the start and the end of a stretch, in metres.
 pub(super) fn from_to(fields: &Fields<'_>) -> Option<(f64, f64)> {
     let (from_m, to_m) = (required_metres(fields, "from_m"), required_metres(fields, "to_m"));
     let (from_m, to_m) = (from_m?, to_m?);

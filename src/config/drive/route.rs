@@ -25,7 +25,6 @@ pub struct RoutePlan {
     pub location: SourceLocation,
 }
 
-/// Reads the table `route`.
 pub(super) fn route(lanes: &NamedLanelets, top: &Fields<'_>) -> Option<RoutePlan> {
     top.require(&["route"], "");
     let fields = top.table("route")?;

@@ -5,7 +5,6 @@ use crate::config::reading::fields::Fields;
 use crate::config::reading::value::Value;
 use crate::core::map::geometry::Point;
 
-/// The highest speed of a drive, m/s.
 const MAX_SPEED_MPS: f64 = 100.0;
 
 /// The speed of the vehicle, in ascending steps: each speed holds from its step on, and the first one also

@@ -4,7 +4,7 @@ use super::osm::{OsmElement, OsmKind, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
-/// Most points of all lanelets together: a few GB.
+/// The most points that all lanelets together may have: a few GB.
 pub(super) const MAX_POINTS: usize = 50_000_000;
 
 /// An error of a map, with the element that has it.

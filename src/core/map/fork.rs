@@ -8,7 +8,6 @@ use super::lane_network::{Lanelet, TurnDirection};
 const APART_M: f64 = 3.0;
 /// Ways that are not apart within this distance from their common start are lanes of one road, metres.
 const FORK_M: f64 = 40.0;
-/// Steps in which two ways are compared, metres.
 const STEP_M: f64 = 2.0;
 
 /// Where a way leads apart from another one.

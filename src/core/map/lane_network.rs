@@ -86,6 +86,19 @@ pub struct Roundabout {
 }
 
 /// The lanelets and roundabouts of a map.
+///
+/// ```
+/// use signal_gateway::core::map::geometry::{Point, Pose};
+/// use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet};
+///
+/// let lane = |id, x_m, followers| {
+///     let centerline = vec![Point::new(x_m, 0.0), Point::new(x_m + 50.0, 0.0)];
+///     Lanelet { id, centerline, followers, ..Lanelet::default() }
+/// };
+/// let road = LaneNetwork::new([lane(1, 0.0, vec![2]), lane(2, 50.0, vec![])], Vec::new());
+/// assert_eq!(road.shortest_way(1, 2), Some(vec![1, 2]));
+/// assert_eq!(road.closest([1, 2], Pose::new(80.0, 1.0, 0.0)).unwrap().id, 2);
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaneNetwork {
     lanes: BTreeMap<LaneId, (Lanelet, Extent)>,
@@ -93,11 +106,9 @@ pub struct LaneNetwork {
     roundabouts: Vec<Roundabout>,
 }
 
-/// A lanelet near to a pose.
 #[derive(Debug)]
 struct Near<'a> {
     lane: &'a Lanelet,
-    /// It lies at the height of the pose.
     is_level: bool,
     distance_m: f64,
     turned_rad: f64,

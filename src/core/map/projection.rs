@@ -5,7 +5,6 @@
 
 /// Semi-major axis of WGS 84, metres.
 const A_M: f64 = 6_378_137.0;
-/// Flattening of the ellipsoid.
 const F: f64 = 1.0 / 298.257_223_563;
 /// Scale on the central meridian of a UTM zone.
 pub(super) const UTM_SCALE: f64 = 0.9996;
@@ -34,7 +33,7 @@ impl Geo {
     }
 }
 
-/// x to the east of a meridian and y to the north of the equator, metres. `None` far from the meridian.
+/// Returns x to the east of a meridian and y to the north of the equator in metres; `None` far from the meridian.
 pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
     let longitude_deg = (position.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
     if !position.is_on_earth() || longitude_deg.abs() > MAX_WIDTH_DEG {
@@ -63,7 +62,7 @@ pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) 
     Some([scale * radius_m * x, scale * radius_m * y])
 }
 
-/// East, north and up of an origin, metres. `None` for what is not on earth.
+/// Returns the position east, north and up of an origin in metres; `None` for a position that is not on earth.
 pub(super) fn east_north_up(position: Geo, origin: Geo) -> Option<[f64; 3]> {
     if !position.is_on_earth() || !origin.is_on_earth() {
         return None;
@@ -105,11 +104,10 @@ pub(super) fn utm_meridian_deg(position: Geo) -> f64 {
 /// A square of 100 km in the military grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MgrsSquare {
-    /// Middle of its UTM zone, degrees.
     meridian_deg: f64,
-    /// Of its western edge, metres.
+    /// Easting of its western edge, metres.
     easting_m: f64,
-    /// Of its southern edge from the equator, metres; up to a multiple of 2000 km.
+    /// Northing of its southern edge, metres, without a multiple of 2000 km.
     northing_m: f64,
 }
 

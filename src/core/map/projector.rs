@@ -9,6 +9,15 @@ pub mod info;
 pub use super::projection::{Geo, MgrsSquare};
 
 /// A projection from latitude and longitude to metres.
+///
+/// ```
+/// use signal_gateway::core::map::projector::{Geo, Projector};
+///
+/// let projector = Projector::parse("projector_type: MGRS\nmgrs_grid: 54SUE\n").unwrap();
+/// let tokyo = Geo { latitude_deg: 35.68, longitude_deg: 139.77, altitude_m: 40.0 };
+/// let [x_m, y_m, z_m] = projector.project(tokyo).unwrap();
+/// assert!((88e3..90e3).contains(&x_m) && (49e3..51e3).contains(&y_m) && z_m == 40.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projector {
     /// Nothing: the tags `local_x` and `local_y` are the coordinates.

@@ -13,7 +13,6 @@ use crate::core::map::geometry::path::PathFrame;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreRecords {
     sections: Vec<Section>,
-    /// The subject of the records that are added.
     subject: SignalSubject,
 }
 

@@ -44,7 +44,7 @@ pub enum RuleValue {
     Number {
         /// Unit of the number.
         unit: &'static str,
-        /// The greatest value.
+        /// The greatest value that is accepted.
         max: f64,
         /// The field that holds it.
         field: fn(&mut Country) -> &mut Option<f64>,

@@ -54,14 +54,34 @@ pub struct DeciderSettings {
     pub country: Option<Arc<Country>>,
 }
 
-/// Decides cycle by cycle.
+/// Decides cycle by cycle: [`Self::decide`] is called in a fixed period with the latest inputs.
+///
+/// ```
+/// use signal_gateway::core::light_command::TurnCommand;
+/// use signal_gateway::core::time::MonoTime;
+/// use signal_gateway::core::turn_signal::compat::DeciderCompat;
+/// use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
+/// use signal_gateway::core::turn_signal::inputs::{InputFinding, Inputs};
+///
+/// let mut decider = Decider::new(DeciderSettings::deployed(DeciderCompat::Improved));
+/// let nothing = Inputs {
+///     odometry: None,
+///     road: None,
+///     route: None,
+///     planned_path: None,
+///     manoeuvres: &[],
+///     lane_driving: true,
+/// };
+/// let decision = decider.decide(&nothing, MonoTime::ZERO);
+/// assert_eq!(decision.turn, TurnCommand::NoCommand);
+/// assert_eq!(decision.findings, [InputFinding::NoOdometry]);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decider {
     settings: DeciderSettings,
     quirks: DeciderQuirks,
     route: Option<u128>,
     last: Option<MonoTime>,
-    /// The lanelet that the vehicle was on.
     lane: Option<LaneId>,
     intersection: IntersectionMemory,
     roundabout: RoundaboutMemory,
@@ -449,7 +469,6 @@ fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<In
     }
 }
 
-/// Returns a path of one metre straight ahead.
 fn own_line(ego: Pose) -> Option<Path> {
     let ahead = Pose { position: ego.point_at(1.0, 0.0), yaw_rad: ego.yaw_rad };
     Path::new([ego, ahead]).ok()

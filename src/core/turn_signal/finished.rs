@@ -21,7 +21,6 @@ pub struct FinishedMemory {
 struct KnownSection {
     source: CandidateSource,
     turn: TurnCommand,
-    /// Ends of the desired and of the required section.
     ends: [Pose; 2],
     /// Distance from the rear axle to the end of the desired section, metres.
     ahead_m: f64,

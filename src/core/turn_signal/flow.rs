@@ -241,7 +241,7 @@ impl TurnSignalFlow {
         manoeuvres
     }
 
-    /// On when the planner or the system requests them
+    /// Joins the hazard requests: on when the planner or the system requests them
     /// (docs/spec/turn-signal-decider.md, "Hazard lights"). A request that is too old
     /// does not count as off.
     fn joined_hazard(

@@ -18,9 +18,7 @@ pub struct Headline {
     hazard: HazardCommand,
     basis: Discriminant<Basis>,
     case: Option<Case>,
-    /// The command and the outcome of each candidate.
     candidates: Vec<(TurnCommand, CandidateOutcome)>,
-    /// The lanelet by which the path generator decided.
     tagged: Option<TaggedLanelet>,
     held: Option<Held>,
     /// The junction before the next turn, with what becomes of the signal.

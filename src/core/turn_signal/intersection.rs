@@ -29,7 +29,6 @@ pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, AnnouncedTurn>,
     /// Improved: the turns that were announced and are passed. A route that comes by again would announce them once more (W20).
     passed: BTreeSet<LaneId>,
-    /// Signals that waited until a junction was passed.
     shortened: u64,
 }
 

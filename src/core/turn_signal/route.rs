@@ -164,7 +164,7 @@ impl Route {
         before.into_iter().map(|(_, before)| before).collect()
     }
 
-    /// W22: the first lanelet of the route that follows on the map, but for the one at its start.
+    /// Returns the first lanelet of the route that follows on the map, except for the one at its start (W22).
     fn next_on_map(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
         let first = self.segments.first().map(|segment| segment.preferred);
         let follows = |next: &&LaneId| self.contains(**next) && Some(**next) != first;

@@ -112,7 +112,6 @@ pub struct ShiftOutcome {
     pub verdict: ShiftVerdict,
 }
 
-/// Offsets before and after, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Offsets {
     before_m: f64,
@@ -247,7 +246,7 @@ pub fn judge(context: &DecisionContext<'_>, shift: &Shift<'_>) -> ShiftOutcome {
     ShiftOutcome { section, verdict: ShiftVerdict::Signalled }
 }
 
-/// Step 0: hazard lights from the start of the route to here.
+/// Step 0: returns a record with hazard lights from the start of the route to here.
 pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
     Section {
         turn: TurnCommand::NoCommand,
@@ -260,7 +259,7 @@ pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
     }
 }
 
-/// Step 1: offsets, first and last pose, arc length to the first; `None` when the line is not on the path.
+/// Step 1: returns offsets, first and last pose, and arc length to the first; `None` when the line is not on the path.
 fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
     let ShiftLine { start_index, end_index, .. } = shift.line;
     let offset = |index: usize| shift.path.shifts_m.get(index).copied();

@@ -12,12 +12,10 @@ const GRAIN_M: f64 = 1.0 / 1_073_741_824.0;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Motion<'a> {
     profile: &'a SpeedProfile,
-    /// The stops ahead, ascending.
     stops: &'a [Stop],
     standing_s: f64,
     /// Position of the rear axle, metres along the route path.
     pub(super) at_m: f64,
-    /// Time since the start, seconds.
     pub(super) at_s: f64,
 }
 
@@ -31,7 +29,6 @@ impl<'a> Motion<'a> {
         motion
     }
 
-    /// Returns the present speed in m/s.
     pub(super) fn speed_mps(&self) -> f64 {
         if self.standing_s > 0.0 { 0.0 } else { self.driving_mps() }
     }
@@ -77,7 +74,6 @@ impl<'a> Motion<'a> {
         last.or(steps.first()).map_or(0.0, |(_, mps)| *mps)
     }
 
-    /// Returns the time until the next step or stop at this speed, seconds.
     fn until_change_s(&self, speed_mps: f64) -> f64 {
         let next = |steps: &[(f64, f64)], at: f64| {
             steps.iter().map(|(from, _)| from - at).find(|ahead| *ahead > SAME_M).unwrap_or(f64::INFINITY)

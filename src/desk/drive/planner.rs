@@ -18,7 +18,6 @@ use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 /// Reach of manoeuvre paths behind and ahead of the vehicle, metres.
 const BEHIND_M: f64 = 100.0;
 const AHEAD_M: f64 = 300.0;
-/// Spacing of their points, metres.
 const SPACING_M: f64 = 0.5;
 /// Points nearer to each other than this are one, metres.
 const SAME_M: f64 = 1e-6;
@@ -27,7 +26,6 @@ const OVER_M: f64 = 1.0;
 /// This near to the end of the first part of a path counts as there, metres.
 const NEAR_PART_END_M: f64 = 1.0;
 
-/// Position of the vehicle in its drive.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DrivePosition<'a> {
     pub(super) file: &'a DriveFile,
@@ -36,7 +34,6 @@ pub(super) struct DrivePosition<'a> {
     pub(super) moved_m: f64,
     pub(super) at_m: f64,
     pub(super) at_s: f64,
-    /// It has left its starting position.
     pub(super) departed: bool,
 }
 
@@ -81,7 +78,6 @@ impl DrivePosition<'_> {
         plan.approved_from.is_none_or(|moment| self.has_come(moment))
     }
 
-    /// Returns the pose at a position of the drive.
     fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         self.route_path.pose(at_m + self.moved_m, |path_m| offset_m(path_m - self.moved_m))
     }
@@ -225,7 +221,7 @@ impl DrivePosition<'_> {
         self.positions(from_m, to_m).iter().map(|at_m| self.pose(*at_m, &offset_m)).collect()
     }
 
-    /// Positions of the drive at equal steps that do not move with the vehicle.
+    /// Returns positions of the drive at equal steps that do not move with the vehicle.
     fn positions(&self, from_m: f64, to_m: f64) -> Vec<f64> {
         let from_m = from_m.max(-self.moved_m).max(self.at_m - BEHIND_M);
         let to_m = to_m.min(self.route_path.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
@@ -239,7 +235,6 @@ fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
     own_offset_m(kind, at_m, |share| share.clamp(0.0, 1.0))
 }
 
-/// Start and end of its shifts, metres.
 fn ends_m(kind: &PlanKind) -> Vec<f64> {
     match kind {
         PlanKind::Avoidance { lines } => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),

@@ -38,7 +38,6 @@ struct RouteTracks {
     starts_m: Vec<f64>,
     /// The lanes that are driven, at least one.
     tracks: Vec<LaneTrack>,
-    /// From each track to the next.
     changes: Vec<RouteLaneChange>,
     /// Lengths of all lanelets of the route, metres.
     lengths_m: BTreeMap<LaneId, f64>,
@@ -221,7 +220,6 @@ impl RouteTracks {
         begun.clamp(1, self.starts_m.len().max(2) - 1) - 1
     }
 
-    /// Returns the middle of a track at a position.
     fn on_track(&self, road: &LaneNetwork, track: &LaneTrack, at_m: f64) -> Option<Point> {
         let segment = self.segment(at_m);
         let lane = road.lane(track.lane(segment)?)?;
@@ -282,7 +280,6 @@ impl RouteTracks {
     }
 }
 
-/// Positions a metre apart.
 pub(super) fn metres_from(from_m: f64) -> impl Iterator<Item = f64> {
     successors(Some(from_m), |at_m| Some(at_m + 1.0))
 }

@@ -40,7 +40,6 @@ pub struct DriveSimulation {
     legs: Vec<Leg>,
 }
 
-/// A part of the drive on one route.
 #[derive(Debug, Clone)]
 struct Leg {
     from: DriveMoment,
@@ -343,7 +342,6 @@ impl Cycles<'_> {
     }
 }
 
-/// Returns the points a metre apart.
 fn path(position: &DrivePosition<'_>, speed_mps: f64) -> Vec<PlannedPathPoint> {
     let (path, here_m) = (position.route_path, position.at_m + position.moved_m);
     let to_m = (here_m + PATH_AHEAD_M).min(path.length_m());

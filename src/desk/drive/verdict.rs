@@ -15,7 +15,6 @@ pub struct DriveVerdicts<'a> {
     states: Vec<ExpectationState>,
 }
 
-/// The outcome of one expectation, so far.
 #[derive(Debug, Clone, Default)]
 struct ExpectationState {
     cycles: usize,

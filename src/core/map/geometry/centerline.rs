@@ -27,14 +27,13 @@ pub fn centerline_parts(left: &[[f64; 3]], right: &[[f64; 3]]) -> u32 {
     parts
 }
 
-/// x, y and z at the fractions 0/parts, 1/parts, … 1 of the length with heights.
+/// Returns x, y and z at the fractions 0/parts, 1/parts, … 1 of the length with heights.
 fn divided(line: &[[f64; 3]], parts: u32) -> impl Iterator<Item = [f64; 3]> {
     let arcs_m = arcs_m(line);
     let length_m = arcs_m.last().copied().unwrap_or_default();
     (0..=parts).map(move |part| interpolate(line, &arcs_m, length_m * f64::from(part) / f64::from(parts)))
 }
 
-/// Returns the arc length of every point with heights, metres.
 fn arcs_m(line: &[[f64; 3]]) -> Vec<f64> {
     let mut arc_m = 0.0;
     let rest = line.iter().zip(line.iter().skip(1)).map(|([ax, ay, az], [bx, by, bz])| {

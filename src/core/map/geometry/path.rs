@@ -122,7 +122,7 @@ impl Path {
         self.arcs_m.get(index).copied().unwrap_or_else(|| self.length_m())
     }
 
-    /// Signed projection on a piece, unbounded.
+    /// Returns the signed projection on a piece, also beyond its ends.
     fn offset_m(&self, segment: usize, query: Point) -> f64 {
         match self.poses.get(segment..segment + 2) {
             Some([from, to]) => projection_m(from.position, to.position, query),

@@ -7,7 +7,6 @@ use super::polyline::{arc_lengths_m, at_arc, back_pose, headed, length_m, withou
 use super::spline::{akima_points, natural_derivatives};
 use super::{Point, Pose, wrapped};
 
-/// Distance of the samples, metres.
 const STEP_M: f64 = 1.0;
 /// A sample this near to the end becomes the end, metres.
 const MERGE_M: f64 = 0.1;
@@ -57,7 +56,6 @@ fn deviates(yaw_rad: f64, end_rad: f64, threshold_deg: f64) -> bool {
     wrapped(yaw_rad - end_rad).abs() >= threshold_deg.to_radians()
 }
 
-/// Returns the line at every metre and at its end.
 fn resampled(centerline: &[Point]) -> Option<Vec<Point>> {
     if !centerline.iter().all(|point| point.is_finite()) {
         return None;

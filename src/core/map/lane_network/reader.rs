@@ -141,7 +141,6 @@ fn hatched_nodes(osm: &Osm) -> BTreeSet<usize> {
     hatched.flat_map(|way| way.nodes.iter().copied()).collect()
 }
 
-/// Returns the line without its heights.
 fn from_above(line: &[[f64; 3]]) -> Vec<Point> {
     line.iter().map(|[x_m, y_m, _]| Point::new(*x_m, *y_m)).collect()
 }

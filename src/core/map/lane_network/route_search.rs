@@ -31,7 +31,6 @@ impl LaneNetwork {
         None
     }
 
-    /// Returns a length that can be ordered.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // no road is that long, and none is negative
     fn length_mm(&self, lane: LaneId) -> u64 {
         self.lane(lane).map_or(0, |lane| (lane.length_m() * 1000.0).round() as u64)

@@ -89,7 +89,7 @@ pub struct Tags(pub(super) Box<[u8]>);
 #[derive(Debug, Clone, PartialEq)]
 pub struct OsmLayer<T> {
     pub(super) items: Vec<T>,
-    /// Ascending, once all are there.
+    /// Sorted by id once all elements are read.
     pub(super) places: Vec<ElementPlace>,
 }
 
@@ -97,7 +97,6 @@ pub struct OsmLayer<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ElementPlace {
     pub(super) id: i64,
-    /// Position in the layer.
     pub(super) position: u32,
     /// Line of the file that it begins on, from 1.
     pub(super) line: u32,

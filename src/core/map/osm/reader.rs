@@ -76,17 +76,15 @@ struct OsmReading {
     seen_root: bool,
     /// The element whose content is being read.
     open: Option<OpenElement>,
-    /// Elements whose content was read.
     osm: Osm,
-    /// Ids of the nodes of each way.
     way_nodes: Vec<Box<[i64]>>,
 }
 
-/// An element of which the tags and references are still to come.
+/// An element whose tags and references are still to come.
 struct OpenElement {
     line: usize,
     element: OsmElement,
-    /// Marked by an editor: to be left out.
+    /// An editor has marked it to be left out.
     deleted: bool,
     geo_deg: Option<[f64; 2]>,
     local_x_m: Option<f64>,
@@ -349,7 +347,7 @@ impl<T> OsmLayer<T> {
         self.items.push(item);
     }
 
-    /// Makes elements be found by id, which must be unique.
+    /// Sorts the elements by id, which must be unique, so that they are found.
     fn index(&mut self, kind: OsmKind) -> Result<(), OsmError> {
         self.places.sort_unstable(); // of two with one id, the first in the file stays first
         let twice = self.places.windows(2).find_map(|pair| match *pair {

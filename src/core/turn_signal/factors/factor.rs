@@ -9,7 +9,6 @@ use crate::core::turn_signal::planner_input::{
 };
 use crate::core::turn_signal::route::Route;
 
-/// `STOP` of the operation mode.
 const MODE_STOP: u8 = 1;
 
 /// Everything by which factors are judged.
@@ -43,7 +42,6 @@ pub(super) enum Behavior {
     Other,
 }
 
-/// The stretch of a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FactorInterval {
     pub(super) start: ControlPoint,
@@ -108,7 +106,6 @@ impl FactorInterval {
         self.end.pose
     }
 
-    /// Returns the change of offset over the stretch.
     pub(super) fn ramp(&self) -> Ramp {
         Ramp {
             start: self.start(),

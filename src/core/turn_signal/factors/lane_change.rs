@@ -9,7 +9,6 @@ use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePha
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
 use crate::core::turn_signal::side::Side;
 
-/// Returns the lane change of a factor. `refuse` takes the reason when there is none.
 pub(super) fn sideways(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,

@@ -22,7 +22,6 @@ pub(super) struct PathOffsets {
     /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
     /// is in, also while the path leads beside it.
     pub(super) lanes: Vec<LaneId>,
-    /// Centreline of these lanelets.
     middle: Vec<Point>,
     /// Offset of each point of the path to the left of it, metres.
     offsets_m: Vec<f64>,
@@ -46,7 +45,6 @@ impl PathOffsets {
         Some(Self { poses, limits, lanes, middle, offsets_m })
     }
 
-    /// Returns the points of the path.
     pub(super) fn poses(&self) -> &[Pose] {
         &self.poses
     }
@@ -69,7 +67,6 @@ impl PathOffsets {
         }
     }
 
-    /// Returns the shift from one pose to another.
     pub(super) fn line(&self, start: Pose, end: Pose) -> ShiftLine {
         let index = |pose: Pose| self.nearest_index(pose);
         ShiftLine { start_index: index(start), end_index: index(end), start, end }
@@ -198,7 +195,7 @@ fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
     (point.y_m - on.y_m) * cos - (point.x_m - on.x_m) * sin
 }
 
-/// First and last index of every change in one direction of at least `threshold_m`.
+/// Returns the first and last index of every change in one direction of at least `threshold_m`.
 fn swings(offsets_m: &[f64], threshold_m: f64) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let Some(first) = offsets_m.first() else { return Vec::new() };

@@ -11,7 +11,6 @@ use crate::core::turn_signal::inputs::{InputFinding, Timed};
 use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::planner_input::{OperationMode, PlannedPathPoint, PlannerInput};
 
-/// The latest inputs of the decider, but for the route.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LatestInputs {
     pub(super) odometry: Option<Timed<Odometry>>,
@@ -57,7 +56,6 @@ impl LatestInputs {
         self.modified_goal.filter(|(of, goal)| *of == route && goal.is_finite()).map(|(_, goal)| goal)
     }
 
-    /// Returns the number of points of the planned path.
     pub(super) fn planned_path_length(&self) -> Option<Timed<usize>> {
         self.path.as_ref().map(|path| Timed { at: path.at, value: path.value.len() })
     }

@@ -5,7 +5,6 @@ use std::time::Duration;
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::MonoTime;
 
-/// Two commands that differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct CommandDisagreement<T> {
     pub(super) ours: T,
@@ -19,7 +18,6 @@ pub(super) struct CommandDisagreement<T> {
 /// Counts of the cycles compared so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ShadowComparison<T> {
-    /// Cycles with the same command.
     pub(super) agreed: u64,
     /// Cycles with different ones, but not for longer than is tolerated.
     pub(super) tolerated: u64,
@@ -31,7 +29,6 @@ pub(super) struct ShadowComparison<T> {
 }
 
 impl<T> Default for ShadowComparison<T> {
-    /// Nothing has been compared.
     fn default() -> Self {
         Self { agreed: 0, tolerated: 0, disagreed: 0, skipped: 0, present: None }
     }
@@ -39,7 +36,7 @@ impl<T> Default for ShadowComparison<T> {
 
 /// A command by which a vehicle shows something, or nothing.
 pub(super) trait ComparableCommand: Copy + PartialEq {
-    /// True if it asks for no light: because all are to be off, or because nothing is known.
+    /// Returns whether it asks for no light, since all are to be off or nothing is known.
     fn is_dark(self) -> bool;
 }
 
@@ -82,12 +79,12 @@ impl<T: ComparableCommand> ShadowComparison<T> {
         }
     }
 
-    /// True if the commands differ for longer than is tolerated.
+    /// Returns whether the commands differ for longer than is tolerated.
     pub(super) fn differs(&self) -> bool {
         self.present.is_some_and(|present| present.counts)
     }
 
-    /// Share of the compared cycles without a disagreement that counts, percent; `None` when nothing
+    /// Returns the percentage of compared cycles without a disagreement that counts; `None` when nothing
     /// was compared.
     #[allow(clippy::cast_precision_loss)] // cycles of a year stay far below 2^52
     pub(super) fn percent(&self) -> Option<f64> {

@@ -124,7 +124,7 @@ fn signalled_while_waiting(context: &DecisionContext<'_>) -> bool {
     }
 }
 
-/// Upstream: the first shift that is left, or the first one back if that is near.
+/// Chooses the line as upstream does: the first shift that is left, or the first one back if that is near.
 fn target_line(context: &DecisionContext<'_>, avoidance: &Avoidance) -> Option<AvoidanceLine> {
     let mut left = avoidance.lines_left();
     let first = left.next()?;

@@ -14,7 +14,6 @@ pub struct DeciderParameter {
     slot: Slot,
 }
 
-/// The kind of a value and the field it is kept in.
 enum Slot {
     Number(Quantity, fn(&mut DeciderParameters) -> &mut f64),
     Flag(fn(&mut DeciderParameters) -> &mut bool),

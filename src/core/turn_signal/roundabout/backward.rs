@@ -43,7 +43,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Depth first, over lanelets not met before.
+    /// Searches depth first, over lanelets not met before.
     fn run(&mut self, current: LaneId, most_depth: Option<u32>) {
         if !self.quirks.searches_back_by_entries {
             let poses: Vec<Pose> = self.memory.entries.values().copied().collect();

@@ -84,7 +84,6 @@ fn enters_with(context: &DecisionContext<'_>, before: LaneId, id: LaneId) -> boo
 }
 
 impl RoundaboutEntry {
-    /// Joins the next lanelet of the same entry to it.
     fn join(&mut self, next: Self, threshold_deg: f64) {
         self.lane = self.lane.joined(&next.lane, threshold_deg);
         self.leaving = next.leaving;

@@ -9,7 +9,7 @@ use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::parameters::VehicleInfo;
 use crate::core::turn_signal::side::Side;
 
-/// Returns the shift leads over, or back from, a side with nothing but a hatched marking.
+/// Returns whether the shift leads over, or back from, a side with nothing but a hatched marking.
 pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64) -> bool {
     let Offsets { before_m, after_m } = offsets;
     let (left_only, right_only) = (lane.left.is_hatched_only(), lane.right.is_hatched_only());
@@ -25,7 +25,7 @@ pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64
         || before_m < threshold_m && after_m < threshold_m && right_only
 }
 
-/// Returns the vehicle, driven along the shift, touches a bound of a current lanelet.
+/// Returns whether the vehicle, driven along the shift, touches a bound of a current lanelet.
 pub(super) fn crosses_bound(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let bounds: Vec<&[Point]> = shift
         .lanes
@@ -41,12 +41,12 @@ pub(super) fn crosses_bound(context: &DecisionContext<'_>, shift: &Shift<'_>) ->
     })
 }
 
-/// Returns the vehicle is in one of `lanes`.
+/// Returns whether the vehicle is in one of `lanes`.
 pub(super) fn is_inside(context: &DecisionContext<'_>, lanes: &[LaneId]) -> bool {
     lanes.iter().filter_map(|id| context.road.lane(*id)).any(|lane| lane.contains(context.ego().position))
 }
 
-/// From the front corner on `side` across to the bound on that side of the lanelet below it, metres.
+/// Returns the distance in metres from the front corner on `side` across to the bound on that side of the lanelet below it.
 pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> Option<f64> {
     let (vehicle, ego) = (context.vehicle, context.ego());
     let aside_m = match side {
@@ -63,7 +63,7 @@ pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> 
     sideways_distance_m(ego, corner, bound)
 }
 
-/// Outline of the vehicle at a pose of its rear axle.
+/// Returns the outline of the vehicle at a pose of its rear axle.
 fn footprint(vehicle: &VehicleInfo, pose: Pose) -> [Point; 6] {
     let (front, middle, rear) = (vehicle.front_m(), vehicle.wheel_base_m / 2.0, -vehicle.rear_overhang_m);
     let (left, right) = (vehicle.left_m, -vehicle.right_m);

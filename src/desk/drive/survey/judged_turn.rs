@@ -10,7 +10,7 @@ use crate::core::map::lane_network::{LaneId, TurnDirection};
 use crate::core::map::tag_check::MapFlaw;
 use crate::core::turn_signal::side::Side;
 
-/// Sections are judged this far from their ends, metres: distances are those along the middle of the lanes.
+/// Sections are judged this far from their ends, metres, since distances are measured along the middle of the lanes.
 const MARGIN_M: f64 = 1.5;
 
 /// What is wrong with the signal of a turn.
@@ -48,7 +48,6 @@ pub(super) struct ExpectedSide {
     pub(super) flaw: Option<MapFlaw>,
 }
 
-/// A turn on a route.
 #[derive(Debug, Clone)]
 pub(super) struct JudgedTurn {
     pub(super) lane: LaneId,
@@ -111,7 +110,7 @@ fn flaws<'a>(
 }
 
 impl JudgedTurn {
-    /// What is wrong with its signal, of what is `shown` at each position of the rear axle, metres; `None` if nothing is.
+    /// Returns what is wrong with the signal, given what is `shown` at each position of the rear axle in metres; `None` if nothing is.
     pub(super) fn fault(&self, turns: &[Self], shown: &[(f64, Option<Side>)]) -> Option<SignalFault> {
         let [from_m, to_m] = self.required_m;
         let within = |at_m: f64, margin_m: f64| at_m >= from_m + margin_m && at_m <= to_m - margin_m;

@@ -18,7 +18,6 @@ const TRIES: usize = 100;
 /// A route meets itself where it comes this near to a part that it left so far behind, metres.
 const NEAR_M: f64 = 10.0;
 const LEFT_BEHIND_M: f64 = 50.0;
-/// Distance of the places that are compared, metres.
 const STEP_M: f64 = 4.0;
 
 /// The routes of a survey.
@@ -48,7 +47,7 @@ impl RouteChoice {
     }
 }
 
-/// Routes without an end of them; none on a map without lanelets.
+/// Returns endless routes; none on a map without lanelets.
 fn routes(road: &LaneNetwork, max_route_m: f64, max_lanes: usize) -> impl Iterator<Item = Vec<LaneId>> + '_ {
     let starts: Vec<LaneId> = road.lanes().map(|lane| lane.id).collect();
     // Knuth's generator: the choice is arbitrary, and the same each time.

@@ -96,7 +96,7 @@ impl FromStr for Sweep {
     }
 }
 
-/// `1..5` in five equal steps, or `1..5:0.5`.
+/// Reads a range: `1..5` in five equal steps, or `1..5:0.5`.
 fn values(range: &str) -> Result<Vec<f64>, SweepError> {
     let bad = || SweepError::Range(range.to_owned());
     let number = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(bad);
