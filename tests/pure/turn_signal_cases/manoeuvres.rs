@@ -339,7 +339,7 @@ fn candidates_are_signalled_by_policy() {
         let mut drive = Drive::new(Upstream);
         drive.parameters.avoidance_candidate = policy;
         let got = drive.step(42.0, speed, &[waiting(42.0)]).turn;
-        assert_eq!(got == TurnCommand::Right, on, "{policy} at {speed} m/s");
+        assert_eq!(got == TurnCommand::Right, on, "{policy:?} at {speed} m/s");
     }
 }
 
