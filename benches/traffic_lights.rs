@@ -415,7 +415,7 @@ fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSett
     });
     let scenario = Scenario {
         controllers: controllers.collect(),
-        init: vec![Action::EnableV2i { ids: (0..lights).map(id).collect() }],
+        init: vec![Action::EnableV2i((0..lights).map(id).collect())],
         ..Scenario::default()
     };
     let topics = [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];

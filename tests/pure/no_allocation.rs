@@ -224,7 +224,7 @@ fn ten_thousand_lights() -> LightsSettings {
     };
     let scenario = Scenario {
         controllers: (0..1_000).map(|crossing| controller(crossing * 10)).collect(),
-        init: vec![Action::EnableV2i { ids: (0..10_000).collect() }],
+        init: vec![Action::EnableV2i((0..10_000).collect())],
         ..Scenario::default()
     };
     let topics = [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];

@@ -15,7 +15,7 @@ pub struct BulbOrder {
 }
 
 impl BulbOrder {
-    /// The bulbs of a light with this number of positions: those given for its id, else those for all.
+    /// Returns the bulbs of a light with this number of positions: the order for its id, else the order for all lights.
     pub(super) fn find(orders: &[Self], id: i64, positions: usize) -> Option<&[Bulb]> {
         let fitting = || orders.iter().filter(|order| order.bulbs.len() == positions);
         let own = fitting().find(|order| order.ids.contains(&id));

@@ -19,13 +19,11 @@ const TOLERANCE_S: f64 = 0.001;
 pub(super) struct ControllerDraft {
     pub(super) name: String,
     pub(super) location: Location,
-    /// Name of the controller that it follows.
     pub(super) reference: Option<LocatedText>,
     pub(super) delay: Option<LocatedText>,
     pub(super) phases: Vec<PhaseDraft>,
 }
 
-/// A phase as it was read.
 pub(super) struct PhaseDraft {
     pub(super) name: String,
     /// Duration, infinite for a phase that lasts until an action; negative only in upstream mode.
@@ -33,7 +31,6 @@ pub(super) struct PhaseDraft {
     pub(super) entries: Vec<PhaseEntry>,
 }
 
-/// Resolves the references of the controllers to each other, and checks them.
 pub(super) fn resolve(
     reader: &ScenarioReader<'_>,
     drafts: Vec<ControllerDraft>,

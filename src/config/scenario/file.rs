@@ -16,7 +16,7 @@ const SHOWN: usize = 8;
 /// The content of a scenario file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ScenarioFile {
-    /// The scenario itself.
+    /// The scenario that the file describes.
     pub scenario: Scenario,
     /// Path of the map, relative to the working directory as the file's own path is; `None` when the file names
     /// no map, or one that only its launch system can find.
@@ -42,7 +42,7 @@ pub struct UncertainEnd {
     pub success: Option<bool>,
 }
 
-/// Prints why the verdict is not known.
+/// Prints the reason why the verdict is not known.
 impl fmt::Display for UncertainEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.event {
@@ -62,9 +62,9 @@ impl fmt::Display for UncertainEnd {
 /// A part of the file that has no effect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotInterpreted {
-    /// Location of the first such part.
+    /// Location of the first part of its kind.
     pub location: SourceLocation,
-    /// Description of the part, the number of such parts, or the reason why it has no effect.
+    /// Description of the part, the number of parts of its kind, or the reason why it has no effect.
     pub what: String,
 }
 
@@ -85,8 +85,8 @@ pub struct UsedId {
 }
 
 impl ScenarioFile {
-    /// A problem for every use of an id that is neither a head nor a group of the map. In upstream mode there is
-    /// none, since upstream looks an id up when it needs it.
+    /// Returns a problem for every use of an id that is neither a head nor a group of the map. In upstream mode there
+    /// is none, since upstream looks an id up when it needs it.
     pub fn check_against(&self, map: &LightMap, compat: Compat) -> Vec<Problem> {
         if compat == Compat::Upstream {
             return Vec::new();

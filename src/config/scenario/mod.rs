@@ -108,7 +108,7 @@ enum ScenarioForm {
 }
 
 impl ScenarioForm {
-    /// By the extension; where that says nothing, as of standard input, by the content.
+    /// Returns the form by the extension, else by the content (standard input has no extension).
     fn of(path: &Path, content: &str) -> Result<Self, Problem> {
         let extension = path.extension().and_then(|extension| extension.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {

@@ -9,16 +9,13 @@ use crate::config::reading::element::Element;
 use crate::config::reading::location::MAX_BYTES;
 use crate::config::reading::value::{Entry, Kind, Value, items};
 
-/// The key of the modifiers in a file.
 pub(super) const ROOT: &str = "ScenarioModifiers";
 /// The largest number of modifiers: each is sought in every text.
 const MAX_MODIFIERS: usize = 100;
-/// The largest number of values of a range.
 const MAX_VALUES: usize = 10_000;
 /// The differences below which the end of a range is reached, relative and absolute, as upstream computes them.
 const TOLERANCES: (f64, f64) = (1e-9, 1e-10);
 
-/// A name with the values that it stands for.
 #[derive(Debug)]
 struct Modifier {
     name: String,
@@ -48,12 +45,10 @@ impl Modifiers {
         Self(modifiers)
     }
 
-    /// Returns whether there is one of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.0.iter().any(|modifier| modifier.name == name)
     }
 
-    /// The names, as a remedy.
     pub(super) fn listed(&self) -> String {
         listed(self.0.iter().map(|modifier| modifier.name.as_str()))
     }
@@ -80,7 +75,7 @@ impl Modifiers {
         element.children.iter_mut().for_each(|child| self.replace_below(checker, child, left_bytes));
     }
 
-    /// The text with the names replaced; `None` when the values are too long.
+    /// Returns the text with the names replaced; `None` when the values are too long.
     fn replaced(&self, text: &str, left_bytes: &mut usize) -> Option<String> {
         let mut text = text.to_owned();
         if self.first_not_chosen_in(&text).is_some() {
@@ -94,7 +89,8 @@ impl Modifiers {
         Some(text)
     }
 
-    /// The reason and the remedy why the value of a text is not known: a modifier in it that has several values.
+    /// Returns the reason and the remedy why the value of a text is not known: a modifier in it that has several
+    /// values.
     pub(super) fn not_chosen_in(&self, text: &str) -> Option<(String, String)> {
         self.first_not_chosen_in(text).map(|modifier| {
             let reason = format!("{} is a scenario modifier, which stands for several values", modifier.name);
@@ -102,7 +98,7 @@ impl Modifiers {
         })
     }
 
-    /// A line for each modifier whose value is not chosen.
+    /// Returns a line for each modifier whose value is not chosen.
     pub(super) fn lines(&self) -> impl Iterator<Item = String> {
         self.not_chosen().map(|modifier| {
             format!(
@@ -169,8 +165,8 @@ fn modifier(checker: &Checker, value: &Value, chosen: &BTreeMap<String, String>)
     Some(Modifier { name: name.text, values, value })
 }
 
-/// The values of a range, with `stop` when a step meets it: whole numbers as such, others with a decimal point. A step of
-/// 0 gives `start` alone.
+/// Returns the values of a range, with `stop` when a step meets it: whole numbers as such, others with a decimal
+/// point. A step of 0 gives `start` alone.
 fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Option<Vec<String>> {
     let [Some(start), Some(step), Some(stop)] = entries else {
         let remedy = "give a list, or start, step and stop";

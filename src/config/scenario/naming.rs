@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Assigns unique names.
 pub(super) struct Names {
     own: BTreeMap<String, usize>,
     assigned: BTreeSet<String>,
@@ -27,17 +26,17 @@ impl Names {
     }
 }
 
-/// The path of an event: `<act>/Event[2]`.
+/// Returns the path of an event: `<act>/Event[2]`.
 pub(super) fn event_path(act: &str, index: usize) -> String {
     format!("{act}/Event[{}]", index + 1)
 }
 
-/// The path of an action: `<event>/Action[2]`.
+/// Returns the path of an action: `<event>/Action[2]`.
 pub(super) fn action_path(event: &str, index: usize) -> String {
     format!("{event}/Action[{}]", index + 1)
 }
 
-/// Names joined by `, `, cut after a number of them; `none` without any.
+/// Returns the names joined by `, `, cut after a number of them; `none` without any.
 pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String {
     let mut names: Vec<_> = names.take(max + 1).collect();
     if names.len() > max {
@@ -47,7 +46,7 @@ pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String 
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-/// Names as a remedy, `there are a, b`, cut after 20.
+/// Returns the names as a remedy, `there are a, b`, cut after 20.
 pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     format!("there are {}", joined(names.map(str::to_owned), 20))
 }

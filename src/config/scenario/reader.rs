@@ -26,7 +26,7 @@ pub(super) const SEE: &str = "config/scenarios/bench.toml";
 /// The longest time, s: some thirty years.
 const MAX_S: f64 = 1e9;
 
-/// What a scenario leaves to the one who runs it.
+/// The choices that a scenario leaves to the user who runs it.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
     /// The mode for the weaknesses of upstream.
@@ -35,7 +35,7 @@ pub struct ReadOptions {
     pub packages: BTreeMap<String, PathBuf>,
     /// The bulbs of lights by position, for states in ASAM's notation, `on;off;off`.
     pub bulb_orders: Vec<BulbOrder>,
-    /// The values of scenario modifiers by name, each one of those in the file.
+    /// The values of scenario modifiers by name, each one of the values in the file.
     pub modifiers: BTreeMap<String, String>,
 }
 
@@ -45,7 +45,7 @@ impl From<Compat> for ReadOptions {
     }
 }
 
-/// Reads the texts of one file, and collects what it names and what is left out.
+/// Reads the texts of one file, and collects the ids in it and the parts that are left out.
 pub(super) struct ScenarioReader<'c> {
     pub(super) checker: &'c Checker,
     pub(super) compat: Compat,
@@ -77,7 +77,6 @@ impl<'c> ScenarioReader<'c> {
         self.not_interpreted.push(NotInterpreted { location, what: line(what) });
     }
 
-    /// Lists the scenario modifiers whose value is not chosen.
     pub(super) fn list_modifiers(&mut self, location: &Location) {
         let lines: Vec<_> = self.modifiers.lines().collect();
         for line in lines {
@@ -114,7 +113,6 @@ impl<'c> ScenarioReader<'c> {
         }
     }
 
-    /// Reads a way or relation id.
     pub(super) fn id(&mut self, given: &LocatedText) -> Option<i64> {
         let id = self.checker.accept(&given.location, parse_id(&given.text), "give a way or relation id")?;
         self.use_id(&given.location, id);
@@ -126,7 +124,6 @@ impl<'c> ScenarioReader<'c> {
         self.id(&self.checker.text(value)?)
     }
 
-    /// Reads a state to be written.
     pub(super) fn state(
         &mut self,
         target: SignalTarget,
@@ -139,7 +136,7 @@ impl<'c> ScenarioReader<'c> {
         Some(state)
     }
 
-    /// The text as a state, or the bulbs that are on by their positions, as in `on;off;off`.
+    /// Returns the text as a state, or the bulbs that are on by their positions, as in `on;off;off`.
     fn state_text(&mut self, id: i64, given: &LocatedText) -> Option<StateText> {
         let Some(statuses) = statuses(&given.text).filter(|_| self.compat == Compat::Improved) else {
             return Some(StateText::new(&given.text));
@@ -169,7 +166,6 @@ impl<'c> ScenarioReader<'c> {
         Some(StateText::new(&lit.join(", ")))
     }
 
-    /// Reads a target and the state that is written to it.
     pub(super) fn written(
         &mut self,
         target: Option<LocatedText>,
@@ -201,7 +197,6 @@ impl<'c> ScenarioReader<'c> {
         Some(Test::State { target, state: Some(state), exact })
     }
 
-    /// A path that the file names, relative to the file.
     pub(super) fn beside(&self, named: &str) -> PathBuf {
         self.checker.beside(named)
     }
@@ -309,7 +304,7 @@ struct PositionStatus {
     difference: Option<&'static str>,
 }
 
-/// The statuses of the bulbs by position in ASAM's notation; `None` for another text.
+/// Returns the statuses of the bulbs by position in ASAM's notation; `None` for another text.
 fn statuses(text: &str) -> Option<Vec<PositionStatus>> {
     let is_asam = text.contains(';') || ["on", "off", "counting", "other"].contains(&text.trim());
     let status = |part: &str| {

@@ -1,12 +1,11 @@
 //! Merges the reports of camera and network as `autoware_traffic_light_arbiter` does
 //! (docs/spec/traffic-lights.md, "Arbiter").
 //!
-//! Output only follows input. The network's groups are kept one by one, each with the stamp of its message; of
-//! the camera the last message counts as a whole. Only groups that changed are merged anew.
+//! The arbiter has output only after an input. It keeps the network's groups one by one, each with the stamp of its
+//! message, and the camera's last message as a whole. Only groups that changed are merged again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::emission::{GroupState, Groups};
 use super::incremental_update::update;
@@ -20,47 +19,30 @@ mod model;
 #[cfg(test)]
 mod properties;
 mod selection;
+mod settings;
 
-/// Stamp of a message, nanoseconds since the epoch of the node's clock.
-///
-/// The tolerances compare stamps of messages with each other and with that clock; a `WallStamp` has no order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct ArbiterStamp(pub i64);
-
-/// The side whose elements are preferred (`source_priority`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Priority {
-    /// The side with the higher confidence, element by element.
-    #[default]
-    Confidence,
-    /// The network's report.
-    External,
-    /// The camera's report.
-    Perception,
-}
-
-/// Parameters of the node, with its own defaults (docs/spec/traffic-lights.md, "Inputs and tolerances").
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ArbiterSettings {
-    /// Largest difference between an external stamp and the clock: `external_delay_tolerance`.
-    pub external_delay_tolerance: Duration,
-    /// Largest difference between an external and a perception stamp: `external_time_tolerance`.
-    pub external_time_tolerance: Duration,
-    /// Largest time by which perception may lag behind the newest external stamp: `perception_time_tolerance`.
-    pub perception_time_tolerance: Duration,
-    /// The preferred side; without effect on vehicle groups when matching is on.
-    pub priority: Priority,
-    /// True when only elements that both sides report count: `enable_signal_matching`.
-    pub matching: bool,
-}
+pub use settings::{ArbiterSettings, ArbiterStamp, Priority};
 
 /// Merges the groups of the camera and of the network.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
+/// use signal_gateway::core::traffic_light::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
+/// use signal_gateway::core::traffic_light::emission::GroupState;
+///
+/// let map = LightMap::new([], &[GroupEntry::new(100, [11, 12])]);
+/// let mut arbiter = Arbiter::new(ArbiterSettings::default(), &map);
+/// let group = |relation_id| Arc::new(GroupState { relation_id, ..GroupState::default() });
+/// let merged = arbiter.perception(ArbiterStamp(0), &[group(100), group(999)]);
+/// assert_eq!(merged.len(), 1, "the map has no group 999");
+/// ```
 #[derive(Debug, Clone)]
 pub struct Arbiter {
     settings: ArbiterSettings,
-    /// The groups of the map by relation id; true for those of pedestrians.
+    /// The groups of the map by relation id; true for a group of pedestrians.
     map: BTreeMap<i64, bool>,
-    /// Stamp of the last message of the camera.
     perception: Option<ArbiterStamp>,
     /// The time by which its age is judged; `None` when only stamps of the network show that it lags.
     clock: Option<ArbiterStamp>,
@@ -71,25 +53,6 @@ pub struct Arbiter {
     /// True when perception counted at the last merge.
     was_timely: bool,
     merged: Groups,
-}
-
-impl ArbiterStamp {
-    /// Time between two stamps, whichever is newer.
-    pub const fn distance(self, other: Self) -> Duration {
-        Duration::from_nanos(self.0.abs_diff(other.0))
-    }
-}
-
-impl Default for ArbiterSettings {
-    fn default() -> Self {
-        Self {
-            external_delay_tolerance: Duration::from_secs(5),
-            external_time_tolerance: Duration::from_secs(5),
-            perception_time_tolerance: Duration::from_secs(1),
-            priority: Priority::default(),
-            matching: false,
-        }
-    }
 }
 
 impl Arbiter {
@@ -108,7 +71,7 @@ impl Arbiter {
         }
     }
 
-    /// Goes on with other settings. All groups are merged anew with the next message.
+    /// Continues with other settings. The next message merges all groups again.
     pub fn reconfigure(&mut self, settings: ArbiterSettings) {
         if self.settings != settings {
             self.settings = settings;
@@ -116,8 +79,8 @@ impl Arbiter {
         }
     }
 
-    /// Sets the time by which the camera's last message is judged from now on: while it lags behind that by more than
-    /// the tolerance, it does not count, whatever the network sends.
+    /// Sets the time by which the camera's last message is judged from now on: while the message lags behind it by more
+    /// than the tolerance, it does not count, whatever the network sends.
     pub fn set_clock(&mut self, clock: ArbiterStamp) {
         self.clock = Some(clock);
     }
@@ -132,8 +95,8 @@ impl Arbiter {
         self.merge()
     }
 
-    /// Takes a message of the network at `clock`, each group of which replaces the one before. Returns the merged
-    /// groups likewise; `None` when its stamp is too far from the clock, and so it is ignored.
+    /// Takes a message of the network at `clock`. Each of its groups replaces the one before. Returns the merged groups
+    /// like [`Self::perception`]; `None` when the stamp is too far from the clock, so that the message is ignored.
     pub fn external(
         &mut self,
         stamp: ArbiterStamp,

@@ -2,7 +2,6 @@
 
 use super::quirks::LightQuirks;
 
-/// The text before the date.
 const PREFIX: &str = "awf/universe/";
 /// The generation with `TrafficSignalArray`.
 const SIGNALS: u32 = 20_230_906;
@@ -12,16 +11,16 @@ const GROUPS: u32 = 20_240_605;
 /// The type of a message with traffic lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LightsType {
-    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`LightsContent::Lights`](super::emission::Content::Lights).
+    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`LightsContent::Lights`](super::emission::LightsContent::Lights).
     ArrayV1,
-    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`LightsContent::Groups`](super::emission::Content::Groups).
+    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`LightsContent::Groups`](super::emission::LightsContent::Groups).
     SignalArray,
     /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for
-    /// [`LightsContent::Groups`](super::emission::Content::Groups).
+    /// [`LightsContent::Groups`](super::emission::LightsContent::Groups).
     GroupArray,
-    /// `visualization_msgs/msg/MarkerArray`, for [`LightsContent::Markers`](super::emission::Content::Markers).
+    /// `visualization_msgs/msg/MarkerArray`, for [`LightsContent::Markers`](super::emission::LightsContent::Markers).
     MarkerArray,
-    /// `rosgraph_msgs/msg/Clock`, for [`LightsContent::Clock`](super::emission::Content::Clock).
+    /// `rosgraph_msgs/msg/Clock`, for [`LightsContent::Clock`](super::emission::LightsContent::Clock).
     Clock,
 }
 
@@ -32,7 +31,7 @@ pub struct Architecture {
     generation: Generation,
 }
 
-/// Generations by their messages, with those that only upstream accepts.
+/// Generations by their messages, with the ones that only upstream accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Generation {
     /// `awf/universe` without a date.
@@ -72,7 +71,7 @@ impl Architecture {
         Ok(Self { text: text.to_owned(), generation })
     }
 
-    /// Message type of the camera topic.
+    /// Returns the message type of the camera topic.
     pub fn camera(&self) -> Result<LightsType, ArchitectureError> {
         match self.generation {
             Generation::Signals => Ok(LightsType::SignalArray),
@@ -84,7 +83,7 @@ impl Architecture {
         }
     }
 
-    /// Message type of the V2I topics.
+    /// Returns the message type of the V2I topics.
     pub fn v2i(&self) -> Result<LightsType, ArchitectureError> {
         match self.generation {
             Generation::Signals | Generation::Older => Ok(LightsType::SignalArray),

@@ -8,13 +8,13 @@ use std::fmt;
 /// The colour of a lamp. Its number counts from 0, and is the highest byte of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Color {
-    /// The colour green.
+    /// Green, as for "go".
     Green,
-    /// The colour yellow, also called amber.
+    /// Yellow, also called amber.
     Yellow,
-    /// The colour red.
+    /// Red, as for "stop".
     Red,
-    /// The colour white, as for trams.
+    /// White, as for trams.
     White,
     /// A colour that was not recognised.
     Unknown,
@@ -23,11 +23,11 @@ pub enum Color {
 /// The status of a lamp. Its number counts from 0, and is the second byte of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BulbStatus {
-    /// Light comes out all the time.
+    /// The lamp is on all the time.
     SolidOn,
-    /// No light comes out.
+    /// The lamp is off.
     SolidOff,
-    /// Light comes out at intervals.
+    /// The lamp is on at intervals.
     Flashing,
     /// A status that was not recognised.
     Unknown,
@@ -45,11 +45,11 @@ pub enum BulbShape {
     Unknown = 0x0003,
     /// Arrow to the right.
     Right = 0x0102,
-    /// Arrow straight ahead.
+    /// An arrow straight ahead.
     Up = 0x0202,
     /// Arrow ahead to the right.
     UpperRight = 0x0302,
-    /// Arrow downwards.
+    /// An arrow that points downwards.
     Down = 0x0402,
     /// Arrow down to the right.
     LowerRight = 0x0502,
@@ -70,7 +70,7 @@ impl BulbStatus {
     /// All statuses, in the order of their numbers.
     pub const ALL: [Self; 4] = [Self::SolidOn, Self::SolidOff, Self::Flashing, Self::Unknown];
 
-    /// Returns whether light comes out, at least at times.
+    /// Returns whether the lamp is on, at least at times.
     pub const fn is_lit(self) -> bool {
         match self {
             Self::SolidOn | Self::Flashing => true,
@@ -101,19 +101,19 @@ impl BulbShape {
     }
 }
 
-/// One lamp of a head. The order is that of the sort key.
+/// One lamp of a head. Lamps are ordered by their sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Bulb {
     /// Colour of the light.
     pub color: Color,
-    /// The way in which light comes out, or none.
+    /// On, off or flashing.
     pub status: BulbStatus,
     /// Outline of the lamp.
     pub shape: BulbShape,
 }
 
 impl Bulb {
-    /// The sort key: colour << 24 | status << 16 | shape number.
+    /// Returns the sort key: colour << 24 | status << 16 | shape number.
     pub const fn key(self) -> u32 {
         (self.color as u32) << 24 | (self.status as u32) << 16 | self.shape as u32
     }
@@ -164,7 +164,7 @@ impl BulbSet {
         self.0.iter().zip(&other.0).all(|(own, other)| own & other == *other)
     }
 
-    /// The bulbs of both sets.
+    /// Returns the bulbs of both sets.
     pub fn union(self, other: Self) -> Self {
         let mut union = self;
         union.0.iter_mut().zip(other.0).for_each(|(bits, more)| *bits |= more);
@@ -176,7 +176,7 @@ impl BulbSet {
         *self == Self::EMPTY
     }
 
-    /// The number of bulbs.
+    /// Returns the number of bulbs.
     pub fn len(&self) -> usize {
         self.0.iter().map(|bits| bits.count_ones() as usize).sum()
     }
@@ -190,7 +190,7 @@ impl BulbSet {
         shows(Color::Red) && shows(Color::Green)
     }
 
-    /// The bulbs in the order of their keys.
+    /// Returns the bulbs in the order of their keys.
     pub fn iter(&self) -> impl Iterator<Item = Bulb> + use<> {
         let mut words = self.0;
         std::iter::from_fn(move || {

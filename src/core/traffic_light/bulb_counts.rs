@@ -16,7 +16,6 @@ pub(super) struct BulbCounts {
 }
 
 impl BulbCounts {
-    /// The counts of one light.
     pub(super) fn of(bulbs: Option<BulbSet>) -> Self {
         let Some(bulbs) = bulbs else { return Self::default() };
         let is_lit = bulbs.iter().any(|bulb| bulb.status.is_lit());
@@ -30,7 +29,6 @@ impl BulbCounts {
         }
     }
 
-    /// Records that one of these lights changed.
     pub(super) fn change(&mut self, from: Option<BulbSet>, to: Option<BulbSet>) {
         if from == to {
             return;

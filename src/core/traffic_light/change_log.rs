@@ -1,4 +1,4 @@
-//! Changes of heads by number, so that the next message is made of those that changed since the last one.
+//! Changes of heads by number, so that the next message is made from the heads that changed since the last one.
 
 use std::collections::VecDeque;
 
@@ -19,7 +19,6 @@ impl ChangeLog {
         Self { changes: 0, latest: VecDeque::new(), heads: u32::try_from(heads).unwrap_or(u32::MAX) }
     }
 
-    /// Records a change of a head.
     pub(super) fn add(&mut self, head: HeadIndex) {
         self.changes += 1;
         self.latest.push_back(head);
@@ -28,12 +27,12 @@ impl ChangeLog {
         }
     }
 
-    /// Number of the last change, 0 before the first.
+    /// Returns the number of the last change, 0 before the first.
     pub(super) fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// The heads that changed after that change, latest first and maybe repeated; after too many changes, all
+    /// Returns the heads that changed after that change, latest first and maybe repeated; after too many changes, all
     /// heads of the map.
     pub(super) fn since(&self, change: u64) -> impl Iterator<Item = HeadIndex> + '_ {
         let count = usize::try_from(self.changes - change).unwrap_or(usize::MAX);

@@ -1,6 +1,6 @@
 //! Actions as text: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)`
 //! (docs/spec/traffic-lights.md, "Actions and commands").
-//! They are the custom commands of a scenario, and some more for people who type them.
+//! They are the custom commands of a scenario, and a few more to be typed by hand.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -111,7 +111,7 @@ pub enum FormError {
     Surplus,
 }
 
-/// Reads an action. `controllers` are those of the scenario; a target may name a channel where
+/// Reads an action. `controllers` are the controllers of the scenario; a target may name a channel where
 /// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream mode only where upstream does.
 pub fn parse_command(
     text: &str,
@@ -123,7 +123,7 @@ pub fn parse_command(
     let command = text.trim_start_matches(is_blank);
     let (name, rest) = command.split_at(command.find(|c| c == '(' || is_blank(c)).unwrap_or(command.len()));
     let found = COMMANDS.into_iter().find(|(known, _)| *known == name);
-    let (name, command) = found.ok_or_else(|| {
+    let (name, expected) = found.ok_or_else(|| {
         match mistyped(name, COMMANDS.map(|(known, _)| known)).filter(|_| !quirks.finds_mistakes_late) {
             Some(known) => CommandError::NearMiss { found: printable(name), known },
             None => CommandError::NotOurs(printable(name)),
@@ -133,69 +133,43 @@ pub fn parse_command(
         let before = text.chars().count() - rest.chars().count();
         CommandError::Form { column: before + 1, kind }
     })?;
-    let count = |expected| CommandError::Count { name, expected, actual: arguments.len() };
-    match (command, arguments.as_slice()) {
-        (Command::SetState, [target, state]) => {
+    match (name, arguments.as_slice()) {
+        ("TrafficSignalStateAction", [target, state]) => {
             let target = target_in(quirks, target)?;
             Ok(Action::SetState { target, state: state_for(target.store, state, quirks)? })
         }
-        (Command::EnterPhase, [controller, phase]) => enter_phase(controller, phase, controllers, quirks),
-        (Command::Clear, [target]) => Ok(Action::Clear { target: SignalTarget::parse(target)? }),
-        (Command::SetV2iState, [id, state]) => set_v2i_state(id, state, None, quirks),
-        (Command::SetV2iState, [id, state, rate]) => set_v2i_state(id, state, Some(rate), quirks),
-        (Command::SetV2iRate, [rate]) => Ok(Action::SetV2iRate { rate_hz: rate_in(rate)? }),
-        (Command::SetGroundTruthRate, [rate]) => Ok(Action::SetGroundTruthRate { rate_hz: rate_in(rate)? }),
-        (Command::EnableV2i, [_, ..]) => Ok(Action::EnableV2i { ids: ids(&arguments)? }),
-        (Command::DisableV2i, [_, ..]) => Ok(Action::DisableV2i { ids: ids(&arguments)? }),
-        (Command::SetConfidence, [target, confidence]) => set_confidence(target, confidence, quirks),
-        (Command::ExitSuccess, []) => Ok(Action::End { success: true }),
-        (Command::ExitFailure, []) => Ok(Action::End { success: false }),
-        (Command::SetState | Command::EnterPhase | Command::SetConfidence, _) => Err(count("2 arguments")),
-        (Command::SetV2iState, _) => Err(count("2 or 3 arguments")),
-        (Command::EnableV2i | Command::DisableV2i, _) => Err(count("at least 1 argument")),
-        (Command::Clear | Command::SetV2iRate | Command::SetGroundTruthRate, _) => Err(count("1 argument")),
-        (Command::ExitSuccess | Command::ExitFailure, _) => Err(count("no arguments")),
+        ("TrafficSignalControllerAction", [name, phase]) => enter_phase(name, phase, controllers, quirks),
+        ("ClearTrafficSignal", [target]) => Ok(Action::Clear(SignalTarget::parse(target)?)),
+        ("V2ITrafficSignalStateAction", [id, state, rate @ ..]) if rate.len() <= 1 => {
+            let (id, state) = (parse_id(id)?, state_for(StoreId::V2I, state, quirks)?);
+            Ok(Action::SetV2iState { id, state, rate_hz: rate.first().copied().map(rate_in).transpose()? })
+        }
+        ("SetV2IRate", [rate]) => Ok(Action::SetV2iRate(rate_in(rate)?)),
+        ("SetGroundTruthRate", [rate]) => Ok(Action::SetGroundTruthRate(rate_in(rate)?)),
+        ("EnableTrafficSignalV2IFeatureAction@v1", ids @ [_, ..]) => Ok(Action::EnableV2i(parse_ids(ids)?)),
+        ("DisableTrafficSignalV2IFeatureAction@v1", ids @ [_, ..]) => Ok(Action::DisableV2i(parse_ids(ids)?)),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1", [target, confidence]) => {
+            set_confidence(target, confidence, quirks)
+        }
+        ("exitSuccess" | "exitFailure", []) => Ok(Action::End(name == "exitSuccess")),
+        _ => Err(CommandError::Count { name, expected, actual: arguments.len() }),
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Command {
-    SetState,
-    EnterPhase,
-    Clear,
-    SetV2iState,
-    SetV2iRate,
-    SetGroundTruthRate,
-    EnableV2i,
-    DisableV2i,
-    SetConfidence,
-    ExitSuccess,
-    ExitFailure,
-}
-
-const COMMANDS: [(&str, Command); 11] = [
-    ("TrafficSignalStateAction", Command::SetState),
-    ("TrafficSignalControllerAction", Command::EnterPhase),
-    ("ClearTrafficSignal", Command::Clear),
-    ("V2ITrafficSignalStateAction", Command::SetV2iState),
-    ("SetV2IRate", Command::SetV2iRate),
-    ("SetGroundTruthRate", Command::SetGroundTruthRate),
-    ("EnableTrafficSignalV2IFeatureAction@v1", Command::EnableV2i),
-    ("DisableTrafficSignalV2IFeatureAction@v1", Command::DisableV2i),
-    ("PseudoTrafficSignalDetectorConfidenceSetAction@v1", Command::SetConfidence),
-    ("exitSuccess", Command::ExitSuccess),
-    ("exitFailure", Command::ExitFailure),
+/// The names of the commands, with the number of their arguments.
+const COMMANDS: [(&str, &str); 11] = [
+    ("TrafficSignalStateAction", "2 arguments"),
+    ("TrafficSignalControllerAction", "2 arguments"),
+    ("ClearTrafficSignal", "1 argument"),
+    ("V2ITrafficSignalStateAction", "2 or 3 arguments"),
+    ("SetV2IRate", "1 argument"),
+    ("SetGroundTruthRate", "1 argument"),
+    ("EnableTrafficSignalV2IFeatureAction@v1", "at least 1 argument"),
+    ("DisableTrafficSignalV2IFeatureAction@v1", "at least 1 argument"),
+    ("PseudoTrafficSignalDetectorConfidenceSetAction@v1", "2 arguments"),
+    ("exitSuccess", "no arguments"),
+    ("exitFailure", "no arguments"),
 ];
-
-fn set_v2i_state(
-    id: &str,
-    state: &str,
-    rate: Option<&str>,
-    quirks: LightQuirks,
-) -> Result<Action, CommandError> {
-    let (id, state) = (parse_id(id)?, state_for(StoreId::V2I, state, quirks)?);
-    Ok(Action::SetV2iState { id, state, rate_hz: rate.map(rate_in).transpose()? })
-}
 
 fn rate_in(text: &str) -> Result<f64, CommandError> {
     let rate = text.parse().ok().filter(|rate| RATES_HZ.contains(rate));
@@ -249,11 +223,11 @@ fn state_for(store: StoreId, text: &str, quirks: LightQuirks) -> Result<StateTex
     Ok(state)
 }
 
-fn ids(arguments: &[&str]) -> Result<Vec<i64>, SignalIdError> {
+fn parse_ids(arguments: &[&str]) -> Result<Vec<i64>, SignalIdError> {
     arguments.iter().map(|id| parse_id(id)).collect()
 }
 
-/// The arguments between the parentheses after a name. A mistake comes with the text that begins with it.
+/// Returns the arguments between the parentheses after a name. A mistake comes with the text that begins with it.
 fn arguments(text: &str) -> Result<Vec<&str>, (FormError, &str)> {
     let text = text.trim_start_matches(is_blank);
     if text.is_empty() {
@@ -294,7 +268,7 @@ fn argument(text: &str) -> Result<(&str, &str), (FormError, &str)> {
     }
 }
 
-/// Names for an error; the first ones when there are many.
+/// Returns the names for an error; the first ones when there are many.
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     const MAX_NAMES: usize = 20;
     let mut names = names.map(|name| format!("`{}`", printable(name)));

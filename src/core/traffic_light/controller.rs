@@ -11,7 +11,6 @@ use super::quirks::LightQuirks;
 use super::scenario::{ControllerIndex, Scenario, TrafficSignalController};
 use crate::core::time::WallStamp;
 
-/// The states of all controllers.
 #[derive(Debug, Clone)]
 pub(super) struct Controllers {
     quirks: LightQuirks,
@@ -27,12 +26,10 @@ pub(super) struct Controllers {
     followers: Vec<Vec<(usize, Duration)>>,
 }
 
-/// The state of one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ControllerProgress {
     /// Position of its phase; `None` before the first one.
     pub(super) phase: Option<usize>,
-    /// Start of the phase.
     pub(super) start: ScenarioMoment,
     /// The wall-clock time of that start.
     pub(super) start_wall: WallStamp,
@@ -47,7 +44,6 @@ pub(super) struct FrameTimes {
     pub(super) previous: Option<ScenarioMoment>,
 }
 
-/// A phase to enter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Transition {
     pub(super) phase: usize,
@@ -69,12 +65,11 @@ impl Controllers {
         Self { quirks, idle_until: vec![0; states.len()], awake, asleep, states, followers }
     }
 
-    /// The state of a controller.
     pub(super) fn state(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {
         self.states.get(controller.0)
     }
 
-    /// The first controller from this one on that may have something to do in this frame.
+    /// Returns the first controller from this one on that may have something to do in this frame.
     pub(super) fn next_awake(&mut self, from: usize, frame: FrameTimes) -> Option<usize> {
         while let Some((until, index)) = self.asleep.first().copied().filter(|(at, _)| *at <= frame.now.nanos)
         {
@@ -84,7 +79,7 @@ impl Controllers {
         self.awake.range(from..).next().copied()
     }
 
-    /// The transition of a controller in this frame; `None` when it stays in its phase.
+    /// Returns the transition of a controller in this frame; `None` when it stays in its phase.
     pub(super) fn due(
         &mut self,
         index: usize,
@@ -106,7 +101,7 @@ impl Controllers {
         frame: FrameTimes,
     ) -> Option<Transition> {
         let (quirks, now) = (self.quirks, frame.now);
-        let state = self.states.get_mut(index)?;
+        let state = &mut self.states[index];
         let begins = match controller.reference {
             None => state.phase.is_none().then_some(now),
             Some(_) => state.begin.take_if(|begin| begin.is_past(now, quirks)),
@@ -117,7 +112,7 @@ impl Controllers {
                 return None;
             }
             let start = self.nominal(begin, frame);
-            let state = self.states.get(index)?;
+            let state = &self.states[index];
             // Improved mode does not enter the first phase again when the cycle has reached it in the meantime.
             let has_begun =
                 !quirks.repeats_first_phase && state.phase == Some(0) && state.start.nanos >= begin.nanos;
@@ -125,10 +120,11 @@ impl Controllers {
                 return Some(Transition { phase: 0, start });
             }
         }
-        let ControllerProgress { phase, start, .. } = *self.states.get(index)?;
-        let duration = controller.phases.get(phase?)?.duration?;
+        let ControllerProgress { phase, start, .. } = self.states[index];
+        let phase = phase?;
+        let duration = controller.phases[phase].duration?;
         start.has_lasted(duration, now, quirks).then(|| Transition {
-            phase: (phase.unwrap_or_default() + 1) % controller.phases.len(),
+            phase: (phase + 1) % controller.phases.len(),
             start: self.nominal(start.after(duration), frame),
         })
     }
@@ -138,29 +134,27 @@ impl Controllers {
         if to.phase == 0 {
             self.inform(index, to.start);
         }
-        if let Some(state) = self.states.get_mut(index) {
-            (state.phase, state.start, state.start_wall) = (Some(to.phase), to.start, start_wall);
-        }
+        let state = &mut self.states[index];
+        (state.phase, state.start, state.start_wall) = (Some(to.phase), to.start, start_wall);
         self.set_idle(index, 0);
     }
 
-    /// The earliest time of the next transition, nanoseconds; 0 when upstream's clock decides.
+    /// Returns the earliest time of the next transition, nanoseconds; 0 when upstream's clock decides.
     fn next(&self, index: usize, controller: &TrafficSignalController) -> u64 {
-        let Some(state) = self.states.get(index).filter(|_| !self.quirks.slips_by_frames) else {
+        if self.quirks.slips_by_frames {
             return 0;
-        };
+        }
+        let state = &self.states[index];
         let Some(phase) = state.phase else {
             let is_first = controller.reference.is_none();
             return if is_first { 0 } else { state.begin.map_or(u64::MAX, |begin| begin.nanos) };
         };
-        let duration = controller.phases.get(phase).and_then(|phase| phase.duration);
-        let end = duration.map(|duration| state.start.after(duration));
+        let end = controller.phases[phase].duration.map(|duration| state.start.after(duration));
         end.into_iter().chain(state.begin).map(|moment| moment.nanos).min().unwrap_or(u64::MAX)
     }
 
     fn set_idle(&mut self, index: usize, until: u64) {
-        let Some(idle_until) = self.idle_until.get_mut(index) else { return };
-        let before = std::mem::replace(idle_until, until);
+        let before = std::mem::replace(&mut self.idle_until[index], until);
         self.awake.remove(&index);
         self.asleep.remove(&(before, index));
         if until == 0 {
@@ -171,20 +165,15 @@ impl Controllers {
     }
 
     fn inform(&mut self, index: usize, start: ScenarioMoment) {
-        for follower in 0.. {
-            let of_controller = self.followers.get(index);
-            let Some((follower, delay)) = of_controller.and_then(|all| all.get(follower)).copied() else {
-                break;
-            };
-            if let Some(state) = self.states.get_mut(follower) {
-                state.begin = Some(start.after(delay));
-            }
+        for position in 0..self.followers[index].len() {
+            let (follower, delay) = self.followers[index][position];
+            self.states[follower].begin = Some(start.after(delay));
             self.set_idle(follower, 0);
         }
     }
 
-    /// The nominal time when this is the first frame after it; else frames were missed, and the schedule starts anew
-    /// from this one.
+    /// Returns the nominal time when this is the first frame after it; else frames were missed, and the schedule
+    /// starts again from this one.
     fn nominal(&self, at: ScenarioMoment, frame: FrameTimes) -> ScenarioMoment {
         let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
         if is_new && at.nanos <= frame.now.nanos && !self.quirks.slips_by_frames { at } else { frame.now }

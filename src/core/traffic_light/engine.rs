@@ -67,7 +67,28 @@ pub struct LightObservation {
     pub confidence: f64,
 }
 
-/// Traffic lights of a map, with a scenario and inputs from outside.
+/// The engine: traffic lights of a map, with a scenario and inputs from outside.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use signal_gateway::core::compat::Compat;
+/// use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
+/// use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+/// use signal_gateway::core::traffic_light::command::parse_command;
+/// use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
+/// use signal_gateway::core::traffic_light::scenario::Scenario;
+/// use signal_gateway::core::traffic_light::target::StoreId;
+///
+/// let map = Arc::new(LightMap::new([], &[GroupEntry::new(100, [11, 12])]));
+/// let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+/// let settings = LightsSettings::new(map, Scenario::default(), Compat::Improved);
+/// let mut lights = TrafficLights::new(settings, now);
+/// let action = parse_command("TrafficSignalStateAction(100, red)", lights.controllers(), Compat::Improved)?;
+/// lights.apply(&action, now)?;
+/// assert_eq!(lights.states(StoreId::CONVENTIONAL)[&11].bulbs.to_string(), "red solidOn circle");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct TrafficLights {
     pub(super) scenario: Arc<Scenario>,
@@ -84,7 +105,6 @@ pub struct TrafficLights {
     skipped: u64,
 }
 
-/// Counts of the inputs to one channel.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InputCounts {
     pub(super) rejected: u64,
@@ -102,7 +122,7 @@ enum Due {
 }
 
 impl LightsSettings {
-    /// The default rates, copies and groups of a mode; no topics.
+    /// Creates settings with the default rates, copies and groups of a mode, and without topics.
     pub fn new(map: Arc<LightMap>, scenario: Scenario, quirks: impl Into<LightQuirks>) -> Self {
         let quirks = quirks.into();
         Self {
@@ -119,10 +139,8 @@ impl LightsSettings {
             topics: BTreeSet::new(),
         }
     }
-}
 
-impl LightsSettings {
-    /// True if a running scenario can go on with these settings instead of `before`: lights, scenario, rules, frames,
+    /// Returns whether a running scenario can continue with these settings instead of `before`: lights, scenario, rules, frames,
     /// topics and the way that states expire are the same.
     pub fn is_same_run(&self, before: &Self) -> bool {
         let expire = self.v2i_timeout.is_some() == before.v2i_timeout.is_some();
@@ -159,11 +177,10 @@ impl TrafficLights {
             wall: now.wall,
         };
         for (index, action) in scenario.init.iter().enumerate() {
-            if let Err(refusal) = scenario_state.perform(&scenario, action, ActionSource::Init(index)) {
+            if scenario_state.verdict.is_none()
+                && let Err(refusal) = scenario_state.perform(&scenario, action, ActionSource::Init(index))
+            {
                 scenario_state.end(ScenarioOutcome::Fault(refusal));
-            }
-            if scenario_state.verdict.is_some() {
-                break;
             }
         }
         Self {
@@ -182,7 +199,7 @@ impl TrafficLights {
         }
     }
 
-    /// Goes on with other settings, as far as they are not those that a scenario begins with: see
+    /// Continues with other settings, except for the ones that only a new scenario takes: see
     /// [`LightsSettings::is_same_run`]. A rate that an action has changed stays unless its setting differs.
     pub fn reconfigure(&mut self, before: &LightsSettings, settings: &LightsSettings, now: Now) {
         self.move_to(now);
@@ -201,25 +218,25 @@ impl TrafficLights {
         self.outbox.reconfigure(settings.one_group_per_head);
     }
 
-    /// The rules of upstream that it follows.
+    /// Returns the rules of upstream that it follows.
     pub fn quirks(&self) -> LightQuirks {
         self.scenario_state.quirks
     }
 
-    /// The scenario's controllers, in the order of the document.
+    /// Returns the scenario's controllers, in the order of the document.
     pub fn controllers(&self) -> &[TrafficSignalController] {
         &self.scenario.controllers
     }
 
-    /// Does an action of a command, after all that is due by now. A refused action changes nothing, but in upstream
-    /// mode a state is applied up to its mistake.
+    /// Does an action of a command, after everything that is due by now. A refused action changes nothing, but in
+    /// upstream mode a state is applied up to its mistake.
     pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), ActionRefusal> {
         self.move_to(now);
         let scenario = Arc::clone(&self.scenario);
         self.scenario_state.perform(&scenario, action, ActionSource::Outside)
     }
 
-    /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one. Those of
+    /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one. States of
     /// V2I expire after the timeout when `expires`; others hold until their sender removes them. Returns the
     /// number of rejected states: of ids that the map does not have, or with a confidence outside 0 to 1.
     pub fn set_states(
@@ -251,7 +268,7 @@ impl TrafficLights {
         }
     }
 
-    /// Handles all that is due by now, in order, each at its own time. After a gap the oldest frames and messages
+    /// Handles everything that is due by now, in order, each at its own time. After a gap the oldest frames and messages
     /// are skipped, see [`TrafficLights::skipped`].
     pub fn advance(&mut self, now: Now) {
         let reached = self.nanos(now.mono);
@@ -270,49 +287,49 @@ impl TrafficLights {
         }
     }
 
-    /// The next time at which [`TrafficLights::advance`] has something to do.
+    /// Returns the next time at which [`TrafficLights::advance`] has something to do.
     pub fn next_deadline(&self) -> MonoTime {
         self.next_due()
             .map_or(MonoTime::from_nanos(u64::MAX), |(at, _)| self.origin.after(Duration::from_nanos(at)))
     }
 
-    /// The next message to send, oldest first.
+    /// Returns the next message to send, oldest first.
     pub fn poll_output(&mut self) -> Option<Emission> {
         self.outbox.poll()
     }
 
-    /// The next event of the scenario, oldest first.
+    /// Returns the next event of the scenario, oldest first.
     pub fn poll_event(&mut self) -> Option<LoggedEvent> {
         self.scenario_state.events.pop_front()
     }
 
-    /// The end of the scenario; `None` while it runs.
+    /// Returns the end of the scenario; `None` while it runs.
     pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.scenario_state.verdict.as_ref()
     }
 
-    /// The scenario, for the names behind the positions in events.
+    /// Returns the scenario, for the names behind the positions in events.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// The four stores.
+    /// Returns the four stores of the lights.
     pub fn stores(&self) -> &Stores {
         self.scenario_state.lights.stores()
     }
 
-    /// Position of a controller's present phase; `None` before the first one.
+    /// Returns the position of a controller's present phase; `None` before the first one.
     pub fn phase(&self, controller: ControllerIndex) -> Option<usize> {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// The states of a store, ascending by id: of the heads that were ever touched, by way id, or of detected lights, by
-    /// way id; for upstream by the id as it was written.
+    /// Returns the states of a store, ascending by id: of the heads that were ever touched, by way id, or of detected
+    /// lights, by way id; for upstream by the id as it was written.
     pub fn states(&self, store: StoreId) -> BTreeMap<i64, LightObservation> {
         self.iter_states(store).collect()
     }
 
-    /// The same one by one, without a map of them.
+    /// Returns the states like [`Self::states`], but one by one.
     pub(super) fn iter_states(&self, store: StoreId) -> impl Iterator<Item = (i64, LightObservation)> {
         let (map, truth, detected) =
             (self.stores().map(), self.stores().truth(store.channel), self.stores().detected(store.channel));
@@ -326,22 +343,19 @@ impl TrafficLights {
         truth.chain(detected.filter_map(move |(id, entry)| state(id, &entry.light)))
     }
 
-    /// Number of frames and messages that were skipped after gaps.
+    /// Returns the number of frames and messages that were skipped after gaps.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// Returns whether messages of a topic are made.
     pub(super) fn publishes(&self, topic: LightsTopic) -> bool {
         self.topics.contains(&topic)
     }
 
-    /// The present rates of the ground truth and V2I topics.
     pub(super) fn rates(&self) -> (Rate, Rate) {
         (self.scenario_state.ground_truth.rate(), self.scenario_state.v2i.rate())
     }
 
-    /// The state of a controller.
     pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {
         self.scenario_state.controllers.state(controller)
     }
@@ -351,7 +365,7 @@ impl TrafficLights {
         u64::try_from(at.since(self.origin).as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// Handles all that is due and makes this the present moment. Upstream's clock moves by frames only.
+    /// Handles everything that is due and makes this the present moment. Upstream's clock moves by frames only.
     fn move_to(&mut self, now: Now) {
         self.advance(now);
         self.scenario_state.now.nanos = self.scenario_state.now.nanos.max(self.nanos(now.mono));
@@ -438,7 +452,7 @@ impl TrafficLights {
         is_taken
     }
 
-    /// Starts the expiry of a light anew, or ends it. Only V2I states expire.
+    /// Starts the expiry of a light again, or ends it. Only V2I states expire.
     fn watch(&mut self, target: SignalTarget, expires: bool) {
         let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == LightChannel::V2i) else {
             return;

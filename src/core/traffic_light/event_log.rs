@@ -10,7 +10,7 @@ use super::scenario::ControllerIndex;
 pub struct LoggedEvent {
     /// Time since the start of the scenario.
     pub at: Duration,
-    /// The event itself.
+    /// The kind of event, with its positions.
     pub event: ScenarioEvent,
 }
 
@@ -24,16 +24,10 @@ pub enum ScenarioEvent {
         /// Position of the phase in the controller's cycle.
         phase: usize,
     },
-    /// An act has begun.
-    ActStarted {
-        /// Position of the act.
-        act: usize,
-    },
-    /// An act ended: its events were all done, or its stop trigger fired.
-    ActEnded {
-        /// Position of the act.
-        act: usize,
-    },
+    /// The act at this position has begun.
+    ActStarted(usize),
+    /// The act at this position ended: its events were all done, or its stop trigger fired.
+    ActEnded(usize),
     /// An event began; its actions follow.
     EventStarted {
         /// Position of the act.

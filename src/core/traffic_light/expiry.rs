@@ -7,7 +7,6 @@ use super::target::StoreLayer;
 /// A V2I light by its layer and the id of its entry.
 pub(super) type Key = (StoreLayer, i64);
 
-/// The times at which received V2I states expire.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Expiry {
     watched: BTreeMap<Key, Watch>,
@@ -32,7 +31,6 @@ impl Expiry {
         self.order.insert((at, key));
     }
 
-    /// Ends the expiry of a light.
     pub(super) fn forget(&mut self, key: Key) {
         self.expired.remove(&key);
         if let Some(watch) = self.watched.remove(&key) {
@@ -40,7 +38,7 @@ impl Expiry {
         }
     }
 
-    /// Time of the next expiry, nanoseconds since the start of the scenario.
+    /// Returns the time of the next expiry, nanoseconds since the start of the scenario.
     pub(super) fn next(&self) -> Option<u64> {
         self.order.first().map(|(at, _)| *at)
     }
@@ -53,7 +51,7 @@ impl Expiry {
         Some((key, watch.written))
     }
 
-    /// Number of lights that expired and were not received since.
+    /// Returns the number of lights that expired and were not received since.
     pub(super) fn expired(&self) -> usize {
         self.expired.len()
     }

@@ -1,5 +1,5 @@
 //! The whole traffic-light flow: states of a V2X unit go into the engine, its messages through the faults on
-//! purpose, and those that arrive to the arbiter. Time is the gateway's, or that of a simulator.
+//! purpose, and the messages that arrive go to the arbiter. Time is the gateway's, or a simulator's.
 
 use std::collections::VecDeque;
 
@@ -32,13 +32,13 @@ pub struct LightsFlowSettings {
     pub arbiter: Option<ArbiterSettings>,
     /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera topic.
     pub external_camera: bool,
-    /// True when the time of scenario, faults and messages is that of [`TrafficLightInput::Clock`]: nothing happens
+    /// True when [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing happens
     /// before the first one. The unit on CAN is judged by the gateway's own clock in any case.
     pub use_sim_time: bool,
 }
 
 impl LightsFlowSettings {
-    /// Only the engine, in the gateway's time.
+    /// Creates settings with the engine alone, in the gateway's time.
     pub fn new(lights: LightsSettings) -> Self {
         Self {
             lights,
@@ -52,20 +52,41 @@ impl LightsFlowSettings {
 }
 
 /// The traffic lights with reception, faults on purpose and arbiter.
+///
+/// Give it inputs, call [`Self::settle`] after them and at [`Self::next_deadline`], then take the outputs:
+///
+/// ```
+/// # use std::sync::Arc;
+/// # use signal_gateway::core::compat::Compat;
+/// # use signal_gateway::core::map::light_map::LightMap;
+/// # use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+/// # use signal_gateway::core::traffic_light::emission::LightsTopic;
+/// # use signal_gateway::core::traffic_light::engine::LightsSettings;
+/// # use signal_gateway::core::traffic_light::flow::{LightsFlowSettings, TrafficLightFlow};
+/// # use signal_gateway::core::traffic_light::v2i_reception::binding::V2iBinding;
+/// # let map = Arc::new(LightMap::default());
+/// let mut lights = LightsSettings::new(map, Default::default(), Compat::Improved);
+/// lights.topics = [LightsTopic::Camera].into();
+/// let at_ms = |ms| Now { mono: MonoTime::from_millis(ms), wall: WallStamp::default() };
+/// let mut flow = TrafficLightFlow::new(LightsFlowSettings::new(lights), V2iBinding::default(), at_ms(0));
+/// flow.settle(&[], at_ms(100));
+/// let messages = std::iter::from_fn(|| flow.poll_output()).count();
+/// assert_eq!(messages, 3, "30 frames a second");
+/// ```
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
     run: LightsRun,
     reception: V2iReception,
     /// The settings of a run.
     settings: Box<LightsFlowSettings>,
-    /// The clock of a simulator; `None` when time is that of the gateway.
+    /// The clock of a simulator; `None` when the gateway's own time counts.
     clock: Option<SimulatedClock>,
     ready: VecDeque<TrafficLightOutput>,
     refused: u64,
     news: bool,
 }
 
-/// All that begins anew with the clock.
+/// Everything that begins again with the clock.
 #[derive(Debug, Clone)]
 struct LightsRun {
     engine: TrafficLights,
@@ -84,7 +105,6 @@ impl LightsRun {
         }
     }
 
-    /// Goes on with other settings of the same run.
     fn reconfigure(&mut self, before: &LightsFlowSettings, settings: LightsFlowSettings, now: Now) {
         self.engine.reconfigure(&before.lights, &settings.lights, now);
         for (faults, before, configured) in [
@@ -107,7 +127,7 @@ impl LightsRun {
 }
 
 impl TrafficLightFlow {
-    /// Starts the scenario.
+    /// Starts the scenario: does its init actions, before the first frame.
     pub fn new(settings: LightsFlowSettings, binding: V2iBinding, now: Now) -> Self {
         Self {
             clock: settings.use_sim_time.then(SimulatedClock::default),
@@ -120,8 +140,8 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Goes on with other settings and another binding. The scenario goes on where its lights, its rules and its topics
-    /// are the same; otherwise it begins anew, with the states of the V2X unit. Call [`Self::settle`] afterwards.
+    /// Continues with other settings and another binding. The scenario continues if its lights, rules and topics are the
+    /// same; otherwise it starts again, with the states of the V2X unit. Call [`Self::settle`] afterwards.
     pub fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
         let ended = self.reception.reconfigure(binding);
         self.news = true;
@@ -135,14 +155,14 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Starts the scenario anew, with the states of the V2X unit.
+    /// Starts the scenario again, with the states of the V2X unit.
     fn begin(&mut self, now: Now) {
         self.run = LightsRun::new((*self.settings).clone(), now);
         let states = self.reception.valid_states().map(|(id, state)| (id, Some(observation(state))));
         self.run.engine.set_states(StoreId::V2I, states, false, now);
     }
 
-    /// The reception of the V2X unit, for its frames and buses. Call [`Self::settle`] afterwards.
+    /// Returns the reception of the V2X unit, for its frames and buses. Call [`Self::settle`] afterwards.
     pub fn reception(&mut self) -> &mut V2iReception {
         &mut self.reception
     }
@@ -184,7 +204,7 @@ impl TrafficLightFlow {
         }
     }
 
-    /// The time of the run; `None` before a simulator has given one.
+    /// Returns the time of the run; `None` before a simulator has given one.
     fn time(&self, now: Now) -> Option<Now> {
         self.clock.as_ref().map_or(Some(now), SimulatedClock::now)
     }
@@ -218,7 +238,7 @@ impl TrafficLightFlow {
         self.news |= self.clock.as_ref().is_some_and(|clock| clock.is_silent(now.mono));
         let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
         if !settled.changes.is_empty() {
-            let changes = settled.changes.iter().map(|change| (change.id, change.state.map(observation)));
+            let changes = settled.changes.iter().map(|(id, state)| (*id, state.map(observation)));
             // These are only the changes, so they do not expire: the reception knows the age of each state.
             self.run.engine.set_states(StoreId::V2I, changes, false, now);
         }
@@ -246,13 +266,13 @@ impl TrafficLightFlow {
         std::mem::take(&mut self.news)
     }
 
-    /// The next output, oldest first.
+    /// Returns the next output, oldest first.
     pub fn poll_output(&mut self) -> Option<TrafficLightOutput> {
         self.ready.pop_front()
     }
 
-    /// The next time at which [`Self::settle`] has something to do. With a simulated clock its messages are what a run
-    /// waits for.
+    /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock its messages are
+    /// what a run waits for.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
         let own = match &self.clock {
             Some(clock) => clock.next_deadline(now),
@@ -265,22 +285,21 @@ impl TrafficLightFlow {
         own.into_iter().chain(self.reception.next_deadline(now)).min().unwrap_or(MonoTime::MAX)
     }
 
-    /// The engine that the flow runs.
+    /// Returns the engine that the flow runs.
     pub fn engine(&self) -> &TrafficLights {
         &self.run.engine
     }
 
-    /// The reception of the V2X unit.
     pub(super) fn v2i(&self) -> &V2iReception {
         &self.reception
     }
 
-    /// Commands since start that were not understood or could not be done.
+    /// Returns the number of commands since start that were not understood or could not be done.
     pub(super) fn refused_commands(&self) -> u64 {
         self.refused
     }
 
-    /// One status for each channel, one for the scenario, one for the V2X unit if there is one.
+    /// Returns one status for each channel, one for the scenario, one for the V2X unit if there is one.
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let clock = self.clock.as_ref();
         let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
@@ -306,14 +325,14 @@ impl TrafficLightFlow {
         statuses
     }
 
-    /// The first of the delayed messages that has arrived by now.
+    /// Returns the first of the delayed messages that has arrived by now.
     fn next_arrival(&mut self, now: MonoTime) -> Option<Emission> {
         let delayed = [&mut self.run.camera, &mut self.run.v2i].into_iter().flatten();
         let due = delayed.filter_map(|faults| Some((faults.next_deadline()?, faults)));
         due.min_by_key(|(at, _)| *at)?.1.poll(now)
     }
 
-    /// The arbiter at this time. A camera pipeline may stop, which our own camera topic does not.
+    /// Returns the arbiter at this time. A camera pipeline may stop, which our own camera topic does not.
     fn arbiter(&mut self, now: Now) -> Option<&mut Arbiter> {
         let may_stop = self.settings.external_camera && !self.run.engine.quirks().keeps_last_camera;
         let arbiter = self.run.arbiter.as_mut()?;
@@ -337,7 +356,8 @@ impl TrafficLightFlow {
     }
 }
 
-/// The groups that the arbiter merges from a message; `None` when the message is not for it, or causes no output.
+/// Returns the groups that the arbiter merges from a message; `None` when the message is not for it, or causes no
+/// output.
 fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Groups> {
     let LightsContent::Groups(groups) = &emission.content else { return None };
     let stamp = ArbiterStamp(emission.stamp.as_nanos());
@@ -348,7 +368,6 @@ fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option
     }
 }
 
-/// A state of the V2X unit for the engine.
 fn observation(ValidState { bulbs, confidence, .. }: ValidState) -> LightObservation {
     LightObservation { bulbs, confidence }
 }

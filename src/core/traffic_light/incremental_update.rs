@@ -7,7 +7,6 @@ use super::emission::{GroupState, LampMarker, LightState};
 
 /// An item of a list in ascending order of ids; several can have the same id.
 pub(super) trait Item: PartialEq + Clone {
-    /// The id by which items are sorted.
     fn id(&self) -> i64;
 }
 
@@ -50,7 +49,6 @@ pub(super) fn update<T: Item>(list: &mut Arc<Vec<T>>, mut changes: Vec<(i64, Vec
     }
 }
 
-/// Merges changes into a list in one pass.
 fn merged<T: Item>(mut list: &[T], changes: Vec<(i64, Vec<T>)>) -> Vec<T> {
     let mut merged =
         Vec::with_capacity(list.len() + changes.iter().map(|(_, items)| items.len()).sum::<usize>());
@@ -65,7 +63,7 @@ fn merged<T: Item>(mut list: &[T], changes: Vec<(i64, Vec<T>)>) -> Vec<T> {
     merged
 }
 
-/// The positions of the items of an id; an empty range where they would be inserted.
+/// Returns the positions of the items of an id; an empty range where they would be inserted.
 fn range<T: Item>(list: &[T], id: i64) -> Range<usize> {
     let first = list.partition_point(|item| item.id() < id);
     let count = list.iter().skip(first).take_while(|item| item.id() == id).count();

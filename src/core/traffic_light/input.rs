@@ -21,7 +21,7 @@ pub enum TrafficLightInput {
     },
     /// Groups of a camera pipeline, for the arbiter.
     Camera {
-        /// The sender's stamp, which the arbiter compares with those of the network.
+        /// The sender's stamp, which the arbiter compares with the stamps of the network.
         stamp: WallStamp,
         /// The groups of the message.
         groups: Groups,

@@ -15,7 +15,6 @@ use crate::core::map::light_map::{Head, HeadIndex, LampColor, LightGroup};
 /// `INFORMATION_SOURCE_SIMULATION` of `autoware_perception_msgs/msg/PredictedTrafficLightState`.
 const SOURCE: &str = "SIMULATION";
 
-/// The reported state of one head.
 #[derive(Debug, Clone, Copy)]
 struct HeadReport<'a> {
     head: HeadIndex,
@@ -24,7 +23,7 @@ struct HeadReport<'a> {
     confidence: f64,
 }
 
-/// Ground truth of a channel for these heads, by way id; an untouched head has no item.
+/// Returns the ground truth of a channel for these heads, by way id; an untouched head has no item.
 pub(super) fn lights(
     stores: &Stores,
     channel: LightChannel,
@@ -41,7 +40,8 @@ pub(super) fn lights(
     known(stores, heads).map(light).collect()
 }
 
-/// Reports of a channel for the groups that refer to any of these heads, by relation id; a dark group has no item.
+/// Returns the reports of a channel for the groups that refer to any of these heads, by relation id; a dark group has no
+/// item.
 pub(super) fn groups(
     stores: &Stores,
     channel: LightChannel,
@@ -53,7 +53,7 @@ pub(super) fn groups(
     ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
 }
 
-/// Reports of a channel, with one group for each lit head and relation (Q17).
+/// Returns the reports of a channel, with one group for each lit head and relation (Q17).
 pub(super) fn groups_by_head(
     stores: &Stores,
     channel: LightChannel,
@@ -96,8 +96,8 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
     }
 }
 
-/// A marker for each lamp of these heads, by way id; an untouched head has no item. The lamps show the ground truth
-/// of the first of the channels in which the head was touched.
+/// Returns a marker for each lamp of these heads, by way id; an untouched head has no item. The lamps show the ground
+/// truth of the first of the channels in which the head was touched.
 pub(super) fn markers(
     stores: &Stores,
     channels: &[LightChannel],
@@ -118,15 +118,14 @@ pub(super) fn markers(
     known(stores, heads).map(lamps).collect()
 }
 
-/// A head of the map with its position there.
 type KnownHead<'a> = (HeadIndex, &'a Head);
 
 fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterator<Item = KnownHead<'a>> {
     heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
 }
 
-/// The group of a relation: the bulbs of all its heads, each with the highest confidence of a head that shows it.
-/// `None` when the group is dark.
+/// Returns the group of a relation: the bulbs of all its heads, each with the highest confidence of a head that shows
+/// it. `None` when the group is dark.
 fn merged(
     stores: &Stores,
     channel: LightChannel,
@@ -158,7 +157,7 @@ fn merged(
     Some(GroupState { relation_id, elements, predictions })
 }
 
-/// The union of the predictions of several heads: ascending by time, each bulb once at a time.
+/// Returns the union of the predictions of several heads: ascending by time, each bulb once at a time.
 fn union<'a>(lists: impl Iterator<Item = &'a [Predicted]>) -> Vec<Prediction> {
     let mut all = Vec::new();
     for predicted in lists.flatten() {
@@ -176,7 +175,7 @@ fn prediction(predicted: &Predicted) -> Prediction {
     Prediction { at: predicted.at, elements: elements.collect(), reliability: 1.0, source: SOURCE }
 }
 
-/// The detected state of a head, else its ground truth.
+/// Returns the detected state of a head, else its ground truth.
 fn report<'a>(
     stores: &Stores,
     channel: LightChannel,
@@ -189,8 +188,8 @@ fn report<'a>(
     light.bulbs.map(|bulbs| HeadReport { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
 }
 
-/// The reports of upstream: all truth, then each detection instead of the entry whose way id is its key, else at
-/// the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
+/// Returns the reports of upstream: all truth, then each detection instead of the entry whose way id is its key, else
+/// at the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
 fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_>> {
     let mut reports = Vec::new();
     let mut indices = BTreeMap::new();
@@ -219,7 +218,7 @@ fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_
     reports
 }
 
-/// The id as it is sent: upstream cuts it to 32 bits (Q6).
+/// Returns the id as it is sent: upstream cuts it to 32 bits (Q6).
 #[allow(clippy::cast_possible_truncation)] // that is what is reproduced
 fn sent_id(id: i64, quirks: LightQuirks) -> i64 {
     if quirks.cuts_ids { i64::from(id as i32) } else { id }

@@ -41,4 +41,5 @@ pub mod target;
 pub mod text;
 mod trigger;
 pub mod v2i_reception;
+mod v2i_status;
 pub mod variable;

@@ -30,7 +30,6 @@ pub(super) struct Outbox {
     markers: [TopicList<LampMarker>; 2],
 }
 
-/// The list of a topic.
 #[derive(Debug, Clone)]
 struct TopicList<T> {
     /// The last change of each source that is in the list.
@@ -38,7 +37,6 @@ struct TopicList<T> {
     list: Arc<Vec<T>>,
 }
 
-/// The change logs of the sources of a list.
 type Sources<'a> = [Option<&'a ChangeLog>; 3];
 
 impl Outbox {
@@ -55,7 +53,7 @@ impl Outbox {
         }
     }
 
-    /// Makes the lists anew if their form changes; what waits is sent.
+    /// Makes new lists if their form changes; waiting messages are still sent.
     pub(super) fn reconfigure(&mut self, one_group_per_head: bool) {
         if self.one_group_per_head != one_group_per_head {
             *self = Self { waiting: std::mem::take(&mut self.waiting), ..Self::new(one_group_per_head) };
@@ -136,8 +134,8 @@ impl TopicList<Arc<GroupState>> {
 }
 
 impl<T: Item> TopicList<T> {
-    /// Brings the list up to date. `make` makes the items of heads, by ascending id: of those that changed, or of
-    /// all when items are not sorted by their ids.
+    /// Brings the list up to date. `make` makes the items of heads, by ascending id: of the changed heads, or of
+    /// all heads when items are not sorted by their ids.
     fn update(
         &mut self,
         sources: Sources<'_>,

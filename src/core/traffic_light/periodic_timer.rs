@@ -23,25 +23,24 @@ impl Rate {
     /// 30 Hz, the default rate of frames and of the ground truth.
     pub const THIRTY_HZ: Self = Self { micro_hz: 30_000_000 };
 
-    /// The rate of a number of hertz; `None` when it is not from 0.001 to 1000.
+    /// Returns the rate of a number of hertz; `None` when it is not from 0.001 to 1000.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the range was checked
     pub fn from_hz(hz: f64) -> Option<Self> {
         (0.001..=1_000.0).contains(&hz).then(|| Self { micro_hz: (hz * 1e6).round() as u64 })
     }
 
-    /// The rate in hertz.
+    /// Returns the rate in hertz.
     #[allow(clippy::cast_precision_loss)] // at most 10^9
     pub fn as_hz(self) -> f64 {
         self.micro_hz as f64 / 1e6
     }
 
-    /// The time of tick `number`, nanoseconds after tick 0, rounded to the nearest; saturates.
+    /// Returns the time of tick `number`, nanoseconds after tick 0, rounded to the nearest; saturates.
     pub fn nanos(self, number: u64) -> u64 {
         let rate = u128::from(self.micro_hz);
         u64::try_from((u128::from(number) * MICRO_HZ_NANOS + rate / 2) / rate).unwrap_or(u64::MAX)
     }
 
-    /// The number of the last tick at or before a time.
     fn number_at(self, nanos: u64) -> u64 {
         let number = u128::from(nanos) * u128::from(self.micro_hz) / MICRO_HZ_NANOS;
         let number = u64::try_from(number).unwrap_or(u64::MAX);
@@ -49,7 +48,7 @@ impl Rate {
         if self.nanos(number.saturating_add(1)) <= nanos { number + 1 } else { number }
     }
 
-    /// The tick to continue with at a time when `next` is due: `next`, or a later one after a gap.
+    /// Returns the tick to continue with at a time when `next` is due: `next`, or a later one after a gap.
     fn caught_up(self, next: u64, nanos: u64) -> u64 {
         next.max(self.number_at(nanos).saturating_add(1).saturating_sub(CATCH_UP))
     }
@@ -126,14 +125,12 @@ impl ScenarioMoment {
         if quirks.slips_by_frames { self.seconds < now.seconds } else { self.nanos < now.nanos }
     }
 
-    /// The moment `span` later.
     pub(super) fn after(self, span: Duration) -> Self {
         let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
         Self { nanos: self.nanos.saturating_add(nanos), seconds: self.seconds + span.as_secs_f64() }
     }
 }
 
-/// The timer of the frames of a scenario.
 #[derive(Debug, Clone)]
 pub(super) struct FrameClock {
     timer: PeriodicTimer,
@@ -147,7 +144,6 @@ impl FrameClock {
         Self { timer: PeriodicTimer { rate, origin: Some(0), next: first.into() }, next_seconds }
     }
 
-    /// Returns the time of the next frame.
     pub(super) fn next(&self) -> u64 {
         self.timer.rate.nanos(self.timer.next)
     }

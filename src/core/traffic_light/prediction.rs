@@ -18,12 +18,10 @@ use super::target::{LightChannel, StoreLayer};
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
-/// The number of future phases that are predicted.
 const PHASES_AHEAD: usize = 6;
 /// Predictions of one head within this time are one.
 const SAME_TIME: Duration = Duration::from_millis(10);
 
-/// The predicted states of all heads.
 #[derive(Debug, Clone)]
 pub(super) struct Predictions {
     quirks: LightQuirks,
@@ -37,13 +35,11 @@ pub(super) struct Predictions {
 /// A predicted state of one head.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Predicted {
-    /// Time at which it begins.
     pub(super) at: WallStamp,
     /// Its bulbs in the order of their keys; upstream may repeat one.
     pub(super) bulbs: Vec<Bulb>,
 }
 
-/// The predictions of some heads.
 type ByHead = BTreeMap<HeadIndex, Vec<Predicted>>;
 
 impl Predictions {
@@ -52,12 +48,11 @@ impl Predictions {
         Self { quirks, by_head: BTreeMap::new(), by_controller, change_log: ChangeLog::new(heads) }
     }
 
-    /// The predictions of a head, ascending by time.
+    /// Returns the predictions of a head, ascending by time.
     pub(super) fn of(&self, head: HeadIndex) -> &[Predicted] {
         self.by_head.get(&head).map_or(&[], |(_, list)| list)
     }
 
-    /// Forgets all predictions.
     pub(super) fn clear(&mut self) {
         for head in self.by_head.keys() {
             self.change_log.add(*head);
@@ -65,7 +60,7 @@ impl Predictions {
         self.by_head.clear();
     }
 
-    /// Replaces the predictions of a controller by those of the phases after its present one. Upstream forgets
+    /// Replaces the predictions of a controller: they are made from the phases after its present one. Upstream forgets
     /// the predictions of the other controllers too.
     pub(super) fn renew(
         &mut self,
@@ -78,15 +73,13 @@ impl Predictions {
         if self.quirks.renews_predictions_late {
             self.clear();
         }
-        for head in self.by_controller.get_mut(index).map(std::mem::take).into_iter().flatten() {
+        for head in std::mem::take(&mut self.by_controller[index]) {
             if self.by_head.get(&head).is_some_and(|(controller, _)| *controller == index) {
                 self.by_head.remove(&head);
                 self.change_log.add(head);
             }
         }
-        let Some(duration) = controller.phases.get(phase).and_then(|phase| phase.duration) else {
-            return Ok(());
-        };
+        let Some(duration) = controller.phases[phase].duration else { return Ok(()) };
         let predict = if self.quirks.predicts_single_bulbs { predict_upstream } else { predict };
         let mut found = ByHead::new();
         let outcome = predict(controller, phase, (state.start_wall, duration), lights, &mut found);
@@ -95,7 +88,7 @@ impl Predictions {
             return outcome;
         }
         for (head, list) in found {
-            self.by_controller.get_mut(index).into_iter().for_each(|heads| heads.push(head));
+            self.by_controller[index].push(head);
             self.change_log.add(head);
             self.by_head.insert(head, (index, list));
         }
@@ -133,7 +126,7 @@ fn predict(
     Ok(())
 }
 
-/// The future V2I state of each head that has one in a phase, explicit or copied.
+/// Returns the future V2I state of each head that has one in a phase, explicit or copied.
 fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, BulbSet>, ActionRefusal> {
     let (mut copied, mut truth, mut detected) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     for entry in &phase.entries {
@@ -156,7 +149,7 @@ fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, Bu
     Ok(copied)
 }
 
-/// Predicts likewise by the rules of upstream.
+/// Predicts the phases after one by the rules of upstream.
 fn predict_upstream(
     controller: &TrafficSignalController,
     phase: usize,
@@ -188,8 +181,8 @@ fn predict_upstream(
     Ok(())
 }
 
-/// The V2I entries of a phase by their ids as written, and the conventional ones of ids that have none and are
-/// those of enabled heads; truth and detections alike.
+/// Returns the V2I entries of a phase by their ids as written, and the conventional ones of ids that have none and
+/// belong to enabled heads, for truth and detections.
 fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64, Vec<&'a StateText>> {
     let of = |channel| phase.entries.iter().filter(move |entry| entry.target.store.channel == channel);
     let mut states: BTreeMap<_, Vec<_>> = BTreeMap::new();

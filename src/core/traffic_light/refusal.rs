@@ -3,7 +3,7 @@
 /// The reason why an action or a phase cannot be carried out.
 ///
 /// An input from outside is refused with it and changes nothing. In a scenario it ends the scenario: improved
-/// mode refuses such a scenario when it is read, upstream finds out when it carries it out
+/// mode finds it when it reads the scenario, upstream when it carries the scenario out
 /// (docs/spec/traffic-lights.md, "State text", "Ids and groups" and "Actions and commands").
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ActionRefusal {

@@ -9,7 +9,7 @@ use super::bulb::{Bulb, BulbSet};
 use super::target::SignalTarget;
 use super::variable::{Modification, Variable, VariableIndex, VariableValue};
 
-/// A whole scenario.
+/// A scenario with its controllers and its storyboard.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenario {
     /// The controllers in the order of the document, which is the order of evaluation.
@@ -30,7 +30,7 @@ pub struct Scenario {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ControllerIndex(pub usize);
 
-/// A phase controller.
+/// A controller of phases (OpenSCENARIO `TrafficSignalController`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrafficSignalController {
     /// Its name. It need not be unique; the first controller of a name is meant.
@@ -78,7 +78,7 @@ pub struct PhaseEntry {
 pub struct StateText {
     /// The text as it was written.
     pub text: String,
-    /// Its bulbs; those before the mistake, when there is one.
+    /// Its bulbs, up to the first mistake.
     pub bulbs: BulbSet,
     /// The first mistake in it, as text; `None` when it has none.
     pub mistake: Option<String>,
@@ -175,7 +175,7 @@ pub enum Edge {
 /// The test of a condition.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Test {
-    /// `SimulationTimeCondition`
+    /// `SimulationTimeCondition`: the time since the start.
     SimulationTime {
         /// The comparison of the simulation time with `value`.
         rule: Rule,
@@ -221,7 +221,7 @@ pub enum Test {
 pub enum Rule {
     /// Both values are equal.
     EqualTo,
-    /// The values differ.
+    /// The values are not equal.
     NotEqualTo,
     /// The first value is greater.
     GreaterThan,
@@ -264,11 +264,8 @@ pub enum Action {
         /// The state that it gets.
         state: StateText,
     },
-    /// Makes the target dark, or no longer detected: `ClearTrafficSignal`.
-    Clear {
-        /// The light or group that is cleared.
-        target: SignalTarget,
-    },
+    /// Makes a light or group dark, or no longer detected: `ClearTrafficSignal`.
+    Clear(SignalTarget),
     /// Enters a phase, whatever the present one is: `TrafficSignalControllerAction`.
     EnterPhase {
         /// The controller that enters it.
@@ -285,26 +282,16 @@ pub enum Action {
         /// New rate of the V2I topics, Hz, above zero; `None` keeps the present one.
         rate_hz: Option<f64>,
     },
-    /// Sets the rate of the V2I topics.
-    SetV2iRate {
-        /// The new rate, Hz, above zero.
-        rate_hz: f64,
-    },
-    /// Sets the rate of the ground-truth topic and of the markers.
-    SetGroundTruthRate {
-        /// The new rate, Hz, above zero.
-        rate_hz: f64,
-    },
-    /// Begins to copy ground truth to V2I: `EnableTrafficSignalV2IFeatureAction@v1`.
-    EnableV2i {
-        /// Way or relation ids, at least one.
-        ids: Vec<i64>,
-    },
-    /// Ends copying ground truth to V2I: `DisableTrafficSignalV2IFeatureAction@v1`.
-    DisableV2i {
-        /// Way or relation ids, at least one.
-        ids: Vec<i64>,
-    },
+    /// Sets the rate of the V2I topics, Hz, above zero.
+    SetV2iRate(f64),
+    /// Sets the rate of the ground-truth topic and of the markers, Hz, above zero.
+    SetGroundTruthRate(f64),
+    /// Begins to copy the ground truth of way or relation ids, at least one, to V2I:
+    /// `EnableTrafficSignalV2IFeatureAction@v1`.
+    EnableV2i(Vec<i64>),
+    /// Stops copying the ground truth of way or relation ids, at least one, to V2I:
+    /// `DisableTrafficSignalV2IFeatureAction@v1`.
+    DisableV2i(Vec<i64>),
     /// Sets a confidence: `PseudoTrafficSignalDetectorConfidenceSetAction@v1`.
     SetConfidence {
         /// The light or group; for upstream in the ground truth of the conventional channel only.
@@ -326,33 +313,30 @@ pub enum Action {
         /// The change of its value.
         by: Modification,
     },
-    /// Ends the scenario; its controllers and events stop.
-    End {
-        /// `true` for `exitSuccess`, `false` for `exitFailure`.
-        success: bool,
-    },
+    /// Ends the scenario; its controllers and events stop. `true` means `exitSuccess`, `false` means `exitFailure`.
+    End(bool),
 }
 
 impl Action {
-    /// The ids of the heads and groups that it acts on.
+    /// Returns the ids of the heads and groups that it acts on.
     pub fn ids(&self) -> &[i64] {
         match self {
-            Self::SetState { target, .. } | Self::Clear { target } | Self::SetConfidence { target, .. } => {
+            Self::SetState { target, .. } | Self::Clear(target) | Self::SetConfidence { target, .. } => {
                 slice::from_ref(&target.id)
             }
             Self::SetV2iState { id, .. } => slice::from_ref(id),
-            Self::EnableV2i { ids } | Self::DisableV2i { ids } => ids,
-            Self::SetV2iRate { .. }
-            | Self::SetGroundTruthRate { .. }
+            Self::EnableV2i(ids) | Self::DisableV2i(ids) => ids,
+            Self::SetV2iRate(_)
+            | Self::SetGroundTruthRate(_)
             | Self::EnterPhase { .. }
             | Self::SetVariable { .. }
             | Self::ModifyVariable { .. }
-            | Self::End { .. } => &[],
+            | Self::End(_) => &[],
         }
     }
 }
 
-/// The cycle time of upstream, seconds: cut to a whole number after each addition. A sum that does not fit
+/// Returns the cycle time of upstream, seconds: cut to a whole number after each addition. A sum that does not fit
 /// becomes the lowest integer, as on x86 (Q11).
 pub fn upstream_cycle_s(durations_s: impl Iterator<Item = f64>) -> i32 {
     durations_s.fold(0, |sum, seconds| {

@@ -20,7 +20,6 @@ use crate::core::time::WallStamp;
 /// Events kept until they are polled; older ones are lost.
 const MAX_EVENTS: usize = 16_384;
 
-/// All state that a scenario can change.
 #[derive(Debug, Clone)]
 pub(super) struct ScenarioState {
     pub(super) quirks: LightQuirks,
@@ -34,16 +33,13 @@ pub(super) struct ScenarioState {
     pub(super) v2i: PeriodicTimer,
     pub(super) verdict: Option<ScenarioOutcome>,
     pub(super) events: VecDeque<LoggedEvent>,
-    /// True in the first frame of the scenario.
     pub(super) is_first_frame: bool,
-    /// The present moment of the scenario.
     pub(super) now: ScenarioMoment,
     /// The wall-clock time of that moment.
     pub(super) wall: WallStamp,
 }
 
 impl ScenarioState {
-    /// Makes the transitions of the controllers that are due in this frame.
     pub(super) fn run_controllers(
         &mut self,
         scenario: &Scenario,
@@ -51,8 +47,7 @@ impl ScenarioState {
     ) -> Result<(), ActionRefusal> {
         let mut from = 0;
         while let Some(index) = self.controllers.next_awake(from, frame) {
-            let Some(controller) = scenario.controllers.get(index) else { break };
-            if let Some(to) = self.controllers.due(index, controller, frame) {
+            if let Some(to) = self.controllers.due(index, &scenario.controllers[index], frame) {
                 self.enter(scenario, index, to)?;
             }
             from = index + 1;
@@ -69,7 +64,7 @@ impl ScenarioState {
     ) -> Result<(), ActionRefusal> {
         match action {
             Action::SetState { target, state } => self.set(*target, state)?,
-            Action::Clear { target } => {
+            Action::Clear(target) => {
                 self.lights.write(*target, LightChange::Clear)?;
             }
             Action::EnterPhase { controller, phase } => self.jump(scenario, *controller, phase)?,
@@ -86,16 +81,16 @@ impl ScenarioState {
                     self.set(target, state)?;
                 }
             }
-            Action::SetV2iRate { rate_hz } => {
+            Action::SetV2iRate(rate_hz) => {
                 let rate = Rate::from_hz(*rate_hz).ok_or(ActionRefusal::Rate(*rate_hz))?;
                 self.v2i.restart(rate, self.now.nanos);
             }
-            Action::SetGroundTruthRate { rate_hz } => {
+            Action::SetGroundTruthRate(rate_hz) => {
                 let rate = Rate::from_hz(*rate_hz).ok_or(ActionRefusal::Rate(*rate_hz))?;
                 self.ground_truth.restart(rate, self.now.nanos);
             }
-            Action::EnableV2i { ids } => self.enable_v2i(scenario, ids)?,
-            Action::DisableV2i { ids } => {
+            Action::EnableV2i(ids) => self.enable_v2i(scenario, ids)?,
+            Action::DisableV2i(ids) => {
                 if !self.lights.enable(ids, false)?.is_empty() {
                     self.renew_predictions(scenario)?;
                 }
@@ -107,19 +102,13 @@ impl ScenarioState {
                 self.lights.write(*target, LightChange::Confidence(*confidence))?;
             }
             Action::SetVariable { variable, value } => {
-                if let Some(present) = self.variables.get_mut(variable.0) {
-                    present.clone_from(value);
-                }
+                self.variables[variable.0].clone_from(value);
             }
-            Action::ModifyVariable { variable, by } => {
-                if let Some(present) = self.variables.get_mut(variable.0) {
-                    present.modify(*by);
-                }
-            }
-            Action::End { .. } => {}
+            Action::ModifyVariable { variable, by } => self.variables[variable.0].modify(*by),
+            Action::End(_) => {}
         }
         self.log(ScenarioEvent::ActionDone(source));
-        if let Action::End { success } = action {
+        if let Action::End(success) = action {
             self.end(if *success { ScenarioOutcome::Success } else { ScenarioOutcome::Failure });
         }
         Ok(())
@@ -130,14 +119,13 @@ impl ScenarioState {
         if self.verdict.is_none() {
             self.verdict = Some(verdict.clone());
             self.log(ScenarioEvent::Ended(verdict));
-            // The predicted phases will not begin; upstream goes on predicting them.
+            // The predicted phases will not begin; upstream still predicts them.
             if !self.quirks.predicts_after_end {
                 self.predictions.clear();
             }
         }
     }
 
-    /// Records an event of this moment.
     pub(super) fn log(&mut self, event: ScenarioEvent) {
         if self.events.len() >= MAX_EVENTS {
             self.events.pop_front();
@@ -179,7 +167,7 @@ impl ScenarioState {
         self.renew_predictions(scenario)
     }
 
-    /// Heads whose V2I state is explicit in a running phase.
+    /// Returns the heads whose V2I state is explicit in a running phase.
     fn explicit_heads(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut explicit = BTreeSet::new();
         for (index, controller) in scenario.controllers.iter().enumerate() {
@@ -192,7 +180,7 @@ impl ScenarioState {
         Ok(explicit)
     }
 
-    /// Predicts anew when other heads are copied; upstream waits for the next phase (Q5).
+    /// Predicts again when other heads are copied; upstream waits for the next phase (Q5).
     fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), ActionRefusal> {
         if !self.quirks.renews_predictions_late && self.verdict.is_none() {
             for (index, controller) in scenario.controllers.iter().enumerate() {
@@ -205,8 +193,8 @@ impl ScenarioState {
     }
 
     fn enter(&mut self, scenario: &Scenario, index: usize, to: Transition) -> Result<(), ActionRefusal> {
-        let Some(controller) = scenario.controllers.get(index) else { return Ok(()) };
-        let Some(entered) = controller.phases.get(to.phase) else { return Ok(()) };
+        let controller = &scenario.controllers[index];
+        let entered = &controller.phases[to.phase];
         let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
         if let Some(left) = phase.and_then(|phase| controller.phases.get(phase)) {
             self.clear(left.entries.iter())?;
@@ -222,11 +210,8 @@ impl ScenarioState {
         self.fill(entered)
     }
 
-    fn clear<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), ActionRefusal> {
-        for entry in entries {
-            self.lights.write(entry.target, LightChange::Clear)?;
-        }
-        Ok(())
+    fn clear<'a>(&mut self, mut entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), ActionRefusal> {
+        entries.try_for_each(|entry| self.lights.write(entry.target, LightChange::Clear).map(drop))
     }
 
     /// Clears the targets of a phase, then adds its states.

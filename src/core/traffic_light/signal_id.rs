@@ -44,7 +44,7 @@ impl SignalTarget {
     }
 }
 
-/// In the form that [`SignalTarget::parse`] reads; the default store is not printed.
+/// Prints the form that [`SignalTarget::parse`] reads, without the default store.
 impl fmt::Display for SignalTarget {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, store } = self;
@@ -53,7 +53,7 @@ impl fmt::Display for SignalTarget {
 }
 
 impl StoreId {
-    /// The name of the store in scenarios and configurations.
+    /// Returns the name of the store in scenarios and configurations.
     pub const fn name(self) -> &'static str {
         match (self.channel, self.layer) {
             (LightChannel::Conventional, StoreLayer::GroundTruth) => "conventional",
@@ -64,7 +64,6 @@ impl StoreId {
     }
 }
 
-/// Reads one of the four names.
 impl FromStr for StoreId {
     type Err = SignalIdError;
 

@@ -22,7 +22,6 @@ pub struct Light {
     pub bulbs: Option<BulbSet>,
     /// Its confidence, 0 to 1, kept when the light is cleared; upstream takes any number.
     pub confidence: f64,
-    /// Number of the last write to it.
     pub(super) written: u64,
 }
 
@@ -31,13 +30,13 @@ pub struct Light {
 pub enum LightChange {
     /// Replaces the bulbs by these.
     Set(BulbSet),
-    /// Adds these bulbs.
+    /// Adds these bulbs to its own.
     Add(BulbSet),
     /// Makes it dark, or no longer detected; its confidence is kept.
     Clear,
     /// Makes it untouched, as at the start.
     Remove,
-    /// Sets its confidence.
+    /// Sets its confidence, and keeps the bulbs.
     Confidence(f64),
 }
 
@@ -86,7 +85,7 @@ pub struct Stores {
     writes: u64,
 }
 
-/// The heads of an id: those of the group, else the one head.
+/// Returns the heads of an id: all heads of the group, else the one head.
 pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadIndex> + '_, ActionRefusal> {
     let group = map.group(id);
     let head = if group.is_none() { map.head(id) } else { None };
@@ -115,12 +114,12 @@ impl Light {
 }
 
 impl GroundTruth {
-    /// The light of a head.
+    /// Returns the light of a head.
     pub fn light(&self, head: HeadIndex) -> Option<&Light> {
         self.lights.get(head.0 as usize)
     }
 
-    /// The lights of all heads, ascending by way id, those never touched too.
+    /// Returns the lights of all heads, ascending by way id, including untouched ones.
     pub fn lights(&self) -> &[Light] {
         &self.lights
     }
@@ -142,7 +141,7 @@ impl GroundTruth {
 }
 
 impl Detected {
-    /// The entries, ascending by key. An entry without bulbs only keeps a confidence.
+    /// Returns the entries, ascending by key. An entry without bulbs only keeps a confidence.
     pub fn entries(&self) -> impl Iterator<Item = (i64, &DetectedLight)> {
         self.entries.iter().map(|(key, entry)| (*key, entry))
     }
@@ -194,27 +193,28 @@ impl Stores {
         Self { map, quirks: quirks.into(), channels, writes: 0 }
     }
 
-    /// The map of their lights.
+    /// Returns the map of their lights.
     pub fn map(&self) -> &Arc<LightMap> {
         &self.map
     }
 
-    /// The rules of upstream that they follow.
+    /// Returns the rules of upstream that they follow.
     pub fn quirks(&self) -> LightQuirks {
         self.quirks
     }
 
-    /// Ground truth of a channel.
+    /// Returns the ground truth of a channel.
     pub fn truth(&self, channel: LightChannel) -> &GroundTruth {
         &self.channels[channel as usize].0
     }
 
-    /// Detections of a channel.
+    /// Returns the detections of a channel.
     pub fn detected(&self, channel: LightChannel) -> &Detected {
         &self.channels[channel as usize].1
     }
 
-    /// Way id of the first light of a channel that shows red and green; for upstream the id as it was written.
+    /// Returns the way id of the first light of a channel that shows red and green; for upstream the id as it was
+    /// written.
     pub(super) fn contradictory_light(&self, channel: LightChannel) -> Option<i64> {
         let (truth, detected) = (self.truth(channel), self.detected(channel));
         let is_contradictory = |light: &Light| light.bulbs.is_some_and(BulbSet::is_contradictory);
@@ -227,7 +227,7 @@ impl Stores {
         entries.find(|(_, entry)| is_contradictory(&entry.light)).map(|(id, _)| id)
     }
 
-    /// Number of changes of a store so far: it differs whenever a light of the store does.
+    /// Returns the number of changes of a store so far: it differs whenever a light of the store does.
     pub fn changes(&self, store: StoreId) -> u64 {
         match store.layer {
             StoreLayer::GroundTruth => self.truth(store.channel).change_log.changes(),
@@ -261,7 +261,6 @@ impl Stores {
         }
     }
 
-    /// Changes ground truth of one head.
     pub(super) fn write_head(&mut self, channel: LightChannel, head: HeadIndex, change: LightChange) {
         self.writes += 1;
         self.channels[channel as usize].0.apply(head, change, self.writes, self.quirks);
@@ -280,7 +279,7 @@ impl Stores {
         }))
     }
 
-    /// Number of the last write to the light of an id, or to the first one of a group; 0 when there is none.
+    /// Returns the number of the last write to the light of an id, or to the first one of a group; 0 when there is none.
     pub(super) fn written(&self, target: SignalTarget) -> u64 {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         let light = match target.store.layer {
@@ -293,7 +292,7 @@ impl Stores {
         light.map_or(0, |light| light.written)
     }
 
-    /// The bulbs of each head of a target, empty for a light that was never touched.
+    /// Returns the bulbs of each head of a target, empty for a light that was never touched.
     pub fn bulbs(&self, target: SignalTarget) -> Result<impl Iterator<Item = BulbSet> + '_, ActionRefusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         // Upstream's detections are under the id as written: one entry, even for a group.

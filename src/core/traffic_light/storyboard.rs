@@ -10,7 +10,6 @@ use super::scenario::{Act, ElementState, Event, Scenario, Trigger};
 use super::scenario_state::ScenarioState;
 use super::trigger::TriggerState;
 
-/// The states of all acts and events, and of their triggers.
 #[derive(Debug, Clone)]
 pub(super) struct Storyboard {
     acts: Vec<ActTriggers>,
@@ -44,7 +43,6 @@ struct ActProgress {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 struct Evaluation {
     frame: u64,
-    /// Position of the element in the document.
     position: usize,
 }
 
@@ -89,7 +87,6 @@ impl Storyboard {
         }
     }
 
-    /// Evaluates one frame.
     pub(super) fn step(
         &mut self,
         scenario: &Scenario,
@@ -134,12 +131,12 @@ impl ActTriggers {
                     return Ok(());
                 }
                 board.acts[index].start(board.now);
-                scenario_state.log(ScenarioEvent::ActStarted { act: index });
+                scenario_state.log(ScenarioEvent::ActStarted(index));
             }
         }
         if fires(&mut self.stop, act.stop.as_ref(), board, scenario, scenario_state)? == Some(true) {
             board.acts[index].stop(board.now);
-            scenario_state.log(ScenarioEvent::ActEnded { act: index });
+            scenario_state.log(ScenarioEvent::ActEnded(index));
             return Ok(());
         }
         for (event, (trigger, planned)) in self.events.iter_mut().zip(&act.events).enumerate() {
@@ -160,7 +157,7 @@ impl ActTriggers {
         let ActProgress { progress, events, .. } = &mut board.acts[index];
         if events.iter().all(|(progress, _)| progress.state == RunState::Complete) {
             progress.end(board.now, RunState::Complete);
-            scenario_state.log(ScenarioEvent::ActEnded { act: index });
+            scenario_state.log(ScenarioEvent::ActEnded(index));
         }
         Ok(())
     }
@@ -222,10 +219,7 @@ impl ElementBoard {
                     })
             })
     }
-}
 
-impl ElementBoard {
-    /// Stories start with the storyboard.
     fn start_stories(&mut self) {
         for story in self.stories.iter_mut().filter(|story| story.state == RunState::Standby) {
             story.start(self.now);

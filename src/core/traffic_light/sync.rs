@@ -7,7 +7,7 @@ use super::store::{LightChange, Stores, heads_of};
 use super::target::{LightChannel, SignalTarget, StoreId};
 use crate::core::map::light_map::HeadIndex;
 
-/// The stores, with the heads that are copied. All writes but those of comparisons come through here.
+/// The stores, with the heads that are copied. All writes come through here, except in comparisons.
 #[derive(Debug, Clone)]
 pub(super) struct SyncedStores {
     stores: Stores,
@@ -15,7 +15,6 @@ pub(super) struct SyncedStores {
 }
 
 impl SyncedStores {
-    /// Creates a copier for which no head is enabled.
     pub(super) fn new(stores: Stores) -> Self {
         let enabled = vec![false; stores.map().heads().len()];
         Self { stores, enabled }
@@ -25,7 +24,7 @@ impl SyncedStores {
         &self.stores
     }
 
-    /// The stores for comparisons, with which upstream makes lights.
+    /// Returns the stores for comparisons, with which upstream makes lights.
     pub(super) fn stores_mut(&mut self) -> &mut Stores {
         &mut self.stores
     }
@@ -35,7 +34,7 @@ impl SyncedStores {
     }
 
     /// Writes to a store, and to V2I where it is copied: in improved mode head by head, in upstream mode when the
-    /// id itself is that of an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
+    /// id itself names an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
     pub(super) fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         let changed = self.stores.write(target, change)?;
         let is_copied = match change {

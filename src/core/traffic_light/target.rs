@@ -13,12 +13,9 @@ impl LightChannel {
     /// Both channels, in the order of their numbers.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::V2i];
 
-    /// The name in diagnostics.
+    /// Returns the name in diagnostics, which is also the name of its ground truth.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Conventional => "conventional",
-            Self::V2i => "v2i",
-        }
+        StoreId { channel: self, layer: StoreLayer::GroundTruth }.name()
     }
 }
 
@@ -46,7 +43,7 @@ impl StoreId {
         Self { channel: LightChannel::Conventional, layer: StoreLayer::GroundTruth };
     /// Ground truth of the V2I channel.
     pub const V2I: Self = Self { channel: LightChannel::V2i, layer: StoreLayer::GroundTruth };
-    /// All four, in the order in which reports list them.
+    /// All four stores, in the order in which reports list them.
     pub const ALL: [Self; 4] = [
         Self::CONVENTIONAL,
         Self { layer: StoreLayer::Detected, ..Self::CONVENTIONAL },

@@ -122,50 +122,31 @@ impl fmt::Display for TextError {
 
 impl std::error::Error for TextError {}
 
-impl Color {
-    /// The name in state texts.
-    pub fn name(self) -> &'static str {
-        name_of(COLORS, &self)
-    }
+/// Names and reads a part of a bulb by the table of its spellings.
+macro_rules! spelled_part {
+    ($part:ty, $spellings:ident, $mistake:ident) => {
+        impl $part {
+            /// Returns the name in state texts.
+            pub fn name(self) -> &'static str {
+                $spellings.iter().find(|(_, known)| *known == self).map_or("", |(name, _)| name)
+            }
+        }
+
+        impl FromStr for $part {
+            type Err = TextError;
+
+            fn from_str(text: &str) -> Result<Self, TextError> {
+                let found = $spellings.iter().find(|(name, _)| *name == text).map(|(_, part)| *part);
+                let kind = TextErrorKind::$mistake;
+                found.ok_or_else(|| TextError { found: excerpt(text), column: 1, kind })
+            }
+        }
+    };
 }
 
-impl BulbStatus {
-    /// The name in state texts.
-    pub fn name(self) -> &'static str {
-        name_of(STATUSES, &self)
-    }
-}
-
-impl BulbShape {
-    /// The name in state texts.
-    pub fn name(self) -> &'static str {
-        name_of(SHAPES, &self)
-    }
-}
-
-impl FromStr for Color {
-    type Err = TextError;
-
-    fn from_str(text: &str) -> Result<Self, TextError> {
-        spelled(COLORS, text, TextErrorKind::NotAColor)
-    }
-}
-
-impl FromStr for BulbStatus {
-    type Err = TextError;
-
-    fn from_str(text: &str) -> Result<Self, TextError> {
-        spelled(STATUSES, text, TextErrorKind::NotAStatus)
-    }
-}
-
-impl FromStr for BulbShape {
-    type Err = TextError;
-
-    fn from_str(text: &str) -> Result<Self, TextError> {
-        spelled(SHAPES, text, TextErrorKind::NotAShape)
-    }
-}
+spelled_part!(Color, COLORS, NotAColor);
+spelled_part!(BulbStatus, STATUSES, NotAStatus);
+spelled_part!(BulbShape, SHAPES, NotAShape);
 
 /// Reads one bulb. Empty text is a bulb of defaults only.
 pub fn parse_bulb(text: &str) -> Result<Bulb, TextError> {
@@ -222,7 +203,7 @@ pub(super) fn is_blank(char: char) -> bool {
     matches!(char, ' ' | '\t'..='\r')
 }
 
-/// The beginning of a text that may be very long.
+/// Returns the beginning of a text that may be very long.
 pub(super) fn excerpt(text: &str) -> String {
     let mut cut: String = text.chars().take(MAX_EXCERPT).collect();
     if cut.len() < text.len() {
@@ -231,7 +212,7 @@ pub(super) fn excerpt(text: &str) -> String {
     cut
 }
 
-/// The beginning of a text, as one line.
+/// Returns the beginning of a text, as one line.
 pub(super) fn printable(text: &str) -> String {
     excerpt(text).escape_debug().to_string()
 }
@@ -254,7 +235,7 @@ fn next_bulb(text: &str) -> Result<(Bulb, &str), TextError> {
     Ok((bulb, after.strip_prefix(',').unwrap_or(after).trim_start_matches(is_blank)))
 }
 
-/// The mistake when a bulb cannot continue with `rest`, the end of `text`.
+/// Returns the mistake when a bulb cannot continue with `rest`, the end of `text`.
 fn unexpected_token(text: &str, rest: &str) -> TextError {
     let token = leading_token(rest);
     let known = COLORS.iter().map(|(name, _)| *name).chain(STATUSES.iter().map(|(name, _)| *name));
@@ -283,16 +264,6 @@ fn is_token(char: char) -> bool {
 fn take<'a, T: Copy>(parts: &[(&str, T)], text: &'a str, default: T) -> (T, &'a str) {
     let found = parts.iter().filter_map(|(name, value)| Some((*value, text.strip_prefix(name)?)));
     found.min_by_key(|(_, rest)| rest.len()).unwrap_or((default, text))
-}
-
-fn spelled<T: Copy>(parts: &[(&str, T)], text: &str, kind: TextErrorKind) -> Result<T, TextError> {
-    let found = parts.iter().find(|(name, _)| *name == text);
-    let error = || TextError { found: excerpt(text), column: 1, kind };
-    found.map(|(_, value)| *value).ok_or_else(error)
-}
-
-fn name_of<T: PartialEq>(parts: &[(&'static str, T)], value: &T) -> &'static str {
-    parts.iter().find(|(_, known)| known == value).map_or("", |(name, _)| name)
 }
 
 fn spellings<T>(parts: &[(&str, T)]) -> String {

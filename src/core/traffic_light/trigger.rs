@@ -2,7 +2,8 @@
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
 //! The value of a test is delayed first and then checked for an edge, which is the same as the other way round.
-//! The first value of a test is not an edge, but that of a time in the first frame can be one: it had a value at the start.
+//! The first value of a test is not an edge. A test of the time in the first frame is the exception, since a time has a
+//! value at the start.
 
 use std::cmp::Ordering;
 use std::collections::VecDeque;
@@ -18,7 +19,7 @@ use super::scenario_state::ScenarioState;
 use super::store::Expected;
 use super::target::SignalTarget;
 
-/// The state of a trigger: that of each condition of each group.
+/// The states of a trigger's conditions, group by group.
 #[derive(Debug, Clone)]
 pub(super) struct TriggerState {
     groups: Vec<Vec<ConditionState>>,
@@ -30,9 +31,7 @@ pub(super) struct TriggerState {
 struct ConditionState {
     /// The changes of the value within the delay, and the last one before it.
     history: VecDeque<(ScenarioMoment, bool)>,
-    /// The delayed value at the last evaluation.
     previous: Option<bool>,
-    /// True once the delayed value was true.
     was_true: bool,
 }
 
@@ -72,9 +71,9 @@ impl TriggerState {
         Ok(fires)
     }
 
-    /// The earliest time at which it can fire, when it does not fire now. After an edge only a change of a value can
-    /// make it fire, and that of a time changes when the time is reached, or right after. Other values can change at
-    /// any time, and upstream has another clock.
+    /// Returns the earliest time at which it can fire, when it does not fire now. After an edge only a change of a
+    /// value can make it fire, and the value of a time changes when the time is reached, or right after. Other values can
+    /// change at any time, and upstream has another clock.
     fn next(&self, trigger: &Trigger, scenario_state: &ScenarioState) -> u64 {
         let now = scenario_state.now.nanos;
         let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
@@ -163,8 +162,7 @@ fn value(
             Ok(phase_name(scenario, scenario_state, *controller) == Some(phase))
         }
         Test::Variable { variable, rule, value } => {
-            let present = scenario_state.variables.get(variable.0);
-            Ok(present.is_some_and(|present| rule.holds(present, value)))
+            Ok(rule.holds(&scenario_state.variables[variable.0], value))
         }
         Test::Element { name, state } => Ok(element(name, *state)),
     }
@@ -191,7 +189,7 @@ fn matches(
     scenario_state.lights.stores_mut().matches(target, expected)
 }
 
-/// Name of a controller's present phase; `None` before the first one (Q12).
+/// Returns the name of a controller's present phase; `None` before the first one (Q12).
 fn phase_name<'a>(
     scenario: &'a Scenario,
     scenario_state: &ScenarioState,

@@ -1,27 +1,24 @@
 //! Traffic-light states that a V2X unit sends over CAN, validated like every received signal
 //! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 //!
-//! Valid states belong in the *ground truth* of the v2i channel: ground truth of a network is what
-//! the network reports, and the detected store stays free for imitating errors of the reception.
-//! Ground truth cannot be "unknown". So a group that is not available, faulty, undefined, stale or cut
-//! off is *removed* instead: an arbiter takes a missing group for one that the network does not report,
-//! which is the case, while a held one would be an old light shown as a present one.
+//! Valid states belong in the *ground truth* of the v2i channel: the network's reports are its ground truth, and the
+//! detected store stays free for imitated errors of the reception. Ground truth cannot be "unknown". So a group that is
+//! not available, faulty, undefined, stale or cut off is *removed*: an arbiter then knows that the network does not
+//! report it, while a held state would show an old light as a present one.
 
 pub mod binding;
-mod finding;
 pub mod movement_phase;
 
 use crate::core::can::bus::{Bus, Received};
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
+use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observation, Observations};
 use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 use binding::{BoundGroup, CyclingMessage, V2iBinding, V2iSource, V2iStates};
-
-pub use finding::GroupFinding;
 
 /// A valid state of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,20 +50,32 @@ pub enum InvalidReason {
     Undefined(SignalIndex, i128),
 }
 
-/// A change of one entry of the store.
+/// The state of one group for diagnostics.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
+pub struct GroupFinding {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
-    /// The new state; `None` removes the entry.
-    pub state: Option<ValidState>,
+    /// Its state, or the reason why it has none.
+    pub state: Result<ValidState, InvalidReason>,
+}
+
+impl InvalidReason {
+    /// Returns the level of diagnostics: receiving nothing is normal away from an intersection; an undefined value, a
+    /// fault and a unit that sends nothing are not.
+    pub fn level(self) -> Level {
+        match self {
+            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => Level::Ok,
+            Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => Level::Warn,
+        }
+    }
 }
 
 /// The result of [`V2iReception::settle`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settled {
-    /// The entries whose bulbs or confidence changed, in the order of the profile.
-    pub changes: Vec<Change>,
+    /// The new states of the groups whose bulbs or confidence changed, by id, in the order of the profile; `None` removes
+    /// a state.
+    pub changes: Vec<(i64, Option<ValidState>)>,
     /// True when the diagnostics have changed.
     pub news: bool,
 }
@@ -85,12 +94,10 @@ pub struct V2iCounts {
 pub struct V2iReception {
     binding: V2iBinding,
     observations: Observations,
-    /// The groups of all sources, in the order of the profile.
     groups: Vec<Tracked>,
     counts: V2iCounts,
 }
 
-/// One group and its state.
 #[derive(Debug, Clone)]
 struct Tracked {
     /// The position of its source, and its own position there.
@@ -129,9 +136,9 @@ impl V2iReception {
         }
     }
 
-    /// Goes on with another binding. What was received of its messages stays; a state that one message carries for many
-    /// groups begins anew. Returns the ids of all states that were valid, to be removed before [`Self::settle`] gives those
-    /// that are.
+    /// Continues with another binding. Values that were received of its messages stay; states in a message that carries
+    /// many groups are forgotten. Returns the ids of all states that were valid: remove them before [`Self::settle`]
+    /// returns the new ones.
     pub fn reconfigure(&mut self, binding: V2iBinding) -> Vec<i64> {
         if self.binding == binding {
             return Vec::new();
@@ -142,12 +149,12 @@ impl V2iReception {
         valid
     }
 
-    /// The signals and messages of the unit, and what was received of them.
+    /// Returns the signals and messages of the unit, and what was received of them.
     pub(super) fn received(&self) -> (&SignalTable, &Observations) {
         (&self.binding.table, &self.observations)
     }
 
-    /// The binding of the profile.
+    /// Returns the binding of the profile.
     pub fn binding(&self) -> &V2iBinding {
         &self.binding
     }
@@ -227,7 +234,7 @@ impl V2iReception {
             let before = tracked.state.replace(state);
             let content = |state: State| state.ok().map(|state| (state.bulbs, state.confidence));
             if content(state) != before.and_then(content) {
-                settled.changes.push(Change { id: group.id, state: state.ok() });
+                settled.changes.push((group.id, state.ok()));
             }
             settled.news |=
                 before.is_none_or(|before| (content(before), before.err()) != (content(state), state.err()));
@@ -237,7 +244,7 @@ impl V2iReception {
         settled
     }
 
-    /// The valid states at the last call of [`Self::settle`], by id, in the order of the profile.
+    /// Returns the valid states at the last call of [`Self::settle`], by id, in the order of the profile.
     pub fn valid_states(&self) -> impl Iterator<Item = (i64, ValidState)> {
         self.groups.iter().filter_map(|tracked| {
             let (_, group) = bound(&self.binding, tracked.at)?;
@@ -245,7 +252,16 @@ impl V2iReception {
         })
     }
 
-    /// The next time to call [`Self::settle`] if nothing is received; `None` when only an input changes anything.
+    /// Returns the states of all groups at the last call of [`Self::settle`], in the order of the profile.
+    pub fn findings(&self) -> impl Iterator<Item = GroupFinding> {
+        self.groups.iter().filter_map(|tracked| {
+            let (_, group) = bound(&self.binding, tracked.at)?;
+            Some(GroupFinding { id: group.id, state: tracked.state? })
+        })
+    }
+
+    /// Returns the next time to call [`Self::settle`] if nothing is received; `None` when only an input changes
+    /// anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let expiry = |tracked: &Tracked| {
             let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {
@@ -258,7 +274,6 @@ impl V2iReception {
     }
 }
 
-/// The groups of a source.
 fn of_source(groups: &mut [Tracked], source: usize) -> &mut [Tracked] {
     let first = groups.partition_point(|group| group.at.0 < source);
     let behind = groups.partition_point(|group| group.at.0 <= source);
@@ -274,10 +289,9 @@ fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSou
     Some((source, group?))
 }
 
-/// Binding, last values, buses and time.
 type Context<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
 
-/// The state of a group now. `last` is its state in a cycling message.
+/// Returns the state of a group now. `last` is its state in a cycling message.
 fn evaluate(
     context: Context<'_>,
     source: &V2iSource,
@@ -307,7 +321,6 @@ fn evaluate(
     }
 }
 
-/// The last value of a signal, if it is valid.
 fn last_observation(
     (binding, observations, buses, now): Context<'_>,
     signal: SignalIndex,
@@ -329,7 +342,7 @@ fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
     }
 }
 
-/// The state of a group by the values of its signals.
+/// Returns the state of a group by the values of its signals.
 fn state_of(
     group: &BoundGroup,
     received: Received,

@@ -10,7 +10,7 @@ pub struct VariableIndex(pub usize);
 /// A declared parameter or variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// Its name. It need not be unique, since parameters of inner elements hide those of outer ones.
+    /// Its name. It need not be unique, since parameters of inner elements hide parameters of outer ones.
     pub name: String,
     /// Its value at the start of the scenario.
     pub value: VariableValue,
@@ -19,7 +19,7 @@ pub struct Variable {
 /// The value of a variable. Two values of one kind are ordered: `false` before `true`, texts by their characters.
 #[derive(Debug, Clone, PartialEq, PartialOrd)]
 pub enum VariableValue {
-    /// A truth value.
+    /// A truth value, `true` or `false`.
     Boolean(bool),
     /// A number of any of the numeric types; never NaN.
     Number(f64),
@@ -30,9 +30,9 @@ pub enum VariableValue {
 /// A change of a variable that is a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Modification {
-    /// Adds a number.
+    /// Adds a number to the value.
     Add(f64),
-    /// Multiplies by a number.
+    /// Multiplies the value by a number.
     Multiply(f64),
 }
 

@@ -24,7 +24,7 @@ pub struct ScenarioRun {
 }
 
 impl ScenarioRun {
-    /// A run before its start, to the end of the scenario or `until`. It has the camera's and the V2I topic,
+    /// Creates a run before its start, to the end of the scenario or `until`. It has the camera's and the V2I topic,
     /// whatever the topics of the settings.
     pub fn new(mut settings: LightsSettings, until: Duration) -> Self {
         settings.topics = [LightsTopic::Camera, LightsTopic::V2i].into();
@@ -39,7 +39,7 @@ impl ScenarioRun {
         }
     }
 
-    /// The next snapshot; the first is time zero, `None` comes after the end.
+    /// Returns the next snapshot; the first is time zero, `None` comes after the end.
     pub fn step(&mut self) -> Option<Snapshot<'_>> {
         let due = self.lights.next_deadline();
         let at = match self.at {
@@ -77,22 +77,22 @@ impl ScenarioRun {
         Some(Snapshot { at, is_frame, has_changed, events: &self.events, states: &self.states, scenario })
     }
 
-    /// The lights that showed red and green at once, with the time at which each first did so.
+    /// Returns the lights that showed red and green at once, with the time at which each first did so.
     pub fn contradictions(&self) -> impl Iterator<Item = (StoreId, i64, MonoTime)> {
         self.contradictions.iter().map(|((store, id), at)| (*store, *id, *at))
     }
 
-    /// The scenario, for the names behind positions.
+    /// Returns the scenario, for the names behind positions.
     pub fn scenario(&self) -> &Scenario {
         self.lights.scenario()
     }
 
-    /// The outcome of the scenario; `None` before its end.
+    /// Returns the outcome of the scenario; `None` before its end.
     pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.lights.verdict()
     }
 
-    /// Time of the last step; zero before the first.
+    /// Returns the time of the last step; zero before the first.
     pub fn at(&self) -> MonoTime {
         self.at.unwrap_or_default()
     }

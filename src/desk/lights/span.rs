@@ -21,8 +21,8 @@ pub struct RunLength {
 }
 
 impl RunLength {
-    /// Up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s after the last
-    /// time that a trigger names; a minute without either.
+    /// Returns up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s after the
+    /// last time that a trigger names; a minute without either.
     pub fn of(scenario: &Scenario) -> Self {
         if ends_by_itself(scenario) {
             return Self { until: MAX_LENGTH, why: "an hour, and the scenario has not ended" };
@@ -48,10 +48,11 @@ impl RunLength {
 fn ends_by_itself(scenario: &Scenario) -> bool {
     let events = scenario.acts.iter().flat_map(|act| &act.events);
     let mut actions = events.flat_map(|event| &event.actions).chain(&scenario.init);
-    scenario.stop.is_some() || actions.any(|action| matches!(action, Action::End { .. }))
+    scenario.stop.is_some() || actions.any(|action| matches!(action, Action::End(_)))
 }
 
-/// Twice the cycle of a controller, with the delays of those it follows; `None` for a cycle without end or length.
+/// Returns twice the cycle of a controller, with the delays of the controllers that it follows; `None` for a cycle without end or
+/// length.
 fn shown_cycles(scenario: &Scenario, controller: &TrafficSignalController) -> Option<Duration> {
     let cycle =
         controller.phases.iter().try_fold(Duration::ZERO, |sum, phase| sum.checked_add(phase.duration?))?;
@@ -135,7 +136,7 @@ mod tests {
     #[test]
     fn a_scenario_with_an_end_has_an_hour_and_one_without_times_a_minute() {
         let stopped = Scenario { stop: Some(at(3)), ..Scenario::default() };
-        let ended = Scenario { init: vec![Action::End { success: true }], ..Scenario::default() };
+        let ended = Scenario { init: vec![Action::End(true)], ..Scenario::default() };
         let circle = vec![controller(&[Some(4)], Some((0, 900))); 9];
         let circle = Scenario { controllers: circle, ..Scenario::default() };
         let cases = [(stopped, 3_600), (ended, 3_600), (Scenario::default(), 60), (circle, 3_600)];

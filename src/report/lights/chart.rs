@@ -62,12 +62,12 @@ impl LightsChart {
                 }
                 // The end of the scenario has a mark of its own.
                 ScenarioEvent::ActionDone(source) => match action_of(*source, snapshot.scenario) {
-                    None | Some(Action::End { .. }) => {}
+                    None | Some(Action::End(_)) => {}
                     Some(_) => self.marks.push(Mark { at: at_s, text: text() }),
                 },
                 // Acts and events show by their actions.
-                ScenarioEvent::ActStarted { .. }
-                | ScenarioEvent::ActEnded { .. }
+                ScenarioEvent::ActStarted(_)
+                | ScenarioEvent::ActEnded(_)
                 | ScenarioEvent::EventStarted { .. } => {}
             }
         }

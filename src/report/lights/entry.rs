@@ -24,11 +24,11 @@ pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
             let fields = json!({ "what": "phase", "controller": controller, "phase": phase });
             Entry::new("phase", format!("{}: {}", named(controller), named(phase)), fields)
         }
-        ScenarioEvent::ActStarted { act } => {
+        ScenarioEvent::ActStarted(act) => {
             let act = act_name(*act);
             Entry::new("act", format!("{} begins", named(act)), json!({ "what": "act_begins", "act": act }))
         }
-        ScenarioEvent::ActEnded { act } => {
+        ScenarioEvent::ActEnded(act) => {
             let act = act_name(*act);
             Entry::new("act", format!("{} ends", named(act)), json!({ "what": "act_ends", "act": act }))
         }
@@ -82,7 +82,7 @@ fn action(action: &Action, scenario: &Scenario) -> String {
     };
     match action {
         Action::SetState { target, state } => set(target, &state.text),
-        Action::Clear { target } => format!("clear {target}"),
+        Action::Clear(target) => format!("clear {target}"),
         Action::EnterPhase { controller, phase } => {
             let controller = scenario.controllers.get(controller.0).map_or("", |controller| &controller.name);
             format!("{controller} shall enter {phase}")
@@ -91,10 +91,10 @@ fn action(action: &Action, scenario: &Scenario) -> String {
             let rate = rate_hz.map(|rate| format!(", v2i at {rate} Hz")).unwrap_or_default();
             set(&SignalTarget { id: *id, store: StoreId::V2I }, &state.text) + &rate
         }
-        Action::SetV2iRate { rate_hz } => format!("send v2i at {rate_hz} Hz"),
-        Action::SetGroundTruthRate { rate_hz } => format!("send ground truth at {rate_hz} Hz"),
-        Action::EnableV2i { ids } => format!("enable v2i of {}", list(ids)),
-        Action::DisableV2i { ids } => format!("disable v2i of {}", list(ids)),
+        Action::SetV2iRate(rate_hz) => format!("send v2i at {rate_hz} Hz"),
+        Action::SetGroundTruthRate(rate_hz) => format!("send ground truth at {rate_hz} Hz"),
+        Action::EnableV2i(ids) => format!("enable v2i of {}", list(ids)),
+        Action::DisableV2i(ids) => format!("disable v2i of {}", list(ids)),
         Action::SetConfidence { target, confidence } => format!("confidence of {target} is {confidence}"),
         Action::SetVariable { variable, value } => {
             format!("set the variable {} to {value}", variable_name(*variable, scenario))
@@ -103,8 +103,8 @@ fn action(action: &Action, scenario: &Scenario) -> String {
             let name = variable_name(*variable, scenario);
             format!("set the variable {name} to {name} {by}")
         }
-        Action::End { success: true } => "end with success".to_owned(),
-        Action::End { success: false } => "end with failure".to_owned(),
+        Action::End(true) => "end with success".to_owned(),
+        Action::End(false) => "end with failure".to_owned(),
     }
 }
 

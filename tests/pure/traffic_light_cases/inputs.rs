@@ -113,7 +113,7 @@ fn rejected_inputs_are_counted_and_the_others_written() {
 #[test]
 fn states_from_outside_are_copied_and_sent() {
     let mut lights = engine(Compat::Improved, &[]);
-    lights.apply(&Action::EnableV2i { ids: vec![100] }, at_ns(0)).unwrap();
+    lights.apply(&Action::EnableV2i(vec![100]), at_ns(0)).unwrap();
     lights.set_states(StoreId::CONVENTIONAL, [(100, Some(red()))], true, at_ns(0));
     let both = [(11, "red solidOn circle".to_owned()), (12, "red solidOn circle".to_owned())];
     assert_eq!(truth(&lights, LightChannel::V2i), both);
@@ -143,7 +143,7 @@ fn refused_actions_change_nothing() {
         (v2i(0.0), ActionRefusal::Rate(0.0)),
         (v2i(-1.0), ActionRefusal::Rate(-1.0)),
         (confidence(1.01), ActionRefusal::Confidence(1.01)),
-        (Action::EnableV2i { ids: vec![21, 5] }, ActionRefusal::UnknownId(5)),
+        (Action::EnableV2i(vec![21, 5]), ActionRefusal::UnknownId(5)),
     ] {
         assert_eq!(lights.apply(&action, at_ns(SECOND)), Err(refusal));
     }
@@ -154,14 +154,14 @@ fn refused_actions_change_nothing() {
     );
     assert_eq!(lights.verdict(), None, "the scenario continues");
     let mut upstream = engine(Compat::Upstream, &[]);
-    assert_eq!(upstream.apply(&Action::EnableV2i { ids: vec![5] }, at_ns(0)), Ok(()), "Q14");
+    assert_eq!(upstream.apply(&Action::EnableV2i(vec![5]), at_ns(0)), Ok(()), "Q14");
 }
 
 #[test]
 fn enabling_v2i_predicts_and_copies_states_that_are_not_explicit() {
     let phases = [("p1", "4", "21=green;11=green;11 v2i=red"), ("p2", "4", "21=red")];
     let mut lights = engine(Compat::Improved, &phases);
-    lights.apply(&Action::EnableV2i { ids: vec![21, 100] }, at_ns(SECOND)).unwrap();
+    lights.apply(&Action::EnableV2i(vec![21, 100]), at_ns(SECOND)).unwrap();
     let expected = [(11, "red solidOn circle".to_owned()), (21, "green solidOn circle".to_owned())];
     assert_eq!(truth(&lights, LightChannel::V2i), expected);
     let predicted = |lights: &mut TrafficLights, until: u64| {
@@ -171,7 +171,7 @@ fn enabling_v2i_predicts_and_copies_states_that_are_not_explicit() {
         groups.iter().find(|group| group.relation_id == 200).map_or(0, |group| group.predictions.len())
     };
     assert_eq!(predicted(&mut lights, 2), 6);
-    lights.apply(&Action::DisableV2i { ids: vec![200] }, at_ns(2 * SECOND)).unwrap();
+    lights.apply(&Action::DisableV2i(vec![200]), at_ns(2 * SECOND)).unwrap();
     assert_eq!(predicted(&mut lights, 3), 0);
 }
 
@@ -208,7 +208,7 @@ fn diagnostics_show_the_phases_and_the_end_of_the_scenario() {
     assert_eq!(of_scenario(&lights, 4).2, "A: p2, until an action");
     let values = status(&lights, 0, 4).values;
     assert!(values.contains(&("lights", "1".to_owned())) && values.contains(&("unknown", "1".to_owned())));
-    lights.apply(&Action::End { success: false }, at_ns(4 * SECOND)).unwrap();
+    lights.apply(&Action::End(false), at_ns(4 * SECOND)).unwrap();
     assert_eq!(
         of_scenario(&lights, 4),
         (Level::Warn, "ended in failure".to_owned(), "A: p2, stopped".to_owned())

@@ -122,19 +122,19 @@ impl Model {
                 self.clear(*target);
                 self.write(*target, Some(&state.bulbs.iter().collect()));
             }
-            Action::Clear { target } => self.clear(*target),
-            Action::EnableV2i { ids } => self.enabled.extend(ids.iter().flat_map(|id| heads(*id))),
-            Action::DisableV2i { ids } => {
+            Action::Clear(target) => self.clear(*target),
+            Action::EnableV2i(ids) => self.enabled.extend(ids.iter().flat_map(|id| heads(*id))),
+            Action::DisableV2i(ids) => {
                 self.enabled.retain(|head| !ids.iter().any(|id| heads(*id).contains(head)));
             }
             Action::EnterPhase { .. }
             | Action::SetV2iState { .. }
-            | Action::SetV2iRate { .. }
-            | Action::SetGroundTruthRate { .. }
+            | Action::SetV2iRate(_)
+            | Action::SetGroundTruthRate(_)
             | Action::SetConfidence { .. }
             | Action::SetVariable { .. }
             | Action::ModifyVariable { .. }
-            | Action::End { .. } => unreachable!("is not among the random ones"),
+            | Action::End(_) => unreachable!("is not among the random ones"),
         }
     }
 
@@ -165,9 +165,9 @@ fn some_action() -> impl Strategy<Value = Action> {
     prop_oneof![
         3 => (some_target(), select(&STATES[..]))
             .prop_map(|(target, state)| Action::SetState { target, state: StateText::new(state) }),
-        1 => some_target().prop_map(|target| Action::Clear { target }),
-        1 => select(&IDS[..]).prop_map(|id| Action::EnableV2i { ids: vec![id] }),
-        1 => select(&IDS[..]).prop_map(|id| Action::DisableV2i { ids: vec![id] }),
+        1 => some_target().prop_map(|target| Action::Clear(target)),
+        1 => select(&IDS[..]).prop_map(|id| Action::EnableV2i(vec![id])),
+        1 => select(&IDS[..]).prop_map(|id| Action::DisableV2i(vec![id])),
     ]
 }
 

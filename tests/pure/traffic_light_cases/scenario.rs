@@ -33,17 +33,13 @@ fn four_phases(disabled_after: f64) -> Scenario {
     let ids = vec![34802];
     let after = |seconds| time_condition(Rule::GreaterThan, seconds);
     let events = vec![
-        event("disable", after(disabled_after), vec![Action::DisableV2i { ids: ids.clone() }]),
-        event(
-            "enable",
-            time_condition(Rule::GreaterOrEqual, 6.0),
-            vec![Action::EnableV2i { ids: ids.clone() }],
-        ),
-        event("end", after(12.0), vec![Action::End { success: true }]),
+        event("disable", after(disabled_after), vec![Action::DisableV2i(ids.clone())]),
+        event("enable", time_condition(Rule::GreaterOrEqual, 6.0), vec![Action::EnableV2i(ids.clone())]),
+        event("end", after(12.0), vec![Action::End(true)]),
     ];
     Scenario {
         controllers: vec![controller("signals", &phases)],
-        init: vec![Action::EnableV2i { ids }],
+        init: vec![Action::EnableV2i(ids)],
         acts: vec![Act { name: "act".to_owned(), events, ..Act::default() }],
         ..Scenario::default()
     }

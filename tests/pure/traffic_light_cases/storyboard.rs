@@ -216,14 +216,14 @@ fn acts_start_and_stop_and_end() {
         assert_eq!(starts(&scene), expected, "{compat:?}");
         let mut of_acts = scene.events.clone();
         of_acts.retain(|logged| {
-            matches!(logged.event, ScenarioEvent::ActStarted { .. } | ScenarioEvent::ActEnded { .. })
+            matches!(logged.event, ScenarioEvent::ActStarted(_) | ScenarioEvent::ActEnded(_))
         });
         let of_acts: Vec<_> = of_acts.into_iter().map(|logged| (logged.event, logged.at.as_secs())).collect();
         let expected = [
-            (ScenarioEvent::ActStarted { act: 1 }, 0),
-            (ScenarioEvent::ActStarted { act: 0 }, 2),
-            (ScenarioEvent::ActEnded { act: 0 }, 4),
-            (ScenarioEvent::ActEnded { act: 1 }, 4),
+            (ScenarioEvent::ActStarted(1), 0),
+            (ScenarioEvent::ActStarted(0), 2),
+            (ScenarioEvent::ActEnded(0), 4),
+            (ScenarioEvent::ActEnded(1), 4),
         ];
         assert_eq!(of_acts, expected, "{compat:?}");
     }
@@ -232,7 +232,7 @@ fn acts_start_and_stop_and_end() {
 #[test]
 fn after_the_end_controllers_and_events_stop() {
     let end = |success| {
-        let actions = vec![Action::End { success }, set("11", "red")];
+        let actions = vec![Action::End(success), set("11", "red")];
         vec![act("act", vec![event("end", time_condition(Rule::GreaterOrEqual, 2.0), actions)])]
     };
     for compat in BOTH {

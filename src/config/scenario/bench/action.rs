@@ -20,7 +20,6 @@ const KINDS: &[&str] = &[
     "end",
 ];
 
-/// Reads a list of actions, or one action.
 pub(super) fn actions(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Vec<Action> {
     items(value).iter().filter_map(|item| action(reader, item, known)).collect()
 }
@@ -47,22 +46,22 @@ fn of_kind(
         }
         "clear" => {
             let target = fields.required_text(kind)?;
-            Some(Action::Clear { target: reader.target(&target)? })
+            Some(Action::Clear(reader.target(&target)?))
         }
         "enter" => {
             let (name, phase) = (fields.required_text(kind), fields.required_text("phase"));
             let (controller, phase) = reader.phase_of(known.controllers, &name?, &phase?)?;
             Some(Action::EnterPhase { controller, phase })
         }
-        "enable_v2i" => Some(Action::EnableV2i { ids: ids(reader, fields.value(kind)?)? }),
-        "disable_v2i" => Some(Action::DisableV2i { ids: ids(reader, fields.value(kind)?)? }),
+        "enable_v2i" => Some(Action::EnableV2i(ids(reader, fields.value(kind)?)?)),
+        "disable_v2i" => Some(Action::DisableV2i(ids(reader, fields.value(kind)?)?)),
         "v2i_rate_hz" => {
             let rate = fields.unquoted(kind)?;
-            Some(Action::SetV2iRate { rate_hz: reader.rate_hz(&rate)? })
+            Some(Action::SetV2iRate(reader.rate_hz(&rate)?))
         }
         "ground_truth_rate_hz" => {
             let rate = fields.unquoted(kind)?;
-            Some(Action::SetGroundTruthRate { rate_hz: reader.rate_hz(&rate)? })
+            Some(Action::SetGroundTruthRate(reader.rate_hz(&rate)?))
         }
         "confidence" => {
             let confidence = fields.unquoted(kind);
@@ -73,7 +72,7 @@ fn of_kind(
         }
         _ => {
             let success = fields.keyword(kind, &[("success", true), ("failure", false)])?;
-            Some(Action::End { success })
+            Some(Action::End(success))
         }
     }
 }

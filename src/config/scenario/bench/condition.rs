@@ -12,7 +12,6 @@ use crate::core::traffic_light::scenario::{
 /// The controllers and events to which conditions and actions can refer.
 pub(super) struct KnownNames<'a> {
     pub(super) controllers: &'a [TrafficSignalController],
-    /// The names of the events.
     pub(super) events: &'a [String],
 }
 

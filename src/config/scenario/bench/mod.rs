@@ -1,4 +1,4 @@
-//! Our own form of scenario, for people at a bench: `config/scenarios/bench.toml` explains each key.
+//! Our own form of scenario, for tests at a bench: `config/scenarios/bench.toml` explains each key.
 
 mod action;
 mod condition;
@@ -19,10 +19,8 @@ use crate::core::traffic_light::scenario::{
 use crate::core::traffic_light::state_check::StateWriter;
 use condition::KnownNames;
 
-/// Name of the one act that a file is.
 const ACT: &str = "bench";
 
-/// Reads the file.
 pub(super) fn interpret(root: &Value, reader: &mut ScenarioReader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
     let Some(top) = Fields::of(reader.checker, root) else { return file };
@@ -79,7 +77,6 @@ fn groups(reader: &mut ScenarioReader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> 
     groups
 }
 
-/// The key of an entry as a text with its location.
 fn key(entry: &Entry) -> LocatedText {
     LocatedText { text: entry.key.clone(), location: entry.location.clone() }
 }
@@ -140,7 +137,7 @@ fn phase_entry(
     Some(PhaseEntry { target, state })
 }
 
-/// The names that are assigned to the events, and those that conditions can use.
+/// Returns the names that are assigned to the events, and the names that conditions can use.
 fn event_names(events: &[Fields<'_>]) -> (Vec<String>, Vec<String>) {
     let mut own = Vec::new();
     for fields in events {
@@ -188,7 +185,6 @@ fn trigger(
     }
 }
 
-/// A condition that is true from a time on.
 fn after(reader: &ScenarioReader<'_>, at: &LocatedText) -> Option<Condition> {
     let test = Test::SimulationTime { rule: Rule::GreaterOrEqual, value: reader.seconds(at)? };
     Some(Condition { name: String::new(), test, edge: Edge::None, delay: std::time::Duration::ZERO })

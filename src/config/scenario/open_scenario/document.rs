@@ -10,16 +10,13 @@ use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::TrafficSignalController;
 use crate::core::traffic_light::variable::{Variable, VariableIndex, VariableValue};
 
-/// The numeric types of parameters and variables.
 const NUMBERS: [&str; 6] = ["integer", "int", "unsignedInt", "unsignedShort", "double", "float"];
 
-/// A document while it is read.
 pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut ScenarioReader<'c>,
     pub(super) parameters: ParameterScopes,
     /// The parameters of each element that can have some, by its position in the file.
     pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Declared>>,
-    /// The declared parameters and variables.
     pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
     pub(super) controllers: Vec<TrafficSignalController>,
@@ -89,8 +86,8 @@ impl Document<'_, '_> {
         self.parameters.enter(scope.unwrap_or_default());
     }
 
-    /// The name of a declaration whose value only a launch system or the choice of a run knows, with the reason and the
-    /// remedy. It is listed, and refused where it is used.
+    /// Returns the name of a declaration whose value only a launch system or the choice of a run knows, with the
+    /// reason and the remedy. It is listed, and refused where it is used.
     fn unknown_declaration(&mut self, element: &Element) -> Option<(String, (String, String))> {
         let value = element.attribute("value")?;
         let unknown = match self.reader.modifiers.not_chosen_in(&value.value) {
@@ -103,14 +100,13 @@ impl Document<'_, '_> {
         Some((name, unknown))
     }
 
-    /// The name and value of a declaration.
     fn declaration(&mut self, element: &Element) -> Option<(String, String)> {
         let (name, value) = (self.declared_name(element), self.required(element, "value"));
         Some((name?, value?.text))
     }
 
-    /// The name in a declaration. ASAM has examples that write it as its references, with `$`, which upstream takes for
-    /// a reference.
+    /// Returns the name in a declaration. ASAM has examples that write it as its references, with `$`, which upstream
+    /// takes for a reference.
     fn declared_name(&mut self, element: &Element) -> Option<String> {
         let as_reference = element.attribute("name").and_then(|name| name.value.strip_prefix('$'));
         match as_reference.filter(|name| is_name(name) && self.reader.compat == Compat::Improved) {
@@ -168,12 +164,11 @@ impl Document<'_, '_> {
         Some((variable, read?))
     }
 
-    /// Closes the scope of an element.
     pub(super) fn leave(&mut self) {
         self.parameters.leave();
     }
 
-    /// The attribute with its parameters replaced; `None` when it is missing or refused.
+    /// Returns the attribute with its parameters replaced; `None` when it is missing or refused.
     pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         let attribute = element.attribute(name)?;
         match self.value(&attribute.value) {
@@ -185,7 +180,7 @@ impl Document<'_, '_> {
         }
     }
 
-    /// The text with its references replaced.
+    /// Returns the text with its references replaced.
     ///
     /// # Errors
     /// The reason and the remedy.
@@ -196,7 +191,7 @@ impl Document<'_, '_> {
         }
     }
 
-    /// The attribute like [`Self::given`], refused when it is missing.
+    /// Returns the attribute like [`Self::given`], refused when it is missing.
     pub(super) fn required(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         if element.attribute(name).is_none() {
             let reason = format!("the attribute {name} is missing");
@@ -205,13 +200,13 @@ impl Document<'_, '_> {
         self.given(element, name)
     }
 
-    /// The attribute as a name, empty when it is missing.
+    /// Returns the attribute as a name, empty when it is missing.
     pub(super) fn name(&mut self, element: &Element) -> String {
         self.given(element, "name").map(|given| given.text).unwrap_or_default()
     }
 
-    /// The name of an element to which nothing refers: as it is written, when it cannot be read as a reference. Upstream
-    /// refuses such a name.
+    /// Returns the name of an element to which nothing refers: as it is written, when it cannot be read as a
+    /// reference. Upstream refuses such a name.
     pub(super) fn label(&mut self, element: &Element) -> String {
         let written = element.attribute("name").filter(|_| self.reader.compat == Compat::Improved);
         match written.map(|name| (name, self.value(&name.value))) {

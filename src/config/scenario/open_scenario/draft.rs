@@ -8,9 +8,7 @@ use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 use crate::core::traffic_light::scenario::{Action, Edge, ElementState, Test};
 
-/// A story as it was read.
 pub(super) struct StoryDraft {
-    /// Its name alone.
     pub(super) path: Vec<String>,
     /// The positions of its acts in the document.
     pub(super) acts: Range<usize>,
@@ -26,7 +24,6 @@ pub(super) struct GroupDraft {
     pub(super) events: Range<usize>,
 }
 
-/// An act as it was read, with its references not resolved.
 pub(super) struct ActDraft<'e> {
     pub(super) element: &'e Element,
     /// The names from the story to the element itself.
@@ -37,7 +34,6 @@ pub(super) struct ActDraft<'e> {
     pub(super) groups: Vec<GroupDraft>,
 }
 
-/// An event as it was read, with its references not resolved.
 pub(super) struct EventDraft<'e> {
     pub(super) element: &'e Element,
     /// The names from the story to the element itself.
@@ -47,7 +43,6 @@ pub(super) struct EventDraft<'e> {
     pub(super) actions: Vec<ActionDraft>,
 }
 
-/// An `Action` element as it was read.
 pub(super) struct ActionDraft {
     /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
@@ -56,10 +51,8 @@ pub(super) struct ActionDraft {
     pub(super) is_whole: bool,
 }
 
-/// Groups of conditions as they were read.
 pub(super) type TriggerDraft = Vec<Vec<ConditionDraft>>;
 
-/// A condition as it was read.
 #[derive(Debug)]
 pub(super) struct ConditionDraft {
     pub(super) name: String,
@@ -68,14 +61,12 @@ pub(super) struct ConditionDraft {
     pub(super) test: TestDraft,
 }
 
-/// The test of a condition as it was read.
 #[derive(Debug)]
 pub(super) enum TestDraft {
     /// A test without references.
     Ready(Test),
     /// The state of an element of the storyboard, which is resolved when all elements are read.
     Element {
-        /// Number of the reference in the document.
         number: usize,
         /// Kind of the element: `story`, `act`, `maneuverGroup`, `maneuver`, `event` or `action`.
         kind: &'static str,

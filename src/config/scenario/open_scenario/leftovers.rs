@@ -6,7 +6,7 @@ use super::super::reader::ScenarioReader;
 use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 
-/// Lists every element and attribute that was not interpreted, those of one kind together.
+/// Lists the elements and attributes that were not interpreted, once for each kind.
 pub(super) fn list(root: &Element, reader: &mut ScenarioReader<'_>) {
     let mut kinds = BTreeMap::new();
     collect(root, &mut kinds);
@@ -23,7 +23,6 @@ pub(super) fn list(root: &Element, reader: &mut ScenarioReader<'_>) {
 
 /// Elements or attributes of one kind.
 struct Leftover {
-    /// Location of the first one.
     location: Location,
     times: usize,
     elements: usize,
@@ -53,7 +52,7 @@ fn add(kinds: &mut BTreeMap<String, Leftover>, location: &Location, elements: us
     leftover.elements += elements;
 }
 
-/// A path without positions: `Act[2]/Event[3]` becomes `Act/Event`.
+/// Returns a path without positions: `Act[2]/Event[3]` becomes `Act/Event`.
 fn without_numbers(path: &str) -> String {
     path.split('/').map(|step| step.split('[').next().unwrap_or(step)).collect::<Vec<_>>().join("/")
 }

@@ -21,7 +21,6 @@ use document::Document;
 use parameters::ParameterScopes;
 pub(super) use transliterated::from_values;
 
-/// Name of the root element.
 pub(super) const ROOT: &str = "OpenSCENARIO";
 
 /// Reads the document. Problems and parts that are left out go to `reader`.

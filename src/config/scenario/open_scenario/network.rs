@@ -9,7 +9,7 @@ use crate::core::traffic_light::scenario::PhaseEntry;
 use crate::core::traffic_light::state_check::StateWriter;
 
 impl Document<'_, '_> {
-    /// The map, unless its path needs a launch system that is not here.
+    /// Returns the map, unless its path needs a launch system that is not here.
     pub(super) fn map(&mut self, network: &Element) -> Option<PathBuf> {
         let logic = network.child("LogicFile")?;
         let attribute = logic.attribute("filepath").or_else(|| logic.attribute("filePath"))?;
@@ -24,7 +24,6 @@ impl Document<'_, '_> {
         (!named.is_empty()).then(|| if is_in_package { named.into() } else { self.reader.beside(&named) })
     }
 
-    /// The controllers, with their references resolved.
     pub(super) fn controllers(&mut self, network: &Element) {
         let Some(signals) = network.child("TrafficSignals") else { return };
         let drafts = signals.all("TrafficSignalController").filter_map(|element| self.controller(element));

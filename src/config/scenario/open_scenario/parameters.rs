@@ -13,7 +13,6 @@ const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --
 /// A declared parameter, or the reason why its value is not known and the remedy.
 pub(super) type Declared = Result<DeclaredParameter, (String, String)>;
 
-/// A declared parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct DeclaredParameter {
     /// The value that replaces references to it.
@@ -24,20 +23,19 @@ pub(super) struct DeclaredParameter {
     pub(super) variable: VariableIndex,
 }
 
-/// The declared parameters, those of the innermost scope last.
+/// The declared parameters, by scope; the innermost scope is the last.
 #[derive(Debug, Default)]
 pub(super) struct ParameterScopes {
     scopes: Vec<BTreeMap<String, Declared>>,
     /// The parameters of the whole document, by the names of the elements around each and its own name.
     declared: Vec<(Vec<String>, String, Declared)>,
-    /// The declared variables.
     variables: BTreeMap<String, VariableIndex>,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
     packages: BTreeMap<String, PathBuf>,
 }
 
 impl ParameterScopes {
-    /// No parameters yet; `packages` are the folders of packages by name.
+    /// Creates scopes without parameters; `packages` are the folders of packages by name.
     pub(super) fn new(packages: BTreeMap<String, PathBuf>) -> Self {
         Self { packages, ..Self::default() }
     }
@@ -47,7 +45,6 @@ impl ParameterScopes {
         self.scopes.push(scope);
     }
 
-    /// Closes the innermost scope.
     pub(super) fn leave(&mut self) {
         self.scopes.pop();
     }
@@ -60,7 +57,6 @@ impl ParameterScopes {
         }
     }
 
-    /// The parameters of the innermost scope.
     pub(super) fn innermost(&self) -> BTreeMap<String, Declared> {
         self.scopes.last().cloned().unwrap_or_default()
     }
@@ -70,7 +66,7 @@ impl ParameterScopes {
         self.variables.insert(name, variable);
     }
 
-    /// The variable of a name.
+    /// Returns the variable of a name.
     ///
     /// # Errors
     /// The reason and the remedy.
@@ -81,7 +77,7 @@ impl ParameterScopes {
         })
     }
 
-    /// The text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a parameter,
+    /// Returns the text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a parameter,
     /// `${$name * 2}` is computed, and `$(find-pkg-share NAME)` is the folder of a package.
     ///
     /// # Errors
@@ -111,8 +107,8 @@ impl ParameterScopes {
         text.contains("$(") || parameter.is_some_and(has_one)
     }
 
-    /// The parameter of a name in the innermost scope that has one. `::name` is one of the whole document, and
-    /// `element::name` one below an element of the storyboard, as TIER IV writes them.
+    /// Returns the parameter of a name in the innermost scope that has one. `::name` is one of the whole document,
+    /// and `element::name` one below an element of the storyboard, as TIER IV writes them.
     ///
     /// # Errors
     /// The reason and the remedy.

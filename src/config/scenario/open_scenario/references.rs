@@ -15,7 +15,6 @@ use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 use crate::core::traffic_light::scenario::{Act, Action, Condition, Event, EventGroup, Story, Test, Trigger};
 
-/// The position of an element of the storyboard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum At {
     Story(usize),
@@ -25,13 +24,10 @@ enum At {
     Action { act: usize, event: usize, action: usize },
 }
 
-/// The storyboard with its references resolved.
 pub(super) struct Resolved {
     /// The stories whose acts can all run.
     pub(super) stories: Vec<Story>,
-    /// The acts that can run.
     pub(super) acts: Vec<Act>,
-    /// The trigger that ends the scenario.
     pub(super) stop: Option<Trigger>,
     /// The ends of the scenario that can come at another time than they do here, or not at all.
     pub(super) uncertain_ends: Vec<UncertainEnd>,
@@ -58,7 +54,7 @@ pub(super) fn resolve(
     let uncertain_ends = events(&acts).filter(is_uncertain).flat_map(|(at, event)| {
         let actions = event.actions.iter().flat_map(|action| &action.actions);
         let ends = actions
-            .filter_map(|action| if let Action::End { success } = action { Some(*success) } else { None });
+            .filter_map(|action| if let Action::End(success) = action { Some(*success) } else { None });
         let event = finish.name(at);
         ends.map(move |success| UncertainEnd { event: Some(event.clone()), success: Some(success) })
     });
@@ -72,7 +68,6 @@ pub(super) fn resolve(
     Resolved { stories, acts: finish.acts(acts), stop, uncertain_ends }
 }
 
-/// The acts with the references to them.
 struct References {
     /// The target of each reference, by its number.
     targets: BTreeMap<usize, At>,
@@ -171,7 +166,7 @@ impl References {
             || members.any(|member| self.partial.contains(member) || self.is_left_out(*member))
     }
 
-    /// The reason why a group of conditions cannot be decided, and its location; `None` when it can be.
+    /// Returns the reason why a group of conditions cannot be decided, and its location; `None` when it can be.
     fn obstacle_of<'d>(&self, group: &'d [ConditionDraft]) -> Option<(String, &'d Location)> {
         group.iter().find_map(|condition| self.obstacle(condition))
     }
@@ -303,8 +298,8 @@ fn find(
     }
 }
 
-/// The element that a name means whatever its kind: the only one that has it, or the event among elements that hold each
-/// other, which begins and ends with its actions.
+/// Returns the element that a name means whatever its kind: the only one that has it, or the event among elements
+/// that hold each other, which begins and ends with its actions.
 fn of_any_kind<'k, 'a>(named: &[&'k KnownElement<'a>]) -> Option<&'k KnownElement<'a>> {
     if let [only] = named {
         return Some(only);
@@ -322,7 +317,7 @@ fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a Eve
     })
 }
 
-/// The triggers with the elements that they start or stop.
+/// Returns the triggers with the elements that they start or stop.
 fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a TriggerDraft)> {
     let of_acts = acts.iter().enumerate().flat_map(|(act, draft)| {
         let both = draft.start.iter().chain(&draft.stop);
@@ -331,7 +326,6 @@ fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a Trigg
     of_acts.chain(events(acts).filter_map(|(at, draft)| Some((at, draft.start.as_ref()?))))
 }
 
-/// The names of all elements, left out or not.
 fn names(stories: &[StoryDraft], acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
     fn own(path: &[String]) -> &str {
         path.last().map_or("", String::as_str)
@@ -367,7 +361,6 @@ fn names(stories: &[StoryDraft], acts: &[ActDraft<'_>]) -> BTreeMap<At, String> 
     assigned
 }
 
-/// Turns drafts into the acts that the engine runs.
 struct Finish<'a> {
     board: &'a References,
     names: &'a BTreeMap<At, String>,
@@ -378,7 +371,7 @@ impl Finish<'_> {
         self.names.get(&at).cloned().unwrap_or_default()
     }
 
-    /// The positions of members when some are left out; `None` when one of them is.
+    /// Returns the positions of members when some are left out; `None` when one of them is.
     fn kept(&self, members: Range<usize>, at: impl Fn(usize) -> At) -> Option<Range<usize>> {
         let is_kept = |member: &usize| !self.board.is_left_out(at(*member));
         let before = (0..members.start).filter(is_kept).count();

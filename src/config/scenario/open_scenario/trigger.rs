@@ -25,7 +25,6 @@ const RULES: Keywords<Rule> = &[
     ("lessThan", Rule::LessThan),
     ("lessOrEqual", Rule::LessOrEqual),
 ];
-/// States and transitions.
 const STATES: Keywords<ElementState> = &[
     ("standbyState", ElementState::Standby),
     ("runningState", ElementState::Running),
@@ -35,7 +34,6 @@ const STATES: Keywords<ElementState> = &[
     ("stopTransition", ElementState::StopTransition),
     ("skipTransition", ElementState::SkipTransition),
 ];
-/// Kinds of elements.
 const KINDS: Keywords<&str> = &[
     ("story", "story"),
     ("act", "act"),
@@ -86,7 +84,7 @@ impl Document<'_, '_> {
     }
 
     /// Returns whether a condition is a criterion of CARLA's `scenario_runner`: it is named `criteria_…` and compares a
-    /// parameter that nobody declares, or none.
+    /// parameter that is not declared, or none.
     fn is_criterion(&self, name: &str, test: &Element) -> bool {
         let reference = test.attribute("parameterRef").filter(|_| test.name == "ParameterCondition");
         let is_declared = |reference: &Attribute| {
@@ -95,7 +93,7 @@ impl Document<'_, '_> {
         name.starts_with("criteria_") && reference.is_some_and(|reference| !is_declared(reference))
     }
 
-    /// The only child of an element; any other number is refused.
+    /// Returns the only child of an element; any other number is refused.
     pub(super) fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
         let [child] = element.children.as_slice() else {
             let reason = format!("{} holds {} elements", element.name, element.children.len());
@@ -179,7 +177,7 @@ fn undecidable(element: &Element) -> TestDraft {
     TestDraft::Undecidable { what: element.name.clone(), location: element.location.clone() }
 }
 
-/// The comparison of a time with one before the start, which is always over.
+/// Returns the comparison of a time with one before the start, which is always over.
 fn since_ever(rule: Rule) -> Test {
     let rule = match rule {
         Rule::NotEqualTo | Rule::GreaterThan | Rule::GreaterOrEqual => Rule::GreaterOrEqual,

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::ArbiterStamp;
+use super::settings::ArbiterStamp;
 use crate::core::traffic_light::emission::GroupState;
 
-/// The groups of the camera's last message, ascending by relation id; those of one id in the order of the message.
+/// The groups of the camera's last message, ascending by relation id, then in the order of the message.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Perceived(Vec<Arc<GroupState>>);
 
@@ -46,7 +46,6 @@ impl Perceived {
         }
     }
 
-    /// All reports of a group in the last message.
     pub(super) fn of(&self, relation_id: i64) -> &[Arc<GroupState>] {
         let first = self.0.partition_point(|group| id_of(group) < relation_id);
         let from_there = self.0.get(first..).unwrap_or_default();
@@ -108,7 +107,6 @@ impl Network {
         self.update_stamps();
     }
 
-    /// The newest stamp of the groups.
     pub(super) fn newest(&self) -> Option<ArbiterStamp> {
         self.stamps.map(|(_, newest)| newest)
     }
@@ -131,7 +129,7 @@ fn id_of(group: &Arc<GroupState>) -> i64 {
     group.relation_id
 }
 
-/// The number of groups at the start that have this id.
+/// Returns the number of groups at the start that have this id.
 fn count_of(groups: &[Arc<GroupState>], relation_id: i64) -> usize {
     groups.iter().take_while(|group| id_of(group) == relation_id).count()
 }

@@ -1,11 +1,11 @@
-//! The arbiter without memory of its last result: it merges all groups anew with each input.
+//! The arbiter without memory of its last result: it merges all groups again with each input.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::selection::{GroupSides, select};
-use super::{ArbiterSettings, ArbiterStamp};
+use super::settings::{ArbiterSettings, ArbiterStamp};
 use crate::core::map::light_map::LightMap;
 use crate::core::traffic_light::emission::{GroupState, Groups};
 

@@ -10,6 +10,7 @@ use crate::core::map::light_map::GroupEntry;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{GroupElement, Prediction};
+use std::time::Duration;
 
 const ON_MAP: [i64; 3] = [1001, 1002, 2001];
 
@@ -55,7 +56,7 @@ fn map(relation_ids: &[i64]) -> LightMap {
 enum ArbiterStep {
     /// Tenths of a second, positions in the pool.
     Perception(i64, Vec<usize>),
-    /// Those of stamp and clock, likewise.
+    /// Tenths of a second of stamp and clock, positions in the pool.
     External(i64, i64, Vec<usize>),
     /// From here on, this group of the pool is another one.
     Change(usize, GroupState),
@@ -74,7 +75,7 @@ fn step() -> impl Strategy<Value = ArbiterStep> {
 }
 
 proptest! {
-    /// The result is that of merging all groups anew, and shared with the last one while it is equal.
+    /// The result equals a merge of all groups, and is shared with the last one while it is equal.
     #[test]
     fn merging_changes_is_merging_all_groups(
         settings in settings(),

@@ -3,33 +3,30 @@
 
 use std::sync::Arc;
 
-use super::{ArbiterSettings, Priority};
+use super::settings::{ArbiterSettings, Priority};
 use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
 
-/// The reports of both sides about one group.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroupSides<'a> {
     /// The camera's reports: a message may have the group more than once.
     pub(super) perception: &'a [Arc<GroupState>],
-    /// The last report of the network.
     pub(super) external: Option<&'a GroupState>,
 }
 
 impl GroupSides<'_> {
-    /// Returns whether neither side reports the group.
     pub(super) fn is_empty(&self) -> bool {
         self.perception.is_empty() && self.external.is_none()
     }
 
-    /// The predictions of perception, then those of external, unchanged.
+    /// Returns the predictions of perception, then of external, unchanged.
     pub(super) fn predictions(&self) -> Vec<Prediction> {
         let groups = self.perception.iter().map(Arc::as_ref).chain(self.external);
         groups.flat_map(|group| &group.predictions).cloned().collect()
     }
 }
 
-/// The elements that count, ascending by the number of their shape, one for each shape.
+/// Returns the elements that count, ascending by the number of their shape, one for each shape.
 pub(super) fn select(
     sides: &GroupSides<'_>,
     is_pedestrian: bool,
@@ -53,8 +50,8 @@ pub(super) fn select(
     }
 }
 
-/// Both sides together; for each shape the preferred side wins, then the more confident element,
-/// then the first one.
+/// Returns both sides together; for each shape the preferred side wins, then the more confident element, then the
+/// first one.
 fn pooled<'a>(
     perception: impl IntoIterator<Item = &'a GroupElement>,
     external: &'a [GroupElement],
@@ -113,7 +110,7 @@ fn sort_by_shape(elements: &mut [GroupElement]) {
     elements.sort_by_key(|element| ros_number(element.bulb.shape));
 }
 
-/// The constant of `TrafficLightElement`, by which the arbiter sorts shapes.
+/// Returns the constant of `TrafficLightElement`, by which the arbiter sorts shapes.
 const fn ros_number(shape: BulbShape) -> u8 {
     match shape {
         BulbShape::Unknown => 0,

@@ -40,12 +40,12 @@ fn every_command_becomes_its_action() {
         ),
         ("V2ITrafficSignalStateAction(-7 green)", v2i(-7, "green", None)),
         ("  V2ITrafficSignalStateAction ( 1 ,\"\",\t0.5 )\n", v2i(1, "", Some(0.5))),
-        ("EnableTrafficSignalV2IFeatureAction@v1(100)", Action::EnableV2i { ids: vec![100] }),
+        ("EnableTrafficSignalV2IFeatureAction@v1(100)", Action::EnableV2i(vec![100])),
         (
             "EnableTrafficSignalV2IFeatureAction@v1(9223372036854775807 2, 3)",
-            Action::EnableV2i { ids: vec![i64::MAX, 2, 3] },
+            Action::EnableV2i(vec![i64::MAX, 2, 3]),
         ),
-        ("DisableTrafficSignalV2IFeatureAction@v1(1,2)", Action::DisableV2i { ids: vec![1, 2] }),
+        ("DisableTrafficSignalV2IFeatureAction@v1(1,2)", Action::DisableV2i(vec![1, 2])),
         ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(34802, 0.7)", confidence("34802", 0.7)),
         (
             "PseudoTrafficSignalDetectorConfidenceSetAction@v1(\"3000000000 v2i_detected\", 1)",
@@ -57,9 +57,9 @@ fn every_command_becomes_its_action() {
             set("21 conventional_detected", "unknown"),
         ),
         ("TrafficSignalControllerAction(north, stop)", phase("stop")),
-        ("ClearTrafficSignal(\"21 v2i\")", Action::Clear { target: target("21 v2i") }),
-        ("exitSuccess", Action::End { success: true }),
-        ("exitFailure()", Action::End { success: false }),
+        ("ClearTrafficSignal(\"21 v2i\")", Action::Clear(target("21 v2i"))),
+        ("exitSuccess", Action::End(true)),
+        ("exitFailure()", Action::End(false)),
     ];
     for (text, action) in cases {
         assert_eq!(read(text), Ok(action), "{text}");

@@ -122,13 +122,13 @@ fn a_controller_without_phases_informs_followers_each_frame() {
         let pair = |delay_s| vec![controller(&[]), following(controller(&[1.0, 1.0]), delay_s)];
         assert_eq!(transitions(pair(0.05), compat, 100), [], "{compat:?}");
         let entered = transitions(pair(0.0), compat, 3);
-        assert_eq!(entered, [], "informed anew before its own turn: {compat:?}");
+        assert_eq!(entered, [], "informed again before its own turn: {compat:?}");
         let swapped = || {
             let mut follower = following(controller(&[1.0, 1.0]), 0.0);
             follower.reference = Some(Reference { controller: ControllerIndex(1), delay: Duration::ZERO });
             vec![follower, controller(&[])]
         };
-        // Improved mode does not begin a phase anew that has begun since.
+        // Improved mode does not begin a phase again that has begun since.
         let frames: &[u64] = if compat == Compat::Improved { &[2, 4, 6] } else { &[2, 3, 4, 5, 6] };
         let expected: Vec<_> = frames.iter().map(|frame| (0, 0, *frame)).collect();
         assert_eq!(transitions(swapped(), compat, 6), expected, "{compat:?}");

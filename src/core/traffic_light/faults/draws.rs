@@ -4,9 +4,8 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::Spells;
+use super::settings::Spells;
 
-/// The purpose of a draw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DrawKind {
     Latency = 1,
@@ -18,7 +17,6 @@ pub(super) enum DrawKind {
     Confidence,
 }
 
-/// All draws of a seed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Draws {
     seed: u64,
@@ -50,7 +48,8 @@ impl Draws {
         probability > 0.0 && self.share(kind, of, message) < probability
     }
 
-    /// The generator of a draw. Each key is mixed with a number of the generator that the keys before it seed.
+    /// Returns the generator of a draw. Each key is mixed with a number of the generator that the keys before it
+    /// seed.
     fn generator(self, kind: DrawKind, [one, other]: [u64; 2], message: u64) -> Pcg32 {
         let keys = [kind as u64, one, other];
         let seed = keys.into_iter().fold(self.seed, |seed, key| Pcg32::seed_from_u64(seed).next_u64() ^ key);

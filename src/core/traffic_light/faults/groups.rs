@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::FaultSettings;
 use super::draws::{DrawKind, Draws, Spell};
+use super::settings::FaultSettings;
 use crate::core::traffic_light::bulb::{Bulb, BulbStatus, Color};
 use crate::core::traffic_light::emission::{GroupElement, GroupState};
 
-/// The faults of groups at work.
 #[derive(Debug, Clone)]
 pub(super) struct GroupFaults {
     draws: Draws,
@@ -16,26 +15,11 @@ pub(super) struct GroupFaults {
     missing: BTreeMap<i64, Spell>,
 }
 
-impl FaultSettings {
-    /// Returns whether any fault of groups is on.
-    pub(super) fn change_groups(&self) -> bool {
-        self.miss.probability > 0.0
-            || self.unknown > 0.0
-            || !self.confusions.is_empty()
-            || self.change_confidence()
-    }
-
-    fn change_confidence(&self) -> bool {
-        self.confidence_mean.is_some() || self.confidence_spread > 0.0
-    }
-}
-
 impl GroupFaults {
     pub(super) fn new(draws: Draws) -> Self {
         Self { draws, missing: BTreeMap::new() }
     }
 
-    /// Applies the faults to the groups of a message, by its number.
     pub(super) fn apply(
         &mut self,
         settings: &FaultSettings,
@@ -81,7 +65,7 @@ fn misread(draws: Draws, settings: &FaultSettings, group: &GroupState, message: 
     GroupState { elements, ..group.clone() }
 }
 
-/// The colour that a colour is taken for. `share` is a draw from 0 to 1.
+/// Returns the colour that a colour is taken for. `share` is a draw from 0 to 1.
 fn confused(color: Color, mut share: f64, settings: &FaultSettings) -> Color {
     for confusion in settings.confusions.iter().filter(|confusion| confusion.from == color) {
         if share < confusion.probability {

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus};
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{GroupElement, GroupState, LightsTopic};
 
 /// Messages of a statistics test; bounds are four standard deviations of the binomial distribution.

@@ -1,4 +1,4 @@
-//! Lists that are brought up to date equal lists that are made anew, whatever changes in whatever order; so do
+//! Lists that are brought up to date equal lists that are made from nothing, whatever changes in whatever order; so do
 //! the counts of the diagnostics.
 
 use std::collections::BTreeMap;
@@ -48,15 +48,15 @@ fn step() -> impl Strategy<Value = OutboxStep> {
     let controller = (0..2_usize).prop_map(ControllerIndex);
     prop_oneof![
         4 => (vec(state, 1..4), store()).prop_map(|(states, store)| OutboxStep::States(states, store)),
-        1 => target().prop_map(|target| OutboxStep::Done(Action::Clear { target })),
+        1 => target().prop_map(|target| OutboxStep::Done(Action::Clear(target))),
         1 => (target(), 0..=4_u8).prop_map(|(target, quarters)| {
             OutboxStep::Done(Action::SetConfidence { target, confidence: f64::from(quarters) / 4.0 })
         }),
         3 => (controller, select(vec!["one", "two", "three"])).prop_map(|(controller, phase)| {
             OutboxStep::Done(Action::EnterPhase { controller, phase: phase.to_owned() })
         }),
-        2 => vec(id(), 1..4).prop_map(|ids| OutboxStep::Done(Action::EnableV2i { ids })),
-        1 => vec(id(), 1..4).prop_map(|ids| OutboxStep::Done(Action::DisableV2i { ids })),
+        2 => vec(id(), 1..4).prop_map(|ids| OutboxStep::Done(Action::EnableV2i(ids))),
+        1 => vec(id(), 1..4).prop_map(|ids| OutboxStep::Done(Action::DisableV2i(ids))),
         1 => Just(OutboxStep::Storm),
     ]
 }

@@ -1,4 +1,4 @@
-//! Rules of the stores beside those of the numbered cases.
+//! Rules of the stores without a number among the cases.
 
 use super::*;
 use crate::core::compat::Compat;

@@ -23,7 +23,6 @@ impl V2iBinding {
         self.sources.is_empty()
     }
 
-    /// The message that carries a signal.
     pub(super) fn message_of(&self, signal: SignalIndex) -> MessageIndex {
         self.table.signals[signal.0].message
     }
@@ -70,7 +69,7 @@ pub struct Confidence {
 }
 
 impl Confidence {
-    /// The confidence for a raw value, 0 to 1; `None` when the value is not defined.
+    /// Returns the confidence for a raw value, 0 to 1; `None` when the value is not defined.
     pub(super) fn of(&self, raw: i128) -> Option<f64> {
         match self.role.values.meaning(raw) {
             Meaning::Defined(()) => u32::try_from(raw).ok().map(|raw| f64::from(raw) / f64::from(self.full)),

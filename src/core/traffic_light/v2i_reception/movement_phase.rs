@@ -4,8 +4,8 @@
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use crate::core::validation::meaning::Meaning;
 
-/// The standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape for a
-/// movement without conflicting traffic: its number does not include a direction.
+/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape for
+/// a movement without conflicting traffic: its number does not include a direction.
 pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>); 10] {
     let one = |color, status, shape| {
         let bulb = Bulb { color, status, shape };

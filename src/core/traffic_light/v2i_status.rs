@@ -1,6 +1,6 @@
 //! Diagnostics of received traffic-light states.
 
-use super::{InvalidReason, V2iReception, ValidState, bound};
+use super::v2i_reception::{GroupFinding, InvalidReason, V2iReception, ValidState};
 use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
@@ -8,36 +8,8 @@ use crate::core::validation::display::{missing_reason_text, raw_text};
 use crate::core::validation::integrity::IntegrityCounts;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 
-/// The state of one group for diagnostics.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroupFinding {
-    /// Relation id of a group, or way id of a head.
-    pub id: i64,
-    /// Its state, or the reason why it has none.
-    pub state: Result<ValidState, InvalidReason>,
-}
-
-impl InvalidReason {
-    /// The level of diagnostics: receiving nothing is normal away from an intersection; an undefined value, a fault
-    /// and a unit that sends nothing are not.
-    pub fn level(self) -> Level {
-        match self {
-            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => Level::Ok,
-            Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => Level::Warn,
-        }
-    }
-}
-
 impl V2iReception {
-    /// The states of all groups at the last call of [`Self::settle`], in the order of the profile.
-    pub fn findings(&self) -> impl Iterator<Item = GroupFinding> {
-        self.groups.iter().filter_map(|tracked| {
-            let (_, group) = bound(&self.binding, tracked.at)?;
-            Some(GroupFinding { id: group.id, state: tracked.state? })
-        })
-    }
-
-    /// A finding as text, for example `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
+    /// Returns a finding as text, for example `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
     pub fn finding_text(&self, finding: GroupFinding, buses: &[Bus]) -> String {
         let text = match finding.state {
             Ok(ValidState { bulbs, .. }) => bulbs.to_string(),
@@ -46,7 +18,7 @@ impl V2iReception {
         format!("{}: {text}", finding.id)
     }
 
-    /// The diagnostic status of the reception. `node` is the name before the colon.
+    /// Returns the diagnostic status of the reception. `node` is the name before the colon.
     pub fn status(&self, node: &str, buses: &[Bus], now: MonoTime) -> Status {
         let findings: Vec<_> = self.findings().collect();
         let known = findings.iter().filter(|finding| finding.state.is_ok()).count();
@@ -62,11 +34,11 @@ impl V2iReception {
                 format!("{}{others}", self.finding_text(**first, buses))
             }
         };
-        let messages = (0..self.binding.table.messages.len()).map(MessageIndex);
-        let frames: u64 = messages.clone().map(|message| self.observations.counts(message).frames).sum();
-        let too_short: u64 =
-            messages.clone().map(|message| self.observations.counts(message).too_short).sum();
-        let checkers = messages.filter_map(|message| self.observations.integrity_counts(message));
+        let (_, observations) = self.received();
+        let messages = (0..self.binding().table.messages.len()).map(MessageIndex);
+        let frames: u64 = messages.clone().map(|message| observations.counts(message).frames).sum();
+        let too_short: u64 = messages.clone().map(|message| observations.counts(message).too_short).sum();
+        let checkers = messages.filter_map(|message| observations.integrity_counts(message));
         let newest = self.valid_states().map(|(_, state)| now.since(state.received.at)).min();
         let all: Vec<_> = findings.iter().map(|finding| self.finding_text(*finding, buses)).collect();
         Status {
@@ -83,14 +55,14 @@ impl V2iReception {
                     "rejected_frames",
                     checkers.map(|counts| IntegrityCounts::rejected(&counts)).sum::<u64>().to_string(),
                 ),
-                ("unmapped_count", self.counts.unmapped.to_string()),
-                ("undefined_count", self.counts.undefined.to_string()),
+                ("unmapped_count", self.counts().unmapped.to_string()),
+                ("undefined_count", self.counts().undefined.to_string()),
             ],
         }
     }
 
     fn invalid_text(&self, reason: InvalidReason, buses: &[Bus]) -> String {
-        let table = &self.binding.table;
+        let table = &self.binding().table;
         let value =
             |signal: SignalIndex, raw| format!("{} = {}", table.signals[signal.0].name, raw_text(raw));
         match reason {
