@@ -31,6 +31,19 @@ OpenSCENARIO:
     ParameterDeclaration: [{ name: p, parameterType: double, value: '2.5' }]
 ";
 
+fn has(text: &str, part: &str) {
+    assert!(text.contains(part), "{text}");
+}
+
+fn left_out(file: &ScenarioFile) -> String {
+    file.not_interpreted.iter().map(ToString::to_string).collect()
+}
+
+/// The problems of a scenario in XML that is refused.
+fn refused(compat: Compat, text: &str) -> String {
+    shown(&read_as(compat, "s.xosc", text.as_bytes()).unwrap_err())
+}
+
 fn with(options: ReadOptions, name: &str, text: &str) -> Result<ScenarioFile, String> {
     let files = MemoryFiles::new([(name, text.as_bytes())]);
     read(&files, Path::new(name), options).map_err(|refused| shown(&refused.0))
@@ -51,7 +64,7 @@ fn yaml_with_merge_keys_empty_names_expressions_and_packages_is_read() {
     );
     assert_eq!(controller.phases[0].entries, controller.phases[1].entries);
     let without = accepted(Compat::Improved, "s.yaml", AS_UPSTREAM);
-    let left_out = without.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+    let left_out = left_out(&without);
     assert!(without.map.is_none() && left_out.contains("--package town=FOLDER"), "{left_out}");
 }
 
@@ -64,7 +77,7 @@ fn a_modifier_is_named_as_one() {
 #[test]
 fn controllers_of_one_name_are_refused_and_upstream_means_the_first() {
     let text = document(&format!("{A}\n{A}"), "");
-    let refused = shown(&read_text("s.xosc", &text).unwrap_err());
+    let refused = refused(Compat::Improved, &text);
     assert!(
         refused.contains("s.xosc:4:1: ") && refused.contains("two controllers are called \"A\""),
         "{refused}"
@@ -97,13 +110,10 @@ fn a_state_by_position_needs_the_order_of_the_bulbs() {
     assert_eq!(read("red|21=green", "on").as_deref(), Ok("green solidOn circle"));
     assert_eq!(read("red,green|20=green", "off;on").as_deref(), Ok("green solidOn circle"));
     let refused = read("", "on;off;off").unwrap_err();
-    assert!(
-        refused.contains("has 3 positions, but no order of as many bulbs is known for the light 21"),
-        "{refused}"
-    );
+    has(&refused, "has 3 positions, but no order of as many bulbs is known for the light 21");
     let refused = read(order, "on;off").unwrap_err();
-    assert!(refused.contains("has 2 positions, but no order"), "{refused}");
-    assert!(refused.contains("--bulb-order red,yellow,green"), "{refused}");
+    has(&refused, "has 2 positions, but no order");
+    has(&refused, "--bulb-order red,yellow,green");
     assert!(read(order, "on;dim;off").is_err());
     assert_eq!(
         read(order, "other;flashing;counting").as_deref(),
@@ -134,8 +144,7 @@ fn a_declared_name_may_begin_with_a_dollar_sign() {
     let text = document("", &light_action(state)).replace("name=\"p\"", "name=\"$p\"");
     let file = accepted(Compat::Improved, "s.xosc", &text);
     assert_eq!(file.ids.iter().map(|used| used.id).collect::<Vec<_>>(), [21]);
-    let refused = shown(&read_as(Compat::Upstream, "s.xosc", text.as_bytes()).unwrap_err());
-    assert!(refused.contains("no parameter is called p"), "{refused}");
+    has(&refused(Compat::Upstream, &text), "no parameter is called p");
 }
 
 #[test]
@@ -154,8 +163,7 @@ fn the_name_of_a_condition_is_a_label() {
         assert_eq!(event.start.as_ref().unwrap().groups[0][0].name, shown_name);
     }
     let text = document("", &condition(&TIME.replace("name=\"t\"", "name=\"$p passed\"")));
-    let refused = shown(&read_as(Compat::Upstream, "s.xosc", text.as_bytes()).unwrap_err());
-    assert!(refused.contains("no parameter is called p passed"), "{refused}");
+    has(&refused(Compat::Upstream, &text), "no parameter is called p passed");
 }
 
 const ENTITY: &str = "<Condition name=\"c\"><ByEntityCondition><EntityCondition><SpeedCondition value=\"1\" \
@@ -174,7 +182,7 @@ fn an_undecidable_group_is_never_true_and_the_others_stay() {
     };
     assert!(matches!(condition.test, Test::SimulationTime { .. }) && condition.edge == Edge::Sticky);
     let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
-    assert!(left_out.contains("this group of conditions is never true"), "{left_out}");
+    has(&left_out, "this group of conditions is never true");
     assert_eq!(file.uncertain_ends, []);
 }
 
@@ -196,8 +204,7 @@ fn a_delay_of_zero_needs_no_reference() {
     let text = document(&A.replace("name=\"A\"", "name=\"A\" delay=\"0\""), "");
     let file = accepted(Compat::Improved, "s.xosc", &text);
     assert!(file.scenario.controllers[0].reference.is_none() && file.not_interpreted.is_empty());
-    let refused = shown(&read_as(Compat::Upstream, "s.xosc", text.as_bytes()).unwrap_err());
-    assert!(refused.contains("a delay without a reference"), "{refused}");
+    has(&refused(Compat::Upstream, &text), "a delay without a reference");
 }
 
 #[test]
@@ -215,17 +222,12 @@ fn a_criterion_of_scenario_runner_is_left_out_and_a_parameter_with_a_typo_is_ref
     for parameter in ["", "distance_success"] {
         let file = accepted(Compat::Improved, "s.xosc", &criteria("criteria_CollisionTest", parameter));
         assert!(file.scenario.stop.is_none_or(|stop| stop.groups.is_empty()));
-        let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
-        assert!(
-            left_out.contains("criteria_CollisionTest, which CARLA's scenario_runner judges"),
-            "{left_out}"
-        );
+        has(&left_out(&file), "criteria_CollisionTest, which CARLA's scenario_runner judges");
     }
     let declared = accepted(Compat::Improved, "s.xosc", &criteria("criteria_own", "p"));
     assert_eq!(declared.scenario.stop.unwrap().groups[0].len(), 2);
     for (name, parameter) in [("c", "distance_success"), ("c", "")] {
-        let refused = shown(&read_text("s.xosc", &criteria(name, parameter)).unwrap_err());
-        assert!(refused.contains("no parameter is called"), "{refused}");
+        has(&shown(&read_text("s.xosc", &criteria(name, parameter)).unwrap_err()), "no parameter is called");
     }
 }
 
@@ -237,12 +239,11 @@ fn a_parameter_that_a_launch_system_computes_is_refused_where_a_light_needs_it()
         document(&controller, "").replace("value=\"21\"", "value=\"$(ros2 run dice roll 1 6)\"")
     };
     let file = accepted(Compat::Improved, "s.xosc", &text("5"));
-    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
-    assert!(left_out.contains("the value of \"p\": `$(ros2 run dice roll 1 6)`"), "{left_out}");
+    has(&left_out(&file), "the value of \"p\": `$(ros2 run dice roll 1 6)`");
     for duration in ["$p", "${$p + 1}"] {
         let refused = shown(&read_text("s.xosc", &text(duration)).unwrap_err());
-        assert!(refused.contains("the value of the parameter p is not known"), "{refused}");
-        assert!(refused.contains("Phase/@duration"), "{refused}");
+        has(&refused, "the value of the parameter p is not known");
+        has(&refused, "Phase/@duration");
     }
 }
 
@@ -308,14 +309,15 @@ fn a_light_that_is_given_by_a_modifier_with_several_values_is_refused_until_one_
         ("stop_greenED", "green flashing")
     );
     assert!(file.ids.iter().all(|used| used.id == 22));
-    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+    let left_out = left_out(&file);
     assert!(!left_out.contains("modifier"), "{left_out}");
-    let refused = choose(&[("COLOR", "blue"), ("LIGHT", "22")]).unwrap_err();
-    assert!(refused.contains("COLOR has no value \"blue\"; there are red, green"), "{refused}");
-    let refused = choose(&[("COLOUR", "green")]).unwrap_err();
-    assert!(
-        refused.contains("no scenario modifier is called \"COLOUR\"; there are COLOR, LIGHT"),
-        "{refused}"
+    has(
+        &choose(&[("COLOR", "blue"), ("LIGHT", "22")]).unwrap_err(),
+        "COLOR has no value \"blue\"; there are red, green",
+    );
+    has(
+        &choose(&[("COLOUR", "green")]).unwrap_err(),
+        "no scenario modifier is called \"COLOUR\"; there are COLOR, LIGHT",
     );
 }
 
@@ -335,18 +337,15 @@ fn a_parameter_that_is_a_modifier_is_refused_where_a_light_needs_it() {
         "OpenSCENARIO:",
         "ScenarioModifiers:\n  ScenarioModifier: [{ name: WAIT, list: [1, 2] }]\nOpenSCENARIO:",
     );
-    let refused = shown(&read_text("s.yaml", &text).unwrap_err());
-    assert!(
-        refused.contains("the value of the parameter p is not known: WAIT is a scenario modifier"),
-        "{refused}"
+    has(
+        &shown(&read_text("s.yaml", &text).unwrap_err()),
+        "the value of the parameter p is not known: WAIT is a scenario modifier",
     );
     let file = accepted(Compat::Improved, "s.yaml", &text.replace("${ $p * 2 }", "5"));
-    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<String>();
-    assert!(
-        left_out.contains(
-            "the scenario modifier WAIT, of which each value is a run; choose one with --modifier WAIT=1"
-        ),
-        "{left_out}"
+    let left_out = left_out(&file);
+    has(
+        &left_out,
+        "the scenario modifier WAIT, of which each value is a run; choose one with --modifier WAIT=1",
     );
-    assert!(left_out.contains("the value of \"p\": WAIT is a scenario modifier"), "{left_out}");
+    has(&left_out, "the value of \"p\": WAIT is a scenario modifier");
 }

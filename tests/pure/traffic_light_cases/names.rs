@@ -1,9 +1,12 @@
 //! Groups A to H: ids, names, keys and texts. Rows without a number are neighbours of numbered ones.
 
+use std::fmt::Debug;
+use std::str::FromStr;
+
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use signal_gateway::core::traffic_light::signal_id::{SignalIdError, parse_id};
 use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
-use signal_gateway::core::traffic_light::text::{TextErrorKind, parse_bulb, parse_bulbs};
+use signal_gateway::core::traffic_light::text::{TextError, TextErrorKind, parse_bulb, parse_bulbs};
 
 /// The number of a case; 0 for a neighbour.
 type Case = u32;
@@ -95,12 +98,16 @@ fn b_colors() {
         assert_eq!(text.parse(), Ok(*color), "B {case}: {text:?}");
         assert_eq!(color.name().parse(), Ok(*color), "B {case}: printed");
     }
-    let names = ["green", "yellow", "red", "white", "unknown"];
-    assert_eq!(Color::ALL.map(Color::name), names);
+    assert_eq!(Color::ALL.map(Color::name), ["green", "yellow", "red", "white", "unknown"]);
     for text in ["wrong_color", "Amber", "White", "RED", "Unknown", "red ", " red", "", "solidOn"] {
-        let error = text.parse::<Color>().unwrap_err();
-        assert_eq!((error.found.as_str(), error.kind), (text, TextErrorKind::NotAColor), "B 0: {text:?}");
+        refused::<Color>("B 0", text, TextErrorKind::NotAColor);
     }
+}
+
+/// Asserts that a text is not a part of this type, and that the error shows the text.
+fn refused<T: FromStr<Err = TextError> + Debug>(case: &str, text: &str, kind: TextErrorKind) {
+    let error = text.parse::<T>().unwrap_err();
+    assert_eq!((error.found.as_str(), error.kind), (text, kind), "{case}: {text:?}");
 }
 
 #[test]
@@ -121,12 +128,7 @@ fn c_statuses() {
     assert_eq!(BulbStatus::ALL.map(BulbStatus::is_lit), [true, false, true, false]);
     for (case, text) in [(29, "wrong_status"), (0, "off"), (0, "blank"), (0, "None"), (0, "solidon"), (0, "")]
     {
-        let error = text.parse::<BulbStatus>().unwrap_err();
-        assert_eq!(
-            (error.found.as_str(), error.kind),
-            (text, TextErrorKind::NotAStatus),
-            "C {case}: {text:?}"
-        );
+        refused::<BulbStatus>(&format!("C {case}"), text, TextErrorKind::NotAStatus);
     }
 }
 
@@ -152,12 +154,7 @@ fn d_shapes() {
     }
     assert!(BulbShape::ALL.iter().all(|shape| cases.iter().any(|(_, _, parsed, ..)| parsed == shape)));
     for (case, text) in [(41, "wrong_shape"), (0, "leftArrow"), (0, "Left"), (0, "upper"), (0, "upperleft")] {
-        let error = text.parse::<BulbShape>().unwrap_err();
-        assert_eq!(
-            (error.found.as_str(), error.kind),
-            (text, TextErrorKind::NotAShape),
-            "D {case}: {text:?}"
-        );
+        refused::<BulbShape>(&format!("D {case}"), text, TextErrorKind::NotAShape);
     }
 }
 

@@ -67,13 +67,10 @@ impl Bench {
     /// What is to be done now: `34806 red solidOn circle`, or `-34806` for a removal.
     fn settle(&mut self, ms: u64) -> Vec<String> {
         let Settled { changes, .. } = self.reception.settle(&self.buses, at_ms(ms));
-        let text = |id: i64, state: String| format!("{id} {state}");
-        let changes = changes.into_iter().map(|change| match change.state {
-            None => format!("-{}", change.id),
-            Some(state) if state.confidence < 1.0 => {
-                text(change.id, format!("{} at {}", state.bulbs, state.confidence))
-            }
-            Some(state) => text(change.id, state.bulbs.to_string()),
+        let changes = changes.into_iter().map(|(id, state)| match state {
+            None => format!("-{id}"),
+            Some(state) if state.confidence < 1.0 => format!("{id} {} at {}", state.bulbs, state.confidence),
+            Some(state) => format!("{id} {}", state.bulbs),
         });
         changes.collect()
     }
