@@ -9,6 +9,7 @@ pub mod live_messages;
 mod map;
 mod names;
 pub mod patch;
+mod provenance;
 mod report;
 mod service;
 mod survey;
@@ -30,6 +31,7 @@ use crate::core::vehicle_lights::role_texts::roles;
 pub use crate::report::text::Layout;
 use crate::report::text::{counted, plain_path};
 pub use map::map;
+pub use provenance::records;
 pub use report::{Report, ReportedFinding};
 pub use service::service_files;
 pub use survey::{bad_lines_text, recording};
@@ -38,6 +40,7 @@ pub use survey::{bad_lines_text, recording};
 pub fn binding(settings: &Settings) -> Report {
     let mut report = Report::default();
     report.line("vehicle", &settings.vehicle);
+    provenance::provenance(&settings.provenance, &mut report);
     let lights = &settings.gateway.lights;
     for (bus, dbc) in settings.gateway.buses.iter().zip(&settings.dbcs) {
         let (messages, signals) = (dbc.database.messages.len(), dbc.database.signal_count());

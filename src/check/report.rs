@@ -70,12 +70,18 @@ impl Report {
         self.findings.iter().filter(|finding| finding.severity == severity).count()
     }
 
-    /// Text for people: the facts, then the findings, then their numbers.
-    pub fn text(&self, layout: Layout) -> String {
+    /// Returns the facts as text for people.
+    pub fn facts_text(&self, layout: Layout) -> String {
         let mut text = String::new();
         for Fact { heading, text: fact } in &self.facts {
             add(&mut text, &escaped(heading), "", &escaped(fact), layout);
         }
+        text
+    }
+
+    /// Text for people: the facts, then the findings, then their numbers.
+    pub fn text(&self, layout: Layout) -> String {
+        let mut text = self.facts_text(layout);
         if !self.facts.is_empty() && !self.findings.is_empty() {
             text.push('\n');
         }

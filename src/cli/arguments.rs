@@ -33,7 +33,7 @@ pub(super) struct ConfigArgs {
     pub(super) profile: Option<PathBuf>,
 }
 
-/// The configuration of the service.
+/// Path of the configuration that the service reads.
 pub(super) const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
 
 #[derive(Debug, Args)]
@@ -42,19 +42,19 @@ pub(super) struct RecordingArgs {
     pub(super) log: Option<PathBuf>,
     #[command(flatten)]
     pub(super) config: ConfigArgs,
-    /// Use the frames of INTERFACE in the log as those of BUS in the profile; repeatable. Not needed
-    /// when both have just one
+    /// Read the frames of INTERFACE in the log as frames of BUS in the profile; repeatable. Not needed
+    /// when both have only one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     pub(super) map: Vec<(String, String)>,
 }
 
-/// The occasions on which a command on virtual time prints.
+/// When a command on virtual time prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(super) enum Every {
-    /// When something is different
+    /// On every change
     #[default]
     Change,
-    /// At every cycle or frame, and when something is different
+    /// At every cycle or frame, and on every change
     #[value(aliases = ["cycle", "frame"])]
     Step,
 }
@@ -77,23 +77,23 @@ pub(super) fn speed(text: &str) -> Result<f64, String> {
     speed.ok_or_else(|| "give a factor from 0.01 to 1000".to_owned())
 }
 
-/// A time on a time line.
+/// Formats a time on a time line.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.001 to 86400".to_owned())
 }
 
-/// The configuration, with warnings about it in the log.
+/// Loads the configuration and logs its warnings.
 pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
     settings_of_node(args, &RosOverrides::default())
 }
 
-/// As [`settings`], from these files.
+/// Like [`settings`], but reads from `files`.
 pub(super) fn settings_in(files: &dyn Files, args: &ConfigArgs) -> Result<Settings, Failure> {
     read_settings(files, args, &RosOverrides::default())
 }
 
-/// As [`settings`], with what the arguments of ROS 2 replace.
+/// Like [`settings`], but ROS 2 arguments replace keys of the file.
 pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
     read_settings(&Disk, args, ros)
 }
@@ -120,12 +120,12 @@ fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Re
     Ok(settings)
 }
 
-/// The occasions on which the progress of a recording is shown.
+/// When the progress of a recording is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shown {
-    /// Nothing is printed until its end.
+    /// Always: the command prints nothing until the end.
     Always,
-    /// Lines are printed meanwhile, which must not go to the same terminal.
+    /// Only while standard output is not the same terminal, since the command prints lines meanwhile.
     WithoutOutput,
 }
 
@@ -150,7 +150,7 @@ pub(super) fn open(path: &Path, shown: Shown) -> Result<Log, Failure> {
     open().map_err(Failure::file(path))
 }
 
-/// The path of a picture, which is SVG.
+/// Parses the path of a picture, which must end in `.svg`.
 pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
@@ -167,17 +167,17 @@ pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Writes a chart to a file.
+/// Writes a chart to a file as SVG.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     write_new(path, &chart.to_svg(), true).map_err(Failure::written(path))
 }
 
-/// The title of a chart that has none of its own.
+/// Returns the title of a chart that has none of its own.
 pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The recording to read, and the bus of each of its interfaces.
+/// Returns the path of the recording, and the bus of each of its interfaces.
 pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Routes), Failure> {
     let configured = || settings.recording.as_ref().map(|recording| recording.file.clone());
     let path = args.log.clone().or_else(configured).ok_or_else(|| {

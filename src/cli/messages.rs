@@ -21,7 +21,7 @@ use crate::report::text::{Layout, escaped};
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Messages")]
 pub(super) struct MessageArgs {
-    /// Errors alone on standard error, without warnings and progress; of a check its findings alone
+    /// Print only errors; for `check`, only findings
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub(super) quiet: bool,
     /// More messages on standard error, and every problem of a file; of a drive all reasons and distances

@@ -95,7 +95,7 @@ enum Command {
     /// Run the gateway: the daemon that systemd starts
     #[command(after_help = live::RUN_HELP)]
     Run(RunArgs),
-    /// Play the built-in recording in real time, publish it on ROS 2 and show it live; or a simulation
+    /// Play the built-in recording or a simulation in real time, publish it on ROS 2 and show it live
     #[command(after_help = demo::HELP)]
     Demo(DemoArgs),
     /// Run the gateway over a recording on virtual time and print what it publishes
@@ -110,10 +110,10 @@ enum Command {
     /// Print the bound signals by name with their meaning, from a recording or live
     #[command(after_help = inspect::DECODE_HELP)]
     Decode(DecodeArgs),
-    /// Find the indicators of a vehicle that nobody knows: it asks the driver for actions, or reads a marked recording
+    /// Find the indicators of an unknown vehicle: ask the driver for actions, or read a marked recording
     #[command(after_help = discover::HELP)]
     Discover(DiscoverArgs),
-    /// Write a commented configuration; asks for what is not given
+    /// Write a commented configuration; asks for values that are not given
     #[command(after_help = init::HELP)]
     Init(InitArgs),
     /// List or print the vehicle profiles in the binary
@@ -128,10 +128,10 @@ enum Command {
     /// Simulate a vehicle on a virtual bus: lamps that flash, commands obeyed, faults on request
     #[command(after_help = vehicle::HELP)]
     Vehicle(VehicleArgs),
-    /// Show the present state of a running gateway
+    /// Show the current state of a running gateway
     #[command(after_help = status::HELP)]
     Status(StatusArgs),
-    /// Let a running gateway reload its configuration, and say what became of it
+    /// Reload the configuration of a running gateway, and print the result
     #[command(after_help = reload::HELP)]
     Reload(ReloadArgs),
     /// Serve a gateway that has started this process as its network side

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 
 use super::{Failure, messages};
+use crate::check;
 use crate::config::built_in::BuiltIn;
 use crate::config::files::{Disk, Files};
 use crate::config::{Settings, load_profile};
@@ -19,6 +20,7 @@ Examples:
   signal-gateway profiles list
   signal-gateway profiles show hyundai_kia
   signal-gateway profiles show hyundai_kia --dbc > hyundai_kia.dbc
+  signal-gateway profiles show hyundai_kia --provenance
 
 A profile of the list can be named wherever one is needed: --profile hyundai_kia, or in the
 configuration profile = \"hyundai_kia\". A file with this name wins.";
@@ -41,6 +43,9 @@ enum ProfilesCommand {
         /// Print the DBC of each of its buses instead
         #[arg(long)]
         dbc: bool,
+        /// Print what has verified each of its facts instead, with their sources
+        #[arg(long, conflicts_with = "dbc")]
+        provenance: bool,
     },
 }
 
@@ -48,7 +53,11 @@ pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     match &args.command {
         ProfilesCommand::List => list(&mut out)?,
-        ProfilesCommand::Show { profile, dbc } => show(&mut out, profile, *dbc)?,
+        ProfilesCommand::Show { profile, provenance: true, .. } => {
+            let records = check::records(&load_profile(&Disk, &path(profile)?)?.provenance);
+            out.write_all(records.facts_text(messages::layout(&io::stdout())).as_bytes())?;
+        }
+        ProfilesCommand::Show { profile, dbc, .. } => show(&mut out, profile, *dbc)?,
     }
     out.flush()?;
     Ok(ExitCode::SUCCESS)

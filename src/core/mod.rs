@@ -14,6 +14,7 @@ pub mod light_command;
 pub mod map;
 pub mod near_miss;
 pub mod plausibility;
+pub mod provenance;
 pub mod simulated_vehicle;
 pub mod time;
 pub mod traffic_light;

@@ -125,6 +125,7 @@ impl GatewayIo {
             faults.reconfigure(&settings.black_box);
         }
         self.watching.vehicle.clone_from(&settings.vehicle);
+        self.watching.provenance = settings.provenance.summary();
         self.publisher.show_configuration(settings);
     }
 

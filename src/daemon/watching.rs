@@ -16,6 +16,7 @@ use crate::config::gateway::HttpConfig;
 use crate::core::diagnostics::Status;
 use crate::core::gateway::Gateway;
 use crate::core::gateway::snapshot::{Build, ProcessSnapshot, Snapshot};
+use crate::core::provenance::ProvenanceSummary;
 use crate::core::time::{Now, millis};
 use crate::io::can::traffic::TrafficMeter;
 use crate::io::http;
@@ -36,6 +37,8 @@ pub(super) struct Watching {
     started: Instant,
     /// Name of the vehicle profile.
     pub(super) vehicle: String,
+    /// What has verified the profile.
+    pub(super) provenance: ProvenanceSummary,
     traffic: Vec<TrafficMeter>,
     line: String,
     next_line: Instant,
@@ -71,6 +74,7 @@ impl Watching {
             _socket: socket,
             started: Instant::now(),
             vehicle: settings.vehicle.clone(),
+            provenance: settings.provenance.summary(),
             traffic: interfaces.map(TrafficMeter::new).collect(),
             line: String::new(),
             next_line: Instant::now(),
@@ -134,6 +138,7 @@ impl Watching {
         let Process { snapshot, statuses } = process;
         let process = ProcessSnapshot {
             vehicle: self.vehicle.clone(),
+            provenance: self.provenance.clone(),
             pid: std::process::id(),
             uptime_ms: millis(self.started.elapsed()),
             build: build(),

@@ -9,6 +9,7 @@ use crate::core::diagnostics::Level;
 use crate::core::gateway::configuration::ConfigurationState;
 use crate::core::gateway::network::ZenohLinks;
 use crate::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, Snapshot};
+use crate::core::provenance::ProvenanceSummary;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 use crate::core::validation::snapshot::{IntegritySnapshot, SignalSnapshot};
@@ -263,7 +264,27 @@ impl Text {
         }
     }
 
+    /// Writes how much of the vehicle profile has been verified; nothing for a profile without facts.
+    fn provenance(&mut self, provenance: &ProvenanceSummary) {
+        let ProvenanceSummary { car, recording, bench, unverified } = provenance;
+        let verified = [(car, "a car"), (recording, "a recording"), (bench, "a bench")];
+        let verified = verified.iter().filter(|(count, _)| **count > 0);
+        let verified: Vec<_> =
+            verified.map(|(count, by)| format!("{} by {by}", counted(**count as u64, "fact"))).collect();
+        if verified.is_empty() && unverified.is_empty() {
+            return;
+        }
+        self.line("vehicle profile");
+        if !verified.is_empty() {
+            self.row("verified", &verified.join(", "));
+        }
+        if !unverified.is_empty() {
+            self.row("unverified", &unverified.join(", "));
+        }
+    }
+
     fn process(&mut self, process: &ProcessSnapshot, stamp_ns: i64) {
+        self.provenance(&process.provenance);
         if let Some(configuration) = &process.configuration {
             self.configuration(configuration, stamp_ns);
         }

@@ -28,7 +28,7 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["dbc"],
     &["can", "map"],
     &["diagnostics"],
-    &["time", "compat", "light_command", "near_miss"],
+    &["time", "compat", "light_command", "near_miss", "provenance"],
 ];
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
 const PURE_CRATES: &[&str] =

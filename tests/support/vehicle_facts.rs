@@ -135,12 +135,22 @@ pub(crate) struct CommandFacts {
     /// Identifiers of the command and of the report that shows its effect.
     pub(crate) message: String,
     pub(crate) report: String,
-    /// `start|length@order`, as in a DBC; without one, no checksum either.
+    /// `start|length@order`, as in a DBC.
     pub(crate) counter: Option<String>,
+    /// Rule of the checksum in the last byte; given with a counter only.
+    pub(crate) checksum: Option<CommandChecksum>,
     /// Requests to the turn indicators and to the hazard lights, `-` for none; the frame, where `x` is a digit of counter or
     /// checksum; and a name, `left, any` where the hazard lights are left to the vehicle.
     #[serde(deserialize_with = "rows")]
     pub(crate) requests: Vec<[String; 4]>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum CommandChecksum {
+    J1850,
+    /// Sum of the identifier's bytes and the data.
+    Sum,
 }
 
 /// Frames of a V2X unit, and what comes of them.

@@ -42,6 +42,7 @@ use super::ros_names::RosOverrides;
 use super::vehicle::{self, SEE, Vehicle};
 use crate::core::command::settings::CommandBinding;
 use crate::core::gateway::GatewaySettings;
+use crate::core::provenance::Provenance;
 use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
 use crate::io::ros::parameters::Parameters;
 use crate::io::standard_input;
@@ -77,6 +78,8 @@ pub struct Settings {
     pub vehicle: String,
     /// The table of the vehicle profile; `None` without a vehicle.
     pub profile: Option<SourceLocation>,
+    /// The vehicles that the profile describes, and where its facts come from.
+    pub provenance: Provenance,
     /// Settings of the gateway: its buses and flows.
     pub gateway: GatewaySettings,
     /// Origin of frames in `run`.
@@ -320,6 +323,7 @@ fn settings(
     Some(Settings {
         vehicle: vehicle.name,
         profile: vehicle.profile,
+        provenance: vehicle.provenance,
         gateway,
         source,
         receive_buffer_bytes: cans.iter().map(|can| can.receive_buffer).collect(),

@@ -8,6 +8,7 @@ mod hazard;
 mod integrity;
 mod light_sources;
 mod message;
+mod provenance;
 mod raw_values;
 mod turn;
 mod v2i;
@@ -23,6 +24,7 @@ use super::reading::problem::Problem;
 use super::reading::toml_text::from_toml;
 use crate::core::can::bus::BusSettings;
 use crate::core::command::settings::CommandBinding;
+use crate::core::provenance::Provenance;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalTable};
 use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
@@ -33,6 +35,7 @@ use command::command;
 use hazard::{hazard, is_from_both_sides};
 use light_sources::faults;
 use message::messages;
+use provenance::{BoundParts, provenance};
 use turn::{turn, while_hazard};
 use v2i::v2i;
 
@@ -56,6 +59,8 @@ pub(super) struct Vehicle {
     pub v2i: V2iBinding,
     /// Binding of commands; empty in many profiles.
     pub command: CommandBinding,
+    /// The vehicles that it describes, and where its facts come from.
+    pub provenance: Provenance,
 }
 
 impl Vehicle {
@@ -123,6 +128,16 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let heartbeats: Vec<_> = heartbeats.collect();
     let all_bound = lights.is_some() && sources.is_some() && command.is_some();
     let messages = messages(&binder, &fields, &heartbeats, all_bound);
+    let parts = lights.as_ref().zip(sources.as_ref()).zip(command.as_ref());
+    let parts = parts.map(|((lights, v2i), command)| BoundParts {
+        lights,
+        messages: &messages,
+        dbcs: &dbcs,
+        heartbeats: &heartbeats,
+        v2i,
+        command,
+    });
+    let provenance = provenance(&fields, parts.as_ref());
     fields.done();
     if checker.count() > before {
         return None;
@@ -137,6 +152,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },
         v2i: V2iBinding { table: table(&messages, v2i_signals), sources: sources? },
         command: CommandBinding { table: table(&messages, command_signals), ..command? },
+        provenance,
     })
 }
 

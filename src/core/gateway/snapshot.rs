@@ -12,6 +12,7 @@ use super::process_status::{LogState, RecorderState};
 use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::CommandSnapshot;
 use crate::core::diagnostics::{Level, Status};
+use crate::core::provenance::ProvenanceSummary;
 use crate::core::time::{Now, millis};
 use crate::core::traffic_light::flow::TrafficLightFlow;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
@@ -61,6 +62,8 @@ pub struct Snapshot {
 pub struct ProcessSnapshot {
     /// Name of the vehicle profile.
     pub vehicle: String,
+    /// How many facts of the vehicle profile have been verified, and which have not.
+    pub provenance: ProvenanceSummary,
     /// Its process id.
     pub pid: u32,
     /// Time since its start, ms.

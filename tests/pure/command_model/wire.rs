@@ -18,7 +18,7 @@ use crate::pure::command_model::closed_loop::shipped;
 use crate::pure::vehicles::payload::put;
 use crate::support::clock::MS;
 use crate::support::command_vehicle::PROFILE;
-use crate::support::vehicle_facts::VEHICLES;
+use crate::support::vehicle_facts::{CommandChecksum, VEHICLES};
 
 /// CRC-8 SAE J1850, bit by bit.
 fn j1850(data: &[u8]) -> u8 {
@@ -130,10 +130,11 @@ fn the_shipped_profiles_send_what_public_facts_demand() {
             if let Some(counter) = &facts.counter {
                 put(&mut expected, &format!("{counter}=2"));
                 let data = &expected[..7];
-                expected[7] = match profile.as_str() {
-                    "new_eagle_dbw" => j1850(data),
-                    // Address and bytes in a sum.
-                    _ => data.iter().fold(0x03 + 0xE9, |sum: u8, byte| sum.wrapping_add(*byte)),
+                let id = sent.id().number().to_be_bytes();
+                let sum = |bytes: &[u8]| bytes.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte));
+                expected[7] = match facts.checksum.unwrap() {
+                    CommandChecksum::J1850 => j1850(data),
+                    CommandChecksum::Sum => sum(&id).wrapping_add(sum(data)),
                 };
             }
             if sent.data() != expected.as_slice() || sent.id().to_string() != facts.message {

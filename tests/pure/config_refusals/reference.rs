@@ -299,3 +299,29 @@ fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
         assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
     }
 }
+
+#[test]
+fn every_key_of_a_provenance_is_accepted() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let about = section(&sections, "").join("\n");
+    let provenance = section(&sections, "[[provenance]]").join("\n");
+    let profile = format!(
+        "{about}\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.BLINKERS.timeout_ms = 500\n\
+         turn = {{ signal = \"BLINKERS.TURN\", off = [0], left = [1], right = [2] }}\nhazard.from = \"unbound\"\n\
+         [[provenance]]\n{provenance}\n"
+    );
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
+    let settings =
+        load_texts(&texts(gateway.to_owned(), profile)).unwrap_or_else(|problems| panic!("{problems:?}"));
+    let provenance = settings.provenance;
+    assert_eq!((provenance.makes.len(), provenance.models.as_str()), (2, "Golf 7 and later"));
+    let facts: Vec<_> =
+        provenance.facts.iter().map(|fact| (fact.name.as_str(), fact.records.len())).collect();
+    let expected = [("turn.off", 1), ("turn.left", 0), ("turn.right", 0), ("message.BLINKERS.timing", 1)];
+    assert_eq!(facts, expected);
+    assert_eq!(
+        provenance.records[0].source.to_string(),
+        "dbc my_car.dbc of owner/name at 0123abc 1.0: by hand"
+    );
+}

@@ -192,12 +192,15 @@ const INTRODUCTION: &str = "\
 
 <!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from tests/diagnostics.toml. -->
 
-`/diagnostics` is a `diagnostic_msgs/msg/DiagnosticArray`. All statuses are sent `rate_hz` times a second, and those whose
-level or message changed at once. The name of a status is `<node>: <status>`, `hardware_id` is the profile's name.
-`STALE` is never sent. Messages change only when the situation does; what counts or ages is in the keys, which are in
+For operators and integrators who read `/diagnostics`. Look up a status to find what each of its messages and keys means, and what to
+do.
+
+`/diagnostics` is a `diagnostic_msgs/msg/DiagnosticArray`. The gateway sends all statuses `rate_hz` times a second, and a status at once
+when its level or message changes. The name of a status is `<node>: <status>`, `hardware_id` is the profile's name.
+`STALE` is never sent. Messages change only when the situation does; counts and ages are in the keys, which are in
 the order of these tables and keep their names.
 
-In a message `{name}` stands for a text that depends on the vehicle, and what is in `[…]` may be absent.
+In a message `{name}` stands for a text that depends on the vehicle, and text in `[…]` may be absent.
 ";
 
 #[test]

@@ -8,8 +8,9 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use signal_gateway::core::traffic_light::snapshot::MAX_LISTED_LIGHTS;
 
 /// Files with the types of the snapshot.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "src/core/gateway/snapshot.rs",
+    "src/core/provenance.rs",
     "src/core/gateway/network.rs",
     "src/core/gateway/configuration.rs",
     "src/core/gateway/process_status.rs",

@@ -2,12 +2,12 @@
 //! recording.
 
 mod demo;
+mod document;
 mod opendbc;
 pub(crate) mod payload;
 pub(crate) mod playback;
 mod profiles;
 mod protection;
-mod readme;
 mod real_dbcs;
 mod real_logs;
 mod recognition;

@@ -238,6 +238,9 @@ const HEAD: &str = "\
 
 # The profiles against opendbc
 
+For anyone who wants a second opinion on a shipped profile. The tables tell you where opendbc reads the same states, and why it
+differs elsewhere.
+
 opendbc, a Python package, is the library with which openpilot reads cars. For every shipped profile with
 a counterpart there, a test packs the frames of each state with its `CANPacker`, gives them to its `CarState` and to our
 replay of the profile, and compares `leftBlinker` and `rightBlinker` with our reports. The version is pinned in `tests/run`.
@@ -245,7 +248,7 @@ replay of the profile, and compares `leftBlinker` and `rightBlinker` with our re
 - Each state lasts for 3 s and is read in its last 0.8 s, so that the holds of opendbc (0.4 to 0.5 s from a lit lamp, 2.5
   to 3 s from the touch of a lever) and our observation of lamps are over; \"tap\" is a lever held for 0.3 s and read
   after 1 s. Lamps flash with 0.33 s lit and 0.33 s dark. Messages come every 50 ms, on all buses of opendbc.
-- The car state is that of the platform's `CarInterface`, without fingerprints and with all other messages absent, called
+- The car state comes from the platform's `CarInterface`, without fingerprints and with all other messages absent, called
   every 10 ms. Where opendbc has a DBC file and no car, its part is the packer, and the table has a dash.
 - \"both\" of opendbc and our \"hazard\" are the same; \"none\" is a report that stops, because its state is unknown or
   invalid. The profile's counters and checksums are packed by opendbc and checked by us; where it has no rule for them the

@@ -1,0 +1,41 @@
+//! The part of a check on the provenance of a profile: what has verified its facts, and which are unverified.
+
+use super::Report;
+use crate::core::provenance::{Provenance, Record, Verification};
+
+/// Lists the records of a profile that verify something, then the facts that nothing has verified.
+pub(super) fn provenance(provenance: &Provenance, report: &mut Report) {
+    let verifying = provenance.records.iter().filter(|record| record.verified > Verification::Nothing);
+    for record in verifying {
+        report.line("verified", &record_text(record));
+    }
+    let unverified = provenance.facts_verified_by(Verification::Nothing);
+    if !unverified.is_empty() {
+        report.line("unverified", &unverified.join(", "));
+    }
+}
+
+/// Lists all records of a profile by what verifies them, then the facts without a record.
+pub fn records(provenance: &Provenance) -> Report {
+    let mut report = Report::default();
+    for record in &provenance.records {
+        report.line(&record.verified.to_string(), &record_text(record));
+    }
+    let without = provenance.facts.iter().filter(|fact| fact.records.is_empty());
+    let without: Vec<_> = without.map(|fact| fact.name.as_str()).collect();
+    if !without.is_empty() {
+        report.line("no source", &without.join(", "));
+    }
+    report
+}
+
+fn record_text(record: &Record) -> String {
+    let facts = record.facts.join(", ");
+    let (source, since) = (&record.source, record.since);
+    match record.verified {
+        Verification::Nothing => format!("{facts}: {source}; since {since}"),
+        Verification::Bench | Verification::Recording | Verification::Car => {
+            format!("{facts} by {}: {}; {source}; since {since}", record.verified, record.evidence)
+        }
+    }
+}

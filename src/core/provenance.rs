@@ -1,0 +1,283 @@
+//! Provenance of a vehicle profile: the source of each of its facts, and what has verified it.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// The vehicles that a profile describes, its facts, and where these come from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Provenance {
+    /// Makes of the vehicles, e.g. `Volkswagen`; empty when the profile names none.
+    pub makes: Vec<String>,
+    /// Models, platforms and years; empty when the profile names none.
+    pub models: String,
+    /// Facts of the profile, in the order turn indicators, hazard lights, messages, buses, V2I, commands.
+    pub facts: Vec<Fact>,
+    /// What is recorded about the facts, in the order of the file.
+    pub records: Vec<Record>,
+}
+
+/// A fact that a profile states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fact {
+    /// Name, which is the path of a key of the profile: `turn.left`, `message.LIGHTS.counter`.
+    pub name: String,
+    /// Indices into [`Provenance::records`]; empty when the profile gives no source.
+    pub records: Vec<usize>,
+}
+
+/// The source of some facts, and what has verified them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Record {
+    /// Names of facts, or of groups of facts such as `turn`, as the profile writes them.
+    pub facts: Vec<String>,
+    /// Source of the facts.
+    pub source: Source,
+    /// What has verified the facts.
+    pub verified: Verification,
+    /// What the verification has shown; empty when nothing has verified the facts.
+    pub evidence: String,
+    /// Date since which the record holds.
+    pub since: Date,
+}
+
+/// A source of facts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// Its kind.
+    pub kind: SourceKind,
+    /// Path in the repository, or title of a document or standard.
+    pub file: Option<String>,
+    /// Repository on GitHub that has the file, `owner/name`.
+    pub repository: Option<String>,
+    /// Commit of the repository, hexadecimal.
+    pub commit: Option<String>,
+    /// Release that has the file, where the commit is not known.
+    pub version: Option<String>,
+    /// Anything else that a reader has to know of it, such as what is assumed.
+    pub note: Option<String>,
+}
+
+/// Kinds of sources.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SourceKind {
+    /// A DBC.
+    Dbc,
+    /// Source code that reads or writes the same message.
+    Code,
+    /// Frames that were captured on such a vehicle.
+    Capture,
+    /// A standard.
+    Standard,
+    /// A published document.
+    Document,
+    /// Nothing but likelihood; to be checked on a car.
+    Assumption,
+    /// The project itself, for vehicles that do not exist.
+    Invention,
+}
+
+/// What has verified a fact, the weakest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verification {
+    /// Nothing has verified it.
+    Nothing,
+    /// The device was tried on a bench.
+    Bench,
+    /// A recording of such a vehicle has shown it.
+    Recording,
+    /// It was tried on such a vehicle.
+    Car,
+}
+
+/// A day of the Gregorian calendar.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Date {
+    /// Year, 2000 to 9999.
+    pub year: u16,
+    /// Month, 1 to 12.
+    pub month: u8,
+    /// Day of the month, from 1.
+    pub day: u8,
+}
+
+/// How much of a profile has been verified, for the snapshot of the process.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ProvenanceSummary {
+    /// Number of facts that were tried on a car.
+    pub car: usize,
+    /// Number of facts that a recording has shown, and no car.
+    pub recording: usize,
+    /// Number of facts that were tried on a bench only.
+    pub bench: usize,
+    /// Names of the facts that nothing has verified.
+    pub unverified: Vec<String>,
+}
+
+/// The kinds of sources by the keyword of the profile.
+pub const SOURCES: &[(&str, SourceKind)] = &[
+    ("dbc", SourceKind::Dbc),
+    ("code", SourceKind::Code),
+    ("capture", SourceKind::Capture),
+    ("standard", SourceKind::Standard),
+    ("document", SourceKind::Document),
+    ("assumption", SourceKind::Assumption),
+    ("invention", SourceKind::Invention),
+];
+
+/// The verifications by the keyword of the profile.
+pub const VERIFICATIONS: &[(&str, Verification)] = &[
+    ("nothing", Verification::Nothing),
+    ("bench", Verification::Bench),
+    ("recording", Verification::Recording),
+    ("car", Verification::Car),
+];
+
+/// Writes the keyword of a value.
+fn write_keyword<T: PartialEq>(f: &mut fmt::Formatter<'_>, keywords: &[(&str, T)], value: &T) -> fmt::Result {
+    let keyword = keywords.iter().find(|(_, known)| known == value);
+    f.write_str(keyword.map_or("", |(keyword, _)| keyword))
+}
+
+impl fmt::Display for SourceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_keyword(f, SOURCES, self)
+    }
+}
+
+impl fmt::Display for Verification {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_keyword(f, VERIFICATIONS, self)
+    }
+}
+
+impl fmt::Display for Date {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:04}-{:02}-{:02}", self.year, self.month, self.day)
+    }
+}
+
+impl Date {
+    /// Reads `YYYY-MM-DD`; `None` for a text that is not a day of the calendar.
+    pub fn parse(text: &str) -> Option<Self> {
+        let is_plain = text.len() == 10 && text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'-');
+        let mut parts = text.split('-');
+        let year = parts.next()?.parse().ok()?;
+        let [month, day] = [parts.next()?.parse().ok()?, parts.next()?.parse().ok()?];
+        let is_leap = u16::is_multiple_of(year, 4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+        let days = match month {
+            2 => 28 + u8::from(is_leap),
+            4 | 6 | 9 | 11 => 30,
+            _ => 31,
+        };
+        let is_day = (2000..=9999).contains(&year) && (1..=12).contains(&month) && (1..=days).contains(&day);
+        (is_plain && is_day && parts.next().is_none()).then_some(Self { year, month, day })
+    }
+}
+
+impl fmt::Display for Source {
+    /// Writes the kind, then as much of the rest as is known.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.kind)?;
+        let parts = [
+            (" ", &self.file),
+            (" of ", &self.repository),
+            (" at ", &self.commit),
+            (" ", &self.version),
+            (": ", &self.note),
+        ];
+        for (before, part) in parts {
+            if let Some(part) = part {
+                write!(f, "{before}{part}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Provenance {
+    /// Returns whether `name`, of a fact or a group of facts, covers the fact.
+    pub fn covers(name: &str, fact: &str) -> bool {
+        fact.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    }
+
+    /// Returns the strongest verification of a fact.
+    pub fn verification(&self, fact: &Fact) -> Verification {
+        let records = fact.records.iter().filter_map(|index| self.records.get(*index));
+        records.map(|record| record.verified).max().unwrap_or(Verification::Nothing)
+    }
+
+    /// Returns the names of the facts whose strongest verification is `verification`.
+    pub fn facts_verified_by(&self, verification: Verification) -> Vec<&str> {
+        let facts = self.facts.iter().filter(|fact| self.verification(fact) == verification);
+        facts.map(|fact| fact.name.as_str()).collect()
+    }
+
+    /// Counts the verified facts and names the others.
+    pub fn summary(&self) -> ProvenanceSummary {
+        let count = |verification| self.facts_verified_by(verification).len();
+        let unverified = self.facts_verified_by(Verification::Nothing);
+        ProvenanceSummary {
+            car: count(Verification::Car),
+            recording: count(Verification::Recording),
+            bench: count(Verification::Bench),
+            unverified: unverified.into_iter().map(str::to_owned).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_days_of_the_calendar_are_dates() {
+        for text in ["2026-11-21", "2024-02-29", "2000-02-29"] {
+            assert_eq!(Date::parse(text).unwrap().to_string(), text);
+        }
+        for text in
+            ["2026-02-29", "2100-02-29", "2026-13-01", "2026-11-31", "1999-01-01", "2026-1-001", "", "-"]
+        {
+            assert_eq!(Date::parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_fact_has_its_strongest_verification() {
+        let record = |verified| Record {
+            facts: vec!["turn".to_owned()],
+            source: Source {
+                kind: SourceKind::Dbc,
+                file: Some("a.dbc".to_owned()),
+                repository: Some("b/c".to_owned()),
+                commit: Some("0123abc".to_owned()),
+                version: None,
+                note: Some("d".to_owned()),
+            },
+            verified,
+            evidence: String::new(),
+            since: Date::parse("2026-11-21").unwrap(),
+        };
+        let fact = |name: &str, records: &[usize]| Fact { name: name.to_owned(), records: records.to_vec() };
+        let provenance = Provenance {
+            facts: vec![fact("turn.off", &[0, 1]), fact("turn.left", &[0]), fact("hazard.on", &[])],
+            records: vec![record(Verification::Nothing), record(Verification::Recording)],
+            ..Provenance::default()
+        };
+        assert_eq!(
+            provenance.summary(),
+            ProvenanceSummary {
+                recording: 1,
+                unverified: vec!["turn.left".to_owned(), "hazard.on".to_owned()],
+                ..ProvenanceSummary::default()
+            }
+        );
+        assert_eq!(provenance.records[0].source.to_string(), "dbc a.dbc of b/c at 0123abc: d");
+    }
+
+    #[test]
+    fn a_group_covers_whole_names_only() {
+        assert!(Provenance::covers("turn", "turn.left") && Provenance::covers("turn.left", "turn.left"));
+        assert!(!Provenance::covers("turn.l", "turn.left") && !Provenance::covers("turn.left", "turn"));
+    }
+}

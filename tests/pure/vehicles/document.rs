@@ -1,0 +1,148 @@
+//! `docs/vehicles.md`, made of the shipped profiles as they are bound, and of their provenance.
+
+use std::fs;
+
+use signal_gateway::config::Settings;
+use signal_gateway::core::provenance::{Provenance, Source, Verification};
+use signal_gateway::core::validation::integrity::Protection;
+use signal_gateway::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+
+use crate::pure::vehicles::{profile, profile_names, project};
+
+const HEAD: &str = "\
+<!-- Made by `UPDATE_DOCS=1 cargo test --test pure vehicles::document` from config/vehicles. -->
+
+# Vehicles
+
+For integrators who want to know whether their vehicle is supported. This page tells you which profile to try, what it \
+covers, and which of its facts have been verified.
+
+`signal-gateway profiles list` prints the same profiles, `signal-gateway identify LOG` finds the ones that fit a recording, \
+and `signal-gateway profiles show NAME --provenance` prints the facts of one profile. How facts are written is \
+explained at the end of [config/gateway.toml](../config/gateway.toml) under `[[provenance]]`.
+
+A fact is verified by a *car* on which it was tried, by a *recording* of such a car, or by a trial on a *bench*. A fact that \
+is verified by *nothing* is as good as its source: check it on your car before you rely on it.
+
+## Profiles
+
+The gateway checks the protection in each frame before it uses a signal.
+
+| make | profile | models | turn | hazard | V2I | commands | protection | verified facts |
+|---|---|---|---|---|---|---|---|---|
+";
+
+const FACTS: &str = "
+## Facts and their sources
+
+| profile | facts | verified by | source | since |
+|---|---|---|---|---|
+";
+
+fn yes(is_given: bool) -> &'static str {
+    if is_given { "yes" } else { "–" }
+}
+
+fn protection(settings: &Settings) -> String {
+    let gateway = &settings.gateway;
+    let messages = gateway.lights.table.messages.iter().chain(&gateway.v2i.table.messages);
+    let mut kinds = [("checksum", false), ("counter", false)];
+    for check in messages.filter_map(|message| message.integrity.as_ref()) {
+        let (has_checksum, has_counter) = match &check.protection {
+            Protection::Fields { checksum, counter } => (checksum.is_some(), counter.is_some()),
+            Protection::E2e { .. } => (true, true),
+        };
+        kinds[0].1 |= has_checksum;
+        kinds[1].1 |= has_counter;
+    }
+    let given: Vec<_> = kinds.iter().filter(|(_, is_given)| *is_given).map(|(kind, _)| *kind).collect();
+    if given.is_empty() { "–".to_owned() } else { given.join(", ") }
+}
+
+fn verified(provenance: &Provenance) -> String {
+    let kinds = [Verification::Car, Verification::Recording, Verification::Bench];
+    let counted = kinds.map(|kind| (provenance.facts_verified_by(kind).len(), kind));
+    let counted = counted.iter().filter(|(count, _)| *count > 0);
+    let counted: Vec<_> = counted.map(|(count, kind)| format!("{count} by {kind}")).collect();
+    if counted.is_empty() {
+        return "none".to_owned();
+    }
+    format!("{} of {}", counted.join(", "), provenance.facts.len())
+}
+
+fn overview(name: &str) -> String {
+    let settings = profile(name);
+    let (lights, provenance) = (&settings.gateway.lights, &settings.provenance);
+    let makes = provenance.makes.join(", ");
+    format!(
+        "| {} | [{}](../config/vehicles/{name}.toml) | {} | {} | {} | {} | {} | {} | {} |\n",
+        if makes.is_empty() { "–" } else { &makes },
+        settings.vehicle,
+        provenance.models,
+        yes(matches!(lights.turn, TurnBinding::From(_))),
+        yes(matches!(lights.hazard, HazardBinding::From(_))),
+        yes(!settings.gateway.v2i.is_empty()),
+        yes(!settings.command_binding.is_empty()),
+        protection(settings),
+        verified(provenance),
+    )
+}
+
+fn source(source: &Source) -> String {
+    let mut text = source.kind.to_string();
+    if let Some(file) = &source.file {
+        text += &format!(" `{file}`");
+    }
+    if let Some(repository) = &source.repository {
+        let commit = source.commit.as_ref().map_or(String::new(), |commit| format!("/tree/{commit}"));
+        text += &format!(" of [{repository}](https://github.com/{repository}{commit})");
+    }
+    if let Some(version) = &source.version {
+        text += &format!(" {version}");
+    }
+    source.note.as_ref().map_or(text.clone(), |note| format!("{text}: {note}"))
+}
+
+fn facts(name: &str) -> String {
+    let provenance = &profile(name).provenance;
+    let rows = provenance.records.iter().map(|record| {
+        let facts: Vec<_> = record.facts.iter().map(|fact| format!("`{fact}`")).collect();
+        let evidence = match record.verified {
+            Verification::Nothing => "nothing".to_owned(),
+            Verification::Bench | Verification::Recording | Verification::Car => {
+                format!("{}: {}", record.verified, record.evidence)
+            }
+        };
+        let (facts, source) = (facts.join(", "), source(&record.source));
+        format!("| {name} | {facts} | {evidence} | {source} | {} |\n", record.since)
+    });
+    rows.collect()
+}
+
+#[test]
+fn the_document_of_vehicles_is_what_the_profiles_give() {
+    let mut names = profile_names();
+    names.sort_by_key(|name| {
+        (profile(name).provenance.makes.is_empty(), profile(name).provenance.makes.clone())
+    });
+    let overviews: String = names.iter().map(|name| overview(name)).collect();
+    let facts: String = profile_names().iter().map(|name| facts(name)).collect();
+    let made = format!("{HEAD}{overviews}{FACTS}{facts}");
+    let path = project().join("docs/vehicles.md");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(&path, made).unwrap();
+    } else {
+        let again = "run `UPDATE_DOCS=1 cargo test --test pure vehicles::document`";
+        let written = fs::read_to_string(&path).unwrap_or_default();
+        assert!(written == made, "docs/vehicles.md is not what config/vehicles gives: {again}\n{made}");
+    }
+}
+
+#[test]
+fn every_fact_of_a_shipped_profile_has_a_source() {
+    for name in profile_names() {
+        let facts = profile(&name).provenance.facts.iter();
+        let without: Vec<_> = facts.filter(|fact| fact.records.is_empty()).map(|fact| &fact.name).collect();
+        assert!(without.is_empty(), "{name} gives no source for {without:?}");
+    }
+}
