@@ -7,7 +7,8 @@ use crate::core::provenance::{Provenance, Record, Verification};
 pub(super) fn provenance(provenance: &Provenance, report: &mut Report) {
     let verifying = provenance.records.iter().filter(|record| record.verified > Verification::Nothing);
     for record in verifying {
-        report.line("verified", &record_text(record));
+        let facts = format!("{} by {}", record.facts.join(", "), record.verified);
+        report.line("verified", &record_text(&facts, record));
     }
     let unverified = provenance.facts_verified_by(Verification::Nothing);
     if !unverified.is_empty() {
@@ -19,7 +20,7 @@ pub(super) fn provenance(provenance: &Provenance, report: &mut Report) {
 pub fn records(provenance: &Provenance) -> Report {
     let mut report = Report::default();
     for record in &provenance.records {
-        report.line(&record.verified.to_string(), &record_text(record));
+        report.line(&record.verified.to_string(), &record_text(&record.facts.join(", "), record));
     }
     let without = provenance.facts.iter().filter(|fact| fact.records.is_empty());
     let without: Vec<_> = without.map(|fact| fact.name.as_str()).collect();
@@ -29,13 +30,13 @@ pub fn records(provenance: &Provenance) -> Report {
     report
 }
 
-fn record_text(record: &Record) -> String {
-    let facts = record.facts.join(", ");
+/// Returns the evidence of a record, its source and its date after `facts`.
+fn record_text(facts: &str, record: &Record) -> String {
     let (source, since) = (&record.source, record.since);
     match record.verified {
         Verification::Nothing => format!("{facts}: {source}; since {since}"),
         Verification::Bench | Verification::Recording | Verification::Car => {
-            format!("{facts} by {}: {}; {source}; since {since}", record.verified, record.evidence)
+            format!("{facts}: {}; {source}; since {since}", record.evidence)
         }
     }
 }

@@ -282,12 +282,20 @@ fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
     assert!(shown.contains("name = \"Hyundai and Kia\""), "{shown}");
     let (_, dbc, _) = run(&["profiles", "show", "hyundai_kia", "--dbc"]);
     assert!(dbc.starts_with("VERSION"), "{dbc}");
+    let (_, sources, _) = run(&["profiles", "show", "hyundai_kia", "--provenance"]);
+    let recorded = "recording  turn.off, hazard.off, message.CGW1.timing: Kona: off in all 98 frames, ";
+    assert!(
+        sources.contains("nothing    turn, hazard: dbc hyundai_can_generated.dbc of commaai/opendbc at "),
+        "{sources}"
+    );
+    assert!(sources.contains(recorded), "{sources}");
     let (code, _, error) = run(&["profiles", "show", "hyunday_kia"]);
     assert_eq!(code, Some(2));
     assert!(error.contains("did you mean the built-in profile hyundai_kia?"), "{error}");
 
     let (_, text, error) = run(&["check", "--profile", "hyundai_kia"]);
     assert!(text.contains("powertrain on can0: built-in dbc/hyundai_kia.dbc, "), "{text}{error}");
+    assert!(text.contains("\nunverified turn.left, turn.right, hazard.on\n"), "{text}");
     assert_eq!(run(&["decide", "crossing_left"]).0, Some(0));
     assert_eq!(run(&["lights", "bench", "--until", "1"]).0, Some(0));
     let (code, _, error) = run(&["decide", "crosing_left"]);
