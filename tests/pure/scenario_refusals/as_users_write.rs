@@ -221,7 +221,7 @@ fn a_criterion_of_scenario_runner_is_left_out_and_a_parameter_with_a_typo_is_ref
     };
     for parameter in ["", "distance_success"] {
         let file = accepted(Compat::Improved, "s.xosc", &criteria("criteria_CollisionTest", parameter));
-        assert!(file.scenario.stop.is_none_or(|stop| stop.groups.is_empty()));
+        assert!(file.scenario.stop.as_ref().is_none_or(|stop| stop.groups.is_empty()));
         has(&left_out(&file), "criteria_CollisionTest, which CARLA's scenario_runner judges");
     }
     let declared = accepted(Compat::Improved, "s.xosc", &criteria("criteria_own", "p"));

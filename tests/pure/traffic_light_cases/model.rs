@@ -165,7 +165,7 @@ fn some_action() -> impl Strategy<Value = Action> {
     prop_oneof![
         3 => (some_target(), select(&STATES[..]))
             .prop_map(|(target, state)| Action::SetState { target, state: StateText::new(state) }),
-        1 => some_target().prop_map(|target| Action::Clear(target)),
+        1 => some_target().prop_map(Action::Clear),
         1 => select(&IDS[..]).prop_map(|id| Action::EnableV2i(vec![id])),
         1 => select(&IDS[..]).prop_map(|id| Action::DisableV2i(vec![id])),
     ]
