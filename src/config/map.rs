@@ -72,7 +72,7 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
     road.map_err(|error| {
         // Without the file, the map does not require local coordinates: they were the last resort.
         let reason = match (&error, map.given) {
-            (MapError::NoLocal { node }, None) => {
+            (MapError::NoLocal(node), None) => {
                 format!(
                     "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
                 )

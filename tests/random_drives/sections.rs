@@ -153,7 +153,7 @@ fn planned(plan: &ManoeuvrePlan, road: &LaneNetwork, lanes: &[(f64, &Lanelet)]) 
     let side = |offset_m: f64| if offset_m > 0.0 { Side::Left } else { Side::Right };
     let whole = |side, from_m, to_m| Stretch::new(side, from_m, to_m, to_m);
     match &plan.kind {
-        PlanKind::Avoidance { lines } => {
+        PlanKind::Avoidance(lines) => {
             let mut before_m = 0.0;
             let mut stretch = |line: &PlannedShift| {
                 let moved_m = line.offset_m - std::mem::replace(&mut before_m, line.offset_m);

@@ -19,11 +19,8 @@ pub struct Disturbance {
 pub enum DisturbanceKind {
     /// A gap in the inputs that lasts for some seconds.
     Gap(GapKind, f64),
-    /// The clock jumps once.
-    TimeJump {
-        /// Distance of the jump, seconds; negative for back.
-        by_s: f64,
-    },
+    /// The clock jumps once by these seconds; negative for back.
+    TimeJump(f64),
     /// Another route is set.
     Reroute(RoutePlan),
 }
@@ -61,8 +58,7 @@ fn disturbance(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<Disturbance>
             required_seconds(&fields, "for_s").map(|for_s| DisturbanceKind::Gap(*gap, for_s))
         }
         ("time_jump", None) => {
-            let by_s = fields.required_number("by_s", -MAX_S..=MAX_S, "s");
-            by_s.map(|by_s| DisturbanceKind::TimeJump { by_s })
+            fields.required_number("by_s", -MAX_S..=MAX_S, "s").map(DisturbanceKind::TimeJump)
         }
         ("reroute", None) => plan(lanes, &fields).map(DisturbanceKind::Reroute),
         _ => {

@@ -27,11 +27,8 @@ pub struct ManoeuvrePlan {
 /// The kind of a manoeuvre. Positions are metres along the route path, offsets metres to the left of it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlanKind {
-    /// Around an obstacle and back.
-    Avoidance {
-        /// Shifts in ascending order, at least one.
-        lines: Vec<PlannedShift>,
-    },
+    /// The vehicle passes an obstacle and returns: shifts in ascending order, at least one.
+    Avoidance(Vec<PlannedShift>),
     /// Into the next lane.
     LaneChange {
         /// Side of the next lane.
@@ -92,7 +89,7 @@ impl PlanKind {
     /// Returns the end of its last movement, metres.
     pub fn end_m(&self) -> f64 {
         match self {
-            Self::Avoidance { lines } => lines.last().map_or(0.0, |line| line.to_m),
+            Self::Avoidance(lines) => lines.last().map_or(0.0, |line| line.to_m),
             Self::LaneChange { to_m, .. } => *to_m,
             Self::PullOut { shift, .. } | Self::PullOver { shift, .. } | Self::SideShift(shift) => shift.to_m,
         }
@@ -134,7 +131,7 @@ fn avoidance(fields: &Fields<'_>) -> Option<PlanKind> {
         fields.checker.refuse(fields.location(), reason, remedy);
         return None;
     }
-    Some(PlanKind::Avoidance { lines })
+    Some(PlanKind::Avoidance(lines))
 }
 
 fn line(fields: Fields<'_>) -> Option<PlannedShift> {

@@ -40,30 +40,18 @@ pub enum MapError {
         /// Id of the lanelet's relation.
         lanelet: i64,
     },
-    /// A node lies far outside of any map.
-    #[error("node {node}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
-    TooFar {
-        /// Id of the first such node of the file.
-        node: i64,
-    },
-    /// The lanelets have more points than memory should hold.
-    #[error("relation {lanelet}: with it, the lanelets have more than {MAX_POINTS} points")]
-    TooLarge {
-        /// The first lanelet that is too much.
-        lanelet: i64,
-    },
-    /// A node cannot be projected.
-    #[error("node {node}: its `lat` and `lon` are missing, or the projection does not reach there")]
-    NotProjected {
-        /// The first such node of the file.
-        node: i64,
-    },
-    /// The projector takes local coordinates, and a node has none.
-    #[error("node {node} has no `local_x` and `local_y`, which the projector type Local needs")]
-    NoLocal {
-        /// The first such node of the file.
-        node: i64,
-    },
+    /// This node, the first such one, lies far outside of any map.
+    #[error("node {0}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
+    TooFar(i64),
+    /// With this lanelet, the lanelets have more points than memory should hold.
+    #[error("relation {0}: with it, the lanelets have more than {MAX_POINTS} points")]
+    TooLarge(i64),
+    /// This node, the first such one, cannot be projected.
+    #[error("node {0}: its `lat` and `lon` are missing, or the projection does not reach there")]
+    NotProjected(i64),
+    /// The projector takes local coordinates, and this node, the first such one, has none.
+    #[error("node {0} has no `local_x` and `local_y`, which the projector type Local needs")]
+    NoLocal(i64),
 }
 
 impl MapError {
@@ -71,11 +59,9 @@ impl MapError {
     pub fn element(&self) -> OsmElement {
         let (kind, id) = match *self {
             Self::BadTag { element, .. } => return element,
-            Self::Sides { lanelet, .. } | Self::TooLarge { lanelet } => (OsmKind::Relation, lanelet),
+            Self::Sides { lanelet, .. } | Self::TooLarge(lanelet) => (OsmKind::Relation, lanelet),
             Self::ShortBound { way, .. } => (OsmKind::Way, way),
-            Self::TooFar { node } | Self::NotProjected { node } | Self::NoLocal { node } => {
-                (OsmKind::Node, node)
-            }
+            Self::TooFar(node) | Self::NotProjected(node) | Self::NoLocal(node) => (OsmKind::Node, node),
         };
         OsmElement { kind, id }
     }

@@ -25,16 +25,15 @@ impl Points {
         };
         let point = |node: &Node| {
             let point = if local {
-                let [x, y] = node.local_m.ok_or(MapError::NoLocal { node: node.id })?;
+                let [x, y] = node.local_m.ok_or(MapError::NoLocal(node.id))?;
                 [x, y, node.ele_m]
             } else {
-                let [latitude_deg, longitude_deg] =
-                    node.geo_deg.ok_or(MapError::NotProjected { node: node.id })?;
+                let [latitude_deg, longitude_deg] = node.geo_deg.ok_or(MapError::NotProjected(node.id))?;
                 let position = Geo { latitude_deg, longitude_deg, altitude_m: node.ele_m };
-                projector.project(position).ok_or(MapError::NotProjected { node: node.id })?
+                projector.project(position).ok_or(MapError::NotProjected(node.id))?
             };
             if point.iter().any(|axis| axis.abs() >= MAX_DISTANCE_M) {
-                return Err(MapError::TooFar { node: node.id });
+                return Err(MapError::TooFar(node.id));
             }
             Ok(point)
         };

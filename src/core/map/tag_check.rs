@@ -41,11 +41,8 @@ pub enum MapFlaw {
         /// The bend from its start to its end, degrees, positive to the left.
         bend_deg: f64,
     },
-    /// Its `turn_direction` is none of the values that are known, and counts as none.
-    UnknownDirection {
-        /// The value as the map has it.
-        value: String,
-    },
+    /// This value of its `turn_direction` is not known, and counts as none.
+    UnknownDirection(String),
     /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the other side ends.
     ReachesBehindOtherTurn {
         /// The tag `turn_signal_distance`, metres.
@@ -88,16 +85,10 @@ pub enum MapFlaw {
     EntryLeadsNowhere,
     /// An exit to which no lanelet of its roundabout leads.
     ExitFromNowhere,
-    /// An entry that signals for an exit which its roundabouts do not have.
-    UnknownExit {
-        /// The exit that is named.
-        exit: LaneId,
-    },
-    /// An exit that an entry lists for the left and for the right.
-    ContradictingExit {
-        /// The exit that is listed twice.
-        exit: LaneId,
-    },
+    /// An entry that signals for this exit, which its roundabouts do not have.
+    UnknownExit(LaneId),
+    /// An entry that lists this exit for the left and for the right.
+    ContradictingExit(LaneId),
     /// An exit without `enable_exit_turn_signal` on a lanelet of the ring before it.
     UntaggedExit,
 }
@@ -164,7 +155,7 @@ fn other_direction(lane: &Lanelet) -> Option<MapFlaw> {
 
 fn unknown_direction(lane: &Lanelet) -> Option<MapFlaw> {
     let value = lane.unknown_direction.clone()?;
-    Some(MapFlaw::UnknownDirection { value })
+    Some(MapFlaw::UnknownDirection(value))
 }
 
 /// Returns the nearest turn to the other side that ends within the lane's own search distance before it.
@@ -261,9 +252,9 @@ fn exits_of_entry(road: &LaneNetwork, lane: &Lanelet) -> Vec<MapFlaw> {
     let (left, right) = (&lane.exits_signalled_left, &lane.exits_signalled_right);
     let is_exit = |exit: LaneId| road.roundabouts_of(lane.id).any(|element| element.exits.contains(&exit));
     let unknown = left.iter().chain(right).filter(|exit| !is_exit(**exit));
-    let unknown = unknown.map(|exit| MapFlaw::UnknownExit { exit: *exit });
+    let unknown = unknown.map(|exit| MapFlaw::UnknownExit(*exit));
     let both = left.iter().filter(|exit| right.contains(exit));
-    unknown.chain(both.map(|exit| MapFlaw::ContradictingExit { exit: *exit })).collect()
+    unknown.chain(both.map(|exit| MapFlaw::ContradictingExit(*exit))).collect()
 }
 
 /// Returns the flaws of the members of a roundabout, and of lanelets that refer to it without being one.
@@ -322,7 +313,7 @@ impl fmt::Display for MapFlaw {
             Self::OtherDirection { tag, bend_deg } => {
                 write!(f, "tagged {}, but it bends {}", tag.name(), bend(*bend_deg))
             }
-            Self::UnknownDirection { value } => {
+            Self::UnknownDirection(value) => {
                 write!(
                     f,
                     "its turn_direction {value:?} names no direction: expected left, right or straight, in lower case"
@@ -356,10 +347,10 @@ impl fmt::Display for MapFlaw {
             Self::NoRole => f.write_str("refers to a roundabout that gives it no role"),
             Self::EntryLeadsNowhere => f.write_str("an entry that leads to no lanelet of its roundabout"),
             Self::ExitFromNowhere => f.write_str("an exit to which no lanelet of its roundabout leads"),
-            Self::UnknownExit { exit } => {
+            Self::UnknownExit(exit) => {
                 write!(f, "signals on entry for the exit {exit}, which its roundabout does not have")
             }
-            Self::ContradictingExit { exit } => {
+            Self::ContradictingExit(exit) => {
                 write!(f, "signals on entry both left and right for the exit {exit}")
             }
             Self::UntaggedExit => {

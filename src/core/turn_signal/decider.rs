@@ -172,7 +172,7 @@ impl Decider {
             inputs.usable_manoeuvres(limits, now, &mut findings)
         };
         if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
-            findings.push(InputFinding::OldPlannedPath { age: now.since(path.at) });
+            findings.push(InputFinding::OldPlannedPath(now.since(path.at)));
         }
         let measured = if inputs.planned_path.is_some_and(|path| path.value == 0) {
             Err(InputFinding::EmptyPlannedPath)
@@ -382,7 +382,7 @@ impl Decider {
 
     fn note_time(&mut self, now: MonoTime, findings: &mut Vec<InputFinding>) {
         if let Some(last) = self.last.replace(now).filter(|last| now < *last) {
-            findings.push(InputFinding::TimeWentBack { by: last.since(now) });
+            findings.push(InputFinding::TimeWentBack(last.since(now)));
             self.min_duration = MinDurationFilter::default();
         }
     }

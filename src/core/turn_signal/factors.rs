@@ -82,7 +82,7 @@ fn made(
     match made {
         Ok(made) => made,
         Err(kind) => {
-            findings.push(InputFinding::NoPathFor { kind });
+            findings.push(InputFinding::NoPathFor(kind));
             Vec::new()
         }
     }

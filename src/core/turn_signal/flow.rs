@@ -253,7 +253,7 @@ impl TurnSignalFlow {
         let Some(request) = self.latest.hazard_request else { return planner };
         let age = now.since(request.at);
         if age > self.settings.decider.age_limits.hazard_request {
-            findings.push(InputFinding::OldHazardRequest { age });
+            findings.push(InputFinding::OldHazardRequest(age));
             return if planner == HazardCommand::Enable { planner } else { HazardCommand::NoCommand };
         }
         if request.value == HazardCommand::Enable { HazardCommand::Enable } else { planner }

@@ -59,16 +59,10 @@ pub struct AgeLimits {
 pub enum InputFinding {
     /// Without odometry: no command.
     NoOdometry,
-    /// The odometry is too old: no command.
-    OldOdometry {
-        /// Age of the odometry.
-        age: Duration,
-    },
-    /// The odometry comes from the future: no command.
-    FutureOdometry {
-        /// Time by which it lies ahead.
-        ahead: Duration,
-    },
+    /// The odometry of this age is too old: no command.
+    OldOdometry(Duration),
+    /// The odometry lies this far in the future: no command.
+    FutureOdometry(Duration),
     /// The odometry is not a number: no command.
     OdometryNotFinite,
     /// Without a map: no command.
@@ -79,11 +73,8 @@ pub enum InputFinding {
     NotLaneDriving,
     /// The planned path has no points: only the command of the manoeuvres.
     EmptyPlannedPath,
-    /// The planned path is old; the signal does not depend on it.
-    OldPlannedPath {
-        /// Age of the path.
-        age: Duration,
-    },
+    /// The planned path of this age is too old; the signal does not depend on it.
+    OldPlannedPath(Duration),
     /// No lanelet of the route is on the map: only the command of the manoeuvres.
     NoLaneAround,
     /// The middle of the lanelets is not a path: only the command of the manoeuvres.
@@ -95,11 +86,8 @@ pub enum InputFinding {
         /// Age of the manoeuvre.
         age: Duration,
     },
-    /// The clock went backwards; minimum durations start again.
-    TimeWentBack {
-        /// Time by which it went back.
-        by: Duration,
-    },
+    /// The clock went backwards by this time; minimum durations start again.
+    TimeWentBack(Duration),
     /// The route is another one; what was remembered of the old one is forgotten.
     NewRoute,
     /// The last route cannot be used, and the one before it holds no longer: no command.
@@ -113,21 +101,12 @@ pub enum InputFinding {
         /// Reason for which it is left out.
         flaw: FactorFlaw,
     },
-    /// A manoeuvre is left out: it needs a planned path, and there is none to use.
-    NoPathFor {
-        /// Kind of the manoeuvre.
-        kind: ManoeuvreKind,
-    },
-    /// The scenario, lane driving or not, is too old: no command.
-    OldScenario {
-        /// Age of the scenario.
-        age: Duration,
-    },
-    /// The system's request for hazard lights, or for none, is too old: neither is commanded for it.
-    OldHazardRequest {
-        /// Age of the request.
-        age: Duration,
-    },
+    /// A manoeuvre of this kind is left out: it needs a planned path, and there is none to use.
+    NoPathFor(ManoeuvreKind),
+    /// The scenario of this age, lane driving or not, is too old: no command.
+    OldScenario(Duration),
+    /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for it.
+    OldHazardRequest(Duration),
 }
 
 /// A reason for which a planning factor cannot be used.
@@ -171,34 +150,34 @@ impl InputFinding {
             Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Impact::Normal,
             Self::NoOdometry
             | Self::EmptyPlannedPath
-            | Self::OldPlannedPath { .. }
+            | Self::OldPlannedPath(_)
             | Self::NoLaneAround
             | Self::NoDistancePath(_)
             | Self::OldManoeuvre { .. }
-            | Self::TimeWentBack { .. }
+            | Self::TimeWentBack(_)
             | Self::PlannedPathNotFinite
             | Self::BadFactor { .. }
-            | Self::NoPathFor { .. }
-            | Self::OldHazardRequest { .. } => Impact::Degraded,
-            Self::OldOdometry { .. }
-            | Self::FutureOdometry { .. }
+            | Self::NoPathFor(_)
+            | Self::OldHazardRequest(_) => Impact::Degraded,
+            Self::OldOdometry(_)
+            | Self::FutureOdometry(_)
             | Self::OdometryNotFinite
             | Self::NoRoad
             | Self::RouteRefused(_)
-            | Self::OldScenario { .. } => Impact::Failure,
+            | Self::OldScenario(_) => Impact::Failure,
         }
     }
 
     /// Returns the finding as text, without numbers that change from cycle to cycle.
     pub fn situation(&self) -> String {
         match self {
-            Self::OldOdometry { .. } => "odometry is too old".to_owned(),
-            Self::FutureOdometry { .. } => "odometry is in the future".to_owned(),
-            Self::OldPlannedPath { .. } => "the planned path is too old".to_owned(),
+            Self::OldOdometry(_) => "odometry is too old".to_owned(),
+            Self::FutureOdometry(_) => "odometry is in the future".to_owned(),
+            Self::OldPlannedPath(_) => "the planned path is too old".to_owned(),
             Self::OldManoeuvre { kind, .. } => format!("{kind} is too old"),
-            Self::TimeWentBack { .. } => "the clock went back".to_owned(),
-            Self::OldScenario { .. } => "the scenario is too old".to_owned(),
-            Self::OldHazardRequest { .. } => "the hazard request is too old".to_owned(),
+            Self::TimeWentBack(_) => "the clock went back".to_owned(),
+            Self::OldScenario(_) => "the scenario is too old".to_owned(),
+            Self::OldHazardRequest(_) => "the hazard request is too old".to_owned(),
             Self::NoOdometry
             | Self::OdometryNotFinite
             | Self::NoRoad
@@ -211,7 +190,7 @@ impl InputFinding {
             | Self::RouteRefused(_)
             | Self::PlannedPathNotFinite
             | Self::BadFactor { .. }
-            | Self::NoPathFor { .. } => self.to_string(),
+            | Self::NoPathFor(_) => self.to_string(),
         }
     }
 }
@@ -224,9 +203,9 @@ impl Inputs<'_> {
         if !(value.pose.is_finite() && value.speed_mps.is_finite()) {
             Err(InputFinding::OdometryNotFinite)
         } else if ahead > limits.odometry {
-            Err(InputFinding::FutureOdometry { ahead })
+            Err(InputFinding::FutureOdometry(ahead))
         } else if age > limits.odometry {
-            Err(InputFinding::OldOdometry { age })
+            Err(InputFinding::OldOdometry(age))
         } else {
             Ok(value)
         }
@@ -256,8 +235,8 @@ impl fmt::Display for InputFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoOdometry => f.write_str("no odometry"),
-            Self::OldOdometry { age } => write!(f, "odometry is {} ms old", age.as_millis()),
-            Self::FutureOdometry { ahead } => {
+            Self::OldOdometry(age) => write!(f, "odometry is {} ms old", age.as_millis()),
+            Self::FutureOdometry(ahead) => {
                 write!(f, "odometry is {} ms in the future", ahead.as_millis())
             }
             Self::OdometryNotFinite => f.write_str("odometry is not a number"),
@@ -265,18 +244,18 @@ impl fmt::Display for InputFinding {
             Self::NoRoute => f.write_str("no route"),
             Self::NotLaneDriving => f.write_str("the scenario is not lane driving"),
             Self::EmptyPlannedPath => f.write_str("the planned path is empty"),
-            Self::OldPlannedPath { age } => write!(f, "the planned path is {} ms old", age.as_millis()),
+            Self::OldPlannedPath(age) => write!(f, "the planned path is {} ms old", age.as_millis()),
             Self::NoLaneAround => f.write_str("no lanelet of the route is on the map"),
             Self::NoDistancePath(error) => write!(f, "no path to measure on: {error}"),
             Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
-            Self::TimeWentBack { by } => write!(f, "the clock went back by {} ms", by.as_millis()),
+            Self::TimeWentBack(by) => write!(f, "the clock went back by {} ms", by.as_millis()),
             Self::NewRoute => f.write_str("new route"),
             Self::RouteRefused(error) => write!(f, "{error}"),
             Self::PlannedPathNotFinite => f.write_str("a point of the planned path is not a number"),
             Self::BadFactor { topic, flaw } => write!(f, "planning factor of {}: {flaw}", topic.name()),
-            Self::NoPathFor { kind } => write!(f, "{kind} without a planned path"),
-            Self::OldScenario { age } => write!(f, "the scenario is {} ms old", age.as_millis()),
-            Self::OldHazardRequest { age } => {
+            Self::NoPathFor(kind) => write!(f, "{kind} without a planned path"),
+            Self::OldScenario(age) => write!(f, "the scenario is {} ms old", age.as_millis()),
+            Self::OldHazardRequest(age) => {
                 write!(f, "the hazard request is {} ms old", age.as_millis())
             }
         }

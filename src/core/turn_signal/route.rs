@@ -35,18 +35,12 @@ pub enum RouteError {
     /// A route without lanelets.
     #[error("the route has no lanelet")]
     Empty,
-    /// A lanelet that is listed twice; upstream refuses it as well.
-    #[error("the route lists lanelet {lane} twice")]
-    Repeated {
-        /// Id of the lanelet.
-        lane: LaneId,
-    },
-    /// A route of another map.
-    #[error("lanelet {lane} of the route is not on the map")]
-    Unknown {
-        /// Id of the lanelet.
-        lane: LaneId,
-    },
+    /// This lanelet is listed twice; upstream refuses it as well.
+    #[error("the route lists lanelet {0} twice")]
+    Repeated(LaneId),
+    /// This lanelet is not on the map: the route belongs to another one.
+    #[error("lanelet {0} of the route is not on the map")]
+    Unknown(LaneId),
     /// A start that is not a pose.
     #[error("the start of the route is not a number")]
     StartNotFinite,
@@ -60,7 +54,7 @@ impl Route {
             for lane in &segment.lanes {
                 match lanes.entry(*lane) {
                     Entry::Vacant(vacant) => vacant.insert(index),
-                    Entry::Occupied(_) => return Err(RouteError::Repeated { lane: *lane }),
+                    Entry::Occupied(_) => return Err(RouteError::Repeated(*lane)),
                 };
             }
         }
@@ -80,7 +74,7 @@ impl Route {
         }
         let unknown = self.lanes().find(|lane| road.lane(*lane).is_none());
         match unknown {
-            Some(lane) => Err(RouteError::Unknown { lane }),
+            Some(lane) => Err(RouteError::Unknown(lane)),
             None => Ok(self),
         }
     }
@@ -257,6 +251,6 @@ mod tests {
     fn bad_routes_are_refused() {
         assert_eq!(route(&[]), Err(RouteError::Empty));
         let twice = route(&[4, 5, 4]);
-        assert_eq!(twice, Err(RouteError::Repeated { lane: 4 }));
+        assert_eq!(twice, Err(RouteError::Repeated(4)));
     }
 }

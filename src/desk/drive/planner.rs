@@ -51,7 +51,7 @@ impl DrivePosition<'_> {
         known.sort_by_key(|plan| match plan.kind {
             PlanKind::PullOut { .. } => 0,
             PlanKind::PullOver { .. } => 3,
-            PlanKind::Avoidance { .. } | PlanKind::LaneChange { .. } | PlanKind::SideShift(_) => {
+            PlanKind::Avoidance(_) | PlanKind::LaneChange { .. } | PlanKind::SideShift(_) => {
                 if self.is_approved(plan) { 1 } else { 2 }
             }
         });
@@ -90,7 +90,7 @@ impl DrivePosition<'_> {
     fn manoeuvre(&self, plan: &ManoeuvrePlan) -> Option<Manoeuvre> {
         let current_shift_m = own_offset_m(&plan.kind, self.at_m, smooth);
         Some(match &plan.kind {
-            PlanKind::Avoidance { lines } => self.avoidance(plan, lines, current_shift_m)?,
+            PlanKind::Avoidance(lines) => self.avoidance(plan, lines, current_shift_m)?,
             PlanKind::LaneChange {
                 side,
                 from_m,
@@ -237,7 +237,7 @@ fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
 
 fn ends_m(kind: &PlanKind) -> Vec<f64> {
     match kind {
-        PlanKind::Avoidance { lines } => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),
+        PlanKind::Avoidance(lines) => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),
         PlanKind::LaneChange { from_m, to_m, .. } => vec![*from_m, *to_m],
         PlanKind::PullOut { shift, .. } | PlanKind::PullOver { shift, .. } | PlanKind::SideShift(shift) => {
             vec![shift.from_m, shift.to_m]
@@ -249,7 +249,7 @@ fn ends_m(kind: &PlanKind) -> Vec<f64> {
 fn own_offset_m(kind: &PlanKind, at_m: f64, ramp: impl Fn(f64) -> f64) -> f64 {
     let part = |shift: &PlannedShift| ramp((at_m - shift.from_m) / (shift.to_m - shift.from_m));
     match kind {
-        PlanKind::Avoidance { lines } => {
+        PlanKind::Avoidance(lines) => {
             let mut offset_m = 0.0;
             for line in lines {
                 offset_m += (line.offset_m - offset_m) * part(line);

@@ -83,12 +83,9 @@ pub enum RoutePathError {
         /// End of the part with both lanes, metres.
         to_m: f64,
     },
-    /// A lanelet has no middle.
-    #[error("lanelet {lane} has no length")]
-    NoLength {
-        /// The lanelet without a length.
-        lane: LaneId,
-    },
+    /// This lanelet has no middle.
+    #[error("lanelet {0} has no length")]
+    NoLength(LaneId),
 }
 
 impl RoutePath {
@@ -105,7 +102,7 @@ impl RoutePath {
         for segment in segments {
             let length_m = road.lane(segment.preferred).map_or(0.0, Lanelet::length_m);
             if length_m.is_nan() || length_m <= 0.0 {
-                return Err(RoutePathError::NoLength { lane: segment.preferred });
+                return Err(RoutePathError::NoLength(segment.preferred));
             }
             end_m += length_m;
             starts_m.push(end_m);
@@ -406,6 +403,6 @@ mod tests {
             |lanes: &[&[LaneId]]| RoutePath::of_route(two_lanes(), &segments(lanes), &[]).unwrap_err();
         assert_eq!(refused(&[&[1], &[3]]), RoutePathError::Gap { from: 1, to: 3 });
         assert_eq!(refused(&[&[1], &[12]]), RoutePathError::Gap { from: 1, to: 12 });
-        assert_eq!(refused(&[&[9]]), RoutePathError::NoLength { lane: 9 });
+        assert_eq!(refused(&[&[9]]), RoutePathError::NoLength(9));
     }
 }

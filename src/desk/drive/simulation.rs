@@ -170,7 +170,7 @@ fn change_of(kind: &PlanKind) -> Option<RouteLaneChange> {
         PlanKind::LaneChange { side, from_m, to_m, .. } => {
             Some(RouteLaneChange { side: *side, from_m: *from_m, to_m: *to_m })
         }
-        PlanKind::Avoidance { .. }
+        PlanKind::Avoidance(_)
         | PlanKind::PullOut { .. }
         | PlanKind::PullOver { .. }
         | PlanKind::SideShift(_) => None,
@@ -196,7 +196,7 @@ fn leg(
             RoutePathError::ChangeOutside { .. } => {
                 "move the lane_change there, or name more lanes in the segments"
             }
-            RoutePathError::NoLength { .. } => "correct its bounds in the map",
+            RoutePathError::NoLength(_) => "correct its bounds in the map",
         };
         refused(plan, error.to_string(), remedy)
     };
@@ -319,7 +319,7 @@ impl Cycles<'_> {
                 }
                 DisturbanceKind::Gap(GapKind::EmptyPath, _) => has_path = false,
                 DisturbanceKind::Gap(GapKind::NotLaneDriving, _) => lane_driving = false,
-                DisturbanceKind::TimeJump { by_s } => clock_s += by_s,
+                DisturbanceKind::TimeJump(by_s) => clock_s += by_s,
                 DisturbanceKind::Reroute(_) => {}
             }
         }

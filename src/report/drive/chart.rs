@@ -298,7 +298,7 @@ fn planned(kind: &PlanKind) -> Vec<Bar> {
         bar(shift.from_m, shift.to_m, format!("{name} {} m", shift.offset_m))
     };
     match kind {
-        PlanKind::Avoidance { lines } => lines.iter().map(|line| shifted(line, "avoidance to")).collect(),
+        PlanKind::Avoidance(lines) => lines.iter().map(|line| shifted(line, "avoidance to")).collect(),
         PlanKind::LaneChange { from_m, to_m, side, .. } => {
             vec![bar(*from_m, *to_m, format!("lane change {}", side.to_string().to_lowercase()))]
         }

@@ -125,8 +125,8 @@ fn without_what_is_indispensable_there_is_no_command() {
         assert_no_inputs(&decide(&Inputs { route: None, ..whole }), InputFinding::NoRoute);
         assert_no_inputs(&decide(&Inputs { lane_driving: false, ..whole }), InputFinding::NotLaneDriving);
         let with = |odometry| decide(&Inputs { odometry: Some(odometry), ..whole });
-        assert_no_inputs(&with(Timed { at: ago, ..fresh }), InputFinding::OldOdometry { age: old });
-        assert_no_inputs(&with(Timed { at: ahead, ..fresh }), InputFinding::FutureOdometry { ahead: old });
+        assert_no_inputs(&with(Timed { at: ago, ..fresh }), InputFinding::OldOdometry(old));
+        assert_no_inputs(&with(Timed { at: ahead, ..fresh }), InputFinding::FutureOdometry(old));
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for spoiled in [
                 odometry(bad, 0.0, 0.0, 3.0, now),
@@ -254,7 +254,7 @@ fn a_clock_that_goes_back_is_a_finding_and_restarts_durations() {
     };
     assert_eq!(at(50_000, 45.0).turn, TurnCommand::Right);
     let back = at(10_000, 45.1);
-    assert_eq!(back.findings, [InputFinding::TimeWentBack { by: Duration::from_secs(40) }]);
+    assert_eq!(back.findings, [InputFinding::TimeWentBack(Duration::from_secs(40))]);
     assert_eq!(back.turn, TurnCommand::Right);
     assert!(at(10_100, 45.2).findings.is_empty());
     assert_eq!(at(90_000_000, 45.3).turn, TurnCommand::Right, "a jump ahead with a fresh pose is harmless");

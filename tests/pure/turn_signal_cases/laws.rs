@@ -230,8 +230,8 @@ fn poses_that_are_not_a_path_are_refused() {
         (vec![], TooShort),
         (vec![at(0.0)], TooShort),
         (vec![at(0.0), at(1e-9)], TooShort),
-        (vec![at(0.0), at(f64::NAN)], NotFinite { index: 1 }),
-        (vec![at(0.0), at(1.0), Pose::new(2.0, 0.0, f64::INFINITY)], NotFinite { index: 2 }),
+        (vec![at(0.0), at(f64::NAN)], NotFinite(1)),
+        (vec![at(0.0), at(1.0), Pose::new(2.0, 0.0, f64::INFINITY)], NotFinite(2)),
     ] {
         assert_eq!(Path::new(poses), Err(error));
     }

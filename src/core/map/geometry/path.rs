@@ -36,12 +36,9 @@ pub enum PathError {
     /// Fewer than two different points.
     #[error("the path has fewer than two different points")]
     TooShort,
-    /// A point that is not a finite pose.
-    #[error("point {index} of the path is not a finite pose")]
-    NotFinite {
-        /// Index of the point, from 0.
-        index: usize,
-    },
+    /// The point with this index, from 0, is not a finite pose.
+    #[error("point {0} of the path is not a finite pose")]
+    NotFinite(usize),
 }
 
 impl Path {
@@ -50,7 +47,7 @@ impl Path {
         let mut kept: Vec<Pose> = Vec::new();
         for (index, pose) in poses.into_iter().enumerate() {
             if !pose.is_finite() {
-                return Err(PathError::NotFinite { index });
+                return Err(PathError::NotFinite(index));
             }
             if kept.last().is_none_or(|last| !last.position.coincides(pose.position)) {
                 kept.push(pose);

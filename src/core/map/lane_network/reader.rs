@@ -98,7 +98,7 @@ impl<'a> NetworkBuilder<'a> {
     fn count_points(&mut self, relation: &Relation, more: usize) -> Result<(), MapError> {
         self.points_so_far = self.points_so_far.saturating_add(more);
         if self.points_so_far > MAX_POINTS {
-            return Err(MapError::TooLarge { lanelet: relation.id });
+            return Err(MapError::TooLarge(relation.id));
         }
         Ok(())
     }

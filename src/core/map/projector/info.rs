@@ -10,12 +10,9 @@ use crate::core::map::projection::{MgrsSquare, UTM_SCALE};
 /// A reason for which a text does not name a projector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ProjectorError {
-    /// A line is not of the form `key: value`.
-    #[error("map projector info, line {line}: `key: value` expected")]
-    NotAKey {
-        /// Line of the file, from 1.
-        line: usize,
-    },
+    /// This line, from 1, is not of the form `key: value`.
+    #[error("map projector info, line {0}: `key: value` expected")]
+    NotAKey(usize),
     /// A key appears twice.
     #[error("map projector info, line {line}: `{key}` appears twice")]
     Twice {
@@ -85,15 +82,15 @@ impl<'a> ProjectorKeys<'a> {
             if matches!(text.trim(), "" | "---") {
                 continue;
             }
-            let (key, value) = text.split_once(':').ok_or(ProjectorError::NotAKey { line })?;
+            let (key, value) = text.split_once(':').ok_or(ProjectorError::NotAKey(line))?;
             let name = key.trim();
             let inner = key.starts_with([' ', '\t']);
             if name.is_empty() || name.starts_with(['-', '{', '[']) || inner && outer.is_empty() {
-                return Err(ProjectorError::NotAKey { line });
+                return Err(ProjectorError::NotAKey(line));
             }
             if let Some(rest) = value.trim().strip_prefix('{') {
                 let flow = rest.strip_suffix('}').filter(|_| !inner);
-                keys.take_flow(name, flow.ok_or(ProjectorError::NotAKey { line })?, line)?;
+                keys.take_flow(name, flow.ok_or(ProjectorError::NotAKey(line))?, line)?;
                 outer = "";
                 continue;
             }
@@ -108,7 +105,7 @@ impl<'a> ProjectorKeys<'a> {
     /// Takes an inner map on one line, without its braces: `latitude: 35.0, longitude: 139.0`.
     fn take_flow(&mut self, outer: &str, flow: &'a str, line: usize) -> Result<(), ProjectorError> {
         for part in flow.split(',').filter(|part| !part.trim().is_empty()) {
-            let (name, value) = part.split_once(':').ok_or(ProjectorError::NotAKey { line })?;
+            let (name, value) = part.split_once(':').ok_or(ProjectorError::NotAKey(line))?;
             self.take(format!("{outer}.{}", name.trim()), value, line)?;
         }
         Ok(())
@@ -229,7 +226,7 @@ mod tests {
             ("a: {b}", 1),
         ];
         for (text, line) in lines {
-            assert_eq!(Projector::parse(text), Err(ProjectorError::NotAKey { line }), "{text}");
+            assert_eq!(Projector::parse(text), Err(ProjectorError::NotAKey(line)), "{text}");
         }
         let twice = ProjectorError::Twice { line: 2, key: "a".to_owned() };
         assert_eq!(Projector::parse("a: 1\na: 2"), Err(twice));

@@ -329,5 +329,5 @@ fn factors_that_cannot_be_used_are_left_out_with_a_finding() {
     }
     let shift = vec![factor(4, &[(50.0, 0.0), (80.0, 1.5)])];
     let without_path = made_of(10.0, None, &[(StaticObstacleAvoidance, shift)]);
-    assert_eq!(without_path, (vec![], vec![InputFinding::NoPathFor { kind: ManoeuvreKind::Avoidance }]));
+    assert_eq!(without_path, (vec![], vec![InputFinding::NoPathFor(ManoeuvreKind::Avoidance)]));
 }

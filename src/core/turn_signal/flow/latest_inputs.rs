@@ -85,7 +85,7 @@ impl LatestInputs {
         let Some(scenario) = self.lane_driving else { return true };
         let age = now.since(scenario.at);
         if age > limit {
-            findings.push(InputFinding::OldScenario { age });
+            findings.push(InputFinding::OldScenario(age));
         }
         scenario.value && age <= limit
     }

@@ -269,8 +269,8 @@ fn a_map_that_cannot_be_used_is_refused_with_its_element() {
             MapError::Sides { lanelet: 21, role: "right", count: 0 },
         ),
         ("<nd ref='3'/>", "", MapError::ShortBound { way: 11, lanelet: 20 }),
-        ("<tag k='local_x' v='0'/><tag k='local_y' v='3'/>", "", MapError::NoLocal { node: 5 }),
-        ("v='-3'", "v='1e8'", MapError::TooFar { node: 3 }),
+        ("<tag k='local_x' v='0'/><tag k='local_y' v='3'/>", "", MapError::NoLocal(5)),
+        ("v='-3'", "v='1e8'", MapError::TooFar(3)),
         ("[7, -8]", "[7; -8]", bad("exit_turn_signal_left", "[7; -8]", "a list of ids or `none`")),
         ("'none'", "'none, 1'", bad("exit_turn_signal_right", "none, 1", "a list of ids or `none`")),
         (
@@ -288,7 +288,7 @@ fn a_map_that_cannot_be_used_is_refused_with_its_element() {
     let square = MgrsSquare::parse("54SVE").unwrap();
     let unprojected = OPPOSITE.replacen("<tag k='local_x' v='0'/>", "", 1);
     let error = read(&unprojected, &Projector::Mgrs(square)).unwrap_err();
-    assert_eq!(error, MapError::NotProjected { node: 1 });
+    assert_eq!(error, MapError::NotProjected(1));
 }
 
 proptest! {
