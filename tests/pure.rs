@@ -9,6 +9,7 @@ mod pure {
     mod case_files;
     mod command_model;
     mod config_refusals;
+    mod configuration_keys;
     mod dbc_real_files;
     mod demo_recording;
     mod diagnostics_doc;

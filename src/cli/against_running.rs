@@ -37,7 +37,7 @@ pub(super) fn run(settings: &Settings, socket: &Path, json: bool) -> Result<Exit
 /// The changes that a configuration brings; `None` when the running gateway does not give its own.
 fn plan_for(settings: &Settings, running: &Snapshot) -> Option<ReloadPlan> {
     let process = running.process.as_ref()?;
-    let mut plan = plan(&process.configuration.as_ref()?.in_effect, &settings.effective());
+    let mut plan = plan(&process.configuration.as_ref()?.in_effect, &settings.in_effect);
     let own = build();
     if process.build != own {
         let [before, after] = [&process.build, &own].map(|build| Some(build_text(build)));

@@ -76,7 +76,7 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let read = move || {
         let mut settings = settings_of_node(&config, &overrides)?;
         if let Some(folder) = &record {
-            settings.mcap.folder = Some(folder.clone());
+            settings.record_to(folder);
         }
         settings.ros.isolated = isolated;
         Ok::<_, Failure>(settings)

@@ -8,13 +8,17 @@ use super::file_kind::FileKind;
 use super::files::{Embedded, Files};
 use super::reading::checker::{Checker, Keywords, LocatedText};
 use super::reading::fields::Fields;
+use super::reading::key::{KeyRow, ValueShape};
 use super::reading::location::Text;
 use super::reading::problem::{Problem, cannot_read};
+use super::reading::row::{key_rows, text};
 use super::reading::toml_text::from_toml;
 use crate::core::near_miss::did_you_mean;
 use crate::core::turn_signal::country::{Country, ROUNDABOUT, RULES, RuleValue};
 use crate::core::turn_signal::parameters::DeciderParameters;
-use crate::core::turn_signal::parameters::table::{DeciderParameter, ParameterError};
+use crate::core::turn_signal::parameters::table::{
+    DeciderParameter, PARAMETERS, ParameterError, ParameterValues,
+};
 use crate::core::turn_signal::side::Side;
 
 /// An example of a file of rules, which shows every key.
@@ -68,7 +72,9 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
 /// Reads the keys `country` and `parameters`, of which the latter set parameters one by one.
 pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, DeciderParameters) {
     let checker = fields.checker;
-    let country = fields.string("country").and_then(|given| country_at(files, checker, &given));
+    let named = fields.given(&COUNTRY);
+    let named = named.map(|text| LocatedText { text, location: fields.at(COUNTRY.name).clone() });
+    let country = named.and_then(|given| country_at(files, checker, &given));
     let mut parameters = country.as_ref().map_or(DeciderParameters::DEPLOYED, Country::parameters);
     let mut taken: Vec<&str> = Vec::new();
     for entry in fields.entries("parameters", "give parameters by the names of Autoware") {
@@ -90,7 +96,57 @@ pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Coun
         }
         taken.push(known);
     }
+    for row in PARAMETERS {
+        let value = match row.values() {
+            ParameterValues::Numbers(.., unit) => format!("{} {unit}", row.value(&parameters)),
+            ParameterValues::WholeNumbers | ParameterValues::Flags | ParameterValues::Texts(_) => {
+                row.value(&parameters)
+            }
+        };
+        checker.record(&format!("{}.parameters", fields.table_path()), row, value);
+    }
     (country, parameters)
+}
+
+key_rows! {
+    COUNTRY: String = text("country").example("\"JP\"")
+        .doc("AT, CH, DE, GB, JP, KR, US-CA, or a file like config/countries/JP.toml; default: none, the parameters that Autoware is deployed with");
+}
+
+/// Rows of `[turn_signal.parameters]`.
+pub(super) fn parameter_keys() -> Vec<&'static dyn KeyRow> {
+    PARAMETERS.iter().map(|row| -> &'static dyn KeyRow { row }).collect()
+}
+
+impl KeyRow for DeciderParameter {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn shape(&self) -> ValueShape {
+        match self.values() {
+            ParameterValues::Numbers(min, max, unit) => ValueShape::Number(min, max, unit),
+            ParameterValues::WholeNumbers => ValueShape::Whole(i64::MIN, u32::MAX.into(), ""),
+            ParameterValues::Flags => ValueShape::Flag,
+            ParameterValues::Texts(words) => ValueShape::Keyword(words),
+        }
+    }
+
+    fn default_toml(&self) -> Option<String> {
+        let value = self.value(&DeciderParameters::DEPLOYED);
+        Some(match self.values() {
+            ParameterValues::Numbers(..) if !value.contains('.') => format!("{value}.0"),
+            ParameterValues::Texts(_) => format!("{value:?}"),
+            ParameterValues::Numbers(..) | ParameterValues::WholeNumbers | ParameterValues::Flags => value,
+        })
+    }
+
+    fn doc(&self) -> &'static str {
+        match self.values() {
+            ParameterValues::WholeNumbers => "lanelets; negative: no limit",
+            ParameterValues::Numbers(..) | ParameterValues::Flags | ParameterValues::Texts(_) => "{range}",
+        }
+    }
 }
 
 /// Reads the country that a file names; problems are noted.

@@ -1,55 +1,78 @@
 //! Reads the keys that influence a decision, for the decider of a gateway and of a drive.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::country::parameters;
 use super::dimensions::vehicle;
 use super::files::Files;
 use super::reading::fields::Fields;
+use super::reading::row::{ConfigKey, flag, key_rows, millis};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decider::DeciderSettings;
 use crate::core::turn_signal::inputs::AgeLimits;
+use crate::core::turn_signal::intersection::STANDING_LIMIT;
 use crate::core::turn_signal::min_duration::MinDurations;
 
-/// Longest signal, gap and age limit, ms.
-const MAX_MS: u64 = 60_000;
-/// Longest time that a vehicle may stand and still announce a turn, ms.
-const MAX_STANDING_MS: u64 = 3_600_000;
+key_rows! {
+    MINIMUM_ON_MS: Duration = millis("minimum_on_ms", 0, 60_000).or_time(MinDurations::READABLE.minimum_on)
+        .doc("shortest signal, {range}; only with \"improved\"");
+    MINIMUM_GAP_MS: Duration = millis("minimum_gap_ms", 0, 60_000).or_time(MinDurations::READABLE.minimum_gap)
+        .doc("shortest time between two signals, {range}; only with \"improved\"");
+    STANDING_LIMIT_MS: Duration = millis("standing_limit_ms", 0, 3_600_000).or_time(STANDING_LIMIT)
+        .doc("so long a standing vehicle announces a turn that is out of reach, {range}; only with \"improved\"");
+    WAITS_FOR_JUNCTIONS: bool = flag("waits_for_junctions", true)
+        .doc("a turn's signal waits until a junction is passed that offers the same side and is not taken, unless the country's law demands it earlier; only with \"improved\"");
+}
+
+pub(super) mod age_limits {
+    use super::{AgeLimits, ConfigKey, Duration, Fields, key_rows, millis};
+
+    key_rows! {
+        ODOMETRY_MS: Duration = age("odometry_ms", AgeLimits::DEFAULT.odometry).doc("then NO_COMMAND");
+        PLANNED_PATH_MS: Duration = age("planned_path_ms", AgeLimits::DEFAULT.planned_path).doc("then manoeuvres are left out");
+        MANOEUVRE_MS: Duration = age("manoeuvre_ms", AgeLimits::DEFAULT.manoeuvre)
+            .doc("planning factors; then the manoeuvre is left out");
+        SCENARIO_MS: Duration = age("scenario_ms", AgeLimits::DEFAULT.scenario).doc("then NO_COMMAND, if it was ever received");
+        HAZARD_REQUEST_MS: Duration = age("hazard_request_ms", AgeLimits::DEFAULT.hazard_request)
+            .doc("then the hazard lights are NO_COMMAND, if it was ever received");
+        OWN_COMMAND_MS: Duration = age("own_command_ms", AgeLimits::DEFAULT.own_command).doc("shadow: then nothing is compared");
+    }
+
+    const fn age(name: &'static str, default: Duration) -> ConfigKey<Duration> {
+        millis(name, 10, 60_000).or_time(default)
+    }
+
+    /// Reads the section.
+    pub(super) fn read(fields: Fields<'_>) -> AgeLimits {
+        let limits = AgeLimits {
+            odometry: fields.read(&ODOMETRY_MS),
+            planned_path: fields.read(&PLANNED_PATH_MS),
+            manoeuvre: fields.read(&MANOEUVRE_MS),
+            scenario: fields.read(&SCENARIO_MS),
+            hazard_request: fields.read(&HAZARD_REQUEST_MS),
+            own_command: fields.read(&OWN_COMMAND_MS),
+        };
+        fields.done();
+        limits
+    }
+}
 
 /// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`, `waits_for_junctions`, `age_limits` and `vehicle`, for
 /// the `compat` that is given.
 pub(super) fn decider(files: &dyn Files, fields: &Fields<'_>, compat: DeciderCompat) -> DeciderSettings {
     let deployed = DeciderSettings::deployed(compat);
     let (country, parameters) = parameters(files, fields);
-    let time = |key, default| fields.millis(key, 0..=MAX_MS).unwrap_or(default);
-    let min_durations = MinDurations {
-        minimum_on: time("minimum_on_ms", deployed.min_durations.minimum_on),
-        minimum_gap: time("minimum_gap_ms", deployed.min_durations.minimum_gap),
-    };
-    let standing_limit = fields.millis("standing_limit_ms", 0..=MAX_STANDING_MS);
-    let waits_for_junctions = fields.flag("waits_for_junctions");
+    let min_durations =
+        MinDurations { minimum_on: fields.read(&MINIMUM_ON_MS), minimum_gap: fields.read(&MINIMUM_GAP_MS) };
     DeciderSettings {
         parameters,
-        waits_for_junctions: waits_for_junctions.unwrap_or(deployed.waits_for_junctions),
+        standing_limit: fields.read(&STANDING_LIMIT_MS),
+        waits_for_junctions: fields.read(&WAITS_FOR_JUNCTIONS),
         country: country.map(Arc::new),
         min_durations,
-        standing_limit: standing_limit.unwrap_or(deployed.standing_limit),
-        age_limits: age_limits(fields.section("age_limits")),
+        age_limits: age_limits::read(fields.section("age_limits")),
         vehicle: vehicle(fields.section("vehicle")),
         ..deployed
     }
-}
-
-fn age_limits(fields: Fields<'_>) -> AgeLimits {
-    let limit = |key, default| fields.millis(key, 10..=MAX_MS).unwrap_or(default);
-    let limits = AgeLimits {
-        odometry: limit("odometry_ms", AgeLimits::DEFAULT.odometry),
-        planned_path: limit("planned_path_ms", AgeLimits::DEFAULT.planned_path),
-        manoeuvre: limit("manoeuvre_ms", AgeLimits::DEFAULT.manoeuvre),
-        scenario: limit("scenario_ms", AgeLimits::DEFAULT.scenario),
-        hazard_request: limit("hazard_request_ms", AgeLimits::DEFAULT.hazard_request),
-        own_command: limit("own_command_ms", AgeLimits::DEFAULT.own_command),
-    };
-    fields.done();
-    limits
 }

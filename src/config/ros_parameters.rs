@@ -60,11 +60,11 @@ pub fn read_parameters(
         return Ok(Vec::new());
     };
     let mut reader =
-        Reader { checker: Checker::new(&text.file, SEE), node: names.full_name(), found: Vec::new() };
+        NodeReader { checker: Checker::new(&text.file, SEE), node: names.full_name(), found: Vec::new() };
     for entry in reader.entries(&root) {
         reader.nodes("", entry);
     }
-    let Reader { checker, found, .. } = reader;
+    let NodeReader { checker, found, .. } = reader;
     checker.finish(Some(found)).map_err(Refused)
 }
 
@@ -86,14 +86,14 @@ fn scalar(kind: &Kind) -> Option<ParameterValue> {
     }
 }
 
-struct Reader {
+struct NodeReader {
     checker: Checker,
     /// Name of the node with its namespace.
     node: String,
     found: Vec<FileParameter>,
 }
 
-impl Reader {
+impl NodeReader {
     fn entries<'v>(&self, value: &'v Value) -> &'v [Entry] {
         self.checker.entries(value, "/**: { ros__parameters: { use_sim_time: true } }")
     }

@@ -111,7 +111,8 @@ impl GatewayIo {
     pub(super) fn observe_process(&mut self, settings: &Settings, links: &[LinkState]) {
         self.faults = FaultRecorder::start(settings, links);
         self.node = Some(settings.gateway.node.clone());
-        self.configuration = self.reload.is_taken().then(|| ConfigurationState::new(settings.effective()));
+        self.configuration =
+            self.reload.is_taken().then(|| ConfigurationState::new(settings.in_effect.clone()));
     }
 
     /// Reloads nothing, since what is played is of the configuration at its start.

@@ -50,7 +50,7 @@ impl Reloader {
         let read = Arc::clone(&self.read);
         let work = move || {
             let read = read().map(|settings| {
-                let parts = settings.effective();
+                let parts = settings.in_effect.clone();
                 Box::new((settings, parts))
             });
             // Nobody waits for it once the gateway stops.
@@ -79,7 +79,7 @@ impl Reloader {
 }
 
 /// A configuration that is not put into effect.
-struct Refusal {
+struct ReloadRefusal {
     reason: String,
     /// What it would have changed, as far as that is known.
     changes: Vec<Change>,
@@ -100,7 +100,7 @@ pub(super) fn apply(
             process_log::record(tracing::Level::INFO, &text, &[("MESSAGE_ID", RELOADED)]);
             state.applied(parts, changes, now.wall);
         }
-        Err(Refusal { reason, changes }) => {
+        Err(ReloadRefusal { reason, changes }) => {
             let text = format!("configuration not reloaded, the one before goes on: {reason}");
             let cause = reason.lines().next().unwrap_or_default();
             process_log::record(tracing::Level::WARN, &text, &[("MESSAGE_ID", REFUSED), ("CAUSE", cause)]);
@@ -114,17 +114,17 @@ fn take_over(
     read: Read,
     in_effect: &EffectiveConfiguration,
     (live, receivers, gateway_io): (&mut Live, &Receivers, &mut GatewayIo),
-) -> Result<(EffectiveConfiguration, Vec<Change>), Refusal> {
-    let (settings, parts) = *read.map_err(|reason| Refusal { reason, changes: Vec::new() })?;
+) -> Result<(EffectiveConfiguration, Vec<Change>), ReloadRefusal> {
+    let (settings, parts) = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
     let plan = plan(in_effect, &parts);
     if !plan.restart.is_empty() {
         let reason = format!("restart needed for {}", changes_text(&plan.restart));
-        return Err(Refusal { reason, changes: plan.restart });
+        return Err(ReloadRefusal { reason, changes: plan.restart });
     }
     // What is received from here on is handled under the new configuration, which leaves aside what it does not need.
     if let Err(error) = receivers.receive_ids(|bus| settings.gateway.relevant_ids(bus)) {
         let reason = format!("the CAN filters cannot be set: {error}");
-        return Err(Refusal { reason, changes: plan.reloadable });
+        return Err(ReloadRefusal { reason, changes: plan.reloadable });
     }
     gateway_io.reconfigure(&settings);
     live.reconfigure(settings.gateway);

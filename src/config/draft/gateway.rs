@@ -1,4 +1,4 @@
-//! A new `gateway.toml`.
+//! The text of a new `gateway.toml`.
 
 /// A bus of a vehicle and where it is plugged in.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,12 +12,13 @@ pub struct BusInterface {
 /// A commented configuration for a profile, with the keys that most vehicles need.
 pub fn gateway_toml(profile: &str, buses: &[BusInterface]) -> String {
     let mut text = format!(
-        "# Configuration of signal-gateway. Every key, with its unit, range and default:\n\
+        "{}# Configuration of signal-gateway. Every key, with its unit, range and default:\n\
          # /usr/share/signal-gateway/config/gateway.toml, in the sources config/gateway.toml.\n\
          # Before a drive: signal-gateway check --config gateway.toml [LOG]\n\
          \n\
          # The vehicle profile: which signals of the DBC mean what. Paths are relative to this file.\n\
          profile = {}\n",
+        schema("gateway"),
         quoted(profile)
     );
     for BusInterface { bus, interface } in buses {
@@ -45,7 +46,12 @@ pub fn gateway_toml(profile: &str, buses: &[BusInterface]) -> String {
     text
 }
 
-/// A TOML string.
+/// Returns the line by which an editor finds the schema of a kind of file in the installed package.
+pub(super) fn schema(kind: &str) -> String {
+    format!("#:schema /usr/share/signal-gateway/schema/{kind}.schema.json\n")
+}
+
+/// Returns a text as a TOML string.
 pub(super) fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }

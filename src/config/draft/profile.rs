@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::dbc::DraftMessage;
-use super::gateway::{key, quoted};
+use super::gateway::{key, quoted, schema};
 use super::vehicle::{Timing, VehicleDraft};
 use crate::core::can::link::BusIndex;
 use crate::core::discovery::candidate::{Candidate, FoundSignal, HazardForm, Switch, TurnForm};
@@ -27,7 +27,7 @@ pub(super) fn profile_toml(
     dbcs: &[(String, String)],
     heartbeats: &BTreeMap<BusIndex, String>,
 ) -> String {
-    let mut text = heading(draft.name, draft.findings, turn, hazard);
+    let mut text = schema("profile") + &heading(draft.name, draft.findings, turn, hazard);
     let _ = writeln!(text, "name = {}", quoted(draft.name));
     for (bus, dbc) in dbcs {
         let _ = write!(text, "\n[bus.{}]\ndbc = {}\n", key(bus), quoted(dbc));

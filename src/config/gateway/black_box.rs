@@ -4,6 +4,15 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, path, seconds, whole};
+
+key_rows! {
+    FOLDER: PathBuf = path("folder").example("\"black-box\"").restart()
+        .doc("default: black-box in systemd's state directory; nothing without either");
+    BEFORE_S: Duration = seconds("before_s", 1, 300).or(30).doc("time kept before the change");
+    AFTER_S: Duration = seconds("after_s", 1, 300).or(10).doc("and after it");
+    KEEP: usize = whole("keep", 1, 1000, "recordings").or(20).doc("newest recordings kept, {range}; each has at most 100000 frames");
+}
 
 /// The recordings that are kept around a change to ERROR.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,12 +29,11 @@ pub struct BlackBoxConfig {
 
 /// Reads the section; what is absent has its default.
 pub(super) fn black_box(fields: Fields<'_>) -> BlackBoxConfig {
-    let seconds = |key, default| Duration::from_secs(fields.number(key, 1..=300, "s").unwrap_or(default));
     let config = BlackBoxConfig {
-        folder: fields.path("folder"),
-        before: seconds("before_s", 30),
-        after: seconds("after_s", 10),
-        keep: fields.number("keep", 1..=1000, "recordings").unwrap_or(20),
+        folder: fields.given(&FOLDER),
+        before: fields.read(&BEFORE_S),
+        after: fields.read(&AFTER_S),
+        keep: fields.read(&KEEP),
     };
     fields.done();
     config

@@ -1,9 +1,16 @@
 //! `[can.*]`: the interface of each bus.
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, text, whole};
 use crate::core::near_miss::did_you_mean;
 
-const DEFAULT_RECEIVE_BUFFER: usize = 4 << 20;
+const DEFAULT_RECEIVE_BUFFER: u32 = 4 << 20;
+
+key_rows! {
+    INTERFACE: String = text("interface").example("\"can0\"").restart().doc("SocketCAN interface; also the interface name in recordings");
+    RECEIVE_BUFFER_BYTES: usize = whole("receive_buffer_bytes", 4096, 1 << 30, "bytes").or(DEFAULT_RECEIVE_BUFFER as i64).restart()
+        .doc("requested kernel receive queue, {range}; the default holds 9,000 frames");
+}
 
 /// The interface that a bus is received on.
 #[derive(Debug)]
@@ -17,7 +24,7 @@ pub(super) struct CanConfig {
 impl CanConfig {
     /// The interface of a bus by its number, when no configuration names one.
     pub(super) fn numbered(index: usize) -> Self {
-        Self { interface: format!("can{index}"), receive_buffer: DEFAULT_RECEIVE_BUFFER }
+        Self { interface: format!("can{index}"), receive_buffer: DEFAULT_RECEIVE_BUFFER as usize }
     }
 }
 
@@ -58,15 +65,15 @@ pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig>
 }
 
 fn can(fields: &Fields<'_>) -> Option<CanConfig> {
-    let receive_buffer = fields.number("receive_buffer_bytes", 4096..=1 << 30, "bytes");
+    let receive_buffer = fields.read(&RECEIVE_BUFFER_BYTES);
     // Before it is required, so that a misspelt one is answered with its name.
-    let interface = fields.string("interface");
-    fields.require(&["interface"], "")?;
-    let interface = interface?.text;
+    let interface = fields.given(&INTERFACE);
+    fields.require(&[INTERFACE.name], "")?;
+    let interface = interface?;
     if let Err((reason, remedy)) = interface_name(&interface) {
         fields.refuse("interface", reason, remedy);
     }
-    Some(CanConfig { interface, receive_buffer: receive_buffer.unwrap_or(DEFAULT_RECEIVE_BUFFER) })
+    Some(CanConfig { interface, receive_buffer })
 }
 
 /// Checks the name of an interface by the rule of the kernel's `dev_valid_name`.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, keyword, limit};
 use crate::core::command::arbitration::{Rules, ShutdownAction, TimeoutAction};
 use crate::core::command::feedback_monitor::Limits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
@@ -13,7 +14,7 @@ const SOURCES: Keywords<CommandSource> =
 const TRANSMIT: Keywords<Transmit> = &[("off", Transmit::Off), ("on", Transmit::On)];
 const ON_TIMEOUT: Keywords<TimeoutAction> =
     &[("off", TimeoutAction::Off), ("hold", TimeoutAction::Hold), ("hazard", TimeoutAction::Hazard)];
-const ON_SHUTDOWN: Keywords<ShutdownAction> =
+const SHUTDOWN_ACTIONS: Keywords<ShutdownAction> =
     &[("release", ShutdownAction::Release), ("off", ShutdownAction::Off), ("hazard", ShutdownAction::Hazard)];
 /// Origins of the control mode; true for a signal.
 const MODE_FROM_SIGNAL: Keywords<bool> = &[("topic", false), ("signal", true)];
@@ -40,10 +41,56 @@ pub struct CommandTopics {
     pub control_mode: String,
 }
 
-const TIMEOUT: Duration = Duration::from_secs(1);
-/// Longer than the report of a flashing lamp takes.
-const WARN_AFTER: Duration = Duration::from_millis(1500);
 const ERROR_AFTER: Duration = Duration::from_secs(3);
+
+key_rows! {
+    SOURCE: CommandSource = keyword("source", SOURCES).or_text("topic").restart()
+        .doc("turn command: \"topic\", or \"decider\": this gateway's own; its request for hazard lights is added");
+    TX: Transmit = keyword("tx", TRANSMIT).or_text("off").restart()
+        .doc("\"off\": dry run, nothing is sent and everything is reported; \"on\": frames are sent");
+    CONTROL_MODE: bool = keyword("control_mode", MODE_FROM_SIGNAL).or_text("topic").restart()
+        .doc("\"topic\", or \"signal\": [command.control_mode] of the vehicle profile");
+    CONTROL_MODE_TIMEOUT_MS: Duration = limit("control_mode_timeout_ms").or(1000).restart()
+        .doc("topic: longest valid time without a message");
+    TURN_TIMEOUT_MS: Duration = limit("turn_timeout_ms").or(1000).restart()
+        .doc("longest time without a turn command, {range}; then …");
+    ON_TURN_TIMEOUT: TimeoutAction = keyword("on_turn_timeout", ON_TIMEOUT).or_text("off").restart()
+        .doc("\"off\", \"hold\": the last request, or \"hazard\": hazard lights on");
+    HAZARD_TIMEOUT_MS: Duration = limit("hazard_timeout_ms").or(1000).restart()
+        .doc("longest time without a hazard command, {range}; then …");
+    // Lights that are on in an emergency stay on.
+    ON_HAZARD_TIMEOUT: TimeoutAction = keyword("on_hazard_timeout", ON_TIMEOUT).or_text("hold").restart()
+        .doc("\"off\", \"hold\" or \"hazard\"");
+    ON_SHUTDOWN: ShutdownAction = keyword("on_shutdown", SHUTDOWN_ACTIONS).or_text("release").restart()
+        .doc("last frames: \"release\": request nothing, \"off\": lights off, \"hazard\": hazard lights on");
+    // The default is longer than the report of a flashing lamp takes.
+    WARN_AFTER_MS: Duration = limit("warn_after_ms").or(1500).restart()
+        .doc("the report differs from the command for longer: WARN, {range} …");
+    ERROR_AFTER_MS: Duration = limit("error_after_ms").or_time(ERROR_AFTER).restart().doc("… and ERROR, not less");
+}
+
+pub(super) mod topics {
+    use crate::config::reading::row::{key_rows, topic};
+
+    key_rows! {
+        TURN_INDICATORS_CMD: String = topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd")
+            .doc("TurnIndicatorsCommand; not read when the decider is the source");
+        HAZARD_LIGHTS_CMD: String = topic("hazard_lights_cmd", "/control/command/hazard_lights_cmd").doc("HazardLightsCommand");
+        CONTROL_MODE: String = topic("control_mode", "/vehicle/status/control_mode")
+            .doc("ControlModeReport; not read when the mode comes from a signal");
+    }
+
+    /// Reads the section.
+    pub(super) fn read(fields: super::Fields<'_>) -> super::CommandTopics {
+        let topics = super::CommandTopics {
+            turn_indicators_cmd: fields.read(&TURN_INDICATORS_CMD),
+            hazard_lights_cmd: fields.read(&HAZARD_LIGHTS_CMD),
+            control_mode: fields.read(&CONTROL_MODE),
+        };
+        fields.done();
+        topics
+    }
+}
 
 /// Reads the section. `binding` is that of the vehicle profile, unless the profile was refused; `decides` is
 /// true if the decider publishes commands.
@@ -57,47 +104,40 @@ pub(super) fn command(
         let reason = "the vehicle profile has no [command], so no message can be sent";
         checker.refuse(fields.location(), reason, "describe its command messages there");
     }
-    let source = fields.keyword("source", SOURCES).unwrap_or_default();
+    let source = fields.read(&SOURCE);
     if source == CommandSource::Decider && !decides {
         let remedy = "add [turn_signal] enabled = true, or use \"topic\"";
         fields.refuse("source", "the decider does not publish commands", remedy);
     }
-    let time = |key, default| fields.limit(key).unwrap_or(default);
-    let warn = time("warn_after_ms", WARN_AFTER);
-    let error = time("error_after_ms", ERROR_AFTER.max(warn));
+    let warn = fields.read(&WARN_AFTER_MS);
+    let error = fields.given(&ERROR_AFTER_MS).unwrap_or(ERROR_AFTER.max(warn));
+    fields.record(&ERROR_AFTER_MS, error.as_millis().to_string());
     if error < warn {
         let reason = format!("{} ms is less than warn_after_ms", error.as_millis());
         fields.refuse("error_after_ms", reason, &format!("give at least {} ms", warn.as_millis()));
     }
     let settings = CommandSettings {
         source,
-        transmit: fields.keyword("tx", TRANSMIT).unwrap_or_default(),
+        transmit: fields.read(&TX),
         mode_from: mode_from(&fields, binding),
-        turn_timeout: time("turn_timeout_ms", TIMEOUT),
-        hazard_timeout: time("hazard_timeout_ms", TIMEOUT),
+        turn_timeout: fields.read(&TURN_TIMEOUT_MS),
+        hazard_timeout: fields.read(&HAZARD_TIMEOUT_MS),
         rules: Rules {
-            on_turn_timeout: fields.keyword("on_turn_timeout", ON_TIMEOUT).unwrap_or(TimeoutAction::Off),
-            // Lights that are on in an emergency stay on.
-            on_hazard_timeout: fields.keyword("on_hazard_timeout", ON_TIMEOUT).unwrap_or(TimeoutAction::Hold),
-            on_shutdown: fields.keyword("on_shutdown", ON_SHUTDOWN).unwrap_or_default(),
+            on_turn_timeout: fields.read(&ON_TURN_TIMEOUT),
+            on_hazard_timeout: fields.read(&ON_HAZARD_TIMEOUT),
+            on_shutdown: fields.read(&ON_SHUTDOWN),
         },
         limits: Limits { warn, error },
     };
-    let names = fields.section("topics");
-    let topics = CommandTopics {
-        turn_indicators_cmd: names.topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd"),
-        hazard_lights_cmd: names.topic("hazard_lights_cmd", "/control/command/hazard_lights_cmd"),
-        control_mode: names.topic("control_mode", "/vehicle/status/control_mode"),
-    };
-    names.done();
+    let topics = topics::read(fields.section("topics"));
     fields.done();
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }
 
 /// Reads the origin of the control mode.
 fn mode_from(fields: &Fields<'_>, binding: Option<&CommandBinding>) -> ModeFrom {
-    let timeout = fields.limit("control_mode_timeout_ms").unwrap_or(TIMEOUT);
-    if fields.keyword("control_mode", MODE_FROM_SIGNAL) != Some(true) {
+    let timeout = fields.read(&CONTROL_MODE_TIMEOUT_MS);
+    if !fields.read(&CONTROL_MODE) {
         return ModeFrom::Topic { timeout };
     }
     if fields.has("control_mode_timeout_ms") {

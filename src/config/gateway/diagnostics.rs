@@ -3,17 +3,20 @@
 use std::time::Duration;
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, millis, text};
 
-const DEFAULT_PERIOD: Duration = Duration::from_millis(250);
+key_rows! {
+    // Aggregators call a status stale after 1 s.
+    PERIOD_MS: Duration = millis("period_ms", 20, 500).or(250).doc("refresh of all statuses, {range}; changes go out at once");
+    HARDWARE_ID: String = text("hardware_id").or_text("none").restart().doc("hardware_id of every status, e.g. \"vehicle_pc_1\"");
+}
 
 /// Reads the section: the refresh period, and `DiagnosticStatus.hardware_id`.
 pub(super) fn diagnostics(fields: Fields<'_>) -> (Duration, String) {
-    // Aggregators call a status stale after 1 s.
-    let period = fields.millis("period_ms", 20..=500).unwrap_or(DEFAULT_PERIOD);
-    let hardware_id = fields.string("hardware_id").map_or("none".to_owned(), |id| id.text);
+    let (period, hardware_id) = (fields.read(&PERIOD_MS), fields.read(&HARDWARE_ID));
     if hardware_id.is_empty() {
         let reason = "ROS tools warn about an empty hardware_id";
-        fields.refuse("hardware_id", reason, "use \"none\" or leave it out");
+        fields.refuse(HARDWARE_ID.name, reason, "use \"none\" or leave it out");
     }
     fields.done();
     (period, hardware_id)

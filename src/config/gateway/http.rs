@@ -3,6 +3,27 @@
 use std::net::SocketAddr;
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::key::ValueShape;
+use crate::config::reading::row::{collection, flag, key_rows, other};
+
+key_rows! {
+    ADDRESS: SocketAddr = other("address", || ValueShape::Text, address, |_| None).example("\"127.0.0.1:9464\"").restart()
+        .doc("where they are served; default: nowhere. Anybody who reaches it may read them");
+    PAGE: bool = flag("page", true).restart().doc("false: metrics only");
+    HOSTS: Vec<String> = collection("hosts", || ValueShape::Texts, hosts).example("[\"car.local\"]").restart()
+        .doc("names of this computer that requests may use, beside addresses and localhost");
+}
+
+fn address(fields: &Fields<'_>, key: &'static str) -> Option<SocketAddr> {
+    let given = fields.string(key)?;
+    let remedy = "give an IP address and a port, such as \"127.0.0.1:9464\"";
+    fields.checker.accept(&given.location, given.text.parse(), remedy)
+}
+
+fn hosts(fields: &Fields<'_>, key: &'static str) -> Vec<String> {
+    let hosts = fields.list(key, "give a list of names").iter();
+    hosts.filter_map(|host| Some(fields.checker.string(host)?.text)).collect()
+}
 
 /// The HTTP server; it is off without an address.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -38,15 +59,10 @@ impl Default for HttpConfig {
 
 /// Reads the section; what is absent has its default.
 pub(super) fn http(fields: Fields<'_>) -> HttpConfig {
-    let address = fields.string("address").and_then(|given| {
-        let remedy = "give an IP address and a port, such as \"127.0.0.1:9464\"";
-        fields.checker.accept(&given.location, given.text.parse(), remedy)
-    });
-    let hosts = fields.list("hosts", "give a list of names").iter();
     let config = HttpConfig {
-        address,
-        hosts: hosts.filter_map(|host| Some(fields.checker.string(host)?.text)).collect(),
-        page: fields.flag("page").unwrap_or(true),
+        address: fields.given(&ADDRESS),
+        hosts: fields.read(&HOSTS),
+        page: fields.read(&PAGE),
         opens_browser: false,
     };
     fields.done();

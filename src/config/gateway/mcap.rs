@@ -4,6 +4,17 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, path, seconds, whole};
+
+key_rows! {
+    FOLDER: PathBuf = path("folder").example("\"bags\"").restart().doc("nothing without it; `run --record DIR` replaces it");
+    FILE_MB: u64 = whole("file_mb", 1, 1_000_000, "MB").or(256).restart().doc("a new file from this size on, {range},");
+    FILE_S: Duration = seconds("file_s", 1, 86_400).or(600).restart().doc("and from this time on");
+    TOTAL_MB: u64 = whole("total_mb", 1, 1_000_000, "MB").or(4096).restart()
+        .doc("size of the folder, {range}; the oldest recordings are removed");
+}
+
+const MEGABYTE: u64 = 1_000_000;
 
 /// The recording of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,15 +31,11 @@ pub struct McapConfig {
 
 /// Reads the section; what is absent has its default.
 pub(super) fn mcap(fields: Fields<'_>) -> McapConfig {
-    let megabytes = |key, default: u64| {
-        fields.number(key, 1..=1_000_000, "MB").unwrap_or(default).saturating_mul(1_000_000)
-    };
-    let seconds = fields.number("file_s", 1..=86_400, "s").unwrap_or(600);
     let config = McapConfig {
-        folder: fields.path("folder"),
-        file_bytes: megabytes("file_mb", 256),
-        file_duration: Duration::from_secs(seconds),
-        total_bytes: megabytes("total_mb", 4_096),
+        file_duration: fields.read(&FILE_S),
+        folder: fields.given(&FOLDER),
+        file_bytes: fields.read(&FILE_MB).saturating_mul(MEGABYTE),
+        total_bytes: fields.read(&TOTAL_MB).saturating_mul(MEGABYTE),
     };
     fields.done();
     config

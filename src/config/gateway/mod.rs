@@ -5,11 +5,12 @@ mod black_box;
 mod can;
 pub mod command;
 mod diagnostics;
-mod effective;
 mod http;
+mod in_effect;
 mod mcap;
 mod parameters;
 mod recording;
+pub mod reference;
 mod reports;
 mod ros;
 mod status;
@@ -37,17 +38,20 @@ use super::reading::checker::{Checker, Keywords};
 use super::reading::fields::Fields;
 use super::reading::location::{Location, SourceLocation, Text};
 use super::reading::problem::{Problem, Refused, cannot_read, remedy_of};
+use super::reading::row::{key_rows, keyword, text};
 use super::reading::toml_text::from_toml;
 use super::ros_names::RosOverrides;
 use super::vehicle::{self, SEE, Vehicle};
 use crate::core::command::settings::CommandBinding;
 use crate::core::gateway::GatewaySettings;
+use crate::core::gateway::configuration::EffectiveConfiguration;
 use crate::core::provenance::Provenance;
 use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
 use crate::io::ros::parameters::Parameters;
 use crate::io::standard_input;
 use can::{CanConfig, cans};
 use command::CommandConfig;
+use in_effect::{DigestedFiles, in_effect};
 use traffic_lights::{LightTopics, traffic_lights};
 use turn_signal::{TurnSignalConfig, turn_signal};
 
@@ -63,6 +67,14 @@ pub enum SourceKind {
 
 const SOURCES: Keywords<SourceKind> =
     &[("socketcan", SourceKind::Socketcan), ("recording", SourceKind::Recording)];
+
+key_rows! {
+    PROFILE: String = text("profile").example("\"vehicles/hyundai_kia.toml\"").doc("The vehicle profile: which DBC signals mean what. See the end of this file for its keys.
+A path relative to this file, or a name of `signal-gateway profiles list`; a file wins. Maps, drives and scenarios
+of the project have names as well. Instead of a path the profile can stand here as [vehicle], [vehicle.turn] and so on.");
+    SOURCE: SourceKind = keyword("source", SOURCES).or_text("socketcan").restart()
+        .doc("where `run` takes frames from: \"socketcan\" (the interfaces below) or \"recording\"");
+}
 
 const MISSING_CONFIGURATION: &str = "give a configuration with --config FILE, or only a vehicle with --profile NAME: `signal-gateway profiles list` \
      names them, `signal-gateway identify LOG` finds the one that fits a recording";
@@ -104,6 +116,8 @@ pub struct Settings {
     pub ros: RosConfig,
     /// The keys of the file as parameters of the node.
     pub parameters: Parameters,
+    /// The value of every key in effect, which a reload compares.
+    pub in_effect: EffectiveConfiguration,
     /// Topics of the traffic lights; empty without them.
     pub light_topics: LightTopics,
     /// Commands to the vehicle, if they are configured.
@@ -115,6 +129,13 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Records into `folder` instead of the folder of the file.
+    pub fn record_to(&mut self, folder: &Path) {
+        let value = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()).display().to_string();
+        self.in_effect.fixed.insert("[mcap] folder".to_owned(), value);
+        self.mcap.folder = Some(folder.to_owned());
+    }
+
     /// The plan of a simulated vehicle of this profile: the other end of the buses.
     ///
     /// # Errors
@@ -145,7 +166,7 @@ pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Set
         let path = std::path::absolute(given).ok().filter(|_| is_path).unwrap_or_else(|| given.clone());
         find(BuiltIn::Profile, files, &given.to_string_lossy(), path)
     });
-    let profile = profile.as_deref().map_or(Profile::Named, Profile::Chosen);
+    let profile = profile.as_deref().map_or(ProfileChoice::Named, ProfileChoice::Chosen);
     resolve(files, &text, profile, &overrides.ros)
 }
 
@@ -168,12 +189,12 @@ pub fn load_profile_for_node(
     overrides: &RosOverrides,
 ) -> Result<Settings, Refused> {
     let profile = find_here(BuiltIn::Profile, files, profile);
-    resolve(files, &Text::new(&profile, Vec::new())?, Profile::Alone(&profile), overrides)
+    resolve(files, &Text::new(&profile, Vec::new())?, ProfileChoice::Alone(&profile), overrides)
 }
 
 /// The vehicle profile to read.
 #[derive(Clone, Copy)]
-enum Profile<'p> {
+enum ProfileChoice<'p> {
     /// The one that the configuration names or contains.
     Named,
     /// Another one, from the command line.
@@ -185,29 +206,35 @@ enum Profile<'p> {
 fn resolve(
     files: &dyn Files,
     text: &Text,
-    profile: Profile<'_>,
+    profile: ProfileChoice<'_>,
     overrides: &RosOverrides,
 ) -> Result<Settings, Refused> {
     let root = from_toml(text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
-    let settings = Fields::of(&checker, &root).and_then(|top| settings(files, top, profile, overrides));
-    let settings =
-        settings.map(|settings| Settings { parameters: parameters::parameters(&root), ..settings });
+    let files = DigestedFiles::new(files);
+    let read = Fields::of(&checker, &root).and_then(|top| settings(&files, top, profile, overrides));
+    let settings = read.map(|(settings, profile_keys)| {
+        let recorded = checker.recorded();
+        let parameters = parameters::parameters(&root, &recorded);
+        let in_effect = in_effect(recorded, &files, &settings, &profile_keys);
+        Settings { parameters, in_effect, ..settings }
+    });
     checker.finish(settings).map_err(Refused)
 }
 
 /// Reads the vehicle that `profile` stands for; an error when a problem was noted, with the names of its buses as far as
 /// they are known.
 fn vehicle(
-    files: &dyn Files,
+    files: &DigestedFiles<'_>,
     top: &Fields<'_>,
-    profile: Profile<'_>,
+    profile: ProfileChoice<'_>,
 ) -> Result<Vehicle, Option<Vec<String>>> {
-    let (named, inline) = (top.string("profile"), top.table("vehicle"));
-    if let Profile::Chosen(path) | Profile::Alone(path) = profile {
+    let (named, inline) = (top.given(&PROFILE), top.table("vehicle"));
+    if let ProfileChoice::Chosen(path) | ProfileChoice::Alone(path) = profile {
         let missing = BuiltIn::Profile.did_you_mean(path, MISSING_PROFILE);
         let unreadable = |error| Problem::unreadable(path, &error, &missing);
-        let bytes = files.read(path).map_err(|error| {
+        top.record(&PROFILE, display(path));
+        let bytes = files.plain().read(path).map_err(|error| {
             top.checker.adopt(vec![unreadable(error)]);
             None
         })?;
@@ -219,8 +246,8 @@ fn vehicle(
             vehicle::compile(files, inline).ok_or(Some(buses))
         }
         (Some(named), None) => {
-            let path = find(BuiltIn::Profile, files, &named.text, top.checker.beside(&named.text));
-            read_profile(files, top, &path, &named.location)
+            let path = find(BuiltIn::Profile, files, &named, top.checker.beside(&named));
+            read_profile(files, top, &path, top.at(PROFILE.name))
         }
         (Some(_), Some(_)) => {
             top.refuse("profile", "both a profile and a [vehicle] are given", "keep one of them");
@@ -238,13 +265,13 @@ fn vehicle(
 
 /// Reads a profile that is named at a location.
 fn read_profile(
-    files: &dyn Files,
+    files: &DigestedFiles<'_>,
     top: &Fields<'_>,
     path: &Path,
     at: &Location,
 ) -> Result<Vehicle, Option<Vec<String>>> {
     let checker = top.checker;
-    let bytes = files.read(path).map_err(|error| {
+    let bytes = files.plain().read(path).map_err(|error| {
         let missing = BuiltIn::Profile.did_you_mean(path, MISSING_NAMED_PROFILE);
         let reason = format!("{}: {}", display(path), cannot_read(&error));
         checker.refuse(at, reason, remedy_of(&error, &missing));
@@ -266,17 +293,18 @@ fn compiled(
     })
 }
 
+/// Reads the settings, and the keys of the vehicle profile.
 fn settings(
-    files: &dyn Files,
+    files: &DigestedFiles<'_>,
     top: Fields<'_>,
-    profile: Profile<'_>,
+    profile: ProfileChoice<'_>,
     overrides: &RosOverrides,
-) -> Option<Settings> {
+) -> Option<(Settings, Vec<(String, String)>)> {
     let vehicle = vehicle(files, &top, profile);
-    let source = top.keyword("source", SOURCES).unwrap_or_default();
+    let source = top.read(&SOURCE);
     let (publish, durability) = reports::reports(top.section("reports"));
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
-    let (node, ros) = ros::ros(files, top.section("ros"), durability, overrides);
+    let (node, ros) = ros::ros(files.plain(), top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
     let status = status::status(top.section("status"));
     let http = http::http(top.section("http"));
@@ -294,14 +322,14 @@ fn settings(
     let binding = vehicle.as_ref().ok().map(|vehicle| &vehicle.command);
     let command = top.table("command").and_then(|section| command::command(section, binding, decides));
     let cans = match (&vehicle, profile) {
-        (Ok(vehicle), Profile::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
-        (Err(_), Profile::Alone(_)) => Vec::new(),
-        (Ok(vehicle), Profile::Named | Profile::Chosen(_)) => {
+        (Ok(vehicle), ProfileChoice::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
+        (Err(_), ProfileChoice::Alone(_)) => Vec::new(),
+        (Ok(vehicle), ProfileChoice::Named | ProfileChoice::Chosen(_)) => {
             let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.clone()).collect();
             cans(&top, Some(&buses))
         }
         // A profile that was refused has names for its buses nevertheless.
-        (Err(buses), Profile::Named | Profile::Chosen(_)) => cans(&top, buses.as_deref()),
+        (Err(buses), ProfileChoice::Named | ProfileChoice::Chosen(_)) => cans(&top, buses.as_deref()),
     };
     top.done();
     let mut vehicle = vehicle.ok()?;
@@ -320,7 +348,7 @@ fn settings(
         publish,
         diagnostics_period,
     };
-    Some(Settings {
+    let settings = Settings {
         vehicle: vehicle.name,
         profile: vehicle.profile,
         provenance: vehicle.provenance,
@@ -336,9 +364,11 @@ fn settings(
         mcap,
         ros,
         parameters: Parameters::default(),
+        in_effect: EffectiveConfiguration::default(),
         light_topics: light_topics.unwrap_or_default(),
         command,
         command_binding: vehicle.command,
         turn_signal: decider,
-    })
+    };
+    Some((settings, vehicle.keys))
 }

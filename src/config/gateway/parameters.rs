@@ -2,13 +2,20 @@
 
 use std::str::FromStr;
 
+use super::reference::description;
+use crate::config::reading::checker::RecordedKey;
 use crate::config::reading::value::{Kind, Value};
 use crate::io::ros::parameters::{ParameterValue, Parameters};
 
-/// The parameters for the keys of a table.
-pub(super) fn parameters(root: &Value) -> Parameters {
+/// The parameters for the keys of a table, with the descriptions of the keys that were read through their rows.
+pub(super) fn parameters(root: &Value, recorded: &[RecordedKey]) -> Parameters {
     let mut parameters = Parameters::default();
     add(&mut parameters, "", root);
+    for RecordedKey { section, row, .. } in recorded {
+        let name =
+            if section.is_empty() { row.name().to_owned() } else { format!("{section}.{}", row.name()) };
+        parameters.describe(&name, description(*row));
+    }
     parameters
 }
 
@@ -75,7 +82,7 @@ mod tests {
 
     fn of(toml: &str) -> Parameters {
         let text = Text::new(Path::new("gateway.toml"), toml.as_bytes().to_vec()).unwrap();
-        parameters(&from_toml(&text, "").unwrap())
+        parameters(&from_toml(&text, "").unwrap(), &[])
     }
 
     #[test]

@@ -4,6 +4,15 @@ use std::path::PathBuf;
 
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{flag, key_rows, keyword, number, path};
+
+key_rows! {
+    FILE: PathBuf = path("file").example("\"drive.log.gz\"").restart().doc("the recording, plain or compressed");
+    SPEED: f64 = number("speed", 0.01, 1000.0, "").or_number(1.0).doc("factor on the original timing in `run` and `demo`");
+    REPEAT: bool = flag("repeat", false).doc("start again at the end");
+    STAMPS: Stamps = keyword("stamps", STAMP_TIMES).or_text("now")
+        .doc("message stamps: \"now\", or \"recorded\": stale to Autoware, whose monitors compare them with the present");
+}
 
 /// The time that goes into message stamps while a recording is played in real time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -15,7 +24,7 @@ pub enum Stamps {
     Now,
 }
 
-const STAMPS: Keywords<Stamps> = &[("recorded", Stamps::Recorded), ("now", Stamps::Now)];
+const STAMP_TIMES: Keywords<Stamps> = &[("recorded", Stamps::Recorded), ("now", Stamps::Now)];
 
 /// The recording that is played.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,10 +42,8 @@ pub struct Recording {
 /// Reads the section; `None` when it names no file.
 pub(super) fn recording(fields: Fields<'_>) -> Option<Recording> {
     fields.require(&["file"], "");
-    let file = fields.path("file");
-    let speed = fields.number("speed", 0.01..=1000.0, "").unwrap_or(1.0);
-    let repeat = fields.flag("repeat").unwrap_or_default();
-    let stamps = fields.keyword("stamps", STAMPS).unwrap_or_default();
+    let file = fields.given(&FILE);
+    let (speed, repeat, stamps) = (fields.read(&SPEED), fields.read(&REPEAT), fields.read(&STAMPS));
     fields.done();
     Some(Recording { file: file?, speed, repeat, stamps })
 }

@@ -4,9 +4,16 @@ use std::time::Duration;
 
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, keyword, number_as};
 use crate::core::vehicle_lights::report::Publish;
 
-const DEFAULT_RATE_HZ: f64 = 10.0;
+key_rows! {
+    PUBLISH: bool = keyword("publish", IS_PERIODIC).or_text("periodic").doc("\"periodic\": at rate_hz and at once on a change; \"on_change\": on a change only");
+    RATE_HZ: Duration = number_as("rate_hz", (0.1, 1000.0), "Hz", |hz| Some(Duration::from_secs_f64(1.0 / hz))).or_number(10.0)
+        .doc("{range}; not allowed with \"on_change\"");
+    DURABILITY: Durability = keyword("durability", DURABILITIES).or_text("transient_local").restart()
+        .doc("a late joiner gets the current report; \"volatile\": it waits for the next");
+}
 
 /// Durability of the reports' topics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -25,12 +32,12 @@ const IS_PERIODIC: Keywords<bool> = &[("periodic", true), ("on_change", false)];
 
 /// Reads the section: when reports are published, and their durability.
 pub(super) fn reports(fields: Fields<'_>) -> (Publish, Durability) {
-    let durability = fields.keyword("durability", DURABILITIES).unwrap_or_default();
-    let rate_hz = fields.number("rate_hz", 0.1..=1000.0, "Hz");
-    let publish = if fields.keyword("publish", IS_PERIODIC).unwrap_or(true) {
-        Publish::Periodic(Duration::from_secs_f64(1.0 / rate_hz.unwrap_or(DEFAULT_RATE_HZ)))
+    let durability = fields.read(&DURABILITY);
+    let period = fields.read(&RATE_HZ);
+    let publish = if fields.read(&PUBLISH) {
+        Publish::Periodic(period)
     } else {
-        if rate_hz.is_some() {
+        if fields.has(RATE_HZ.name) {
             fields.refuse(
                 "rate_hz",
                 "reports on change have no rate",

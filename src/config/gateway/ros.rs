@@ -1,16 +1,18 @@
 //! `[ros]`: the node, its network, and the topics of the reports.
 
 use std::net::IpAddr;
-use std::ops::RangeInclusive;
 use std::path::Path;
 
+use super::in_effect::{DIGEST_START, digest};
 use super::reports::Durability;
 use crate::config::files::Files;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::key::ValueShape;
 use crate::config::reading::problem::cannot_read;
+use crate::config::reading::row::{collection, flag, key_rows, keyword, other, text, whole};
 use crate::config::ros_names::RosOverrides;
-use crate::config::ros_names::{Remapping, is_namespace};
+use crate::config::ros_names::{Remapping, is_name, is_namespace};
 use crate::io::ros::settings::{Transport, TypeHashes, ZenohSettings};
 use crate::io::ros::zenoh_config;
 
@@ -18,10 +20,65 @@ use crate::io::ros::zenoh_config;
 pub const DEFAULT_NODE: &str = "signal_gateway";
 /// The topic of all nodes' logs; tools know it by this name only.
 const LOG_TOPIC: &str = "/rosout";
-/// The process needs a tenth of it, and the rest for what readers have not acknowledged.
-const DEFAULT_MEMORY_MB: u32 = 384;
-/// What serves a vehicle without traffic lights, and more than any map needs.
-const MEMORY_LIMIT_MB: RangeInclusive<u32> = 128..=16_384;
+
+key_rows! {
+    ENABLED: bool = flag("enabled", true).restart().doc("false: `run` and `demo` only log");
+    NODE: String = other("node", || ValueShape::Text, ros_name, |text| Some(text.to_owned())).or_text(DEFAULT_NODE).restart()
+        .doc("node name; diagnostics are named \"<node>: <task>\"");
+    NAMESPACE: String = text("namespace").or_text("/").restart().doc("/ or /name");
+    // Higher domains have no ports.
+    DOMAIN_ID: u16 = whole("domain_id", 0, 232, "").example("0").restart()
+        .doc("{range}; default: the environment's ROS_DOMAIN_ID, else 0");
+    ONLY_NETWORKS: Vec<IpAddr> = collection("only_networks", || ValueShape::Texts, addresses).example("[\"127.0.0.1\"]").restart()
+        .doc("own addresses to use; default: as ROS_LOCALHOST_ONLY and ROS_AUTOMATIC_DISCOVERY_RANGE say, else all");
+    // The process needs a tenth of the default, and the rest for what readers have not acknowledged. The range is from what
+    // serves a vehicle without traffic lights to more than any map needs.
+    MEMORY_LIMIT_MB: u32 = whole("memory_limit_mb", 128, 16_384, "MB").or(384).restart()
+        .doc("of the process that speaks DDS, {range}; more for thousands of traffic lights");
+    TRANSPORT: bool = keyword("transport", TRANSPORTS).or_text("dds").restart()
+        .doc("or \"zenoh\", in the conventions of rmw_zenoh: docs/fleet.md");
+    ROSOUT: bool = flag("rosout", true).restart().doc("false: warnings and errors of the log do not go to /rosout");
+    GRAPH: bool = flag("graph", true).restart()
+        .doc("false: `ros2 node list` does not show the node; topics are as before, see docs/vehicle-lights.md");
+}
+
+pub(super) mod zenoh {
+    use std::path::PathBuf;
+
+    use crate::config::reading::row::{key_rows, keyword, path};
+    use crate::io::ros::settings::TypeHashes;
+
+    key_rows! {
+        CONFIG: PathBuf = path("config").example("\"one_host.json5\"").restart()
+            .doc("Zenoh's own configuration; default: a router on this computer, as rmw_zenoh expects it");
+        TYPE_HASHES: TypeHashes = keyword("type_hashes", super::HASHES).or_text("rihs01").restart()
+            .doc("Jazzy and later; \"not_supported\": Humble");
+    }
+
+    /// Reads the section.
+    pub(super) fn read(fields: &super::Fields<'_>) -> (Option<PathBuf>, TypeHashes) {
+        (fields.given(&CONFIG), fields.read(&TYPE_HASHES))
+    }
+}
+
+pub(super) mod topics {
+    use crate::config::reading::row::{key_rows, topic};
+
+    key_rows! {
+        TURN_INDICATORS_STATUS: String = topic("turn_indicators_status", "/vehicle/status/turn_indicators_status")
+            .doc("TurnIndicatorsReport");
+        HAZARD_LIGHTS_STATUS: String = topic("hazard_lights_status", "/vehicle/status/hazard_lights_status").doc("HazardLightsReport");
+        DIAGNOSTICS: String = topic("diagnostics", "/diagnostics").doc("DiagnosticArray");
+    }
+
+    /// Reads the section: the topics of turn indicators, hazard lights and diagnostics.
+    pub(super) fn read(fields: super::Fields<'_>) -> [String; 3] {
+        let topics =
+            [&TURN_INDICATORS_STATUS, &HAZARD_LIGHTS_STATUS, &DIAGNOSTICS].map(|key| fields.read(key));
+        fields.done();
+        topics
+    }
+}
 
 /// Settings of the ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,15 +115,14 @@ pub struct RosConfig {
 
 /// True for Zenoh.
 const TRANSPORTS: Keywords<bool> = &[("dds", false), ("zenoh", true)];
-const TYPE_HASHES: Keywords<TypeHashes> =
+const HASHES: Keywords<TypeHashes> =
     &[("rihs01", TypeHashes::Rihs01), ("not_supported", TypeHashes::NotSupported)];
 
 /// Reads what carries the messages. Without Zenoh its section is looked at, but its file is not.
 fn transport(files: &dyn Files, fields: &Fields<'_>) -> Transport {
-    let is_zenoh = fields.keyword("transport", TRANSPORTS) == Some(true);
+    let is_zenoh = fields.read(&TRANSPORT);
     let section = fields.section("zenoh");
-    let path = section.path("config");
-    let type_hashes = section.keyword("type_hashes", TYPE_HASHES).unwrap_or_default();
+    let (path, type_hashes) = zenoh::read(&section);
     let transport = if is_zenoh {
         if fields.has("only_networks") {
             let reason = "Zenoh has no own addresses to choose from";
@@ -95,6 +151,11 @@ fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<
     let text = text.and_then(|bytes| {
         String::from_utf8(bytes).map_err(|error| format!("not UTF-8: {}", error.utf8_error()))
     });
+    if let Ok(text) = &text {
+        // Another content is another configuration.
+        let content = digest(DIGEST_START, text.as_bytes());
+        section.record(&zenoh::CONFIG, format!("{}, content #{content:016x}", path.display()));
+    }
     text.inspect_err(|reason| {
         let reason = format!("{}: {reason}", path.display());
         section.refuse(
@@ -113,39 +174,57 @@ pub(super) fn ros(
     durability: Durability,
     overrides: &RosOverrides,
 ) -> (String, RosConfig) {
-    let node = fields.ros_name("node", DEFAULT_NODE);
-    let namespace = fields.string("namespace");
-    if let Some(given) = namespace.as_ref().filter(|given| !is_namespace(&given.text)) {
-        let reason = format!("{:?} is not a namespace", given.text);
-        fields.refuse("namespace", reason, "write it as / or /vehicle");
+    let node = overrides.node.clone().unwrap_or(fields.read(&NODE));
+    let namespace = fields.read(&NAMESPACE);
+    if !is_namespace(&namespace) {
+        let reason = format!("{namespace:?} is not a namespace");
+        fields.refuse(NAMESPACE.name, reason, "write it as / or /vehicle");
     }
-    let namespace = namespace.map_or("/".to_owned(), |given| given.text);
+    let namespace = overrides.namespace.clone().unwrap_or(namespace);
+    let rosout = overrides.rosout.unwrap_or(fields.read(&ROSOUT));
+    // The command line comes first.
+    fields.record(&NODE, &node);
+    fields.record(&NAMESPACE, &namespace);
+    fields.record(&ROSOUT, rosout.to_string());
+    let only_networks = fields.read(&ONLY_NETWORKS);
+    let [turn_indicators_status, hazard_lights_status, diagnostics] = topics::read(fields.section("topics"));
+    let config = RosConfig {
+        enabled: fields.read(&ENABLED),
+        isolated: true,
+        memory_limit_mb: fields.read(&MEMORY_LIMIT_MB),
+        namespace,
+        remappings: overrides.remappings.clone(),
+        graph: fields.read(&GRAPH),
+        rosout: rosout.then(|| LOG_TOPIC.to_owned()),
+        domain_id: fields.given(&DOMAIN_ID),
+        only_networks,
+        transport: transport(files, &fields),
+        durability,
+        turn_indicators_status,
+        hazard_lights_status,
+        diagnostics,
+    };
+    fields.done();
+    (node, config)
+}
+
+fn addresses(fields: &Fields<'_>, key: &'static str) -> Vec<IpAddr> {
     let address = |value| {
         let given = fields.checker.string(value)?;
         fields.checker.accept(&given.location, given.text.parse(), "give IP addresses of this computer")
     };
-    let rosout = fields.flag("rosout");
-    let only_networks = fields.list("only_networks", "give a list of addresses").iter();
-    let topics = fields.section("topics");
-    let config = RosConfig {
-        enabled: fields.flag("enabled").unwrap_or(true),
-        isolated: true,
-        memory_limit_mb: fields.number("memory_limit_mb", MEMORY_LIMIT_MB, "MB").unwrap_or(DEFAULT_MEMORY_MB),
-        namespace: overrides.namespace.clone().unwrap_or(namespace),
-        remappings: overrides.remappings.clone(),
-        graph: fields.flag("graph").unwrap_or(true),
-        rosout: overrides.rosout.or(rosout).unwrap_or(true).then(|| LOG_TOPIC.to_owned()),
-        // Higher domains have no ports.
-        domain_id: fields.number("domain_id", 0..=232, ""),
-        only_networks: only_networks.filter_map(address).collect(),
-        transport: transport(files, &fields),
-        durability,
-        turn_indicators_status: topics
-            .topic("turn_indicators_status", "/vehicle/status/turn_indicators_status"),
-        hazard_lights_status: topics.topic("hazard_lights_status", "/vehicle/status/hazard_lights_status"),
-        diagnostics: topics.topic("diagnostics", "/diagnostics"),
-    };
-    topics.done();
-    fields.done();
-    (overrides.node.clone().unwrap_or(node), config)
+    fields.list(key, "give a list of addresses").iter().filter_map(address).collect()
+}
+
+/// Reads the name of a node: letters, digits and underscores, not beginning with a digit.
+fn ros_name(fields: &Fields<'_>, key: &'static str) -> Option<String> {
+    let name = fields.string(key)?.text;
+    if !is_name(&name) {
+        fields.refuse(
+            key,
+            format!("{name:?} is not a ROS name"),
+            "use letters, digits and _, no digit first",
+        );
+    }
+    Some(name)
 }

@@ -3,6 +3,13 @@
 use std::path::PathBuf;
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{flag, key_rows, path};
+
+key_rows! {
+    ENABLED: bool = flag("enabled", true).restart().doc("false: no socket");
+    SOCKET: PathBuf = path("socket").example("\"status.sock\"").restart()
+        .doc("default: status.sock in systemd's runtime directory; nothing without either");
+}
 
 /// The socket on which the present state is served.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,8 +22,7 @@ pub struct StatusConfig {
 
 /// Reads the section; what is absent has its default.
 pub(super) fn status(fields: Fields<'_>) -> StatusConfig {
-    let config =
-        StatusConfig { enabled: fields.flag("enabled").unwrap_or(true), socket: fields.path("socket") };
+    let config = StatusConfig { enabled: fields.read(&ENABLED), socket: fields.given(&SOCKET) };
     fields.done();
     config
 }

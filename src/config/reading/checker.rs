@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
+use super::key::KeyRow;
 use super::location::{Location, SourceLocation, line};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
@@ -33,12 +34,23 @@ pub(crate) struct Checker {
     /// Document that explains the keys.
     see: &'static str,
     problems: RefCell<Vec<Problem>>,
+    record: RefCell<Vec<RecordedKey>>,
+}
+
+/// A key that was read through its row.
+#[derive(Debug, Clone)]
+pub(crate) struct RecordedKey {
+    /// Path of its section; empty at the top.
+    pub(crate) section: String,
+    pub(crate) row: &'static dyn KeyRow,
+    /// The value in effect, as a user writes it.
+    pub(crate) value: String,
 }
 
 impl Checker {
     /// A checker without problems; `see` names the document that explains the keys of the file.
     pub(crate) fn new(file: &Arc<Path>, see: &'static str) -> Self {
-        Self { file: Arc::clone(file), see, problems: RefCell::default() }
+        Self { file: Arc::clone(file), see, problems: RefCell::default(), record: RefCell::default() }
     }
 
     /// The folder of the file, to which its paths are relative.
@@ -80,6 +92,21 @@ impl Checker {
         remedy: &str,
     ) -> Option<T> {
         result.map_err(|error| self.refuse(at, error.to_string(), remedy)).ok()
+    }
+
+    /// Records the value in effect of a key; the last one of a key counts.
+    pub(crate) fn record(&self, section: &str, row: &'static dyn KeyRow, value: String) {
+        self.record.borrow_mut().push(RecordedKey { section: section.to_owned(), row, value });
+    }
+
+    /// Forgets what was recorded, except the keys that `keeps`.
+    pub(crate) fn keep_recorded(&self, keeps: impl Fn(&RecordedKey) -> bool) {
+        self.record.borrow_mut().retain(keeps);
+    }
+
+    /// The keys that were read through their rows, in order.
+    pub(crate) fn recorded(&self) -> Vec<RecordedKey> {
+        self.record.borrow().clone()
     }
 
     /// The number of problems so far.

@@ -4,13 +4,14 @@ use std::cell::{Cell, RefCell};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::str::FromStr;
 use std::time::Duration;
 
 use super::checker::{Checker, LocatedText};
-use super::location::Location;
+use super::key::KeyRow;
+use super::location::{KeyPath, Location};
 use super::value::{Entry, Kind, Value};
-use crate::config::ros_names::{is_name, is_topic};
 use crate::core::near_miss::did_you_mean;
 
 /// The longest time limit, an hour in ms.
@@ -21,6 +22,8 @@ pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
 pub(crate) struct Fields<'c> {
     pub(crate) checker: &'c Checker,
     location: &'c Location,
+    /// The path of the table, also of one that is absent.
+    path: Rc<KeyPath>,
     entries: &'c [Entry],
     known: RefCell<Vec<&'static str>>,
     /// The form of the table, for refusals: `with kind = "lamp"`; empty when it has only one.
@@ -49,13 +52,14 @@ impl<'c> Fields<'c> {
     /// The keys of a table; `None` for any other value.
     pub(crate) fn of_table(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let Kind::Map(entries) = &value.kind else { return None };
-        Some(Self::new(checker, &value.location, entries))
+        Some(Self::new(checker, &value.location, Rc::clone(&value.location.key), entries))
     }
 
-    fn new(checker: &'c Checker, location: &'c Location, entries: &'c [Entry]) -> Self {
+    fn new(checker: &'c Checker, location: &'c Location, path: Rc<KeyPath>, entries: &'c [Entry]) -> Self {
         Self {
             checker,
             location,
+            path,
             entries,
             known: RefCell::default(),
             form: Cell::default(),
@@ -82,6 +86,11 @@ impl<'c> Fields<'c> {
         self.entries.iter().map(|entry| entry.key.as_str())
     }
 
+    /// All entries, in the order of the file, without marking them as known.
+    pub(crate) fn all(&self) -> &'c [Entry] {
+        self.entries
+    }
+
     /// True if the key is present, whatever its value.
     pub(crate) fn has(&self, key: &str) -> bool {
         self.entries.iter().any(|entry| entry.key == key)
@@ -101,6 +110,11 @@ impl<'c> Fields<'c> {
             return None;
         };
         Some(key)
+    }
+
+    /// The path of the table, also of one that is absent.
+    pub(crate) fn table_path(&self) -> String {
+        self.path.to_string()
     }
 
     /// The location of the table itself.
@@ -214,31 +228,9 @@ impl<'c> Fields<'c> {
         Some(self.checker.beside(&self.string(key)?.text))
     }
 
-    /// A ROS name (letters, digits and underscores, not beginning with a digit), or `default`.
-    pub(crate) fn ros_name(&self, key: &'static str, default: &str) -> String {
-        let given = self.string(key);
-        if let Some(name) = given.as_ref().filter(|name| !is_name(&name.text)) {
-            let reason = format!("{:?} is not a ROS name", name.text);
-            self.refuse(key, reason, "use letters, digits and _, no digit first");
-        }
-        given.map_or(default.to_owned(), |name| name.text)
-    }
-
-    /// A topic such as `/a/b`, relative as `a/b`, private as `~/a`, or `default`.
-    pub(crate) fn topic(&self, key: &'static str, default: &str) -> String {
-        let given = self.string(key);
-        if let Some(topic) = given.as_ref().filter(|topic| !is_topic(&topic.text)) {
-            self.refuse(key, format!("{:?} is not a topic", topic.text), "write it as /a/b, a/b or ~/a");
-        }
-        given.map_or(default.to_owned(), |topic| topic.text)
-    }
-
-    /// A topic, empty for none, or `default`.
-    pub(crate) fn optional_topic(&self, key: &'static str, default: &str) -> String {
-        match self.value(key).map(|value| &value.kind) {
-            Some(Kind::Scalar { text, is_quoted: true }) if text.is_empty() => String::new(),
-            _ => self.topic(key, default),
-        }
+    /// Records the value in effect of a key, in the place of the value that was read.
+    pub(crate) fn record(&self, row: &'static dyn KeyRow, value: impl Into<String>) {
+        self.checker.record(&self.path.to_string(), row, value.into());
     }
 
     /// The keys of a table within the table.
@@ -248,7 +240,8 @@ impl<'c> Fields<'c> {
 
     /// As [`Self::table`]; an absent table is an empty one.
     pub(crate) fn section(&self, key: &'static str) -> Self {
-        self.table(key).unwrap_or_else(|| Self::new(self.checker, self.location, &[]))
+        let absent = || Self::new(self.checker, self.location, KeyPath::below(&self.path, ".", key), &[]);
+        self.table(key).unwrap_or_else(absent)
     }
 
     /// The values of a list; empty when it is absent.

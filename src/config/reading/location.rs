@@ -59,13 +59,13 @@ impl fmt::Display for SourceLocation {
 
 /// A path of keys that shares its beginning with its neighbours, so that a deep file stays small.
 #[derive(Debug)]
-pub(crate) struct Key {
-    parent: Option<Rc<Key>>,
+pub(crate) struct KeyPath {
+    parent: Option<Rc<KeyPath>>,
     /// With its separator in front.
     segment: String,
 }
 
-impl Key {
+impl KeyPath {
     /// The empty path, at which every other begins.
     pub(crate) fn root() -> Rc<Self> {
         Rc::new(Self { parent: None, segment: String::new() })
@@ -91,7 +91,7 @@ impl Key {
     }
 }
 
-impl fmt::Display for Key {
+impl fmt::Display for KeyPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut segments = Vec::new();
         let mut key = Some(self);
@@ -108,7 +108,7 @@ impl fmt::Display for Key {
 #[derive(Debug, Clone)]
 pub(crate) struct Location {
     pub(crate) position: (usize, usize),
-    pub(crate) key: Rc<Key>,
+    pub(crate) key: Rc<KeyPath>,
 }
 
 impl Location {
@@ -253,8 +253,8 @@ mod tests {
 
     #[test]
     fn long_and_broken_names_stay_short_and_on_one_line() {
-        let key = Key::below(&Key::root(), ".", &format!("a\nb{}", "c".repeat(100)));
-        let shown = Key::below(&key, "", "[2]").to_string();
+        let key = KeyPath::below(&KeyPath::root(), ".", &format!("a\nb{}", "c".repeat(100)));
+        let shown = KeyPath::below(&key, "", "[2]").to_string();
         assert!(shown.starts_with("a bccc") && shown.ends_with("…[2]"), "{shown}");
         assert!(shown.chars().count() < 70);
     }

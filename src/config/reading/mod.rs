@@ -7,14 +7,17 @@
 //! | `location` | the text of a file, and locations in it |
 //! | `value` | keys, lists and scalars of any notation; `toml_text` and `yaml_text` make them |
 //! | `checker` | collects the problems of one file; reads single values |
-//! | `fields` | reads a table key by key, and refuses the keys that nobody read |
+//! | `fields` | reads a table key by key, and refuses the keys that were not read |
+//! | `key`, `row` | what is known of a key, once: its row; `row` reads a key through it |
 //! | `element` | elements of OpenSCENARIO; `xml_text` makes them |
 
 pub(super) mod checker;
 pub(super) mod element;
 pub(super) mod fields;
+pub(super) mod key;
 pub(super) mod location;
 pub(super) mod problem;
+pub(super) mod row;
 pub(super) mod toml_text;
 pub(super) mod value;
 pub(super) mod xml_text;

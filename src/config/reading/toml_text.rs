@@ -6,7 +6,7 @@ use std::rc::Rc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::location::{Key, Location, MAX_DEPTH, Text};
+use super::location::{KeyPath, Location, MAX_DEPTH, Text};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
@@ -21,7 +21,7 @@ pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
         let remedy = remedy.map_or_else(|| format!("see {see} for every key"), str::to_owned);
         text.problem(text.position(span.start), &reason, &remedy)
     })?;
-    let key = Key::root();
+    let key = KeyPath::root();
     let kind = map(text, table.get_ref(), &key, 1)?;
     Ok(Value { location: Location { position: (1, 1), key }, kind })
 }
@@ -70,13 +70,13 @@ fn unquoted(text: &Text, span: Range<usize>) -> Option<&str> {
         .then_some(value)
 }
 
-fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<Kind, Problem> {
+fn map(text: &Text, table: &DeTable<'_>, key: &Rc<KeyPath>, depth: usize) -> Result<Kind, Problem> {
     let mut pairs: Vec<_> = table.iter().collect();
     // The table is sorted by name; phases are set in the order they were written.
     pairs.sort_by_key(|(name, _)| name.span().start);
     let mut entries = Vec::new();
     for (name, content) in pairs {
-        let key = Key::below(key, ".", &spelled(name.get_ref()));
+        let key = KeyPath::below(key, ".", &spelled(name.get_ref()));
         let location = Location { position: text.position(name.span().start), key: Rc::clone(&key) };
         let value = value(text, content, key, depth)?;
         entries.push(Entry { key: name.get_ref().to_string(), location, value });
@@ -84,7 +84,12 @@ fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<
     Ok(Kind::Map(entries))
 }
 
-fn value(text: &Text, given: &Spanned<DeValue<'_>>, key: Rc<Key>, depth: usize) -> Result<Value, Problem> {
+fn value(
+    text: &Text,
+    given: &Spanned<DeValue<'_>>,
+    key: Rc<KeyPath>,
+    depth: usize,
+) -> Result<Value, Problem> {
     let position = text.position(given.span().start);
     if depth >= MAX_DEPTH {
         return Err(text.problem(position, "nested too deeply", "nest less deeply"));
@@ -101,7 +106,7 @@ fn value(text: &Text, given: &Spanned<DeValue<'_>>, key: Rc<Key>, depth: usize) 
         DeValue::Datetime(time) => plain(&time.to_string()),
         DeValue::Array(items) => {
             let item = |(index, item): (usize, &Spanned<DeValue<'_>>)| {
-                value(text, item, Key::below(&key, "", &format!("[{}]", index + 1)), depth + 1)
+                value(text, item, KeyPath::below(&key, "", &format!("[{}]", index + 1)), depth + 1)
             };
             Kind::List(items.iter().enumerate().map(item).collect::<Result<_, _>>()?)
         }

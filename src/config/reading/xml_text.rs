@@ -8,7 +8,7 @@ use std::rc::Rc;
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
 use super::element::{Attribute, Content, Element};
-use super::location::{Key, Location, MAX_DEPTH, MAX_NODES, Text};
+use super::location::{KeyPath, Location, MAX_DEPTH, MAX_NODES, Text};
 use super::problem::Problem;
 
 /// Reads an XML document.
@@ -31,7 +31,7 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
         text.problem(position, &reason, remedy)
     })?;
     let root = document.root_element();
-    element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
+    element(text, root, KeyPath::below(&KeyPath::root(), "/", root.tag_name().name()), 1)
 }
 
 const DOCTYPE: &str = "<!DOCTYPE";
@@ -63,7 +63,7 @@ fn describe(error: &Error) -> (String, &'static str) {
     (text.replacen(&position, "", 1), "correct the XML")
 }
 
-fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Result<Element, Problem> {
+fn element(text: &Text, node: Node<'_, '_>, key: Rc<KeyPath>, depth: usize) -> Result<Element, Problem> {
     let position = text.position(node.range().start);
     if depth > MAX_DEPTH {
         return Err(text.problem(position, "nested too deeply", "nest less deeply"));
@@ -75,7 +75,7 @@ fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Resul
         value: attribute.value().to_owned(),
         location: Location {
             position: text.position(attribute.range_value().start),
-            key: Key::below(&key, "/@", attribute.name()),
+            key: KeyPath::below(&key, "/@", attribute.name()),
         },
         is_interpreted: Cell::new(false),
     });
@@ -85,7 +85,7 @@ fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Resul
     for child in node.children().filter(Node::is_element) {
         let name = child.tag_name().name();
         let count = counts.entry(name).and_modify(|count| *count += 1).or_insert(1);
-        let key = Key::numbered(&key, name, *count);
+        let key = KeyPath::numbered(&key, name, *count);
         children.push(element(text, child, key, depth + 1)?);
     }
     let content: String = node.children().filter(Node::is_text).filter_map(|text| text.text()).collect();

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Span};
 
-use super::location::{Key, Location, MAX_DEPTH, MAX_NODES, Text};
+use super::location::{KeyPath, Location, MAX_DEPTH, MAX_NODES, Text};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
@@ -14,7 +14,7 @@ const MERGE_KEY: &str = "<<";
 
 /// Which YAML is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
+enum YamlForm {
     /// Plain data: no tags, and each key of a table once.
     Strict,
     /// As `rcl_yaml_param_parser` reads it: a tag says at most that a value is a text, and keys may be repeated.
@@ -26,7 +26,7 @@ enum Form {
 /// # Errors
 /// The first breach of YAML, anything but plain data, nesting that is too deep, or too many values.
 pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
-    let root = document(text, Form::Strict)?;
+    let root = document(text, YamlForm::Strict)?;
     root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
 }
 
@@ -35,12 +35,12 @@ pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
 /// # Errors
 /// The first breach of YAML, nesting that is too deep, or too many values.
 pub(crate) fn from_rcl_yaml(text: &Text) -> Result<Option<Value>, Problem> {
-    document(text, Form::OfRcl)
+    document(text, YamlForm::OfRcl)
 }
 
-fn document(text: &Text, form: Form) -> Result<Option<Value>, Problem> {
+fn document(text: &Text, form: YamlForm) -> Result<Option<Value>, Problem> {
     let anchors = BTreeMap::new();
-    let mut builder = Builder { text, form, root: None, open: Vec::new(), anchors, nodes: 0 };
+    let mut builder = YamlBuilder { text, form, root: None, open: Vec::new(), anchors, nodes: 0 };
     for event in Parser::new_from_str(&text.content) {
         let (event, span) = event.map_err(|error| {
             let position = (error.marker().line(), error.marker().col() + 1);
@@ -55,31 +55,31 @@ fn position(span: Span) -> (usize, usize) {
     (span.start.line(), span.start.col() + 1)
 }
 
-struct Builder<'a> {
+struct YamlBuilder<'a> {
     text: &'a Text,
-    form: Form,
+    form: YamlForm,
     root: Option<Value>,
     /// Collections that have not ended, the outermost first.
-    open: Vec<Open>,
+    open: Vec<OpenNode>,
     /// Values that aliases can refer to, with the number of their nodes.
     anchors: BTreeMap<usize, (Value, usize)>,
     nodes: usize,
 }
 
 /// A collection that has not ended.
-struct Open {
+struct OpenNode {
     location: Location,
-    content: Content,
+    content: YamlContent,
     /// Its anchor, 0 = none, and the number of nodes in front of it.
     anchor: (usize, usize),
 }
 
-enum Content {
+enum YamlContent {
     List(Vec<Value>),
     Map { entries: Vec<Entry>, keys: BTreeSet<String>, pending: Option<(String, Location)> },
 }
 
-impl Builder<'_> {
+impl YamlBuilder<'_> {
     fn take(&mut self, event: Event<'_>, position: (usize, usize)) -> Result<(), Problem> {
         match event {
             Event::DocumentStart(_) if self.root.is_some() => {
@@ -93,7 +93,7 @@ impl Builder<'_> {
             Event::Scalar(_, _, _, Some(_))
             | Event::SequenceStart(_, Some(_))
             | Event::MappingStart(_, Some(_))
-                if self.form == Form::Strict =>
+                if self.form == YamlForm::Strict =>
             {
                 self.refuse(position, "a tag (`!…`)", "remove it")
             }
@@ -111,9 +111,9 @@ impl Builder<'_> {
                 self.remember(anchor, &value, 1);
                 self.put(value)
             }
-            Event::SequenceStart(anchor, _) => self.start(Content::List(Vec::new()), anchor, position),
+            Event::SequenceStart(anchor, _) => self.start(YamlContent::List(Vec::new()), anchor, position),
             Event::MappingStart(anchor, _) => {
-                let content = Content::Map { entries: Vec::new(), keys: BTreeSet::new(), pending: None };
+                let content = YamlContent::Map { entries: Vec::new(), keys: BTreeSet::new(), pending: None };
                 self.start(content, anchor, position)
             }
             Event::SequenceEnd | Event::MappingEnd => self.end(),
@@ -141,23 +141,28 @@ impl Builder<'_> {
     }
 
     fn awaits_key(&self) -> bool {
-        self.open.last().is_some_and(|open| matches!(open.content, Content::Map { pending: None, .. }))
+        self.open.last().is_some_and(|open| matches!(open.content, YamlContent::Map { pending: None, .. }))
     }
 
     /// The path of the value that comes next.
-    fn key(&self) -> Rc<Key> {
+    fn key(&self) -> Rc<KeyPath> {
         match self.open.last() {
-            None => Key::root(),
-            Some(Open { location, content: Content::List(items), .. }) => {
-                Key::below(&location.key, "", &format!("[{}]", items.len() + 1))
+            None => KeyPath::root(),
+            Some(OpenNode { location, content: YamlContent::List(items), .. }) => {
+                KeyPath::below(&location.key, "", &format!("[{}]", items.len() + 1))
             }
-            Some(Open { location, content: Content::Map { pending, .. }, .. }) => {
+            Some(OpenNode { location, content: YamlContent::Map { pending, .. }, .. }) => {
                 Rc::clone(&pending.as_ref().map_or(location, |(_, location)| location).key)
             }
         }
     }
 
-    fn start(&mut self, content: Content, anchor: usize, position: (usize, usize)) -> Result<(), Problem> {
+    fn start(
+        &mut self,
+        content: YamlContent,
+        anchor: usize,
+        position: (usize, usize),
+    ) -> Result<(), Problem> {
         if self.open.len() >= MAX_DEPTH {
             return Err(self.text.problem(position, "nested too deeply", "nest less deeply"));
         }
@@ -167,17 +172,17 @@ impl Builder<'_> {
         let before = self.nodes;
         self.count(1, position)?;
         let location = Location { position, key: self.key() };
-        self.open.push(Open { location, content, anchor: (anchor, before) });
+        self.open.push(OpenNode { location, content, anchor: (anchor, before) });
         Ok(())
     }
 
     fn end(&mut self) -> Result<(), Problem> {
-        let Some(Open { location, content, anchor: (anchor, before) }) = self.open.pop() else {
+        let Some(OpenNode { location, content, anchor: (anchor, before) }) = self.open.pop() else {
             return Ok(());
         };
         let kind = match content {
-            Content::List(items) => Kind::List(items),
-            Content::Map { entries, keys, .. } => Kind::Map(self.merged(entries, keys)?),
+            YamlContent::List(items) => Kind::List(items),
+            YamlContent::Map { entries, keys, .. } => Kind::Map(self.merged(entries, keys)?),
         };
         let value = Value { location, kind };
         self.remember(anchor, &value, self.nodes - before);
@@ -218,27 +223,27 @@ impl Builder<'_> {
 
     /// Adds a value to the open collection, as an item, a key, or the value of the latest key.
     fn put(&mut self, value: Value) -> Result<(), Problem> {
-        let Some(Open { location, content, .. }) = self.open.last_mut() else {
+        let Some(OpenNode { location, content, .. }) = self.open.last_mut() else {
             self.root = Some(value);
             return Ok(());
         };
         match content {
-            Content::List(items) => items.push(value),
-            Content::Map { entries, pending, .. } if pending.is_some() => {
+            YamlContent::List(items) => items.push(value),
+            YamlContent::Map { entries, pending, .. } if pending.is_some() => {
                 if let Some((key, location)) = pending.take() {
                     entries.push(Entry { key, location, value });
                 }
             }
-            Content::Map { keys, pending, .. } => {
+            YamlContent::Map { keys, pending, .. } => {
                 let position = value.location.position;
                 let Kind::Scalar { text, .. } = value.kind else {
                     return self.refuse(position, "a key that is a list or a table", "use a text");
                 };
-                if !keys.insert(text.clone()) && self.form == Form::Strict {
+                if !keys.insert(text.clone()) && self.form == YamlForm::Strict {
                     let reason = format!("the key {text:?} is given twice");
                     return Err(self.text.problem(position, &reason, "keep one"));
                 }
-                let key = Key::below(&location.key, ".", &text);
+                let key = KeyPath::below(&location.key, ".", &text);
                 *pending = Some((text, Location { position, key }));
             }
         }

@@ -33,7 +33,7 @@ const TIMINGS: Keywords<SendType> =
     &[("cyclic", SendType::Cyclic), ("event", SendType::Event), ("event_cyclic", SendType::EventCyclic)];
 
 /// The section `[message.<NAME>]` of one message.
-struct Section<'c> {
+struct MessageSection<'c> {
     name: &'c str,
     /// Location of the name.
     location: &'c Location,
@@ -46,7 +46,7 @@ struct Section<'c> {
     fields: Fields<'c>,
 }
 
-impl<'c> Section<'c> {
+impl<'c> MessageSection<'c> {
     /// Reads every section; one for a bus that does not exist is refused.
     fn all(binder: &Binder<'_>, top: &Fields<'c>) -> Vec<Self> {
         let mut sections = Vec::new();
@@ -89,7 +89,7 @@ pub(super) fn messages(
     heartbeat_messages: &[Vec<CanId>],
     all_bound: bool,
 ) -> Vec<BoundMessage> {
-    let sections = Section::all(binder, top);
+    let sections = MessageSection::all(binder, top);
     for section in &sections {
         match binder.messages.iter().filter(|bound| section.is_of(binder, **bound)).count() {
             1 => {}
@@ -140,7 +140,12 @@ pub(super) fn messages(
     compiled
 }
 
-fn timing(binder: &Binder<'_>, section: Option<&Section<'_>>, root: &Location, message: &Message) -> Timing {
+fn timing(
+    binder: &Binder<'_>,
+    section: Option<&MessageSection<'_>>,
+    root: &Location,
+    message: &Message,
+) -> Timing {
     let send_type = section.map_or(Some(SendType::Cyclic), |section| section.send_type);
     if send_type == Some(SendType::Event) {
         return Timing::Event;

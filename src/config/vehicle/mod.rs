@@ -21,6 +21,7 @@ use super::reading::checker::Checker;
 use super::reading::fields::Fields;
 use super::reading::location::{SourceLocation, Text};
 use super::reading::problem::Problem;
+use super::reading::row::flattened;
 use super::reading::toml_text::from_toml;
 use crate::core::can::bus::BusSettings;
 use crate::core::command::settings::CommandBinding;
@@ -47,6 +48,8 @@ pub(super) const SEE: &str = "config/gateway.toml";
 pub(super) struct Vehicle {
     /// Name of the vehicle, for people.
     pub name: String,
+    /// Every key of the profile with its value.
+    pub keys: Vec<(String, String)>,
     /// The profile's table; `None` for no vehicle.
     pub profile: Option<SourceLocation>,
     /// Buses without their interfaces, in the order of their names; `BusIndex` points here.
@@ -112,7 +115,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let checker = fields.checker;
     let before = checker.count();
     let profile = checker.source_location(fields.location());
-    let name = fields.required_string("name");
+    let (name, keys) = (fields.required_string("name"), flattened(&fields));
     let (dbcs, sections) = read_buses(files, &fields)?;
     let mut binder = Binder::new(checker, &dbcs);
     let lights = lights(&mut binder, &fields);
@@ -147,6 +150,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     Some(Vehicle {
         name: name?.text,
         profile: Some(profile),
+        keys,
         buses: buses.collect(),
         dbcs,
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },

@@ -150,6 +150,7 @@ fn what_the_gateway_file_shows_are_the_defaults() {
     default.status.socket.clone_from(&shown.status.socket);
     default.http.clone_from(&shown.http);
     default.parameters.clone_from(&shown.parameters);
+    default.in_effect.clone_from(&shown.in_effect);
     default.mcap.folder.clone_from(&shown.mcap.folder);
     let (there, here) = (shown.turn_signal.as_ref().unwrap(), default.turn_signal.as_mut().unwrap());
     here.flow.decider.country.clone_from(&there.flow.decider.country);

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{ConfigKey, flag, key_rows, keyword, number_as};
 use crate::core::traffic_light::arbiter::{ArbiterSettings, Priority};
 
 const PRIORITIES: Keywords<Priority> = &[
@@ -12,17 +13,27 @@ const PRIORITIES: Keywords<Priority> = &[
     ("perception", Priority::Perception),
 ];
 
+key_rows! {
+    EXTERNAL_DELAY_TOLERANCE_S: Duration = tolerance("external_delay_tolerance_s", 5.0).doc("V2I stamp against the clock");
+    EXTERNAL_TIME_TOLERANCE_S: Duration = tolerance("external_time_tolerance_s", 5.0).doc("V2I stamp against the camera's");
+    PERCEPTION_TIME_TOLERANCE_S: Duration = tolerance("perception_time_tolerance_s", 1.0).doc("camera behind V2I");
+    SOURCE_PRIORITY: Priority = keyword("source_priority", PRIORITIES).or_text("confidence")
+        .doc("\"confidence\", \"external\" or \"perception\"");
+    ENABLE_SIGNAL_MATCHING: bool = flag("enable_signal_matching", false).doc("vehicle groups only as far as camera and V2I agree");
+}
+
+const fn tolerance(name: &'static str, default: f64) -> ConfigKey<Duration> {
+    number_as(name, (0.0, 3600.0), "s", |s| Some(Duration::from_secs_f64(s))).or_number(default)
+}
+
 /// Reads the section.
 pub(super) fn arbiter(fields: Fields<'_>) -> ArbiterSettings {
-    let default = ArbiterSettings::default();
-    let seconds =
-        |key, default| fields.number(key, 0.0..=3600.0, "s").map_or(default, Duration::from_secs_f64);
     let settings = ArbiterSettings {
-        external_delay_tolerance: seconds("external_delay_tolerance_s", default.external_delay_tolerance),
-        external_time_tolerance: seconds("external_time_tolerance_s", default.external_time_tolerance),
-        perception_time_tolerance: seconds("perception_time_tolerance_s", default.perception_time_tolerance),
-        priority: fields.keyword("source_priority", PRIORITIES).unwrap_or(default.priority),
-        matching: fields.flag("enable_signal_matching").unwrap_or_default(),
+        external_delay_tolerance: fields.read(&EXTERNAL_DELAY_TOLERANCE_S),
+        external_time_tolerance: fields.read(&EXTERNAL_TIME_TOLERANCE_S),
+        perception_time_tolerance: fields.read(&PERCEPTION_TIME_TOLERANCE_S),
+        priority: fields.read(&SOURCE_PRIORITY),
+        matching: fields.read(&ENABLE_SIGNAL_MATCHING),
     };
     fields.done();
     settings

@@ -1,12 +1,13 @@
 //! `[traffic_lights]`: a scenario on its map, rates, topics, and faults on purpose.
 
-mod arbiter;
-mod faults;
-mod topics;
+pub(super) mod arbiter;
+pub(super) mod faults;
+pub(super) mod topics;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::files::Files;
@@ -14,6 +15,8 @@ use crate::config::map::{MapLights, read_lights, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::key::ValueShape;
+use crate::config::reading::row::{ConfigKey, collection, flag, key_rows, keyword, limit, number_as, text};
 use crate::config::reading::value::{Entry, Value};
 use crate::config::scenario::{self, BulbOrder, NotInterpreted, ReadOptions, ScenarioFile};
 use crate::core::compat::Compat;
@@ -31,6 +34,40 @@ use topics::{InputTopics, inputs, outputs};
 
 const DEFAULT_ARCHITECTURE: &str = "awf/universe/20240605";
 const COMPAT: Keywords<Compat> = &[("improved", Compat::Improved), ("upstream", Compat::Upstream)];
+
+key_rows! {
+    SCENARIO: String = text("scenario").example("\"scenarios/bench.toml\"")
+        .doc(".xosc, TIER IV's .yaml, or bench file (.toml); default: none, states come from outside");
+    MAP: String = text("map").example("\"lanelet2_map.osm\"")
+        .doc("lanelet2 map with the lights; default: the map or the groups that the scenario names");
+    COMPAT_KEY: Compat = keyword("compat", COMPAT).or_text("improved").restart()
+        .doc("\"improved\", or \"upstream\": as scenario_simulator_v2 does, see docs/traffic-lights.md");
+    ARCHITECTURE: String = text("architecture").or_text(DEFAULT_ARCHITECTURE).restart()
+        .doc("message generation: 20230906 TrafficSignalArray, later TrafficLightGroupArray");
+    FRAME_RATE_HZ: Rate = rate("frame_rate_hz").or_number(30.0).doc("evaluation of the scenario, and camera topic");
+    GROUND_TRUTH_RATE_HZ: Rate = rate("ground_truth_rate_hz").or_number(30.0).doc("ground-truth topic and markers");
+    V2I_RATE_HZ: Rate = rate("v2i_rate_hz").or_number(10.0).doc("V2I topics, until the scenario changes it");
+    COPY_ON_ENABLE: bool = flag("copy_on_enable", true)
+        .doc("enabling V2I for a head copies what it shows; default with \"upstream\": false");
+    ONE_GROUP_PER_HEAD: bool = flag("one_group_per_head", false)
+        .doc("a group once for each of its lit heads; \"upstream\" always does");
+    PACKAGES: BTreeMap<String, PathBuf> = collection("packages", || ValueShape::Names, packages)
+        .example("{ town = \"../maps/town\" }").doc("folders of packages, for $(find-pkg-share town) in the scenario");
+    BULB_ORDER: Vec<BulbOrder> = collection("bulb_order", || ValueShape::Texts, bulb_orders)
+        .example("[\"red,yellow,green\", \"21,22=red,green\"]")
+        .doc("bulbs by position, for states such as \"on;off;off\": for all lights with as many, or some");
+    MODIFIERS: BTreeMap<String, String> = collection("modifiers", || ValueShape::Names, modifiers).example("{}")
+        .doc("values of scenario modifiers that have several, e.g. { LANE_ID = 34513 }");
+    V2I_TIMEOUT_MS: Duration = limit("v2i_timeout_ms").example("1000")
+        .doc("V2I states from ROS topics that are not renewed are removed, {range}; default: never");
+    USE_SIM_TIME: bool = flag("use_sim_time", false).restart()
+        .doc("true: the lights follow /clock of a simulator; nothing is sent before its first time");
+    INFER_LAMPS: bool = flag("infer_lamps", false).doc("markers also for heads whose lamps the map does not draw");
+}
+
+const fn rate(name: &'static str) -> ConfigKey<Rate> {
+    number_as(name, (*RATES_HZ.start(), *RATES_HZ.end()), "Hz", Rate::from_hz)
+}
 
 /// Topics of the traffic lights.
 #[derive(Debug, Default)]
@@ -59,21 +96,22 @@ pub(super) fn traffic_lights(
 ) -> Option<(LightsFlowSettings, LightTopics)> {
     let checker = fields.checker;
     let before = checker.count();
-    let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
+    let compat = fields.read(&COMPAT_KEY);
     let scenario = read_scenario(files, &fields, compat);
     let map = read_map(files, &fields, scenario.as_ref());
     let architecture = messages(&fields, compat);
-    let [frame_rate, ground_truth_rate, v2i_rate] = ["frame_rate_hz", "ground_truth_rate_hz", "v2i_rate_hz"]
-        .map(|key| fields.number(key, RATES_HZ, "Hz").and_then(Rate::from_hz));
-    let v2i_timeout = fields.limit("v2i_timeout_ms");
+    let [frame_rate, ground_truth_rate, v2i_rate] =
+        [&FRAME_RATE_HZ, &GROUND_TRUTH_RATE_HZ, &V2I_RATE_HZ].map(|key| fields.given(key));
+    let v2i_timeout = fields.given(&V2I_TIMEOUT_MS);
     let arbiter = fields.table("arbiter").map(arbiter::arbiter);
     let outputs = architecture
         .map(|types| outputs(fields.section("topics"), types, arbiter.is_some()))
         .unwrap_or_default();
     let InputTopics { states, camera, command } =
         inputs(fields.section("inputs"), &outputs, arbiter.is_some());
-    let configured = fields.flag("use_sim_time");
-    let use_sim_time = use_sim_time.or(configured).unwrap_or_default();
+    let use_sim_time = use_sim_time.unwrap_or(fields.read(&USE_SIM_TIME));
+    // The command line comes first.
+    fields.record(&USE_SIM_TIME, use_sim_time.to_string());
     if use_sim_time && outputs.iter().any(|lights_output| lights_output.topic == LightsTopic::Clock) {
         fields.refuse("use_sim_time", "topics.clock publishes a clock as well", "keep one of them");
     }
@@ -90,7 +128,7 @@ pub(super) fn traffic_lights(
         checker.adopt(scenario.check_against(&map.lights, compat));
     }
     let (copy_on_enable, one_group_per_head) =
-        (fields.flag("copy_on_enable"), fields.flag("one_group_per_head"));
+        (fields.given(&COPY_ON_ENABLE), fields.given(&ONE_GROUP_PER_HEAD));
     fields.done();
     if checker.count() > before {
         return None;
@@ -131,18 +169,18 @@ fn topics(outputs: &[LightsOutput], external_camera: bool) -> BTreeSet<LightsTop
 fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Option<ScenarioFile> {
     let options = ReadOptions {
         compat,
-        packages: packages(fields),
-        bulb_orders: bulb_orders(fields),
-        modifiers: modifiers(fields),
+        packages: fields.read(&PACKAGES),
+        bulb_orders: fields.read(&BULB_ORDER),
+        modifiers: fields.read(&MODIFIERS),
     };
-    let path = named_file::path_at(BuiltIn::Scenario, files, fields, "scenario")?;
+    let named = fields.given(&SCENARIO)?;
+    let path = named_file::find(BuiltIn::Scenario, files, &named, fields.checker.beside(&named));
     scenario::read(files, &path, options).map_err(|refused| fields.checker.adopt(refused.0)).ok()
 }
 
 /// The folders of packages by name, relative to this file.
-fn packages(fields: &Fields<'_>) -> BTreeMap<String, PathBuf> {
-    let entries =
-        fields.entries("packages", "give the folder of each package: packages = { name = \"folder\" }");
+fn packages(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, PathBuf> {
+    let entries = fields.entries(key, "give the folder of each package: packages = { name = \"folder\" }");
     let folder = |entry: &Entry| {
         let folder = fields.checker.text(&entry.value)?;
         Some((entry.key.clone(), fields.checker.beside(&folder.text)))
@@ -151,8 +189,8 @@ fn packages(fields: &Fields<'_>) -> BTreeMap<String, PathBuf> {
 }
 
 /// The bulbs of lights by position.
-fn bulb_orders(fields: &Fields<'_>) -> Vec<BulbOrder> {
-    let values = fields.list("bulb_order", "give the bulbs by position: bulb_order = [\"red,yellow,green\"]");
+fn bulb_orders(fields: &Fields<'_>, key: &'static str) -> Vec<BulbOrder> {
+    let values = fields.list(key, "give the bulbs by position: bulb_order = [\"red,yellow,green\"]");
     let order = |value: &Value| {
         let given = fields.checker.text(value)?;
         let remedy = "give bulbs, or ids and bulbs: \"21,22=red,yellow,green\"";
@@ -162,19 +200,20 @@ fn bulb_orders(fields: &Fields<'_>) -> Vec<BulbOrder> {
 }
 
 /// The values of scenario modifiers by name.
-fn modifiers(fields: &Fields<'_>) -> BTreeMap<String, String> {
-    let entries = fields
-        .entries("modifiers", "give the value of each scenario modifier: modifiers = { NAME = \"value\" }");
+fn modifiers(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, String> {
+    let entries =
+        fields.entries(key, "give the value of each scenario modifier: modifiers = { NAME = \"value\" }");
     let value = |entry: &Entry| Some((entry.key.clone(), fields.checker.text(&entry.value)?.text));
     entries.iter().filter_map(value).collect()
 }
 
 /// Reads the map that is named here, else the scenario's own map or groups.
 fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFile>) -> Option<MapLights> {
-    let infers = fields.flag("infer_lamps").unwrap_or_default();
-    let lamps = if infers { LampSource::DrawnOrInferred } else { LampSource::Drawn };
-    if fields.has("map") {
-        let path = named_file::path_at(BuiltIn::Map, files, fields, "map")?;
+    let named = fields.given(&MAP);
+    let lamps = if fields.read(&INFER_LAMPS) { LampSource::DrawnOrInferred } else { LampSource::Drawn };
+    if fields.has(MAP.name) {
+        let named = named?;
+        let path = named_file::find(BuiltIn::Map, files, &named, fields.checker.beside(&named));
         let remedy =
             named_file::remedy(BuiltIn::Map, files, &path, "name a lanelet2 map, relative to this file");
         let refuse = |problem| refuse_map(fields.checker, fields.at("map"), problem, &remedy);
@@ -205,9 +244,7 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
 
 /// Reads the messages of the camera topic and of the V2I topics.
 fn messages(fields: &Fields<'_>, compat: Compat) -> Option<[LightsType; 2]> {
-    let given = fields.string("architecture");
-    let text = given.as_ref().map_or(DEFAULT_ARCHITECTURE, |given| &given.text);
-    let types = Architecture::parse(text, compat)
+    let types = Architecture::parse(&fields.read(&ARCHITECTURE), compat)
         .and_then(|architecture| Ok([architecture.camera()?, architecture.v2i()?]));
     fields.checker.accept(fields.at("architecture"), types, "")
 }

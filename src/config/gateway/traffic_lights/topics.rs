@@ -1,6 +1,7 @@
 //! `[traffic_lights.topics]` and `[traffic_lights.inputs]`: topics that are written and read.
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::ConfigKey;
 use crate::core::traffic_light::architecture::LightsType;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::target::StoreId;
@@ -16,29 +17,46 @@ pub struct LightsOutput {
     pub message: LightsType,
 }
 
+pub(in crate::config::gateway) mod written {
+    use crate::config::reading::row::{key_rows, optional_topic};
+
+    key_rows! {
+        GROUND_TRUTH: String = optional_topic("ground_truth", "/simulation/traffic_lights").doc("TrafficLightArrayV1");
+        CAMERA: String = optional_topic("camera", "/perception/traffic_light_recognition/internal/traffic_signals").doc("the camera's states");
+        V2I: String = optional_topic("v2i", "/perception/traffic_light_recognition/external/traffic_signals").doc("V2I states");
+        V2I_LEGACY: String = optional_topic("v2i_legacy", "/v2x/traffic_signals").doc("V2I states, for older receivers");
+        ARBITER: String = optional_topic("arbiter", "/perception/traffic_light_recognition/traffic_signals")
+            .doc("published only with [traffic_lights.arbiter]");
+        MARKERS: String = optional_topic("markers", "").doc("e.g. \"/traffic_light/marker\": spheres for RViz");
+        CLOCK: String = optional_topic("clock", "").doc("\"/clock\": rosgraph_msgs/Clock with the time of each frame; not with use_sim_time");
+    }
+
+    pub(super) static ALL: [&super::ConfigKey<String>; 7] =
+        [&GROUND_TRUTH, &CAMERA, &V2I, &V2I_LEGACY, &ARBITER, &MARKERS, &CLOCK];
+}
+
 /// Reads the topics that are written; one without a name is not.
 pub(super) fn outputs(
     fields: Fields<'_>,
     [camera, v2i]: [LightsType; 2],
     has_arbiter: bool,
 ) -> Vec<LightsOutput> {
-    const GROUND_TRUTH: &str = "/simulation/traffic_lights";
-    const CAMERA: &str = "/perception/traffic_light_recognition/internal/traffic_signals";
-    const V2I: &str = "/perception/traffic_light_recognition/external/traffic_signals";
-    const V2I_LEGACY: &str = "/v2x/traffic_signals";
-    let arbiter = if has_arbiter { "/perception/traffic_light_recognition/traffic_signals" } else { "" };
     let topics = [
-        ("ground_truth", GROUND_TRUTH, LightsTopic::GroundTruth, LightsType::ArrayV1),
-        ("camera", CAMERA, LightsTopic::Camera, camera),
-        ("v2i", V2I, LightsTopic::V2i, v2i),
-        ("v2i_legacy", V2I_LEGACY, LightsTopic::V2i, v2i),
-        ("arbiter", arbiter, LightsTopic::Arbiter, LightsType::GroupArray),
-        ("markers", "", LightsTopic::Markers, LightsType::MarkerArray),
-        ("clock", "", LightsTopic::Clock, LightsType::Clock),
+        (LightsTopic::GroundTruth, LightsType::ArrayV1),
+        (LightsTopic::Camera, camera),
+        (LightsTopic::V2i, v2i),
+        (LightsTopic::V2i, v2i),
+        (LightsTopic::Arbiter, LightsType::GroupArray),
+        (LightsTopic::Markers, LightsType::MarkerArray),
+        (LightsTopic::Clock, LightsType::Clock),
     ];
     let mut outputs: Vec<LightsOutput> = Vec::new();
-    for (key, default, topic, message) in topics {
-        let name = fields.optional_topic(key, default);
+    for (row, (topic, message)) in written::ALL.into_iter().zip(topics) {
+        let (key, name) = (row.name, fields.read(row));
+        if topic == LightsTopic::Arbiter && !has_arbiter && !fields.has(key) {
+            fields.record(row, "\"\"");
+            continue;
+        }
         if name.is_empty() {
             continue;
         }
@@ -52,6 +70,31 @@ pub(super) fn outputs(
     }
     fields.done();
     outputs
+}
+
+pub(in crate::config::gateway) mod read {
+    use crate::config::reading::key::ValueShape;
+    use crate::config::reading::row::{ConfigKey, key_rows, other, read_topic};
+
+    key_rows! {
+        CONVENTIONAL: String = input("conventional").example("\"/traffic_lights/ground_truth/conventional\"")
+            .doc("TrafficLightGroupArray; ids of groups or heads");
+        CONVENTIONAL_DETECTED: String = input("conventional_detected").example("\"/traffic_lights/detected/conventional\"").doc("states as a detector reports them");
+        V2I: String = input("v2i").example("\"/traffic_lights/ground_truth/v2i\"").doc("states that the infrastructure sends");
+        V2I_DETECTED: String = input("v2i_detected").example("\"/traffic_lights/detected/v2i\"").doc("infrastructure states as they are received");
+        CAMERA: String = input("camera").example("\"/traffic_lights/camera\"")
+            .doc("TrafficLightGroupArray of a camera pipeline for the arbiter; Autoware's is on …/internal/traffic_signals: then topics.camera = \"\"");
+        COMMAND: String = input("command").example("\"/traffic_lights/command\"")
+            .doc("std_msgs/String, e.g. TrafficSignalControllerAction(A, go)");
+    }
+
+    pub(super) static STATES: [&ConfigKey<String>; 4] =
+        [&CONVENTIONAL, &CONVENTIONAL_DETECTED, &V2I, &V2I_DETECTED];
+    pub(super) static OTHERS: [&ConfigKey<String>; 2] = [&CAMERA, &COMMAND];
+
+    const fn input(name: &'static str) -> ConfigKey<String> {
+        other(name, || ValueShape::Text, read_topic, |_| None).restart()
+    }
 }
 
 /// The topics that are read.
@@ -68,18 +111,20 @@ pub(super) struct InputTopics {
 /// Reads the topics that are read.
 pub(super) fn inputs(fields: Fields<'_>, outputs: &[LightsOutput], has_arbiter: bool) -> InputTopics {
     let mut taken: Vec<String> = outputs.iter().map(|lights_output| lights_output.name.clone()).collect();
-    let mut input = |key| {
-        fields.value(key)?;
-        let name = fields.topic(key, "");
+    let mut input = |key: &'static ConfigKey<String>| {
+        let name = fields.given(key)?;
         // A topic that is written, or read for something else, is not an input.
         if taken.contains(&name) {
-            fields.refuse(key, "another topic has this name", "give each its own");
+            fields.refuse(key.name, "another topic has this name", "give each its own");
         }
         taken.push(name.clone());
         Some(name)
     };
-    let states = StoreId::ALL.map(|store| Some((store, input(store.name())?)));
-    let (camera, command) = (input("camera"), input("command"));
+    let states = read::STATES.map(|key| {
+        let store = StoreId::ALL.into_iter().find(|store| store.name() == key.name)?;
+        Some((store, input(key)?))
+    });
+    let [camera, command] = read::OTHERS.map(input);
     if camera.is_some() && !has_arbiter {
         fields.refuse("camera", "there is no arbiter", "add [traffic_lights.arbiter]");
     }

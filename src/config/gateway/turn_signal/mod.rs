@@ -1,6 +1,6 @@
 //! `[turn_signal]`: the decider on its map, parameters, age limits, topics.
 
-mod topics;
+pub(super) mod topics;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,6 +14,7 @@ use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::problem::Problem;
+use crate::config::reading::row::{flag, key_rows, keyword, millis, number_as, text};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
@@ -48,24 +49,34 @@ impl TurnSignalConfig {
     }
 }
 
-const DEFAULT_HZ: f64 = 10.0;
-const DEFAULT_TOLERANCE: Duration = Duration::from_millis(500);
-/// Longest tolerance, ms.
-const MAX_MS: u64 = 60_000;
+key_rows! {
+    ENABLED: bool = flag("enabled", false).restart().doc("true: commands are published at planning_hz, instead of Autoware's own");
+    SHADOW: bool = flag("shadow", false).restart()
+        .doc("true: nothing is published; commands are compared with Autoware's own");
+    MAP: String = text("map").example("\"lanelet2_map.osm\"")
+        .doc("the lanelet2 map, or its folder; projected by map_projector_info.yaml beside it, else by MGRS");
+    COMPAT_KEY: DeciderCompat = keyword("compat", COMPAT).or_text("improved")
+        .doc("\"improved\", \"upstream\": as Autoware's behavior path planner, weaknesses included, or \"path_generator\": as its core path generator, turns only");
+    PLANNING_HZ: Duration = number_as("planning_hz", (1.0, 100.0), "Hz", period).or_number(10.0).doc("cycles, and commands, a second");
+    SHADOW_TOLERANCE_MS: Duration = millis("shadow_tolerance_ms", 0, 60_000).or(500)
+        .doc("shadow: so long commands may differ before it counts");
+}
+
+/// The time from cycle to cycle, in whole microseconds as all times of the gateway.
+fn period(hz: f64) -> Option<Duration> {
+    let period = Duration::from_secs_f64(1.0 / hz).as_micros();
+    Some(Duration::from_micros(period.try_into().ok()?))
+}
 
 /// Reads the section; `None` when a problem was noted.
 pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnSignalConfig> {
     let checker = fields.checker;
     let before = checker.count();
-    let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
+    let compat = fields.read(&COMPAT_KEY);
     let map = map(files, &fields);
     let decider = decider::decider(files, &fields, compat);
-    let hz = fields.number("planning_hz", 1.0..=100.0, "Hz").unwrap_or(DEFAULT_HZ);
-    // Whole microseconds, as all times of the gateway.
-    let period = Duration::from_secs_f64(1.0 / hz).as_micros();
-    let period = Duration::from_micros(period.try_into().unwrap_or(u64::MAX));
-    let tolerance = fields.millis("shadow_tolerance_ms", 0..=MAX_MS).unwrap_or(DEFAULT_TOLERANCE);
-    let [is_enabled, is_shadow] = ["enabled", "shadow"].map(|key| fields.flag(key).unwrap_or_default());
+    let (period, tolerance) = (fields.read(&PLANNING_HZ), fields.read(&SHADOW_TOLERANCE_MS));
+    let (is_enabled, is_shadow) = (fields.read(&ENABLED), fields.read(&SHADOW));
     let (inputs, outputs) = topics(fields.section("inputs"), fields.section("outputs"), !is_shadow);
     if is_enabled && is_shadow {
         fields.refuse("shadow", "a shadow publishes nothing", "set enabled = false, or shadow = false");
@@ -73,6 +84,10 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
     fields.done();
     if checker.count() > before {
         return None;
+    }
+    if !is_enabled && !is_shadow {
+        // What does not run is not in effect.
+        checker.keep_recorded(|key| !key.section.starts_with("turn_signal"));
     }
     let (map, road) = map?;
     let role = if is_shadow { DeciderRole::Shadow { tolerance } } else { DeciderRole::Command };
@@ -97,7 +112,8 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     if !fields.has("map") {
         fields.refuse("map", "the turn signal decider has no map", remedy);
     }
-    let path = named_file::path_at(BuiltIn::Map, files, fields, "map")?;
+    let named = fields.given(&MAP)?;
+    let path = named_file::find(BuiltIn::Map, files, &named, fields.checker.beside(&named));
     let road = read_lane_network(files, &path).and_then(|road| {
         let without = || Problem::whole_file(&path, "it has no lanelet", "");
         if road.lanes().next().is_none() { Err(without()) } else { Ok(road) }

@@ -1,10 +1,49 @@
 //! `[turn_signal.inputs]` and `[turn_signal.outputs]`: topics that the decider reads and writes.
 
 use crate::config::reading::fields::Fields;
+use crate::config::reading::row::{key_rows, optional_topic, topic};
 use crate::core::turn_signal::planner_input::FactorTopic;
 
 const TURN_COMMAND: &str = "/planning/turn_indicators_cmd";
 const HAZARD_COMMAND: &str = "/planning/hazard_lights_cmd";
+
+const PATH: &str = "/planning/scenario_planning/lane_driving/behavior_planning/path_with_lane_id";
+
+key_rows! {
+    ODOMETRY: String = topic("odometry", "/localization/kinematic_state").doc("nav_msgs/Odometry");
+    ROUTE: String = topic("route", "/planning/mission_planning/route").doc("LaneletRoute");
+    PLANNED_PATH: String = optional_topic("planned_path", PATH).doc("PathWithLaneId");
+    PLANNING_FACTORS: String = optional_topic("planning_factors", "/planning/planning_factors").doc("prefix of the topics of the modules");
+    MODIFIED_GOAL: String = optional_topic("modified_goal", "/planning/scenario_planning/modified_goal").doc("PoseWithUuidStamped");
+    OPERATION_MODE: String = optional_topic("operation_mode", "/system/operation_mode/state").doc("OperationModeState");
+    SCENARIO: String = optional_topic("scenario", "/planning/scenario_planning/scenario").doc("Scenario of the scenario selector");
+    HAZARD_REQUEST: String = optional_topic("hazard_request", "/system/hazard_lights_cmd").doc("joined with the planner's request");
+    OWN_TURN_COMMAND: String = optional_topic("own_turn_command", TURN_COMMAND).doc("read in shadow mode only");
+    OWN_HAZARD_COMMAND: String = optional_topic("own_hazard_command", HAZARD_COMMAND).doc("read in shadow mode only");
+}
+
+pub(in crate::config::gateway) mod written {
+    use super::{HAZARD_COMMAND, TURN_COMMAND, key_rows, optional_topic, topic};
+
+    key_rows! {
+        TURN: String = topic("turn_command", TURN_COMMAND).doc("TurnIndicatorsCommand");
+        HAZARD: String = topic("hazard_command", HAZARD_COMMAND).doc("HazardLightsCommand");
+        MARKERS: String = optional_topic("markers", "")
+            .doc("e.g. \"/turn_signal/sections\": the sections as markers for RViz; also in shadow mode");
+        FACTORS: String = optional_topic("planning_factors", "")
+            .doc("e.g. \"/planning/planning_factors/signal_gateway\": what is signalled, as a planning factor; also in shadow mode");
+    }
+
+    /// Reads the section.
+    pub(super) fn read(fields: &super::Fields<'_>) -> super::DeciderOutputs {
+        super::DeciderOutputs {
+            turn_command: fields.read(&TURN),
+            hazard_command: fields.read(&HAZARD),
+            markers: fields.read(&MARKERS),
+            planning_factors: fields.read(&FACTORS),
+        }
+    }
+}
 
 /// Topics that the decider reads; an empty name is not read.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,31 +93,25 @@ impl DeciderOutputs {
 /// Reads the topics of both sections, and refuses two of the same name, lest a topic that is published comes
 /// back as an input. Autoware's own commands are read only where nothing is published, so they may share theirs.
 pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (DeciderInputs, DeciderOutputs) {
-    const PATH: &str = "/planning/scenario_planning/lane_driving/behavior_planning/path_with_lane_id";
-    let factors = from.optional_topic("planning_factors", "/planning/planning_factors");
+    let factors = from.read(&PLANNING_FACTORS);
     let factor = |topic: FactorTopic| (topic, format!("{factors}/{}", topic.name()));
     let inputs = DeciderInputs {
-        odometry: from.topic("odometry", "/localization/kinematic_state"),
-        route: from.topic("route", "/planning/mission_planning/route"),
-        planned_path: from.optional_topic("planned_path", PATH),
+        odometry: from.read(&ODOMETRY),
+        route: from.read(&ROUTE),
+        planned_path: from.read(&PLANNED_PATH),
         planning_factors: if factors.is_empty() {
             Vec::new()
         } else {
             FactorTopic::ALL.into_iter().map(factor).collect()
         },
-        modified_goal: from.optional_topic("modified_goal", "/planning/scenario_planning/modified_goal"),
-        operation_mode: from.optional_topic("operation_mode", "/system/operation_mode/state"),
-        scenario: from.optional_topic("scenario", "/planning/scenario_planning/scenario"),
-        hazard_request: from.optional_topic("hazard_request", "/system/hazard_lights_cmd"),
-        own_turn_command: from.optional_topic("own_turn_command", TURN_COMMAND),
-        own_hazard_command: from.optional_topic("own_hazard_command", HAZARD_COMMAND),
+        modified_goal: from.read(&MODIFIED_GOAL),
+        operation_mode: from.read(&OPERATION_MODE),
+        scenario: from.read(&SCENARIO),
+        hazard_request: from.read(&HAZARD_REQUEST),
+        own_turn_command: from.read(&OWN_TURN_COMMAND),
+        own_hazard_command: from.read(&OWN_HAZARD_COMMAND),
     };
-    let outputs = DeciderOutputs {
-        turn_command: to.topic("turn_command", TURN_COMMAND),
-        hazard_command: to.topic("hazard_command", HAZARD_COMMAND),
-        markers: to.optional_topic("markers", ""),
-        planning_factors: to.optional_topic("planning_factors", ""),
-    };
+    let outputs = written::read(&to);
     let [turn, hazard] = if publishes {
         [(&to, "turn_command", &outputs.turn_command), (&to, "hazard_command", &outputs.hazard_command)]
     } else {

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::config::reading::element::{Attribute, Content, Element};
-use crate::config::reading::location::{Key, Location, Text};
+use crate::config::reading::location::{KeyPath, Location, Text};
 use crate::config::reading::problem::Problem;
 use crate::config::reading::value::{Entry, Kind, Value};
 
@@ -14,7 +14,7 @@ use crate::config::reading::value::{Entry, Kind, Value};
 /// # Errors
 /// Lists within lists, which are not elements.
 pub(in crate::config::scenario) fn from_values(text: &Text, root: &Entry) -> Result<Element, Problem> {
-    let key = Key::below(&Key::root(), "/", &root.key);
+    let key = KeyPath::below(&KeyPath::root(), "/", &root.key);
     element(text, &root.key, Location { position: root.location.position, key }, &root.value)
 }
 
@@ -44,12 +44,12 @@ fn element(text: &Text, name: &str, location: Location, value: &Value) -> Result
     Ok(element)
 }
 
-fn add(text: &Text, parent: &mut Element, key: &Rc<Key>, entry: &Entry) -> Result<(), Problem> {
+fn add(text: &Text, parent: &mut Element, key: &Rc<KeyPath>, entry: &Entry) -> Result<(), Problem> {
     let name = &entry.key;
     let attribute = |value: &str| Attribute {
         name: name.clone(),
         value: value.to_owned(),
-        location: Location { position: entry.value.location.position, key: Key::below(key, "/@", name) },
+        location: Location { position: entry.value.location.position, key: KeyPath::below(key, "/@", name) },
         is_interpreted: Cell::new(false),
     };
     match &entry.value.kind {
@@ -57,13 +57,14 @@ fn add(text: &Text, parent: &mut Element, key: &Rc<Key>, entry: &Entry) -> Resul
         Kind::Null if name.starts_with(char::is_lowercase) => parent.attributes.push(attribute("")),
         Kind::List(items) => {
             for (index, item) in items.iter().enumerate() {
-                let key = Key::numbered(key, name, index + 1);
+                let key = KeyPath::numbered(key, name, index + 1);
                 let location = Location { position: item.location.position, key };
                 parent.children.push(element(text, name, location, item)?);
             }
         }
         Kind::Null | Kind::Map(_) => {
-            let location = Location { position: entry.location.position, key: Key::below(key, "/", name) };
+            let location =
+                Location { position: entry.location.position, key: KeyPath::below(key, "/", name) };
             parent.children.push(element(text, name, location, &entry.value)?);
         }
     }

@@ -48,7 +48,7 @@ pub(super) fn command_message(
     let permission = allowed.admit(binder.buses[bus].index, message.id, message.length, message.format);
     let remedy = "describe messages that can be sent, each once";
     let permission = binder.checker.accept(&name.location, permission, remedy);
-    let mut parts = Parts { binder, message, placed: Vec::new(), named: Vec::new() };
+    let mut parts = MessageParts { binder, message, placed: Vec::new(), named: Vec::new() };
     let timing = timing(binder, fields, &name, message);
     refuse_counting_changes(fields);
     let unused_bits = fields.number("unused_bits", 0..=1, "").unwrap_or(0_u8);
@@ -83,7 +83,7 @@ pub(super) fn command_message(
 }
 
 /// The parts of a message that are accounted for so far.
-struct Parts<'b> {
+struct MessageParts<'b> {
     binder: &'b Binder<'b>,
     message: &'b Message,
     /// Bits that are set together, once for each group.
@@ -92,7 +92,7 @@ struct Parts<'b> {
     named: Vec<String>,
 }
 
-impl Parts<'_> {
+impl MessageParts<'_> {
     fn turn(&mut self, fields: Fields<'_>) -> Option<TurnPart> {
         let states = self.states(&fields, ["off", "left", "right"], ["hazard", "none"]);
         fields.done();

@@ -6,6 +6,7 @@ use super::{CandidatePolicy, DeciderParameters};
 use crate::core::turn_signal::side::Side;
 
 /// One parameter: its names and what it takes.
+#[derive(Debug)]
 pub struct DeciderParameter {
     /// The name that Autoware documents.
     pub name: &'static str,
@@ -14,6 +15,7 @@ pub struct DeciderParameter {
     slot: Slot,
 }
 
+#[derive(Debug)]
 enum Slot {
     Number(Quantity, fn(&mut DeciderParameters) -> &mut f64),
     Flag(fn(&mut DeciderParameters) -> &mut bool),
@@ -29,20 +31,35 @@ enum Slot {
 /// Values by their names in a parameter file.
 type Names<T> = &'static [(&'static str, T)];
 
+/// The values that a parameter takes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ParameterValues {
+    /// Numbers from the first to the second, in a unit.
+    Numbers(f64, f64, &'static str),
+    /// Whole numbers.
+    WholeNumbers,
+    /// `true` or `false`.
+    Flags,
+    /// One of these texts.
+    Texts(Vec<&'static str>),
+}
+
 /// Range of a number, with its unit.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Quantity {
     min: f64,
     max: f64,
+    unit: &'static str,
     /// Unit and range as text.
     expected: &'static str,
 }
 
-const METRES: Quantity = Quantity { min: 0.0, max: 100_000.0, expected: "metres, 0 to 100000" };
-const SPACING: Quantity = Quantity { min: 0.01, max: 100_000.0, expected: "metres, 0.01 to 100000" };
-const SECONDS: Quantity = Quantity { min: 0.0, max: 3_600.0, expected: "seconds, 0 to 3600" };
-const DEGREES: Quantity = Quantity { min: 0.0, max: 180.0, expected: "degrees, 0 to 180" };
-const RADIANS: Quantity = Quantity { min: 0.0, max: 6.3, expected: "radians, 0 to 6.3" };
+const METRES: Quantity = Quantity { min: 0.0, max: 100_000.0, unit: "m", expected: "metres, 0 to 100000" };
+const SPACING: Quantity =
+    Quantity { min: 0.01, max: 100_000.0, unit: "m", expected: "metres, 0.01 to 100000" };
+const SECONDS: Quantity = Quantity { min: 0.0, max: 3_600.0, unit: "s", expected: "seconds, 0 to 3600" };
+const DEGREES: Quantity = Quantity { min: 0.0, max: 180.0, unit: "deg", expected: "degrees, 0 to 180" };
+const RADIANS: Quantity = Quantity { min: 0.0, max: 6.3, unit: "rad", expected: "radians, 0 to 6.3" };
 
 const ROUNDABOUT_SIDES: Names<Option<Side>> =
     &[("Left", Some(Side::Left)), ("Right", Some(Side::Right)), ("None", None)];
@@ -174,6 +191,19 @@ impl DeciderParameter {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
     }
 
+    /// Returns the values that it takes.
+    pub fn values(&self) -> ParameterValues {
+        use ParameterValues::{Flags, Numbers, Texts, WholeNumbers};
+        match self.slot {
+            Slot::Number(Quantity { min, max, unit, .. }, _) => Numbers(min, max, unit),
+            Slot::Depth(_) => WholeNumbers,
+            Slot::Flag(_) => Flags,
+            Slot::RoundaboutSide(_) => Texts(words(ROUNDABOUT_SIDES)),
+            Slot::Side(sides, ..) => Texts(words(sides)),
+            Slot::Policy(_) => Texts(words(POLICIES)),
+        }
+    }
+
     /// Returns whether its values are numbers.
     pub const fn takes_numbers(&self) -> bool {
         matches!(self.slot, Slot::Number(..) | Slot::Depth(_))
@@ -232,4 +262,8 @@ fn named<T: Copy>(names: Names<T>, text: &str, expected: &'static str) -> Result
     let within = |quote| text.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
     let name = within('"').or_else(|| within('\'')).unwrap_or(text);
     names.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or(expected)
+}
+
+fn words<T>(names: Names<T>) -> Vec<&'static str> {
+    names.iter().map(|(name, _)| *name).collect()
 }

@@ -18,7 +18,10 @@ pub use value::ParameterValue;
 
 /// Parameters by their names, with a dot for each level.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Parameters(BTreeMap<String, ParameterValue>);
+pub struct Parameters {
+    values: BTreeMap<String, ParameterValue>,
+    descriptions: BTreeMap<String, String>,
+}
 
 impl Parameters {
     /// Adds a parameter, or replaces its value. Numbers that are not finite become texts: they have no place in the
@@ -35,19 +38,31 @@ impl Parameters {
         {
             value = ParameterValue::Texts(numbers.iter().map(f64::to_string).collect());
         }
-        self.0.insert(name.to_owned(), value);
+        self.values.insert(name.to_owned(), value);
+    }
+
+    /// Sets the description of a parameter; it is ignored for a parameter that does not exist.
+    pub fn describe(&mut self, name: &str, description: String) {
+        if self.values.contains_key(name) {
+            self.descriptions.insert(name.to_owned(), description);
+        }
+    }
+
+    /// The description of a parameter; empty without one.
+    pub fn description(&self, name: &str) -> &str {
+        self.descriptions.get(name).map_or("", String::as_str)
     }
 
     /// The value of a parameter.
     pub fn get(&self, name: &str) -> Option<&ParameterValue> {
-        self.0.get(name)
+        self.values.get(name)
     }
 
     /// The event that makes these parameters of a node of others; `None` where nothing is different.
     pub fn event_after(&self, before: &Self, node: &str, stamp: Time) -> Option<ParameterEvent> {
         let named = |name: &str, value| NamedParameterValue { name: name.to_owned(), value };
         let (mut new_parameters, mut changed_parameters) = (Vec::new(), Vec::new());
-        for (name, value) in &self.0 {
+        for (name, value) in &self.values {
             match before.get(name) {
                 None => new_parameters.push(named(name, value.message())),
                 Some(old) if old != value => changed_parameters.push(named(name, value.message())),
@@ -70,7 +85,7 @@ impl Parameters {
 
     /// The names of all, in alphabetical order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
+        self.values.keys().map(String::as_str)
     }
 }
 

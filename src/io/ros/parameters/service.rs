@@ -37,7 +37,7 @@ pub enum ParameterService {
 
 /// A message of one field.
 #[derive(Serialize)]
-struct Response<T> {
+struct ListMessage<T> {
     field: T,
 }
 
@@ -84,7 +84,7 @@ impl ParameterService {
         match self {
             Self::Describe => {
                 let names = names(request, endian)?;
-                encode(names.iter().map(|name| description(name, parameters.get(name))))
+                encode(names.iter().map(|name| descriptor(name, parameters)))
             }
             Self::GetTypes => {
                 let names = names(request, endian)?;
@@ -132,7 +132,7 @@ fn encode<T: Serialize>(elements: impl Iterator<Item = T>) -> Result<CdrBytes, U
         within(length, MAX_RESPONSE)?;
         list.push(element);
     }
-    finish(&Response { field: list })
+    finish(&ListMessage { field: list })
 }
 
 fn finish(response: &impl Serialize) -> Result<CdrBytes, Unreadable> {
@@ -143,9 +143,11 @@ fn refusal() -> SetParametersResult {
     SetParametersResult { successful: false, reason: READ_ONLY.to_owned() }
 }
 
-fn description(name: &str, value: Option<&ParameterValue>) -> ParameterDescriptor {
+fn descriptor(name: &str, parameters: &Parameters) -> ParameterDescriptor {
+    let value = parameters.get(name);
     ParameterDescriptor {
         name: name.to_owned(),
+        description: parameters.description(name).to_owned(),
         r#type: value.map_or(0, ParameterValue::type_number),
         additional_constraints: if value.is_some() { READ_ONLY.to_owned() } else { String::new() },
         read_only: true,

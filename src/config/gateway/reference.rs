@@ -1,0 +1,194 @@
+//! All sections with the rows of their keys, and the text of the documented file that is made of them.
+
+use super::traffic_lights::{arbiter, faults, topics};
+use super::{
+    black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, traffic_lights,
+    turn_signal,
+};
+use crate::config::reading::key::{KeyRow, ValueShape};
+use crate::config::{country, decider, dimensions};
+
+/// A section of `gateway.toml`.
+#[derive(Debug, Clone)]
+pub struct KeySection {
+    /// Its path, with a star for a name of the user's choice; empty for the top of the file.
+    pub path: &'static str,
+    /// The name that the documented file shows for the star.
+    pub shown: &'static str,
+    /// Its meaning.
+    pub doc: &'static str,
+    /// True if it is shown as a comment, since its presence alone has an effect.
+    pub is_optional: bool,
+    /// Its rows.
+    pub keys: Vec<&'static dyn KeyRow>,
+}
+
+/// The column at which the comments of the documented file begin.
+const COMMENT_COLUMN: usize = 36;
+
+/// Returns all sections in the order of the documented file.
+pub fn sections() -> Vec<KeySection> {
+    let section = |path, doc, keys: Vec<&'static dyn KeyRow>| KeySection {
+        path,
+        shown: "",
+        doc,
+        is_optional: false,
+        keys,
+    };
+    let optional = |path, doc, keys| KeySection { is_optional: true, ..section(path, doc, keys) };
+    let decider_keys = [turn_signal::keys(), country::keys(), decider::keys()].concat();
+    vec![
+        section("", "", super::keys()),
+        KeySection {
+            shown: "powertrain",
+            ..section(
+                "can.*",
+                "one section for each bus of the vehicle profile, by its name there",
+                can::keys(),
+            )
+        },
+        optional(
+            "recording",
+            "a recording (formats: docs/vehicle-lights.md), for source = \"recording\" and for `replay` without a LOG",
+            recording::keys(),
+        ),
+        section("reports", "", reports::keys()),
+        section("diagnostics", "", diagnostics::keys()),
+        section(
+            "black_box",
+            "`run` on SocketCAN writes a recording around each change to ERROR",
+            black_box::keys(),
+        ),
+        section(
+            "status",
+            "the present state of a running gateway: `signal-gateway status`, docs/status.md",
+            status::keys(),
+        ),
+        section(
+            "http",
+            "the live page, docs/live-page.md, and metrics for Prometheus, docs/metrics.md",
+            http::keys(),
+        ),
+        section(
+            "mcap",
+            "`run` records what is received and published, as MCAP files of rosbag2",
+            mcap::keys(),
+        ),
+        section("ros", "", ros::keys()),
+        section("ros.zenoh", "with transport = \"zenoh\"", ros::zenoh::keys()),
+        section(
+            "ros.topics",
+            "all topics: absolute, relative to the namespace (a/b), or private to the node (~/a)",
+            ros::topics::keys(),
+        ),
+        optional(
+            "command",
+            "commands to the vehicle, see docs/commands.md; without this section: none are followed",
+            command::keys(),
+        ),
+        optional("command.topics", "", command::topics::keys()),
+        optional(
+            "traffic_lights",
+            "without this section: none. Needs no profile when there is no vehicle",
+            traffic_lights::keys(),
+        ),
+        optional("traffic_lights.topics", "\"\": not published", topics::written::keys()),
+        optional(
+            "traffic_lights.inputs",
+            "read only when named, live. A group without elements removes its state",
+            topics::read::keys(),
+        ),
+        optional("traffic_lights.arbiter", "without this section: no merged topic", arbiter::keys()),
+        KeySection {
+            shown: "camera",
+            ..optional(
+                "traffic_lights.faults.*",
+                "faults on purpose on the camera topic; also [traffic_lights.faults.v2i]",
+                faults::keys(),
+            )
+        },
+        optional(
+            "turn_signal",
+            "the turn signal decider, docs/turn-signal-decider.md; without this section: none",
+            decider_keys,
+        ),
+        optional(
+            "turn_signal.parameters",
+            "by the names of Autoware, either spelling; see docs/turn-signal-decider.md",
+            country::parameter_keys(),
+        ),
+        optional("turn_signal.vehicle", "dimensions; default: Autoware's sample vehicle", dimensions::keys()),
+        optional("turn_signal.age_limits", "older is not used", decider::age_limits::keys()),
+        optional("turn_signal.inputs", "\"\": not read, where that is possible", turn_signal::topics::keys()),
+        optional("turn_signal.outputs", "", turn_signal::topics::written::keys()),
+    ]
+}
+
+/// Returns the meaning of a key with the range of its values.
+pub fn description(row: &dyn KeyRow) -> String {
+    let range = match row.shape() {
+        ValueShape::Whole(min, max, unit) if min > i64::MIN && max < i64::MAX => {
+            format!("{min} to {max} {unit}")
+        }
+        ValueShape::Number(min, max, unit) if max < f64::MAX => format!("{min} to {max} {unit}"),
+        ValueShape::Keyword(words) => {
+            words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(", ")
+        }
+        ValueShape::Flag => "true or false".to_owned(),
+        ValueShape::Whole(..)
+        | ValueShape::Number(..)
+        | ValueShape::Text
+        | ValueShape::Path
+        | ValueShape::Texts
+        | ValueShape::Names
+        | ValueShape::Tables(_) => String::new(),
+    };
+    let (doc, range) = (row.doc(), range.trim_end());
+    let is_number = matches!(row.shape(), ValueShape::Whole(..) | ValueShape::Number(..));
+    if doc.contains("{range}") {
+        doc.replace("{range}", range)
+    } else if is_number && !range.is_empty() {
+        format!("{doc}, {range}")
+    } else {
+        doc.to_owned()
+    }
+}
+
+/// Returns the sections of the documented file.
+pub fn document() -> String {
+    let mut text = String::new();
+    for section in sections() {
+        if !section.path.is_empty() {
+            let name = section.path.replace('*', section.shown);
+            let comment = if section.is_optional { "# " } else { "" };
+            text += &commented(&format!("{comment}[{name}]"), section.doc);
+        }
+        for row in section.keys {
+            text += &key_line(row);
+        }
+        text += "\n";
+    }
+    text
+}
+
+/// Returns the line of a key in the documented file: its default or an example, and its meaning.
+pub fn key_line(row: &dyn KeyRow) -> String {
+    let value = row.default_toml().unwrap_or_else(|| row.example().to_owned());
+    let setting = format!("{} = {value}", row.name());
+    // The keys that every vehicle needs.
+    let comment = if matches!(row.name(), "profile" | "interface") { "" } else { "# " };
+    let description = description(row);
+    if description.contains('\n') {
+        let above: String = description.lines().map(|line| format!("# {line}\n")).collect();
+        return format!("{above}{comment}{setting}\n");
+    }
+    commented(&format!("{comment}{setting}"), &description)
+}
+
+fn commented(setting: &str, comment: &str) -> String {
+    if comment.is_empty() {
+        return format!("{setting}\n");
+    }
+    let gap = COMMENT_COLUMN.saturating_sub(setting.chars().count()).max(3);
+    format!("{setting}{}# {comment}\n", " ".repeat(gap))
+}

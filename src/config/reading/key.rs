@@ -1,0 +1,61 @@
+//! What is known of a key of a file, for everything except reading it: documents, schemas, differences, parameters.
+
+use std::fmt;
+
+/// The step that puts a changed key into effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeyEffect {
+    /// A reload, while the gateway runs.
+    Reload,
+    /// A restart; a reload refuses the change.
+    Restart,
+}
+
+/// The values that a key takes, for documents, editors and the tools of ROS 2.
+#[derive(Debug, Clone)]
+pub enum ValueShape {
+    /// Whole numbers of a range, with the unit.
+    Whole(i64, i64, &'static str),
+    /// Numbers of a range, with the unit.
+    Number(f64, f64, &'static str),
+    /// `true` or `false`.
+    Flag,
+    /// One of several texts.
+    Keyword(Vec<&'static str>),
+    /// A text.
+    Text,
+    /// A path, relative to the file.
+    Path,
+    /// A list of texts.
+    Texts,
+    /// A table whose keys are names, with values of any kind.
+    Names,
+    /// A list of tables with these keys.
+    Tables(Vec<&'static dyn KeyRow>),
+}
+
+/// A row of any type, for everything except reading.
+pub trait KeyRow: Sync {
+    /// Returns the name of the key within its section.
+    fn name(&self) -> &'static str;
+    /// Returns the values that the key takes.
+    fn shape(&self) -> ValueShape;
+    /// Returns the value in TOML that counts when the key is absent; `None` without one.
+    fn default_toml(&self) -> Option<String>;
+    /// Returns a value in TOML that shows the key where it has no default; empty for none.
+    fn example(&self) -> &'static str {
+        ""
+    }
+    /// Returns the meaning of the key; `{range}` stands for the range with its unit.
+    fn doc(&self) -> &'static str;
+    /// Returns the step that puts a changed value into effect.
+    fn effect(&self) -> KeyEffect {
+        KeyEffect::Reload
+    }
+}
+
+impl fmt::Debug for dyn KeyRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
