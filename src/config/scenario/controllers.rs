@@ -68,8 +68,7 @@ fn reference(
         }
         (Some(name), None) => {
             let remedy = "give the delay in seconds; it may be 0";
-            reader.refuse(&name.location, "a reference without a delay", remedy);
-            return None;
+            return reader.refused(&name.location, "a reference without a delay", remedy);
         }
         (Some(name), Some((_, delay))) => (name, delay?),
     };
@@ -77,8 +76,7 @@ fn reference(
         by_name.get(name.text.as_str()).and_then(|index| Some((*index, drafts.get(*index)?)))
     else {
         let known = listed(drafts.iter().map(|draft| draft.name.as_str()));
-        reader.refuse(&name.location, format!("no controller is called {:?}", name.text), &known);
-        return None;
+        return reader.refused(&name.location, format!("no controller is called {:?}", name.text), &known);
     };
     let (own, other) = (CycleTime::of(draft), CycleTime::of(followed));
     if !own.equals(&other, reader.compat) {
@@ -89,8 +87,7 @@ fn reference(
             followed.name,
             other.shown(reader.compat)
         );
-        reader.refuse(&name.location, reason, "give both the same sum of durations");
-        return None;
+        return reader.refused(&name.location, reason, "give both the same sum of durations");
     }
     Some(Reference { controller: ControllerIndex(index), delay })
 }

@@ -45,17 +45,11 @@ pub struct UncertainEnd {
 /// Prints the reason why the verdict is not known.
 impl fmt::Display for UncertainEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.event {
-            Some(event) => {
-                write!(
-                    f,
-                    "the event {event:?} would end the scenario, and its trigger is not interpreted as a whole"
-                )
-            }
-            None => {
-                f.write_str("the stop trigger would end the scenario, and it is not interpreted as a whole")
-            }
-        }
+        let (end, trigger) = match &self.event {
+            Some(event) => (format!("the event {event:?}"), "its trigger"),
+            None => ("the stop trigger".to_owned(), "it"),
+        };
+        write!(f, "{end} would end the scenario, and {trigger} is not interpreted as a whole")
     }
 }
 

@@ -79,11 +79,8 @@ pub fn read(
                 }
                 None => {
                     let reason = format!("the key {} is missing", open_scenario::ROOT);
-                    checker.refuse(
-                        &value.location,
-                        reason,
-                        "write OpenSCENARIO in YAML, or our own form in TOML",
-                    );
+                    let remedy = "write OpenSCENARIO in YAML, or our own form in TOML";
+                    checker.refuse(&value.location, reason, remedy);
                     ScenarioFile::default()
                 }
             }

@@ -72,6 +72,12 @@ impl<'c> ScenarioReader<'c> {
         self.checker.refuse(location, reason, remedy);
     }
 
+    /// Refuses like [`Self::refuse`]. Returns `None`, for a caller that then has no value.
+    pub(super) fn refused<T>(&self, location: &Location, reason: impl AsRef<str>, remedy: &str) -> Option<T> {
+        self.refuse(location, reason, remedy);
+        None
+    }
+
     pub(super) fn leave_out(&mut self, location: &Location, what: &str) {
         let location = self.checker.source_location(location);
         self.not_interpreted.push(NotInterpreted { location, what: line(what) });
@@ -149,8 +155,7 @@ impl<'c> ScenarioReader<'c> {
             );
             let remedy = "give the order of its bulbs, for instance --bulb-order red,yellow,green, or bulb_order in \
                           [traffic_lights]";
-            self.refuse(&given.location, reason, remedy);
-            return None;
+            return self.refused(&given.location, reason, remedy);
         };
         let (mut lit, mut lines) = (Vec::new(), Vec::new());
         for (Bulb { color, shape, .. }, PositionStatus { status, difference }) in order.iter().zip(statuses) {
@@ -191,8 +196,7 @@ impl<'c> ScenarioReader<'c> {
             return Some(Test::State { target, state: None, exact });
         }
         if let Some(mistake) = state.mistake.as_ref().filter(|_| self.compat == Compat::Improved) {
-            self.refuse(&given.location, format!("state {:?}: {mistake}", given.text), "");
-            return None;
+            return self.refused(&given.location, format!("state {:?}: {mistake}", given.text), "");
         }
         Some(Test::State { target, state: Some(state), exact })
     }
@@ -215,13 +219,11 @@ impl<'c> ScenarioReader<'c> {
         let number = text.strip_prefix('.').filter(|_| !has_digit).unwrap_or(text).parse::<f64>();
         match number {
             Ok(number) if number.is_infinite() && has_digit => {
-                self.refuse(&given.location, format!("{text} is too large"), "give a smaller number");
-                None
+                self.refused(&given.location, format!("{text} is too large"), "give a smaller number")
             }
             Ok(number) if !number.is_nan() => Some(number),
             Ok(_) | Err(_) => {
-                self.refuse(&given.location, format!("{text:?} is not a number"), "give a number, e.g. 2.5");
-                None
+                self.refused(&given.location, format!("{text:?} is not a number"), "give a number, e.g. 2.5")
             }
         }
     }
@@ -246,8 +248,7 @@ impl<'c> ScenarioReader<'c> {
             return Some(Duration::from_secs_f64(seconds));
         }
         let remedy = if seconds < 0.0 { "give 0 or more" } else { "give at most 1e9 s" };
-        self.refuse(&given.location, format!("{} s is out of range", given.text.trim()), remedy);
-        None
+        self.refused(&given.location, format!("{} s is out of range", given.text.trim()), remedy)
     }
 
     pub(super) fn rate_hz(&self, given: &LocatedText) -> Option<f64> {
@@ -256,8 +257,7 @@ impl<'c> ScenarioReader<'c> {
             return Some(rate_hz);
         }
         let remedy = format!("give {} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
-        self.refuse(&given.location, format!("{} Hz is out of range", given.text.trim()), &remedy);
-        None
+        self.refused(&given.location, format!("{} Hz is out of range", given.text.trim()), &remedy)
     }
 
     /// Reads a confidence, 0 to 1; upstream takes any number.
@@ -283,14 +283,12 @@ impl<'c> ScenarioReader<'c> {
         let found = controllers.iter().enumerate().find(|(_, controller)| controller.name == name.text);
         let Some((index, controller)) = found else {
             let known = listed(controllers.iter().map(|controller| controller.name.as_str()));
-            self.refuse(&name.location, format!("no controller is called {:?}", name.text), &known);
-            return None;
+            return self.refused(&name.location, format!("no controller is called {:?}", name.text), &known);
         };
         let names = controller.phases.iter().map(|phase| phase.name.as_str());
         if self.compat == Compat::Improved && !names.clone().any(|known| known == phase.text) {
             let reason = format!("controller {:?} has no phase {:?}", name.text, phase.text);
-            self.refuse(&phase.location, reason, &listed(names));
-            return None;
+            return self.refused(&phase.location, reason, &listed(names));
         }
         Some((ControllerIndex(index), phase.text.clone()))
     }

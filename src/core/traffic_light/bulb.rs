@@ -72,10 +72,7 @@ impl BulbStatus {
 
     /// Returns whether the lamp is on, at least at times.
     pub const fn is_lit(self) -> bool {
-        match self {
-            Self::SolidOn | Self::Flashing => true,
-            Self::SolidOff | Self::Unknown => false,
-        }
+        matches!(self, Self::SolidOn | Self::Flashing)
     }
 }
 

@@ -188,12 +188,10 @@ impl TrafficLightFlow {
             TrafficLightInput::Camera { stamp, groups, rejected } => {
                 self.run.engine.count_rejected(LightChannel::Conventional, rejected, now);
                 self.news |= rejected > 0;
-                let merged = self.arbiter(now).map(|arbiter| {
-                    let groups = arbiter.perception(ArbiterStamp(stamp.as_nanos()), &groups);
-                    let (topic, content) = (LightsTopic::Arbiter, LightsContent::Groups(groups));
-                    TrafficLightOutput::Publish(Emission { topic, stamp, content })
-                });
-                self.ready.extend(merged);
+                let arbiter = self.arbiter(now);
+                let merged =
+                    arbiter.map(|arbiter| arbiter.perception(ArbiterStamp(stamp.as_nanos()), &groups));
+                self.publish_merged(merged, stamp);
             }
             TrafficLightInput::Clock(_) => {}
             TrafficLightInput::Command(text) => {
@@ -349,6 +347,10 @@ impl TrafficLightFlow {
         let merged = arbiter.and_then(|arbiter| merge(arbiter, &emission, now.wall));
         let stamp = emission.stamp;
         self.ready.push_back(TrafficLightOutput::Publish(emission));
+        self.publish_merged(merged, stamp);
+    }
+
+    fn publish_merged(&mut self, merged: Option<Groups>, stamp: WallStamp) {
         self.ready.extend(merged.map(|groups| {
             let (topic, content) = (LightsTopic::Arbiter, LightsContent::Groups(groups));
             TrafficLightOutput::Publish(Emission { topic, stamp, content })

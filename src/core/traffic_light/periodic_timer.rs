@@ -78,7 +78,6 @@ impl PeriodicTimer {
         self.origin.get_or_insert(at);
     }
 
-    /// Starts the timer again at another rate.
     pub(super) fn restart(&mut self, rate: Rate, at: u64) {
         *self = Self { rate, origin: Some(at), next: 1 };
     }
@@ -88,7 +87,6 @@ impl PeriodicTimer {
         self.origin.map(|origin| origin.saturating_add(self.rate.nanos(self.next)))
     }
 
-    /// Records that the tick was handled.
     pub(super) fn tick(&mut self) {
         self.next = self.next.saturating_add(1);
     }

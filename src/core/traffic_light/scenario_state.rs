@@ -26,7 +26,6 @@ pub(super) struct ScenarioState {
     pub(super) copy_on_enable: bool,
     pub(super) lights: SyncedStores,
     pub(super) controllers: Controllers,
-    /// The present values of the variables, by position in the scenario.
     pub(super) variables: Vec<VariableValue>,
     pub(super) predictions: Predictions,
     pub(super) ground_truth: PeriodicTimer,

@@ -51,16 +51,11 @@ pub fn check_state(
     if let Some(mistake) = state.mistake.as_ref().filter(|_| !quirks.finds_mistakes_late) {
         return Err(StateError::Mistake { text: text(), mistake: mistake.clone() });
     }
-    let is_checked = match writer {
-        StateWriter::PhaseEntry => true,
-        StateWriter::Action => !quirks.allows_unknown,
-    };
-    match store.layer {
-        StoreLayer::GroundTruth if is_checked && state.text.contains("unknown") => {
-            Err(StateError::Reserved { text: text(), store })
-        }
-        StoreLayer::GroundTruth | StoreLayer::Detected => Ok(()),
+    let is_checked = writer == StateWriter::PhaseEntry || !quirks.allows_unknown;
+    if is_checked && store.layer == StoreLayer::GroundTruth && state.text.contains("unknown") {
+        return Err(StateError::Reserved { text: text(), store });
     }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -37,13 +37,7 @@ impl SyncedStores {
     /// id itself names an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
     pub(super) fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         let changed = self.stores.write(target, change)?;
-        let is_copied = match change {
-            LightChange::Set(_) | LightChange::Add(_) | LightChange::Clear | LightChange::Remove => {
-                target.store == StoreId::CONVENTIONAL
-            }
-            LightChange::Confidence(_) => false,
-        };
-        if is_copied {
+        if target.store == StoreId::CONVENTIONAL && !matches!(change, LightChange::Confidence(_)) {
             let map = self.stores.map().clone();
             if !self.stores.quirks().copies_by_written_id {
                 for head in heads_of(&map, target.id)? {

@@ -88,23 +88,15 @@ impl fmt::Display for TextError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { found, column, kind } = self;
         let found = found.escape_debug();
+        let (colors, statuses, shapes) = (spellings(COLORS), spellings(STATUSES), spellings(SHAPES));
         match kind {
-            TextErrorKind::NotAColor => {
-                write!(f, "`{found}` is not a colour; colours are {}", spellings(COLORS))
-            }
-            TextErrorKind::NotAStatus => {
-                write!(f, "`{found}` is not a status; statuses are {}", spellings(STATUSES))
-            }
-            TextErrorKind::NotAShape => {
-                write!(f, "`{found}` is not a shape; shapes are {}", spellings(SHAPES))
-            }
+            TextErrorKind::NotAColor => write!(f, "`{found}` is not a colour; colours are {colors}"),
+            TextErrorKind::NotAStatus => write!(f, "`{found}` is not a status; statuses are {statuses}"),
+            TextErrorKind::NotAShape => write!(f, "`{found}` is not a shape; shapes are {shapes}"),
             TextErrorKind::NotAPart | TextErrorKind::TooShort => write!(
                 f,
-                "`{found}` at column {column} is not a part of a bulb; colours are {}; statuses are {}; shapes \
-                 are {}",
-                spellings(COLORS),
-                spellings(STATUSES),
-                spellings(SHAPES)
+                "`{found}` at column {column} is not a part of a bulb; colours are {colors}; statuses are {statuses}; \
+                 shapes are {shapes}"
             ),
             TextErrorKind::Misplaced => write!(
                 f,

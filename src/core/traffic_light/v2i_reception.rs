@@ -246,10 +246,7 @@ impl V2iReception {
 
     /// Returns the valid states at the last call of [`Self::settle`], by id, in the order of the profile.
     pub fn valid_states(&self) -> impl Iterator<Item = (i64, ValidState)> {
-        self.groups.iter().filter_map(|tracked| {
-            let (_, group) = bound(&self.binding, tracked.at)?;
-            Some((group.id, tracked.state?.ok()?))
-        })
+        self.findings().filter_map(|finding| Some((finding.id, finding.state.ok()?)))
     }
 
     /// Returns the states of all groups at the last call of [`Self::settle`], in the order of the profile.

@@ -44,10 +44,7 @@ fn of_kind(
             let (target, state) = reader.written(target, state, StateWriter::Action)?;
             Some(Action::SetState { target, state })
         }
-        "clear" => {
-            let target = fields.required_text(kind)?;
-            Some(Action::Clear(reader.target(&target)?))
-        }
+        "clear" => Some(Action::Clear(reader.target(&fields.required_text(kind)?)?)),
         "enter" => {
             let (name, phase) = (fields.required_text(kind), fields.required_text("phase"));
             let (controller, phase) = reader.phase_of(known.controllers, &name?, &phase?)?;
@@ -55,14 +52,8 @@ fn of_kind(
         }
         "enable_v2i" => Some(Action::EnableV2i(ids(reader, fields.value(kind)?)?)),
         "disable_v2i" => Some(Action::DisableV2i(ids(reader, fields.value(kind)?)?)),
-        "v2i_rate_hz" => {
-            let rate = fields.unquoted(kind)?;
-            Some(Action::SetV2iRate(reader.rate_hz(&rate)?))
-        }
-        "ground_truth_rate_hz" => {
-            let rate = fields.unquoted(kind)?;
-            Some(Action::SetGroundTruthRate(reader.rate_hz(&rate)?))
-        }
+        "v2i_rate_hz" => Some(Action::SetV2iRate(reader.rate_hz(&fields.unquoted(kind)?)?)),
+        "ground_truth_rate_hz" => Some(Action::SetGroundTruthRate(reader.rate_hz(&fields.unquoted(kind)?)?)),
         "confidence" => {
             let confidence = fields.unquoted(kind);
             let target = fields.required_text("of");
@@ -70,18 +61,14 @@ fn of_kind(
             let confidence = reader.confidence(&confidence?)?;
             Some(Action::SetConfidence { target: target?, confidence })
         }
-        _ => {
-            let success = fields.keyword(kind, &[("success", true), ("failure", false)])?;
-            Some(Action::End(success))
-        }
+        _ => Some(Action::End(fields.keyword(kind, &[("success", true), ("failure", false)])?)),
     }
 }
 
 fn ids(reader: &mut ScenarioReader<'_>, value: &Value) -> Option<Vec<i64>> {
     let values = items(value);
     if values.is_empty() {
-        reader.refuse(&value.location, "no id is given", "give way or relation ids: [21, 100]");
-        return None;
+        return reader.refused(&value.location, "no id is given", "give way or relation ids: [21, 100]");
     }
     let ids: Vec<_> = values.iter().filter_map(|value| reader.id_in(value)).collect();
     (ids.len() == values.len()).then_some(ids)

@@ -108,8 +108,7 @@ impl Document<'_, '_> {
             }
             name => {
                 let reason = format!("{name} is not an action on a parameter or variable");
-                self.reader.refuse(&inner.location, reason, "give SetAction or ModifyAction");
-                None
+                self.reader.refused(&inner.location, reason, "give SetAction or ModifyAction")
             }
         }
     }

@@ -131,8 +131,7 @@ impl Document<'_, '_> {
     pub(super) fn variable(&mut self, element: &Element, name: &'static str) -> Option<VariableIndex> {
         let Some(attribute) = element.attribute(name) else {
             let reason = format!("the attribute {name} is missing");
-            self.reader.refuse(&element.location, reason, "OpenSCENARIO requires it");
-            return None;
+            return self.reader.refused(&element.location, reason, "OpenSCENARIO requires it");
         };
         let named = attribute.value.trim_start_matches('$');
         let found = match name {
@@ -141,10 +140,7 @@ impl Document<'_, '_> {
         };
         match found {
             Ok(variable) => Some(variable),
-            Err((reason, remedy)) => {
-                self.reader.refuse(&attribute.location, reason, &remedy);
-                None
-            }
+            Err((reason, remedy)) => self.reader.refused(&attribute.location, reason, &remedy),
         }
     }
 
@@ -173,10 +169,7 @@ impl Document<'_, '_> {
         let attribute = element.attribute(name)?;
         match self.value(&attribute.value) {
             Ok(text) => Some(LocatedText { text, location: attribute.location.clone() }),
-            Err((reason, remedy)) => {
-                self.reader.refuse(&attribute.location, reason, &remedy);
-                None
-            }
+            Err((reason, remedy)) => self.reader.refused(&attribute.location, reason, &remedy),
         }
     }
 

@@ -26,7 +26,6 @@ pub(super) struct GroupDraft {
 
 pub(super) struct ActDraft<'e> {
     pub(super) element: &'e Element,
-    /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
     pub(super) start: Option<TriggerDraft>,
     pub(super) stop: Option<TriggerDraft>,
@@ -36,7 +35,6 @@ pub(super) struct ActDraft<'e> {
 
 pub(super) struct EventDraft<'e> {
     pub(super) element: &'e Element,
-    /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
     pub(super) start: Option<TriggerDraft>,
     pub(super) max_executions: u32,
@@ -44,7 +42,6 @@ pub(super) struct EventDraft<'e> {
 }
 
 pub(super) struct ActionDraft {
-    /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
     pub(super) actions: Vec<Action>,
     /// True when `actions` are all that it does.

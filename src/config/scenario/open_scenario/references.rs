@@ -45,7 +45,7 @@ pub(super) fn resolve(
     if let Some((storyboard, groups)) = &stop {
         board.list_stop(reader, storyboard, groups);
     }
-    let names = names(stories, &acts);
+    let names = names(&elements(stories, &acts));
     board.list(reader, &acts);
     let finish = Finish { board: &board, names: &names };
     let is_uncertain = |(at, event): &(At, &EventDraft<'_>)| {
@@ -92,7 +92,12 @@ impl References {
             partial: BTreeSet::new(),
             members: BTreeMap::new(),
         };
-        let known = known(stories, acts);
+        let mut known = Known::new();
+        for element in elements(stories, acts) {
+            if let Some(name) = element.1.last() {
+                known.entry(name.as_str()).or_default().push(element);
+            }
+        }
         let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
         for condition in triggers.flatten().flatten() {
             let TestDraft::Element { number, kind, reference, .. } = &condition.test else { continue };
@@ -227,35 +232,31 @@ impl References {
     }
 }
 
-/// The elements to which references can refer: by name, with their kinds, paths of names and positions.
+/// The elements to which references can refer, by name.
 type Known<'a> = BTreeMap<&'a str, Vec<KnownElement<'a>>>;
 
 /// The kind of an element, its path of names and its position.
 type KnownElement<'a> = (&'static str, &'a [String], At);
 
-fn known<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Known<'a> {
-    let mut known: Known<'a> = BTreeMap::new();
-    let mut add = |kind, path: &'a [String], at| {
-        if let Some(name) = path.last() {
-            known.entry(name.as_str()).or_default().push((kind, path, at));
-        }
-    };
+/// Returns all elements, left out or not, each after the element that holds it.
+fn elements<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Vec<KnownElement<'a>> {
+    let mut elements: Vec<KnownElement<'a>> = Vec::new();
     for (story, draft) in stories.iter().enumerate() {
-        add("story", &draft.path, At::Story(story));
+        elements.push(("story", &draft.path, At::Story(story)));
     }
     for (act, draft) in acts.iter().enumerate() {
-        add("act", &draft.path, At::Act(act));
+        elements.push(("act", &draft.path, At::Act(act)));
         for (group, draft) in draft.groups.iter().enumerate() {
-            add(draft.kind, &draft.path, At::Group { act, group });
+            elements.push((draft.kind, &draft.path, At::Group { act, group }));
         }
         for (event, draft) in draft.events.iter().enumerate() {
-            add("event", &draft.path, At::Event { act, event });
+            elements.push(("event", &draft.path, At::Event { act, event }));
             for (action, draft) in draft.actions.iter().enumerate() {
-                add("action", &draft.path, At::Action { act, event, action });
+                elements.push(("action", &draft.path, At::Action { act, event, action }));
             }
         }
     }
-    known
+    elements
 }
 
 /// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. An element of
@@ -287,13 +288,11 @@ fn find(
             let remedy = others.first().map_or("name one of this storyboard".to_owned(), |(other, ..)| {
                 format!("name one of this storyboard, or give the type {other}, which has one of this name")
             });
-            reader.refuse(&given.location, reason, &remedy);
-            None
+            reader.refused(&given.location, reason, &remedy)
         }
         ([_, _, ..], _) => {
             let reason = format!("{} {kind}s are called {:?}", found.len(), given.text);
-            reader.refuse(&given.location, reason, "name the act in front of it: Act::Name");
-            None
+            reader.refused(&given.location, reason, "name the act in front of it: Act::Name")
         }
     }
 }
@@ -326,37 +325,25 @@ fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a Trigg
     of_acts.chain(events(acts).filter_map(|(at, draft)| Some((at, draft.start.as_ref()?))))
 }
 
-fn names(stories: &[StoryDraft], acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
-    fn own(path: &[String]) -> &str {
-        path.last().map_or("", String::as_str)
-    }
-    let all = acts.iter().flat_map(|act| {
-        let events = act.events.iter().flat_map(|event| {
-            std::iter::once(own(&event.path)).chain(event.actions.iter().map(|action| own(&action.path)))
-        });
-        std::iter::once(own(&act.path)).chain(events)
-    });
-    let mut names = Names::new(all);
-    let mut assigned = BTreeMap::new();
-    for story in 0..stories.len() {
-        assigned.insert(At::Story(story), names.assign("", format!("Story[{}]", story + 1)));
-    }
-    for (act, draft) in acts.iter().enumerate() {
-        let act_name = names.assign(own(&draft.path), format!("Act[{}]", act + 1));
-        // No report shows these, so that they need not have their own names.
-        for group in 0..draft.groups.len() {
-            let name = names.assign("", format!("{act_name}/Group[{}]", group + 1));
-            assigned.insert(At::Group { act, group }, name);
+fn names(elements: &[KnownElement<'_>]) -> BTreeMap<At, String> {
+    fn own<'a>((_, path, at): &KnownElement<'a>) -> &'a str {
+        match at {
+            // No report shows these, so that they need not have their own names.
+            At::Story(_) | At::Group { .. } => "",
+            At::Act(_) | At::Event { .. } | At::Action { .. } => path.last().map_or("", String::as_str),
         }
-        for (event, draft) in draft.events.iter().enumerate() {
-            let event_name = names.assign(own(&draft.path), event_path(&act_name, event));
-            for (action, draft) in draft.actions.iter().enumerate() {
-                let name = names.assign(own(&draft.path), action_path(&event_name, action));
-                assigned.insert(At::Action { act, event, action }, name);
-            }
-            assigned.insert(At::Event { act, event }, event_name);
-        }
-        assigned.insert(At::Act(act), act_name);
+    }
+    let mut names = Names::new(elements.iter().map(own));
+    let mut assigned: BTreeMap<At, String> = BTreeMap::new();
+    for element in elements {
+        let path = match element.2 {
+            At::Story(story) => format!("Story[{}]", story + 1),
+            At::Act(act) => format!("Act[{}]", act + 1),
+            At::Group { act, group } => format!("{}/Group[{}]", assigned[&At::Act(act)], group + 1),
+            At::Event { act, event } => event_path(&assigned[&At::Act(act)], event),
+            At::Action { act, event, action } => action_path(&assigned[&At::Event { act, event }], action),
+        };
+        assigned.insert(element.2, names.assign(own(element), path));
     }
     assigned
 }

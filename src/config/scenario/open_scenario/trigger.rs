@@ -97,8 +97,7 @@ impl Document<'_, '_> {
     pub(super) fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
         let [child] = element.children.as_slice() else {
             let reason = format!("{} holds {} elements", element.name, element.children.len());
-            self.reader.refuse(&element.location, reason, "give exactly one");
-            return None;
+            return self.reader.refused(&element.location, reason, "give exactly one");
         };
         child.is_interpreted.set(true);
         element.is_interpreted.set(true);
@@ -155,8 +154,7 @@ impl Document<'_, '_> {
         let has_order = matches!(value, VariableValue::Number(_)) || self.reader.compat == Compat::Upstream;
         if !has_order && !matches!(rule, Rule::EqualTo | Rule::NotEqualTo) {
             let reason = format!("{} compares numbers, and \"{value}\" is not one", given.text);
-            self.reader.refuse(&given.location, reason, "give equalTo or notEqualTo");
-            return None;
+            return self.reader.refused(&given.location, reason, "give equalTo or notEqualTo");
         }
         Some(Test::Variable { variable, rule, value })
     }
