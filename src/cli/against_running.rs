@@ -4,7 +4,8 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 
-use super::{Failure, messages};
+use super::failure::Failure;
+use super::messages;
 use crate::config::Settings;
 use crate::core::gateway::configuration::{Change, ReloadPlan, plan};
 use crate::core::gateway::snapshot::{Build, Snapshot};

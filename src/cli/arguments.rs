@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::Failure;
+use super::failure::Failure;
 use super::progress::Progress;
 use super::unreadable::with_neighbours;
 use crate::check;

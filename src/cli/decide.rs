@@ -8,8 +8,9 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::arguments::{Every, draw, file_name, svg_path};
+use super::failure::Failure;
 use super::progress::Progress;
-use super::{Failure, messages, survey};
+use super::{messages, survey};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
 use crate::config::{Overrides, Problem, Refused, load};

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::Failure;
 use super::arguments::speed;
+use super::failure::Failure;
 use super::live::{IsolationArgs, node_arguments};
 use super::messages;
 use super::ros_arguments::RosArgs;

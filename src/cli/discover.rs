@@ -9,7 +9,8 @@ use std::time::Duration;
 use clap::Args;
 
 use super::arguments::{Shown, open, seconds};
-use super::{Failure, inspect, messages};
+use super::failure::Failure;
+use super::{inspect, messages};
 use crate::config::draft::VehicleDraft;
 use crate::core::can::input::CanInput;
 use crate::core::can::mark::Mark;

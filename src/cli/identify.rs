@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::arguments::{Shown, open, seconds};
+use super::failure::Failure;
+use super::messages;
 use super::progress::Progress;
-use super::{Failure, messages};
 use crate::check::identify::Identifier;
 use crate::check::identify_text;
 use crate::core::can::input::CanInput;

@@ -8,8 +8,9 @@ use std::time::Duration;
 use clap::Args;
 
 use super::discover::{self, DiscoverArgs};
+use super::failure::Failure;
 use super::questions::ask;
-use super::{Failure, identify, messages, profiles};
+use super::{identify, messages, profiles};
 use crate::check::identify::Candidate;
 use crate::check::identify_text;
 use crate::config::draft::{BusInterface, gateway_toml};

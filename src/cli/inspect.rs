@@ -10,12 +10,13 @@ use super::against_running;
 use super::arguments::{
     ConfigArgs, DEFAULT_CONFIG, RecordingArgs, Shown, open, recording, settings, settings_in,
 };
+use super::failure::Failure;
+use super::messages;
 use super::progress::Progress;
 use super::replay::{has_frames, mention_losses};
 use super::status::SOCKET;
 use super::unreadable::expect_recording;
 use super::view::{self, ViewArgs};
-use super::{Failure, messages};
 use crate::check;
 use crate::check::Report;
 use crate::check::decode::Decoder;

@@ -11,8 +11,9 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::arguments::{Every, draw, file_name, seconds, svg_path};
+use super::failure::Failure;
+use super::messages;
 use super::progress::Progress;
-use super::{Failure, messages};
 use crate::config::files::Disk;
 use crate::config::scenario::{self, BulbOrder, ReadOptions, ScenarioFile};
 use crate::config::{Problem, Refused};

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::arguments::{ConfigArgs, settings_of_node};
+use super::failure::Failure;
+use super::messages;
 use super::ros_arguments::{self, RosArgs, RosArguments};
 use super::view::ViewArgs;
-use super::{Failure, messages};
 use crate::config::files::Disk;
 use crate::config::gateway::DEFAULT_NODE;
 use crate::daemon;

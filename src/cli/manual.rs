@@ -4,11 +4,23 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Command, CommandFactory};
+use clap::{Args, Command};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, roman};
 
-use super::{Cli, EXIT_CODES, Failure};
+use super::failure::Failure;
+
+/// Exit codes of all commands.
+pub(super) const EXIT_CODES: &str = "  0  done
+  1  failed while running
+  2  wrong usage
+  3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
+  4  check or status found warnings, or discover is not sure
+  5  the scenario of lights ended in failure, or an expectation of decide was not met
+  6  the verdict of a scenario of lights is not known
+  7  status found errors
+  8  status, reload or check --against-running reaches no gateway
+  9  check --against-running: the configuration needs a restart";
 
 /// Variables that the gateway reads, for the pages of those who start it.
 const ENVIRONMENT: [(&str, &str); 7] = [
@@ -61,8 +73,7 @@ pub(super) struct ManArgs {
     out: Option<PathBuf>,
 }
 
-pub(super) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
-    let mut command = Cli::command();
+pub(super) fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitCode, Failure> {
     // The generator panics where a writer fails; a buffer does not.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "signal-gateway", &mut script);
@@ -70,8 +81,7 @@ pub(super) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-pub(super) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
-    let mut command = Cli::command();
+pub(super) fn man(args: &ManArgs, mut command: Command) -> Result<ExitCode, Failure> {
     command.build();
     let Some(folder) = &args.out else {
         io::stdout().write_all(&page(command, EXIT_CODES)?)?;
@@ -93,7 +103,7 @@ fn page(command: Command, exit_codes: &str) -> io::Result<Vec<u8>> {
     let is_main = command.get_name() == "signal-gateway";
     let has_surroundings = is_main || command.get_name() == "run";
     let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-    let version = Cli::command().get_version().unwrap_or_default().to_owned();
+    let version = env!("SIGNAL_GATEWAY_VERSION");
     let mut page = Vec::new();
     Man::new(command.after_help(None::<&str>))
         .source(format!("signal-gateway {version}"))

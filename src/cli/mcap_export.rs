@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Failure;
+use super::failure::Failure;
 use crate::core::can::input::CanInput;
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;

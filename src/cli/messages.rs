@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::io;
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use annotate_snippets::Level;
 use anstream::{AutoStream, ColorChoice};
@@ -10,7 +11,7 @@ use clap::{Args, ValueEnum};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::filter::LevelFilter;
 
-use super::Failure;
+use super::failure::Failure;
 use crate::config::Refused;
 use crate::config::files::Disk;
 use crate::io::process_log::{self, LogForm};
@@ -149,4 +150,12 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
         error(&format!("no log: {failed}"), "");
     }
     Ok(())
+}
+
+/// Longest time to wait for a reader of standard error, or on a busy computer for the thread that writes.
+const LAST_LINES: Duration = Duration::from_secs(2);
+
+/// Waits until the messages so far are written, at most for [`LAST_LINES`].
+pub(super) fn flush() {
+    process_log::flush(LAST_LINES);
 }

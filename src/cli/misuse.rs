@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
-use clap::Parser as _;
+use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-use super::Cli;
 use super::web::with_joined_address;
 use crate::config::built_in::BuiltIn;
 
 /// The arguments of the process; with wrong ones it ends.
-pub(super) fn parse() -> Cli {
+pub(super) fn parse<Cli: Parser>() -> Cli {
     let arguments = with_joined_address(std::env::args_os());
     Cli::try_parse_from(&arguments).unwrap_or_else(|mut error| {
         let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();

@@ -5,6 +5,8 @@ mod arguments;
 mod decide;
 mod demo;
 mod discover;
+mod failure;
+mod failure_message;
 mod identify;
 mod init;
 mod inspect;
@@ -23,25 +25,21 @@ mod ros_arguments;
 mod status;
 mod survey;
 mod unreadable;
-mod unusable;
 mod vehicle;
 mod view;
 mod web;
 
 use std::io;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
-use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
-use crate::io::process_log;
 use decide::DecideArgs;
 use demo::DemoArgs;
 use discover::DiscoverArgs;
+use failure::Failure;
 use identify::IdentifyArgs;
 use init::InitArgs;
 use inspect::{CheckArgs, DecodeArgs};
@@ -49,7 +47,7 @@ use lights::LightsArgs;
 #[cfg(feature = "ros")]
 use live::NetworkArgs;
 use live::RunArgs;
-use manual::{CompletionsArgs, ManArgs};
+use manual::{CompletionsArgs, EXIT_CODES, ManArgs};
 use messages::MessageArgs;
 use profiles::ProfilesArgs;
 use reload::ReloadArgs;
@@ -73,17 +71,6 @@ pub struct Cli {
     #[command(subcommand)]
     command: Command,
 }
-
-const EXIT_CODES: &str = "  0  done
-  1  failed while running
-  2  wrong usage
-  3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check or status found warnings, or discover is not sure
-  5  the scenario of lights ended in failure, or an expectation of decide was not met
-  6  the verdict of a scenario of lights is not known
-  7  status found errors
-  8  status, reload or check --against-running reaches no gateway
-  9  check --against-running: the configuration needs a restart";
 
 const MORE: &str = "\
 Start with: signal-gateway demo
@@ -148,13 +135,10 @@ enum Command {
     Man(ManArgs),
 }
 
-/// Longest time that the end waits for a reader of standard error, or on a busy computer for the thread that writes.
-const LAST_LINES: Duration = Duration::from_secs(2);
-
 /// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
     messages::choose_colors(std::env::args_os().skip(1));
-    let cli = misuse::parse();
+    let cli = misuse::parse::<Cli>();
     messages::set_options(cli.messages);
     let outcome = match cli.command {
         Command::Run(args) => live::run(args),
@@ -175,8 +159,8 @@ pub fn main() -> ExitCode {
         Command::Network(args) => live::network(&args),
         #[cfg(feature = "ros")]
         Command::NetworkSupervisor => live::network_supervisor(),
-        Command::Completions(args) => manual::completions(&args),
-        Command::Man(args) => manual::man(&args),
+        Command::Completions(args) => manual::completions(&args, Cli::command()),
+        Command::Man(args) => manual::man(&args, Cli::command()),
     };
     let code = match outcome {
         Ok(code) => code,
@@ -187,7 +171,7 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(failure) => {
-            failure.show();
+            failure_message::show(&failure);
             ExitCode::from(match failure {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
@@ -200,61 +184,12 @@ pub fn main() -> ExitCode {
             })
         }
     };
-    process_log::flush(LAST_LINES);
+    messages::flush();
     code
-}
-
-/// The reason for which a command failed.
-#[derive(Debug, thiserror::Error)]
-enum Failure {
-    #[error("{0}")]
-    Refused(#[from] Refused),
-    #[error("{0}")]
-    Usage(String),
-    #[error("{0}")]
-    Daemon(#[from] DaemonError),
-    /// A variable of the environment.
-    #[error("{0}")]
-    Environment(String),
-    #[error("{}: {_1}", _0.display())]
-    File(PathBuf, io::Error),
-    /// A file that cannot be written.
-    #[error("{}: {_1}", _0.display())]
-    Written(PathBuf, io::Error),
-    #[error("{0}")]
-    System(#[from] io::Error),
-}
-
-impl Failure {
-    /// Makes the failure of an error of this file.
-    fn file(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |error| Self::File(path.to_owned(), error)
-    }
-
-    /// Makes the failure of an error of this file, which is being written.
-    fn written(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |error| Self::Written(path.to_owned(), error)
-    }
-
-    /// Writes the reason, with what to do about it as far as that is known.
-    fn show(&self) {
-        match self {
-            Self::Refused(refused) => messages::refused(refused),
-            Self::File(path, error) => unreadable::show(path, error),
-            Self::Written(path, error) => unreadable::show_unwritable(path, error),
-            Self::Daemon(DaemonError::NoLink { interface, state }) => unusable::show(interface, *state),
-            Self::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
-            Self::Usage(_) | Self::Environment(_) | Self::Daemon(_) | Self::System(_) => {
-                messages::error(&self.to_string(), "");
-            }
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory as _;
-
     use super::*;
 
     /// Wider lines are broken once more by clap, which leaves single words behind.

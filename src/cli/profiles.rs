@@ -8,7 +8,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
-use super::{Failure, messages};
+use super::failure::Failure;
+use super::messages;
 use crate::check;
 use crate::config::built_in::BuiltIn;
 use crate::config::files::{Disk, Files};

@@ -2,8 +2,8 @@
 
 use std::io::{self, BufRead as _, Write as _};
 
-use super::{Failure, LAST_LINES};
-use crate::io::process_log;
+use super::failure::Failure;
+use super::{failure_message, messages};
 
 /// The number of answers to one question after which it is not asked again.
 const MAX_ANSWERS: usize = 3;
@@ -27,11 +27,11 @@ pub(super) fn ask<T>(
         match take(&answer) {
             Ok(value) => return Ok(value),
             Err(error) if refused + 1 == MAX_ANSWERS => return Err(error),
-            Err(error) => error.show(),
+            Err(error) => failure_message::show(&error),
         }
         refused += 1;
         // The next question comes below.
-        process_log::flush(LAST_LINES);
+        messages::flush();
     }
 }
 

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use super::failure::Failure;
+use super::messages;
 use super::status::{SOCKET, UNREACHABLE, remedy, unreachable};
-use super::{Failure, messages};
 use crate::core::gateway::configuration::{ConfigurationState, Reload};
 use crate::core::gateway::snapshot::Snapshot;
 use crate::io::hangup::{hang_up, refuses_hangup};

@@ -7,12 +7,13 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::arguments::{RecordingArgs, Shown, draw, file_name, open, recording, settings, speed, svg_path};
+use super::failure::Failure;
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
+use super::messages;
 use super::unreadable::expect_recording;
 use super::view::ViewArgs;
 use super::web::WebArgs;
-use super::{Failure, messages};
 use crate::check::bad_lines_text;
 use crate::check::timeline::TimelineCollector;
 use crate::config::Settings;

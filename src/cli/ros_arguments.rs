@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::Failure;
+use super::failure::Failure;
 use crate::config::files::Files;
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{NodeNames, Remapping, is_name, is_namespace, is_topic};

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::{Failure, messages};
+use super::failure::Failure;
+use super::messages;
 use crate::core::diagnostics::Level;
 use crate::io::snapshots::client::{ClientError, StatusClient};
 use crate::report::status::text;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use serde_json::{Map, Value, json};
 
-use super::Failure;
+use super::failure::Failure;
 use super::progress::Progress;
 use crate::config::Refused;
 use crate::core::turn_signal::compat::DeciderCompat;

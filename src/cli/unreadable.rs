@@ -3,7 +3,8 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use super::{Failure, messages};
+use super::failure::Failure;
+use super::messages;
 use crate::config::Refused;
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;

@@ -9,8 +9,9 @@ use clap::Args;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::arguments::{ConfigArgs, seconds, settings};
+use super::failure::Failure;
+use super::messages;
 use super::view::{self, ViewArgs};
-use super::{Failure, messages};
 use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::Level;

@@ -1,16 +1,29 @@
-//! An interface that cannot be used: the reason and what to type next, in the same words for every command.
+//! What a failed command writes: the reason and what to type next, in the same words for every command.
 
 use std::path::Path;
 
-use super::messages;
+use super::failure::Failure;
+use super::{messages, unreadable};
 use crate::core::can::bus_status::link_text;
 use crate::core::can::link::LinkState;
 use crate::core::near_miss::nearest;
+use crate::daemon::DaemonError;
 use crate::io::can::interfaces::can_interfaces;
 
-/// Writes the reason for which an interface cannot be used, and the remedy.
-pub(super) fn show(interface: &str, state: LinkState) {
-    messages::error(&link_text(interface, state), &remedy(interface, state));
+/// Writes the reason, and the remedy if one is known.
+pub(super) fn show(failure: &Failure) {
+    match failure {
+        Failure::Refused(refused) => messages::refused(refused),
+        Failure::File(path, error) => unreadable::show(path, error),
+        Failure::Written(path, error) => unreadable::show_unwritable(path, error),
+        Failure::Daemon(DaemonError::NoLink { interface, state }) => {
+            messages::error(&link_text(interface, *state), &remedy(interface, *state));
+        }
+        Failure::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
+        Failure::Usage(_) | Failure::Environment(_) | Failure::Daemon(_) | Failure::System(_) => {
+            messages::error(&failure.to_string(), "");
+        }
+    }
 }
 
 fn remedy(interface: &str, state: LinkState) -> String {
@@ -36,8 +49,7 @@ fn bring_up(interface: &str, is_virtual: bool) -> String {
 }
 
 fn is_virtual(interface: &str) -> bool {
-    let device = Path::new("/sys/devices/virtual/net").join(interface);
-    device.exists()
+    Path::new("/sys/devices/virtual/net").join(interface).exists()
 }
 
 #[cfg(test)]
