@@ -7,11 +7,11 @@
 //! |---|---|
 //! | [`cli`] | the command line: one definition makes help, man page and completions |
 //! | [`daemon`] | `run` and `demo`: the gateway between its edges, in one loop |
-//! | [`check`] | what a configuration binds, and what frames and recordings come to |
+//! | [`check`] | checks a configuration, frames and recordings |
 //! | [`replay`] | the gateway over a recording, on virtual time |
 //! | [`desk`] | scenarios, drives and simulated vehicles, on virtual time |
-//! | [`report`] | what came out, as text, JSON and charts |
-//! | [`config`] | what the TOML files say, checked against the DBCs |
+//! | [`report`] | results as text, JSON and charts |
+//! | [`config`] | the TOML files, checked against the DBCs |
 //! | [`io`] | edges; each file touches one outside thing |
 //! | [`core`] | decides; touches no socket, file, clock or log |
 //!

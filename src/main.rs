@@ -1,4 +1,4 @@
-//! The `signal-gateway` command.
+//! Entry point of the `signal-gateway` command.
 
 use std::process::ExitCode;
 

@@ -7,7 +7,7 @@ use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::simulated_vehicle::request;
-use signal_gateway::io::can::formats::Content;
+use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::formats::candump::parse_line;
 use signal_gateway::io::can::log::Log;
 
@@ -20,7 +20,7 @@ fuzz_target!(|bytes: &[u8]| {
         assert!(!interface.is_empty() && !interface.contains(' '));
         let nanos = line.stamp.as_nanos();
         assert!(nanos >= 0);
-        if let Content::Data(frame) = line.content {
+        if let EntryContent::Data(frame) = line.content {
             let (sec, fraction) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
             let again = format!("({sec}.{fraction:09}) {interface} {frame}");
             assert_eq!(parse_line(again.as_bytes()), Ok(line));

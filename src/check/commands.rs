@@ -1,13 +1,12 @@
-//! The part of a check on commands to the vehicle: dry run or not, and the frames that can be sent.
+//! Checks the commands to the vehicle: whether it is a dry run, and the frames that can be sent.
 
-use super::Report;
+use super::report::CheckReport;
 use crate::config::Settings;
 use crate::config::gateway::SourceKind;
 use crate::core::command::message::CommandMessage;
 use crate::core::command::settings::{CommandSource, ModeFrom, Transmit};
 
-/// Lists source, control mode, and every message of the allow-list.
-pub(super) fn commands(settings: &Settings, report: &mut Report) {
+pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
     let binding = &settings.command_binding;
     if binding.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! `decode`: the bound signals of frames by name, with their meaning.
+//! Decodes the bound signals of frames for `decode`.
 
 use std::io::{self, Write};
 
@@ -20,31 +20,30 @@ pub struct Decoder {
     reader: FrameReader,
     interfaces: Vec<String>,
     changes_only: bool,
-    /// Raw value of each signal in the last frame that the gateway would use.
+    /// Raw value of each signal in the last frame that was used.
     last: Vec<Option<i128>>,
-    /// Reason for which the last frame of each message was rejected; `None` for one that was used.
+    /// Why the last frame of each message was rejected; `None` if it was used.
     rejected: Vec<Option<&'static str>>,
 }
 
-/// Reads frames as the gateway does: finds their message, and checks them.
+/// Finds the message of a frame and checks it, as the gateway does.
 #[derive(Debug)]
 pub(super) struct FrameReader {
     binding: LightsBinding,
-    /// The checks of the gateway, for the frames that it would reject.
     observations: Observations,
     /// The uses of all signals, with the texts of their values.
     roles: Vec<RoleTexts>,
 }
 
-/// What a frame of a bound message is worth.
+/// A frame of a bound message.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ReadFrame {
     pub(super) message: MessageIndex,
-    /// Why the gateway would reject it.
+    /// The reason if the gateway would reject the frame.
     pub(super) outcome: Result<(), Unused>,
 }
 
-/// The bound signals that a frame carries, with their raw values.
+/// Returns the bound signals in a frame, with their raw values.
 pub fn signals_in<'a>(
     table: &'a SignalTable,
     bus: BusIndex,
@@ -68,7 +67,7 @@ impl FrameReader {
         Self { observations: Observations::new(&binding.table), roles: roles(&binding), binding }
     }
 
-    /// Checks a frame, received at `stamp`; `None` for one that is not bound.
+    /// Checks a frame that was received at `stamp`; returns `None` if its message is not bound.
     pub(super) fn read(
         &mut self,
         bus: BusIndex,
@@ -83,18 +82,22 @@ impl FrameReader {
         Some(ReadFrame { message, outcome: outcome.map(drop) })
     }
 
-    /// Takes the state of a link: what was received before one was lost does not count.
+    /// Updates the state of a link. After a lost link, earlier frames no longer count.
     pub(super) fn link(&mut self, bus: BusIndex, state: LinkState) {
         if state != LinkState::Up {
             self.observations.forget_bus(&self.binding.table, bus);
         }
     }
 
+    pub(super) fn binding(&self) -> &LightsBinding {
+        &self.binding
+    }
+
     pub(super) fn table(&self) -> &SignalTable {
         &self.binding.table
     }
 
-    /// `turn left`: the meanings of a raw value.
+    /// Returns the meanings of a raw value, e.g. `turn left`.
     pub(super) fn meanings(&self, signal: SignalIndex, raw: i128) -> String {
         let of_signal = self.roles.iter().filter(|role| role.signal == signal);
         of_signal.map(|role| role.value_text(raw).text).collect::<Vec<_>>().join(", ")
@@ -102,8 +105,8 @@ impl FrameReader {
 }
 
 impl Decoder {
-    /// A decoder for the bound signals; with `changes_only`, a signal is printed when its
-    /// raw value is another than before, and a rejected frame when the one before was not rejected for the same reason.
+    /// Creates a decoder. With `changes_only` a signal is printed only when its raw value changes, and a rejected
+    /// frame only when the reason changes.
     pub fn new(settings: &Settings, changes_only: bool) -> Self {
         let reader = FrameReader::new(settings);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
@@ -116,11 +119,9 @@ impl Decoder {
         }
     }
 
-    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`. Before those of a frame
-    /// that the gateway rejects stands the reason: `(stamp) can0 128 BODY REJECTED: wrong checksum: 0x1, not 0x2`.
-    ///
-    /// # Errors
-    /// A closed `out`.
+    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`. For a frame that the
+    /// gateway rejects, the reason comes first: `(stamp) can0 128 BODY REJECTED: wrong checksum: 0x1, not 0x2`. Fails
+    /// only if `out` does.
     pub fn print(&mut self, input: &CanInput, now: Now, out: &mut dyn Write) -> io::Result<()> {
         let (bus, frame, stamp) = match input {
             CanInput::Frame { bus, frame, stamp } => (*bus, frame, *stamp),

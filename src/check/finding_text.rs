@@ -1,4 +1,4 @@
-//! Findings in words.
+//! Formats findings as text, with the profile lines that fix them.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::core::validation::table::{SignalIndex, Timing};
 use crate::core::vehicle_lights::binding::HazardSource;
 use crate::report::text::{counted, times};
 
-/// A finding in words; its severity is not among them.
+/// Returns a finding as text, without its severity.
 pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) -> String {
     let of = |message: usize| &evidence.messages[message];
     let name = |message: usize| of(message).bound.name.as_str();
@@ -82,7 +82,7 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
     }
 }
 
-/// The lines that mend what a finding is about; `None` when the recording does not tell.
+/// Returns the profile line that fixes a finding; `None` if the recording does not show it.
 pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<Fix> {
     let fix = |message: usize, line| Fix::new(&evidence.messages[message].bound.name, line);
     match finding {
@@ -125,12 +125,11 @@ fn expected_period(evidence: &ProfileEvidence, message: usize) -> String {
     }
 }
 
-/// A duration in whole milliseconds.
 pub(super) fn millis(duration: Duration) -> String {
     format!("{:.0} ms", duration.as_secs_f64() * 1e3)
 }
 
-/// The signals of a source, and its number of frames.
+/// Returns the signals of a source, and its number of frames.
 fn source_text(evidence: &ProfileEvidence, source: Source) -> (String, u64) {
     let lights = evidence.lights();
     let name = |signal: SignalIndex| lights.table.signals[signal.0].name.as_str();

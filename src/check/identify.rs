@@ -1,4 +1,4 @@
-//! `identify`: the built-in profiles that fit frames of an unknown vehicle.
+//! Finds the built-in profiles that fit frames of an unknown vehicle, for `identify`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,26 +13,25 @@ use crate::core::plausibility::evidence::ProfileEvidence;
 use crate::core::plausibility::fit::{Fit, Support, Verdict, fit};
 use crate::core::time::{MonoTime, WallStamp};
 
-/// Frames for which a checksum or counter must hold before it decides.
+/// Number of frames for which a checksum or counter must hold before it decides.
 const MIN_PROOF: u64 = 100;
 
-/// The evidence for each profile on each interface, frame by frame.
+/// Collects the evidence for each profile on each interface, frame by frame.
 #[derive(Debug)]
 pub struct Identifier {
-    profiles: Vec<Profile>,
+    profiles: Vec<KnownProfile>,
     /// Positions of the profiles that bind an identifier.
     bound: BTreeMap<CanId, Vec<usize>>,
-    /// Identifiers of further messages that profiles expect.
     heartbeats: BTreeSet<CanId>,
-    interfaces: Vec<Interface>,
+    interfaces: Vec<InterfaceEvidence>,
     first: Option<WallStamp>,
     now: MonoTime,
     frames: u64,
 }
 
-/// A built-in profile before its first frame.
+/// A built-in profile and its evidence before the first frame.
 #[derive(Debug)]
-struct Profile {
+struct KnownProfile {
     name: &'static str,
     vehicle: String,
     bus: String,
@@ -40,18 +39,17 @@ struct Profile {
     heartbeats: Vec<CanId>,
 }
 
-/// The evidence of one interface.
 #[derive(Debug)]
-struct Interface {
+struct InterfaceEvidence {
     name: String,
-    /// By the position of the profile.
+    /// Evidence by the position of the profile.
     evidence: BTreeMap<usize, ProfileEvidence>,
     heartbeats: BTreeSet<CanId>,
 }
 
 /// A profile of which messages were received.
 #[derive(Debug)]
-pub struct Candidate<'a> {
+pub struct ProfileCandidate<'a> {
     /// Name of the profile.
     pub profile: &'static str,
     /// Name of the vehicle.
@@ -60,20 +58,18 @@ pub struct Candidate<'a> {
     pub bus: &'a str,
     /// The interface on which it fits best.
     pub interface: &'a str,
-    /// What speaks for it and against it.
+    /// Evidence for and against the profile.
     pub fit: Fit,
-    /// The evidence itself.
+    /// Everything that was counted for the profile.
     pub evidence: &'a ProfileEvidence,
 }
 
 impl Identifier {
-    /// Without a frame.
-    ///
-    /// # Errors
-    /// Never, as long as the built-in profiles are in order.
+    /// Creates an identifier for the built-in profiles. Fails only if one of them is invalid.
     pub fn new() -> Result<Self, Refused> {
         let paths = BuiltIn::Profile.names().filter_map(|name| Some((name, BuiltIn::Profile.path(name)?)));
-        let profiles = paths.map(|(name, path)| Profile::load(name, &path)).collect::<Result<Vec<_>, _>>()?;
+        let profiles =
+            paths.map(|(name, path)| KnownProfile::load(name, &path)).collect::<Result<Vec<_>, _>>()?;
         let mut bound = BTreeMap::<CanId, Vec<usize>>::new();
         for (position, profile) in profiles.iter().enumerate() {
             let ids: BTreeSet<_> = profile.evidence.ids().map(|(_, id)| id).collect();
@@ -82,19 +78,11 @@ impl Identifier {
             }
         }
         let heartbeats = profiles.iter().flat_map(|profile| profile.heartbeats.iter().copied()).collect();
-        let first = None;
-        Ok(Self {
-            profiles,
-            bound,
-            heartbeats,
-            interfaces: Vec::new(),
-            first,
-            now: MonoTime::ZERO,
-            frames: 0,
-        })
+        let (interfaces, first, now, frames) = (Vec::new(), None, MonoTime::ZERO, 0);
+        Ok(Self { profiles, bound, heartbeats, interfaces, first, now, frames })
     }
 
-    /// Takes the next frame of an interface.
+    /// Adds the next frame of an interface.
     pub fn frame(&mut self, interface: &str, frame: &Frame, stamp: WallStamp) {
         self.frames += 1;
         let first = *self.first.get_or_insert(stamp);
@@ -106,7 +94,7 @@ impl Identifier {
         let position = self.interfaces.iter().position(|known| known.name == interface);
         let position = position.unwrap_or_else(|| {
             let (name, heartbeats) = (interface.to_owned(), BTreeSet::new());
-            self.interfaces.push(Interface { name, evidence: BTreeMap::new(), heartbeats });
+            self.interfaces.push(InterfaceEvidence { name, evidence: BTreeMap::new(), heartbeats });
             self.interfaces.len() - 1
         });
         let interface = &mut self.interfaces[position];
@@ -121,8 +109,8 @@ impl Identifier {
         }
     }
 
-    /// True if further frames would hardly change who is first: one profile alone fits, with a checksum or a counter that
-    /// holds, or a side that was on.
+    /// Returns true if more frames would hardly change the result: only one profile fits, and it has a valid checksum
+    /// or counter, or a side that was on.
     pub fn is_sure(&self) -> bool {
         let candidates = self.candidates();
         let mut fitting = candidates.iter().filter(|candidate| candidate.fits());
@@ -133,29 +121,29 @@ impl Identifier {
         first.fit.support.iter().any(is_strong)
     }
 
-    /// Number of frames taken.
+    /// Returns the number of frames added.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Time since the first frame.
+    /// Returns the time since the first frame.
     pub fn length(&self) -> Duration {
         self.now.since(MonoTime::ZERO)
     }
 
-    /// Names of the interfaces, in the order of their first frames.
+    /// Returns the names of the interfaces, in the order of their first frames.
     pub fn interfaces(&self) -> impl Iterator<Item = &str> {
         self.interfaces.iter().map(|interface| interface.name.as_str())
     }
 
-    /// Number of profiles that were tried.
+    /// Returns the number of profiles that were tried.
     pub fn profiles(&self) -> usize {
         self.profiles.len()
     }
 
-    /// The profiles of which messages were received, the best first, each on the interface on which it fits best.
-    pub fn candidates(&self) -> Vec<Candidate<'_>> {
-        let of_profile = |(position, profile): (usize, &'_ Profile)| {
+    /// Returns the profiles of which messages were received, best first, each on the interface that it fits best.
+    pub fn candidates(&self) -> Vec<ProfileCandidate<'_>> {
+        let of_profile = |(position, profile): (usize, &'_ KnownProfile)| {
             let fits = self.interfaces.iter().filter_map(move |interface| {
                 let evidence = interface.evidence.get(&position)?;
                 let mut heartbeats = profile.heartbeats.clone();
@@ -171,29 +159,36 @@ impl Identifier {
             .filter_map(|(position, profile)| {
                 let (interface, evidence, fit) = of_profile((position, profile))?;
                 let (name, vehicle, bus) = (profile.name, profile.vehicle.as_str(), profile.bus.as_str());
-                Some(Candidate { profile: name, vehicle, bus, interface: &interface.name, fit, evidence })
+                Some(ProfileCandidate {
+                    profile: name,
+                    vehicle,
+                    bus,
+                    interface: &interface.name,
+                    fit,
+                    evidence,
+                })
             })
             .collect();
         candidates.sort_by_key(|candidate| std::cmp::Reverse((candidate.fit.verdict, candidate.fit.score)));
         candidates
     }
 
-    /// The candidates that nothing contradicts, the best first.
-    pub fn possible(&self) -> Vec<Candidate<'_>> {
+    /// Returns the candidates that nothing contradicts, best first.
+    pub fn possible(&self) -> Vec<ProfileCandidate<'_>> {
         let mut candidates = self.candidates();
         candidates.retain(|candidate| candidate.fit.verdict > Verdict::No);
         candidates
     }
 }
 
-impl Candidate<'_> {
-    /// True if a rhythm, a rule or a behaviour of the profile holds.
+impl ProfileCandidate<'_> {
+    /// Returns true if a period, a check or a behaviour of the profile holds.
     pub fn fits(&self) -> bool {
         self.fit.verdict == Verdict::Fits
     }
 }
 
-impl Profile {
+impl KnownProfile {
     fn load(name: &'static str, path: &Path) -> Result<Self, Refused> {
         let settings = load_profile(&Disk, path)?;
         let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();

@@ -1,21 +1,21 @@
-//! Texts of `identify`.
+//! Formats the result of `identify` as text and JSON.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::finding_text::finding_text;
-use super::identify::{Candidate, Identifier};
+use super::finding_text::{finding_text, millis};
+use super::identify::{Identifier, ProfileCandidate};
 use super::report::{RESET, color};
 use crate::core::plausibility::finding::Severity;
 use crate::core::plausibility::fit::{Support, Verdict};
 use crate::report::text::{Layout, counted, escaped, wrapped};
 
-/// The number of candidates that are listed.
 const LISTED: usize = 3;
 
-/// The best candidates of a recording (`None`: of a bus) with what speaks for and against them; every one with `all`.
+/// Returns the best candidates with the evidence for and against them, or all candidates with `all`. `log` is `None`
+/// for a bus.
 pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layout) -> String {
     let candidates = identifier.candidates();
     let mut text = String::new();
@@ -30,7 +30,7 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     );
     let fitting = candidates.iter().filter(|candidate| candidate.fits()).count();
     let listed = if all { candidates.len() } else { LISTED.max(fitting.min(2 * LISTED)) };
-    let is_listed = |candidate: &&Candidate<'_>| all || candidate.fit.verdict > Verdict::No;
+    let is_listed = |candidate: &&ProfileCandidate<'_>| all || candidate.fit.verdict > Verdict::No;
     for candidate in candidates.iter().filter(is_listed).take(listed) {
         add(&mut text, candidate, layout);
     }
@@ -42,8 +42,9 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     });
     let mut end = vec![conclusion(&candidates, log, interfaces.len() > 1)];
     if hidden > 0 && !all {
-        let more = counted(hidden as u64, "more profile");
-        end.push(format!("{more} with a message under a known identifier, but worse: --all lists them"));
+        let (hidden, pronoun) =
+            (counted(hidden as u64, "weaker match"), if hidden == 1 { "it" } else { "them" });
+        end.push(format!("{hidden} hidden; --all lists {pronoun}"));
     }
     for line in end.iter().flat_map(|line| wrapped(line, layout.width, 0)) {
         let _ = write!(text, "\n{line}");
@@ -52,8 +53,8 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     text
 }
 
-/// What follows, as a command where there is one; `with_map` for a recording of several buses.
-fn conclusion(candidates: &[Candidate<'_>], log: Option<&Path>, with_map: bool) -> String {
+/// Returns the conclusion, with a command if there is one; `with_map` is for a recording of several buses.
+fn conclusion(candidates: &[ProfileCandidate<'_>], log: Option<&Path>, with_map: bool) -> String {
     match candidates {
         [first, rest @ ..] if first.fits() => {
             let rivals = rest.iter().filter(|other| other.fits() && other.fit.score == first.fit.score);
@@ -73,7 +74,7 @@ fn conclusion(candidates: &[Candidate<'_>], log: Option<&Path>, with_map: bool) 
     }
 }
 
-/// A text as an argument for a shell.
+/// Quotes an argument for a shell if necessary.
 fn argument(text: &str) -> String {
     let is_plain = |char: char| char.is_alphanumeric() || "-_./+=:,@%".contains(char);
     if text.chars().all(is_plain) {
@@ -83,15 +84,10 @@ fn argument(text: &str) -> String {
     }
 }
 
-/// The column of texts beside the verdict, characters.
 const COLUMN: usize = 10;
 
-fn add(text: &mut String, candidate: &Candidate<'_>, layout: Layout) {
-    let (verdict, weight) = match candidate.fit.verdict {
-        Verdict::Fits => ("fits", Severity::Note),
-        Verdict::Possible => ("possible", Severity::Warning),
-        Verdict::No => ("no", Severity::Error),
-    };
+fn add(text: &mut String, candidate: &ProfileCandidate<'_>, layout: Layout) {
+    let (verdict, weight) = weighed(candidate.fit.verdict);
     let (start, end) = if layout.has_color { (color(weight), RESET) } else { ("", "") };
     let lines = |body: &str, column: usize| {
         let width = layout.width.map(|width| width.saturating_sub(column));
@@ -114,7 +110,15 @@ fn add(text: &mut String, candidate: &Candidate<'_>, layout: Layout) {
     }
 }
 
-fn support_text(candidate: &Candidate<'_>, support: &Support) -> String {
+fn weighed(verdict: Verdict) -> (&'static str, Severity) {
+    match verdict {
+        Verdict::Fits => ("fits", Severity::Note),
+        Verdict::Possible => ("possible", Severity::Warning),
+        Verdict::No => ("no", Severity::Error),
+    }
+}
+
+fn support_text(candidate: &ProfileCandidate<'_>, support: &Support) -> String {
     let name = |message: usize| {
         let bound = &candidate.evidence.messages[message].bound;
         format!("{} ({})", bound.name, bound.id)
@@ -129,7 +133,7 @@ fn support_text(candidate: &Candidate<'_>, support: &Support) -> String {
             )
         }
         Support::Period { message, median } => {
-            format!("{}: every {:.0} ms, as described", name(*message), median.as_secs_f64() * 1e3)
+            format!("{}: every {}, as described", name(*message), millis(*median))
         }
         Support::ExtendedIdentifier { message } => {
             format!("{}: an identifier of 29 bits", name(*message))
@@ -147,23 +151,18 @@ fn support_text(candidate: &Candidate<'_>, support: &Support) -> String {
     }
 }
 
-/// All candidates as one JSON object.
+/// Returns all candidates as one JSON object.
 pub fn json(identifier: &Identifier) -> String {
     let candidates: Vec<Value> = identifier
         .candidates()
         .iter()
         .map(|candidate| {
-            let verdict = match candidate.fit.verdict {
-                Verdict::Fits => "fits",
-                Verdict::Possible => "possible",
-                Verdict::No => "no",
-            };
             let (received, messages) = candidate.fit.received;
             json!({
                 "profile": candidate.profile,
                 "vehicle": candidate.vehicle,
                 "interface": candidate.interface,
-                "verdict": verdict,
+                "verdict": weighed(candidate.fit.verdict).0,
                 "score": candidate.fit.score,
                 "messages_received": received,
                 "messages": messages,

@@ -1,4 +1,4 @@
-//! `decode --live` on a terminal: the last frame of each identifier, with what changed in it.
+//! Collects the last frame of each identifier and its changes, for `decode --live` on a terminal.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -13,53 +13,50 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::report::terminal::message_table::MessageRow;
 use crate::report::terminal::picture::{BusLine, Picture};
 
-/// Most rows; frames of further identifiers are counted only.
+/// Maximum number of rows; frames of further identifiers are only counted.
 const MAX_ROWS: usize = 4096;
-/// Weight of the past in the mean of a period.
+/// Weight of the previous mean in the mean period.
 const PERIOD_WEIGHT: u32 = 8;
-/// Time over which the rate of a bus is counted.
 const RATE_TIME: Duration = Duration::from_secs(1);
 
-/// All identifiers that were received.
+/// Table of all identifiers that were received.
 #[derive(Debug)]
 pub struct LiveMessages<'a> {
     reader: FrameReader,
-    /// DBC of each bus.
     databases: Vec<&'a Database>,
-    rows: BTreeMap<(BusIndex, CanId), Row<'a>>,
-    buses: Vec<Bus>,
+    rows: BTreeMap<(BusIndex, CanId), MessageState<'a>>,
+    buses: Vec<LiveBus>,
 }
 
 #[derive(Debug)]
-struct Bus {
+struct LiveBus {
     interface: String,
     link: Option<LinkState>,
     counted: u32,
     since: MonoTime,
     rate_hz: f64,
     drops: u64,
-    /// Frames of identifiers beyond [`MAX_ROWS`].
+    /// Number of frames of identifiers beyond [`MAX_ROWS`].
     not_shown: u64,
 }
 
 #[derive(Debug)]
-struct Row<'a> {
-    /// The message in the DBC.
+struct MessageState<'a> {
     described: Option<&'a Message>,
     frame: Frame,
     read: Option<ReadFrame>,
     at: MonoTime,
     stamp: WallStamp,
-    /// Mean time from one frame to the next; `None` after the first.
+    /// Mean period; `None` after the first frame.
     period: Option<Duration>,
-    /// When each byte of the frame changed; `None` since the first frame.
+    /// When each byte last changed; `None` if it never has.
     changed: Vec<Option<MonoTime>>,
 }
 
 impl<'a> LiveMessages<'a> {
-    /// No frames yet, on the buses of a configuration.
+    /// Creates an empty table for the buses of a configuration.
     pub fn new(settings: &'a Settings) -> Self {
-        let bus = |interface: &String| Bus {
+        let bus = |interface: &String| LiveBus {
             interface: interface.clone(),
             link: None,
             counted: 0,
@@ -73,7 +70,7 @@ impl<'a> LiveMessages<'a> {
         Self { reader: FrameReader::new(settings), databases, rows: BTreeMap::new(), buses }
     }
 
-    /// Takes what was received.
+    /// Adds an input.
     pub fn take(&mut self, input: &CanInput, now: Now) {
         let Some(bus) = self.buses.get_mut(usize::from(input.bus().0)) else { return };
         match input {
@@ -91,8 +88,10 @@ impl<'a> LiveMessages<'a> {
                         });
                         let changed = vec![None; frame.data().len()];
                         let (frame, stamp, at) = (*frame, *stamp, now.mono);
-                        self.rows
-                            .insert(key, Row { described, frame, read, at, stamp, period: None, changed });
+                        self.rows.insert(
+                            key,
+                            MessageState { described, frame, read, at, stamp, period: None, changed },
+                        );
                     }
                 }
             }
@@ -105,18 +104,18 @@ impl<'a> LiveMessages<'a> {
         }
     }
 
-    /// The state of the buses at `now`.
+    /// Returns the state of the buses at `now`.
     pub fn picture(&mut self, now: MonoTime) -> Picture {
         let buses = self.buses.iter_mut().map(|bus| bus.line(now)).collect();
         Picture { buses, ..Picture::default() }
     }
 
-    /// A row for each identifier, by bus and identifier.
+    /// Returns a row for each identifier, ordered by bus and identifier.
     pub fn rows(&self, now: MonoTime) -> Vec<MessageRow> {
         self.rows.iter().map(|((bus, id), row)| self.row(*bus, *id, row, now)).collect()
     }
 
-    fn row(&self, bus: BusIndex, id: CanId, row: &Row<'_>, now: MonoTime) -> MessageRow {
+    fn row(&self, bus: BusIndex, id: CanId, row: &MessageState<'_>, now: MonoTime) -> MessageRow {
         let since = |at: &Option<MonoTime>| at.map(|at| now.since(at));
         let bound: Vec<_> = signals_in(self.reader.table(), bus, &row.frame)
             .map(|(index, signal, raw)| {
@@ -152,8 +151,8 @@ impl<'a> LiveMessages<'a> {
     }
 }
 
-/// `SPEED = 12.5 km/h`, `GEAR = 3 (reverse)`: a signal that the profile does not bind; `None` where the frame does not
-/// carry it.
+/// Returns a signal that the profile does not bind, as `SPEED = 12.5 km/h` or `GEAR = 3 (reverse)`; `None` if the
+/// frame does not carry it.
 fn signal_text(signal: &Signal, frame: &Frame) -> Option<String> {
     let codec = &signal.codec;
     if codec.needed_length() > frame.data().len() || !codec.is_present(frame.padded()) {
@@ -170,7 +169,7 @@ fn signal_text(signal: &Signal, frame: &Frame) -> Option<String> {
         Number::Float32 => f32::from_bits(u32::try_from(raw).ok()?).into(),
         Number::Float64 => f64::from_bits(u64::try_from(raw).ok()?),
     };
-    // Without the last digits, which come from the factor being binary.
+    // The last digits only come from the binary factor.
     let value = (number * signal.factor + signal.offset).to_string();
     let value =
         if value.len() > 12 { format!("{:.3}", number * signal.factor + signal.offset) } else { value };
@@ -178,7 +177,7 @@ fn signal_text(signal: &Signal, frame: &Frame) -> Option<String> {
     Some(format!("{name} = {value}{unit}"))
 }
 
-impl Row<'_> {
+impl MessageState<'_> {
     fn update(&mut self, frame: &Frame, read: Option<ReadFrame>, stamp: WallStamp, at: MonoTime) {
         let before = self.frame.data();
         self.changed.resize(frame.data().len(), Some(at));
@@ -187,7 +186,7 @@ impl Row<'_> {
                 *changed = Some(at);
             }
         }
-        // The kernel's stamps, which no batch delays; a clock that was set back gives no period.
+        // The kernel's stamps are not delayed by batches. A clock that was set back gives no period.
         let nanos = u64::try_from(stamp.as_nanos().saturating_sub(self.stamp.as_nanos()));
         if let Ok(gap) = nanos.map(Duration::from_nanos) {
             let mean = |period: Duration| (period * (PERIOD_WEIGHT - 1) + gap) / PERIOD_WEIGHT;
@@ -197,7 +196,7 @@ impl Row<'_> {
     }
 }
 
-impl Bus {
+impl LiveBus {
     fn line(&mut self, now: MonoTime) -> BusLine {
         let time = now.since(self.since);
         if time >= RATE_TIME {

@@ -1,8 +1,8 @@
-//! The part of a check on a lanelet2 map: what decides about turn signals.
+//! Checks the tags of a lanelet2 map that decide about turn signals.
 
 use std::path::Path;
 
-use super::Report;
+use super::report::CheckReport;
 use crate::config::files::Files;
 use crate::config::{Problem, read_lane_network};
 use crate::core::map::lane_network::LaneNetwork;
@@ -11,27 +11,24 @@ use crate::core::plausibility::finding::Severity;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::report::text::counted;
 
-/// Checks a map by itself, for the decider's default behaviour.
-///
-/// # Errors
-/// The problem for which the map cannot be read.
-pub fn map(files: &dyn Files, path: &Path) -> Result<Report, Problem> {
+/// Checks a map by itself, with the default settings of the decider. Returns the problem if it cannot be read.
+pub fn map(files: &dyn Files, path: &Path) -> Result<CheckReport, Problem> {
     let road = read_lane_network(files, path)?;
-    let mut report = Report::default();
+    let mut report = CheckReport::default();
     report.line("map", &summary(&path.display().to_string(), &road));
     tags(&road, DeciderCompat::Improved, &mut report);
     Ok(report)
 }
 
-/// The map with the number of its lanelets and roundabouts.
+/// Returns the path of a map with its numbers of lanelets and roundabouts.
 pub(super) fn summary(path: &str, road: &LaneNetwork) -> String {
     let count = |count: usize, noun| counted(count.try_into().unwrap_or(u64::MAX), noun);
     let (lanes, roundabouts) = (road.lanes().count(), road.roundabouts().len());
     format!("{path}: {}, {}", count(lanes, "lanelet"), count(roundabouts, "roundabout"))
 }
 
-/// Lists the flaws of its tags. What the decider makes up for by default is not a warning then.
-pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Report) {
+/// Adds the flaws of the map's tags. Flaws that the decider corrects by default are only notes.
+pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut CheckReport) {
     for finding in check_tags(road) {
         let is_made_up_for = compat == DeciderCompat::Improved
             && matches!(finding.flaw, MapFlaw::SplitTurn { .. } | MapFlaw::UntaggedExit);
@@ -64,7 +61,7 @@ mod tests {
         }
     }
 
-    fn checked(text: &str) -> Report {
+    fn checked(text: &str) -> CheckReport {
         map(&Map(text.to_owned()), Path::new("map.osm")).unwrap()
     }
 
@@ -97,7 +94,7 @@ mod tests {
         };
         let road = LaneNetwork::new([lane(1, &[2]), lane(2, &[])], Vec::new());
         for (compat, concerns) in [(DeciderCompat::Improved, 0), (DeciderCompat::Upstream, 1)] {
-            let mut report = Report::default();
+            let mut report = CheckReport::default();
             tags(&road, compat, &mut report);
             let text = report.text(Layout::default());
             assert!(text.contains("lanelet 1 at (0.0, 0.0) m: a turn tagged left"), "{text}");

@@ -13,6 +13,7 @@ mod provenance;
 mod report;
 mod service;
 mod survey;
+mod survey_text;
 pub mod timeline;
 mod traffic_lights;
 mod turn_signal;
@@ -32,13 +33,13 @@ pub use crate::report::text::Layout;
 use crate::report::text::{counted, plain_path};
 pub use map::map;
 pub use provenance::records;
-pub use report::{Report, ReportedFinding};
+pub use report::{CheckReport, ReportedFinding};
 pub use service::service_files;
-pub use survey::{bad_lines_text, recording};
+pub use survey_text::{bad_lines_text, recording};
 
-/// Lists the bindings of a configuration, and what was rejected of its DBCs.
-pub fn binding(settings: &Settings) -> Report {
-    let mut report = Report::default();
+/// Lists the bindings of a configuration and the rejected statements of its DBCs.
+pub fn binding(settings: &Settings) -> CheckReport {
+    let mut report = CheckReport::default();
     report.line("vehicle", &settings.vehicle);
     provenance::provenance(&settings.provenance, &mut report);
     let lights = &settings.gateway.lights;
@@ -91,13 +92,13 @@ pub fn binding(settings: &Settings) -> Report {
     report
 }
 
-/// Notes for an integrator on a configuration that is accepted.
+/// Returns notes for an integrator on a valid configuration.
 pub fn notes(settings: &Settings) -> Vec<String> {
     let missed = missed_flashes(&settings.gateway.lights);
     missed.into_iter().chain(traffic_lights::notes(settings)).chain(old_stamps(settings)).collect()
 }
 
-/// Published stamps of the past: Autoware's aggregator of diagnostics, among others, takes them for stale.
+/// Warns of published stamps in the past, which readers such as Autoware's diagnostics aggregator treat as stale.
 fn old_stamps(settings: &Settings) -> Option<String> {
     let is_published = settings.ros.enabled && settings.source == SourceKind::Recording;
     let stamps = settings.recording.as_ref().filter(|_| is_published)?.stamps;
@@ -126,7 +127,7 @@ fn missed_flashes(lights: &LightsBinding) -> Vec<String> {
     lights.turn.sources().iter().filter_map(note).collect()
 }
 
-fn turn_sources(turn: &TurnBinding, report: &mut Report) {
+fn turn_sources(turn: &TurnBinding, report: &mut CheckReport) {
     let sources = match turn {
         TurnBinding::LeftOut | TurnBinding::Unbound => {
             return report.line("turn", "not in the profile: never published, no diagnostics");
@@ -158,7 +159,7 @@ fn turn_sources(turn: &TurnBinding, report: &mut Report) {
     source_order("turn", sources, report);
 }
 
-fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
+fn hazard_sources(hazard: &HazardBinding, report: &mut CheckReport) {
     let sources = match hazard {
         HazardBinding::LeftOut => {
             return report.line("hazard", "not in the profile: never published, no diagnostics");
@@ -187,7 +188,7 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
     source_order("hazard", sources, report);
 }
 
-fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut Report) {
+fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut CheckReport) {
     if let [_, _, ..] = sources.list.as_slice() {
         let name = |named: &NamedSource<S>| {
             let condition = if named.condition.is_some() { " (while its condition is on)" } else { "" };

@@ -1,17 +1,15 @@
-//! The meanings of a profile beside the names that the DBC has for them.
+//! Compares the meanings in a profile with the DBC's names.
 
-use super::report::Report;
+use super::report::CheckReport;
 use crate::config::Settings;
 use crate::core::plausibility::finding::Severity;
 use crate::core::validation::display::RoleTexts;
 use crate::core::validation::table::SignalIndex;
 
-/// The longest subject that is a heading, characters.
 const MAX_HEADING: usize = 10;
-/// Number of names of a range that are listed.
 const LISTED: i128 = 3;
 
-/// The name that the DBC gives a raw value of a signal of the lights.
+/// Returns the DBC's name of a raw value.
 pub(super) fn value_name(settings: &Settings, signal: SignalIndex, raw: i128) -> Option<&str> {
     let table = &settings.gateway.lights.table;
     let bound = &table.signals[signal.0];
@@ -23,8 +21,8 @@ pub(super) fn value_name(settings: &Settings, signal: SignalIndex, raw: i128) ->
     values.iter().find(|(value, _)| *value == raw).map(|(_, name)| name.as_str())
 }
 
-/// Lists what each value means, with its name in the DBC; finds sides that look swapped.
-pub(super) fn roles(settings: &Settings, roles: &[RoleTexts], report: &mut Report) {
+/// Lists the meaning of each value with its name in the DBC, and finds sides that look swapped.
+pub(super) fn roles(settings: &Settings, roles: &[RoleTexts], report: &mut CheckReport) {
     for role in roles {
         let name = &settings.gateway.lights.table.signals[role.signal.0].name;
         let mut values = Vec::new();
@@ -55,7 +53,7 @@ pub(super) fn roles(settings: &Settings, roles: &[RoleTexts], report: &mut Repor
     }
 }
 
-/// The part of a subject that fits as a heading, and the rest before the text.
+/// Splits a long subject into a heading and the start of its text.
 fn heading(subject: &str) -> (&str, String) {
     match subject.split_once(' ') {
         Some((first, rest)) if subject.chars().count() > MAX_HEADING => (first, format!("{rest}: ")),
@@ -63,7 +61,7 @@ fn heading(subject: &str) -> (&str, String) {
     }
 }
 
-/// True if one text is about the left side and the other about the right one.
+/// Returns true if one text is about the left side and the other about the right side.
 fn are_opposite(one: &str, other: &str) -> bool {
     let side = |text: &str| {
         let text = text.to_lowercase();

@@ -1,4 +1,4 @@
-//! Lines that mend a vehicle profile, as TOML to be pasted.
+//! Makes lines that fix a vehicle profile, as TOML to be pasted.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,29 +14,29 @@ use crate::config::draft::toml_key;
 use crate::core::can::frame::CanId;
 use crate::core::plausibility::gaps::Gaps;
 use crate::core::time::MonoTime;
-use crate::io::can::formats::Content;
+use crate::io::can::formats::EntryContent;
 use crate::io::can::log::Log;
 use crate::report::text::plain_path;
 
-/// The longest timeout that is proposed, ms: what comes less often than five times in it is sent on change.
+/// Longest timeout that is proposed, ms. Messages that come less often are sent on change.
 const MAX_TIMEOUT_MS: u128 = 60_000;
 
 /// A line for one section of a vehicle profile.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fix {
-    /// Name of the message that the section is about.
     message: String,
-    /// Its new key with the value.
+    /// The new key with its value.
     pub line: String,
 }
 
 impl Fix {
-    /// A line for a message as reports call it; `None` for `BUS:MESSAGE`, whose section may be that of the other bus.
+    /// Creates a fix for a message by its name in reports; returns `None` for `BUS:MESSAGE`, whose section may belong
+    /// to another bus.
     pub(super) fn new(message: &str, line: String) -> Option<Self> {
         (!message.contains(':')).then(|| Self { message: message.to_owned(), line })
     }
 
-    /// The section of the profile, without brackets.
+    /// Returns the section of the profile, without brackets.
     pub fn section(&self) -> String {
         format!("message.{}", toml_key(&self.message))
     }
@@ -46,22 +46,20 @@ impl Fix {
     }
 }
 
-/// The line with a timeout for a message whose frames are usually this far apart: five periods, as the default from a DBC;
-/// `None` for a message that comes so rarely that it has no period.
+/// Returns the timeout line for a median period: five periods, as for the default from a DBC. Returns `None` if the
+/// message comes too rarely to have a period.
 pub(super) fn timeout(median: Duration) -> Option<String> {
     let timeout = (median.as_millis() * 5).max(200).div_ceil(50) * 50;
     (timeout <= MAX_TIMEOUT_MS).then(|| format!("timeout_ms = {timeout}"))
 }
 
-/// Timeouts for messages that have none, as far as a recording shows their periods.
-///
-/// # Errors
-/// A recording that cannot be read.
+/// Returns timeouts for the messages that lack one and whose period the recording shows. Fails if the recording
+/// cannot be read.
 pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fix>> {
     let mut gaps: BTreeMap<(CanId, usize), (u64, Gaps)> = BTreeMap::new();
     let (mut first, mut now) = (None, MonoTime::ZERO);
     while let Some(record) = log.next_record()? {
-        let Content::Data(frame) = record.content else { continue };
+        let EntryContent::Data(frame) = record.content else { continue };
         if missing.iter().any(|missing| missing.id == frame.id()) {
             let first = *first.get_or_insert(record.stamp.as_nanos());
             let since = u64::try_from(record.stamp.as_nanos().saturating_sub(first)).unwrap_or(0);
@@ -79,8 +77,8 @@ pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fi
     Ok(missing.iter().filter_map(fix).collect())
 }
 
-/// The lines with the places of the profile that they belong to: first those of sections that it has, then new sections.
-/// `text` is that of the profile's `file`, and `profile_key` the key of its table there, empty for the whole file.
+/// Returns the lines with their places in the profile: first those for existing sections, then new sections. `text`
+/// is the content of `file`; `profile_key` is the key of the profile's table in it, or empty for the whole file.
 pub fn patch(file: &Path, text: &str, profile_key: &str, fixes: &[&Fix]) -> String {
     let file = plain_path(file);
     let document = DeTable::parse(text).ok();

@@ -1,10 +1,10 @@
 //! The part of a check on the provenance of a profile: what has verified its facts, and which are unverified.
 
-use super::Report;
+use super::report::CheckReport;
 use crate::core::provenance::{Provenance, Record, Verification};
 
 /// Lists the records of a profile that verify something, then the facts that nothing has verified.
-pub(super) fn provenance(provenance: &Provenance, report: &mut Report) {
+pub(super) fn provenance(provenance: &Provenance, report: &mut CheckReport) {
     let verifying = provenance.records.iter().filter(|record| record.verified > Verification::Nothing);
     for record in verifying {
         let facts = format!("{} by {}", record.facts.join(", "), record.verified);
@@ -17,8 +17,8 @@ pub(super) fn provenance(provenance: &Provenance, report: &mut Report) {
 }
 
 /// Lists all records of a profile by what verifies them, then the facts without a record.
-pub fn records(provenance: &Provenance) -> Report {
-    let mut report = Report::default();
+pub fn records(provenance: &Provenance) -> CheckReport {
+    let mut report = CheckReport::default();
     for record in &provenance.records {
         report.line(&record.verified.to_string(), &record_text(&record.facts.join(", "), record));
     }

@@ -1,4 +1,4 @@
-//! The result of a check: facts, and findings by their weight.
+//! The result of a check: facts, and findings by their severity.
 
 use serde_json::{Value, json};
 
@@ -6,35 +6,33 @@ use super::patch::Fix;
 use crate::core::plausibility::finding::Severity;
 use crate::report::text::{Layout, counted, escaped, wrapped};
 
-/// The facts and findings of a check.
+/// Facts and findings of a check.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Report {
+pub struct CheckReport {
     facts: Vec<Fact>,
     findings: Vec<ReportedFinding>,
 }
 
-/// A line of what is bound or was received.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Fact {
     heading: String,
     text: String,
 }
 
-/// A finding in words.
+/// A finding as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReportedFinding {
-    /// Its weight.
+    /// The severity by which findings are sorted.
     pub severity: Severity,
-    /// Its content.
+    /// The text without its severity.
     pub text: String,
-    /// Lines for the vehicle profile that mend it.
+    /// A line of the vehicle profile that fixes it.
     pub fix: Option<Fix>,
 }
 
-/// The widest heading that still has its text beside it, characters.
 const MAX_HEADING: usize = 10;
 
-impl Report {
+impl CheckReport {
     pub(super) fn line(&mut self, heading: &str, text: &str) {
         self.facts.push(Fact { heading: heading.to_owned(), text: text.to_owned() });
     }
@@ -47,30 +45,30 @@ impl Report {
         self.findings.push(ReportedFinding { severity, text: text.into(), fix });
     }
 
-    /// Adds another report.
+    /// Appends the facts and findings of another report.
     pub fn append(&mut self, mut other: Self) {
         self.facts.append(&mut other.facts);
         self.findings.append(&mut other.findings);
     }
 
-    /// The findings, the heaviest first.
+    /// Returns the findings, most severe first.
     pub fn findings(&self) -> Vec<&ReportedFinding> {
         let mut findings: Vec<_> = self.findings.iter().collect();
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         findings
     }
 
-    /// The findings alone.
+    /// Returns a report with only the findings.
     pub fn without_facts(&self) -> Self {
         Self { facts: Vec::new(), findings: self.findings.clone() }
     }
 
-    /// Number of findings of a weight.
+    /// Returns the number of findings with a severity.
     pub fn count(&self, severity: Severity) -> usize {
         self.findings.iter().filter(|finding| finding.severity == severity).count()
     }
 
-    /// Returns the facts as text for people.
+    /// Formats the facts as text.
     pub fn facts_text(&self, layout: Layout) -> String {
         let mut text = String::new();
         for Fact { heading, text: fact } in &self.facts {
@@ -79,7 +77,7 @@ impl Report {
         text
     }
 
-    /// Text for people: the facts, then the findings, then their numbers.
+    /// Formats the facts, the findings and their counts as text.
     pub fn text(&self, layout: Layout) -> String {
         let mut text = self.facts_text(layout);
         if !self.facts.is_empty() && !self.findings.is_empty() {
@@ -99,14 +97,13 @@ impl Report {
         text
     }
 
-    /// The numbers of findings: `1 error, 2 warnings, 3 notes`.
     fn summary(&self) -> String {
         [Severity::Error, Severity::Warning, Severity::Note]
             .map(|severity| counted(self.count(severity) as u64, name(severity)))
             .join(", ")
     }
 
-    /// One JSON object for programs.
+    /// Formats the report as one JSON object.
     pub fn json(&self) -> String {
         let finding = |finding: &ReportedFinding| {
             let fix = finding.fix.as_ref().map(|fix| json!({ "section": fix.section(), "line": fix.line }));
@@ -126,7 +123,7 @@ impl Report {
         format!("{whole}\n")
     }
 
-    /// What mends the profile as far as it is known.
+    /// Returns the known fixes for the profile.
     pub fn fixes(&self) -> Vec<&Fix> {
         self.findings.iter().filter_map(|finding| finding.fix.as_ref()).collect()
     }
@@ -140,7 +137,6 @@ fn name(severity: Severity) -> &'static str {
     }
 }
 
-/// The start of the colour of a severity, as compilers and clap have it.
 pub(super) fn color(severity: Severity) -> &'static str {
     match severity {
         Severity::Note => "\u{1b}[1m\u{1b}[32m",
@@ -161,7 +157,7 @@ fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout
     let used = heading.chars().count().saturating_sub(MAX_HEADING);
     let width = layout.width.map(|width| width.saturating_sub(indent.len()));
     let is_too_wide = width.is_some_and(|width| used + body.chars().count() > width);
-    // Of columns that do not fit, the first one has a line of its own.
+    // If columns do not fit, the first one gets its own line.
     let (first, others) = body.split_once("  ").filter(|_| is_too_wide).unwrap_or((body, ""));
     let mut lines = wrapped(first, width, used);
     if !others.is_empty() {
@@ -175,8 +171,8 @@ fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout
 mod tests {
     use super::*;
 
-    fn report() -> Report {
-        let mut report = Report::default();
+    fn report() -> CheckReport {
+        let mut report = CheckReport::default();
         report.line("vehicle", "Car\u{1b}");
         report.find(Severity::Note, "right was never seen: record it");
         let fix = Fix::new("A", "timeout_ms = 500".to_owned());
@@ -189,7 +185,7 @@ mod tests {
         let expected = "vehicle    Car\\u{1b}\n\nwarning    A: usually every 100 ms\nnote       right was never seen: \
                         record it\n\n0 errors, 1 warning, 1 note\n--fix prints 1 line for the profile\n";
         assert_eq!(report().text(Layout::default()), expected);
-        let mut columns = Report::default();
+        let mut columns = CheckReport::default();
         columns.line("value", "SIGNAL = 1 \"Left\"      turn left   3 times, first at 0.500 s");
         let expected = "value      SIGNAL = 1 \"Left\"\n             turn left   3 times, first at 0.500 s\n";
         assert!(columns.text(Layout { has_color: false, width: Some(60) }).starts_with(expected));

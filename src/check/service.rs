@@ -1,16 +1,16 @@
-//! Files of the service's configuration that are there for whoever checks it, and not for the service.
+//! Checks whether the service can read the files of its configuration.
 
 use std::path::{Path, PathBuf};
 
-use super::Report;
+use super::report::CheckReport;
 use crate::core::plausibility::finding::Severity;
 
 /// Folders that the shipped unit hides from the service (`ProtectHome=`, `PrivateTmp=`).
 const HIDDEN: [&str; 5] = ["/home", "/root", "/run/user", "/tmp", "/var/tmp"];
 
-/// Finds those of the files that the unit hides, and those that its user cannot read.
-pub fn service_files(read: &[PathBuf], user: &str, unreadable: &[PathBuf]) -> Report {
-    let mut report = Report::default();
+/// Warns of files that the unit hides or that its user cannot read.
+pub fn service_files(read: &[PathBuf], user: &str, unreadable: &[PathBuf]) -> CheckReport {
+    let mut report = CheckReport::default();
     for path in read {
         let name = path.display();
         if let Some(folder) = HIDDEN.iter().find(|folder| path.starts_with(Path::new(folder))) {

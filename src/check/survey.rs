@@ -1,12 +1,8 @@
-//! A recording, played to its end: frames, values, and the reports that would have been published.
-
-mod listing;
+//! Counts the frames and values of a recording that is played, and the reports that would have been published.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::time::Duration;
 
-use super::Report;
 use super::decode::signals_in;
 use crate::config::Settings;
 use crate::core::can::error_frame::{bits, class};
@@ -17,78 +13,51 @@ use crate::core::plausibility::evidence::ProfileEvidence;
 use crate::core::time::MonoTime;
 use crate::core::validation::table::BoundMessage;
 use crate::core::vehicle_lights::{FaultKind, Task};
-use crate::io::can::log::no_frame;
 use crate::replay::Replay;
-pub use listing::bad_lines_text;
 
-/// Plays a recording to its end and lists its frames, values and reports.
-///
-/// # Errors
-/// A recording that cannot be read to its end, or of which not one frame was read.
-pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result<()>) {
-    let mut survey = Survey::new(settings, &replay);
-    let outcome = loop {
-        if let Some((input, at)) = replay.upcoming() {
-            survey.frame(settings, input, at);
-        }
-        let before = replay.now().mono;
-        match replay.step() {
-            Ok(true) => {}
-            Ok(false) if replay.counts().records == 0 => break Err(no_frame()),
-            Ok(false) => break Ok(()),
-            Err(error) => break Err(error),
-        }
-        while replay.poll_output().is_some() {}
-        survey.passed(&replay, before);
-    };
-    (listing::report(&survey, settings, &replay), outcome)
-}
-
-/// The largest number of different values that are listed one by one.
-const MAX_VALUES: usize = 32;
+/// Maximum number of different values that are listed.
+pub(super) const MAX_VALUES: usize = 32;
 
 #[derive(Debug, Clone, Default)]
-struct MessageSurvey {
-    frames: u64,
-    last: Option<MonoTime>,
-    longest_gap: Duration,
-    /// Gaps beyond the limit with other frames on the same bus in between.
-    missing: u64,
-    /// Gaps beyond the limit without any frame on the bus in between.
-    bus_silent: u64,
+pub(super) struct MessageSurvey {
+    pub(super) frames: u64,
+    pub(super) last: Option<MonoTime>,
+    pub(super) longest_gap: Duration,
+    /// Number of gaps beyond the limit while other frames came on the bus.
+    pub(super) missing: u64,
+    /// Number of gaps beyond the limit in which the whole bus was silent.
+    pub(super) bus_silent: u64,
 }
 
-/// Error frames of one bus.
 #[derive(Debug, Clone, Default)]
-struct ErrorSurvey {
-    frames: u64,
-    first: MonoTime,
-    classes: BTreeMap<u32, u64>,
+pub(super) struct ErrorSurvey {
+    pub(super) frames: u64,
+    pub(super) first: MonoTime,
+    pub(super) classes: BTreeMap<u32, u64>,
 }
 
 #[derive(Debug)]
-struct Survey {
-    evidence: ProfileEvidence,
-    /// Messages of the vehicle's lights, then those of V2I alone.
-    bound: Vec<BoundMessage>,
-    messages: Vec<MessageSurvey>,
-    errors: BTreeMap<BusIndex, ErrorSurvey>,
-    /// The last frames of each bus, bound or not.
-    last_frames: BTreeMap<BusIndex, LastFrames>,
-    /// Raw values of each signal, with their number and the time of the first.
-    values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
-    faults: BTreeMap<(usize, FaultKind), FaultSurvey>,
-    /// State of each report since the last step: its fault, and whether it is published.
-    current: [(Option<FaultKind>, bool); 2],
+pub(super) struct RecordingSurvey {
+    pub(super) evidence: ProfileEvidence,
+    /// Messages of the vehicle's lights, then messages that only V2I uses.
+    pub(super) bound: Vec<BoundMessage>,
+    pub(super) messages: Vec<MessageSurvey>,
+    pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
+    pub(super) last_frames: BTreeMap<BusIndex, LastFrames>,
+    /// Count and first time of each raw value, by signal.
+    pub(super) values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
+    pub(super) faults: BTreeMap<(usize, FaultKind), FaultSurvey>,
+    /// Fault of each report after the last step, and whether it was published.
+    pub(super) current: [(Option<FaultKind>, bool); 2],
     /// Time of the first frame on a configured interface.
-    start: MonoTime,
-    published: [Duration; 2],
+    pub(super) start: MonoTime,
+    pub(super) published: [Duration; 2],
 }
 
-/// The last two different identifiers on a bus, with the time of their last frame: at the end of a gap of one message
-/// the newest frame of another one is among them.
+/// Times of the last frames of the two latest identifiers on a bus. When a message was missing, one of them is the
+/// newest frame of another message.
 #[derive(Debug, Clone, Copy)]
-struct LastFrames {
+pub(super) struct LastFrames {
     newest: (CanId, MonoTime),
     other: Option<(CanId, MonoTime)>,
 }
@@ -101,7 +70,7 @@ impl LastFrames {
         self.newest = (id, at);
     }
 
-    /// The time of the newest frame of another identifier.
+    /// Returns the time of the newest frame with another identifier.
     fn newest_but(&self, id: CanId) -> Option<MonoTime> {
         let candidates = [Some(self.newest), self.other];
         candidates.into_iter().flatten().find(|(known, _)| *known != id).map(|(_, at)| at)
@@ -109,16 +78,16 @@ impl LastFrames {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct FaultSurvey {
-    count: u64,
-    total: Duration,
-    first: MonoTime,
+pub(super) struct FaultSurvey {
+    pub(super) count: u64,
+    pub(super) total: Duration,
+    pub(super) first: MonoTime,
 }
 
-const TASKS: [Task; 2] = [Task::TurnIndicators, Task::HazardLights];
+pub(super) const TASKS: [Task; 2] = [Task::TurnIndicators, Task::HazardLights];
 
-impl Survey {
-    fn new(settings: &Settings, replay: &Replay) -> Self {
+impl RecordingSurvey {
+    pub(super) fn new(settings: &Settings, replay: &Replay) -> Self {
         let (lights, start) = (&settings.gateway.lights, replay.now().mono);
         let known = &lights.table.messages;
         // A message with both is one message.
@@ -141,8 +110,8 @@ impl Survey {
         survey
     }
 
-    /// Takes a frame that is about to be handled.
-    fn frame(&mut self, settings: &Settings, input: &CanInput, at: MonoTime) {
+    /// Counts an input before it is handled.
+    pub(super) fn frame(&mut self, settings: &Settings, input: &CanInput, at: MonoTime) {
         if let CanInput::ErrorFrame { bus, error } = input {
             let fresh = ErrorSurvey { first: at, ..ErrorSurvey::default() };
             let survey = self.errors.entry(*bus).or_insert(fresh);
@@ -181,8 +150,8 @@ impl Survey {
         }
     }
 
-    /// Adds the time of one step to the states during it, then takes over the present ones.
-    fn passed(&mut self, replay: &Replay, before: MonoTime) {
+    /// Adds the time of one step to the states before it, then reads the new states.
+    pub(super) fn passed(&mut self, replay: &Replay, before: MonoTime) {
         let now = replay.now().mono;
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {

@@ -1,8 +1,8 @@
-//! The timeline of a recording that is replayed: each state with the frame behind it.
+//! Collects the timeline of a replayed recording: each state with the frame that caused it.
 
 use std::collections::BTreeMap;
 
-use super::decode::signals_in;
+use super::decode::{FrameReader, ReadFrame, signals_in};
 use crate::config::Settings;
 use crate::core::can::bus_status::link_text;
 use crate::core::can::controller::ControllerReport;
@@ -18,47 +18,40 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
-use crate::core::validation::observation::{Observations, Unused};
-use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
-use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::raw_state::{RawState, raw_state};
-use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::report::gateway::task_of;
 use crate::report::timeline::{CausingFrame, Group, Lane, Timeline, Tone};
 
-/// Most lanes of traffic lights; a map has thousands of lights.
+/// Maximum number of lanes for traffic lights; a map has thousands of lights.
 const MAX_LIGHTS: usize = 60;
-/// Most frames that are kept before those nothing refers to are dropped.
+/// Maximum number of frames that are kept.
 const MAX_FRAMES: usize = 100_000;
 
 /// Collects a timeline while a recording is replayed.
 #[derive(Debug)]
 pub struct TimelineCollector {
-    binding: LightsBinding,
-    observations: Observations,
+    reader: FrameReader,
     interfaces: Vec<String>,
     lanes: BTreeMap<(Group, usize, String), Lane>,
-    /// Frames that were the last bound one when something happened.
+    /// Frames that were the latest bound frame when something changed.
     frames: Vec<CausingFrame>,
-    /// The last bound frame, and its position in `frames` once something refers to it.
+    /// The latest bound frame, and its position in `frames` once something refers to it.
     last: Option<(BusIndex, Frame, WallStamp, MonoTime)>,
     last_kept: Option<usize>,
-    /// Why the last bound frame is not used.
+    /// Why the latest bound frame was rejected.
     unused: Option<String>,
     lights_left_out: bool,
     frames_left_out: u64,
 }
 
 impl TimelineCollector {
-    /// A collector with lanes for all that these settings can bring about.
+    /// Creates an empty timeline for a configuration.
     pub fn new(settings: &Settings) -> Self {
-        let binding = settings.gateway.lights.clone();
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone());
         let mut collector = Self {
-            observations: Observations::new(&binding.table),
-            binding,
+            reader: FrameReader::new(settings),
             interfaces: interfaces.collect(),
             lanes: BTreeMap::new(),
             frames: Vec::new(),
@@ -74,15 +67,13 @@ impl TimelineCollector {
         collector
     }
 
-    /// Takes an input before the gateway does.
+    /// Adds an input. Call it before the gateway handles the input.
     pub fn received(&mut self, input: &CanInput, now: Now) {
         let at = now.mono;
         match input {
             CanInput::Frame { bus, frame, stamp } => self.frame(*bus, frame, *stamp, now),
             CanInput::Link { bus, state } => {
-                if *state != LinkState::Up {
-                    self.observations.forget_bus(&self.binding.table, *bus);
-                }
+                self.reader.link(*bus, *state);
                 let interface = self.interface(*bus);
                 let text = link_text(&interface, *state);
                 let tone = if *state == LinkState::Up { Tone::Ok } else { Tone::Error };
@@ -100,19 +91,14 @@ impl TimelineCollector {
             }
             CanInput::Drops { bus, lost } => {
                 let label = format!("{} losses", self.interface(*bus));
-                self.begin(
-                    (Group::Links, 3, label),
-                    at,
-                    Tone::Warn,
-                    &format!("{lost} frames lost by then"),
-                    false,
-                );
+                let text = format!("{lost} frames lost by then");
+                self.begin((Group::Links, 3, label), at, Tone::Warn, &text, false);
             }
             CanInput::BadRecords { .. } => {}
         }
     }
 
-    /// Takes an output of the step that handled the last input, or a deadline.
+    /// Adds an output of the last step.
     pub fn given_out(&mut self, output: &Output, at: MonoTime) {
         match output {
             Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
@@ -148,7 +134,7 @@ impl TimelineCollector {
         }
     }
 
-    /// The timeline, which ends at `length`.
+    /// Returns the timeline, which ends at `length`.
     pub fn finish(mut self, title: String, subtitle: String, length: MonoTime) -> Timeline {
         let length_s = seconds(length);
         let mut lanes: Vec<_> = std::mem::take(&mut self.lanes).into_values().collect();
@@ -168,23 +154,20 @@ impl TimelineCollector {
     }
 
     fn frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) {
-        let table = &self.binding.table;
-        let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
-        let Some(message) = table.messages.iter().position(is_bound) else { return };
-        let outcome = self.observations.frame_arrived(table, MessageIndex(message), frame, stamp, now);
-        self.unused = outcome.as_ref().err().map(Unused::to_string);
+        let Some(ReadFrame { message, outcome }) = self.reader.read(bus, frame, stamp, now) else { return };
+        self.unused = outcome.err().map(|unused| unused.to_string());
         (self.last, self.last_kept) = (Some((bus, *frame, stamp, now.mono)), None);
         let mut values = Vec::new();
-        for (position, (index, signal, raw)) in signals_in(table, bus, frame).enumerate() {
-            let text = meaning(&self.binding, index, raw);
+        for (position, (index, signal, raw)) in signals_in(self.reader.table(), bus, frame).enumerate() {
+            let text = self.reader.meanings(index, raw);
             let tone = if self.unused.is_some() {
                 Tone::Warn
             } else {
-                tone_of(raw_state(&self.binding, index, raw))
+                tone_of(raw_state(self.reader.binding(), index, raw))
             };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
             values.push((
-                (Group::Raw, message * 1_000 + position, signal.name.clone()),
+                (Group::Raw, message.0 * 1_000 + position, signal.name.clone()),
                 tone,
                 format!("{raw} {text}{rejected}"),
             ));
@@ -255,7 +238,7 @@ impl TimelineCollector {
         }
     }
 
-    /// Begins a state of a lane, with the last bound frame behind it if `with_frame` is set.
+    /// Begins a state of a lane, with the latest bound frame as its cause if `with_frame` is set.
     fn begin(&mut self, key: (Group, usize, String), at: MonoTime, tone: Tone, text: &str, with_frame: bool) {
         let present = self.lanes.get(&key).and_then(|lane| lane.spans.last());
         if present.is_some_and(|present| present.text == text && present.tone == tone && present.states == 1)
@@ -268,7 +251,7 @@ impl TimelineCollector {
         lane.begin(seconds(at), tone, text, frame);
     }
 
-    /// The position of the last bound frame, which is kept from now on.
+    /// Keeps the latest bound frame and returns its position.
     fn causing_frame(&mut self) -> Option<usize> {
         if self.last_kept.is_some() {
             return self.last_kept;
@@ -278,11 +261,11 @@ impl TimelineCollector {
             self.frames_left_out += 1;
             return None;
         }
-        let table = &self.binding.table;
+        let table = self.reader.table();
         let message = table.messages.iter().find(|message| message.bus == bus && message.id == frame.id());
         let mut signals: Vec<_> = self.unused.iter().map(|unused| format!("rejected: {unused}")).collect();
         signals.extend(signals_in(table, bus, &frame).map(|(index, signal, raw)| {
-            format!("{} = {raw} (0x{raw:X}) {}", signal.name, meaning(&self.binding, index, raw))
+            format!("{} = {raw} (0x{raw:X}) {}", signal.name, self.reader.meanings(index, raw))
         }));
         let bytes: Vec<_> = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
         self.frames.push(CausingFrame {
@@ -303,12 +286,6 @@ impl TimelineCollector {
     }
 }
 
-/// The meanings of a raw value, one for each role of its signal.
-fn meaning(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> String {
-    let texts: Vec<_> = texts(binding, signal, raw).into_iter().map(|meaning| meaning.text).collect();
-    texts.join(", ")
-}
-
 const fn topic_name(topic: LightsTopic) -> &'static str {
     match topic {
         LightsTopic::GroundTruth => "ground truth",
@@ -320,7 +297,6 @@ const fn topic_name(topic: LightsTopic) -> &'static str {
     }
 }
 
-/// The colour of a raw value.
 const fn tone_of(state: RawState) -> Tone {
     match state {
         RawState::Faulty => Tone::Error,
@@ -333,7 +309,8 @@ const fn tone_of(state: RawState) -> Tone {
     }
 }
 
-/// The colour and the text of a controller's state, such as `error-passive, 130 errors sending and 12 receiving`.
+/// Returns the colour and the text of a controller's state, e.g. `error-passive, 130 errors sending and 12
+/// receiving`.
 fn controller(report: ControllerReport) -> (Tone, String) {
     let ControllerReport { state, counters, restart_ms } = report;
     let tone = match state {
@@ -352,7 +329,7 @@ fn controller(report: ControllerReport) -> (Tone, String) {
     (tone, format!("{}{counted}{restart}", state.name()))
 }
 
-/// Seconds of a time line, exact to the nanosecond for 104 days.
+/// Converts to seconds, exact to the nanosecond for 104 days.
 #[allow(clippy::cast_precision_loss)]
 fn seconds(at: MonoTime) -> f64 {
     at.as_nanos() as f64 / 1e9
@@ -364,7 +341,7 @@ mod tests {
     use crate::config::built_in::BuiltIn;
     use crate::config::files::Disk;
     use crate::config::load_profile;
-    use crate::core::vehicle_lights::role_texts::roles;
+    use crate::core::vehicle_lights::role_texts::{roles, texts};
 
     /// The colour that a text of one use stands for.
     fn expected(text: &str) -> Tone {

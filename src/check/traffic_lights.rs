@@ -1,13 +1,12 @@
-//! The part of a check on traffic lights: states received over CAN, and parts without effect.
+//! Checks the traffic lights: states received over CAN, and parts without effect.
 
-use super::Report;
+use super::report::CheckReport;
 use crate::config::Settings;
 use crate::core::traffic_light::v2i_reception::binding::{BoundGroup, V2iBinding, V2iStates};
 use crate::core::validation::display::role_texts;
 use crate::core::validation::table::Role;
 
-/// Lists every source with its groups.
-pub(super) fn sources(binding: &V2iBinding, report: &mut Report) {
+pub(super) fn sources(binding: &V2iBinding, report: &mut CheckReport) {
     for source in &binding.sources {
         match &source.states {
             V2iStates::Single(group) => one_group(binding, group, "v2i", &format!("{}", group.id), report),
@@ -31,7 +30,7 @@ pub(super) fn sources(binding: &V2iBinding, report: &mut Report) {
     }
 }
 
-/// Parts of a scenario or a profile that have no effect.
+/// Returns notes on parts of a scenario or a profile that have no effect.
 pub(super) fn notes(settings: &Settings) -> Vec<String> {
     let parts = settings.light_topics.not_interpreted.iter().map(ToString::to_string);
     let gateway = &settings.gateway;
@@ -41,7 +40,7 @@ pub(super) fn notes(settings: &Settings) -> Vec<String> {
     parts.chain(lost).collect()
 }
 
-fn one_group(binding: &V2iBinding, group: &BoundGroup, heading: &str, what: &str, report: &mut Report) {
+fn one_group(binding: &V2iBinding, group: &BoundGroup, heading: &str, what: &str, report: &mut CheckReport) {
     report.line(heading, what);
     values(binding, &group.state, "v2i", |bulbs| bulbs.to_string(), report);
     if let Some(confidence) = &group.confidence {
@@ -55,7 +54,7 @@ fn values<T: Copy>(
     role: &Role<T>,
     subject: &str,
     name: impl Fn(T) -> String,
-    report: &mut Report,
+    report: &mut CheckReport,
 ) {
     let texts = role_texts(role, subject.to_owned(), name);
     let values: Vec<_> = texts.named.iter().map(|(range, text)| format!("{range} {text}")).collect();

@@ -1,6 +1,7 @@
-//! The part of a check on the turn-signal decider: its settings.
+//! Lists the settings of the turn signal decider.
 
-use super::{Report, map};
+use super::map;
+use super::report::CheckReport;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::turn_signal::flow::DeciderRole;
 use crate::core::turn_signal::parameters::VehicleInfo;
@@ -8,8 +9,7 @@ use crate::core::turn_signal::parameters::table::PARAMETERS;
 use crate::core::turn_signal::planner_input::FactorTopic;
 use crate::report::text::plain_path;
 
-/// Lists mode, map, rules, vehicle, age limits and topics.
-pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
+pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
     let (flow, settings) = (&decider.flow, &decider.flow.decider);
     let role = match (decider.runs, flow.role) {
         (false, _) => "neither enabled nor shadow: does not run".to_owned(),
@@ -81,7 +81,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     }
 }
 
-/// The number of parameters, at the head of the table, that determine when to signal.
+/// Number of parameters at the head of the table that determine when to signal.
 const SIGNAL_PARAMETERS: usize = 14;
 
 #[cfg(test)]

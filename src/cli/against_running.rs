@@ -1,4 +1,4 @@
-//! `check --against-running`: a configuration against the one that is in effect.
+//! `check --against-running`: compares a configuration with the active one of a gateway.
 
 use std::io::{self, Write as _};
 use std::path::Path;
@@ -15,7 +15,6 @@ use crate::report::text::escaped;
 
 use super::status::{UNREACHABLE, unreachable};
 
-/// Exit code where only a restart puts the configuration into effect.
 const RESTART_NEEDED: u8 = 9;
 
 pub(super) fn run(settings: &Settings, socket: &Path, json: bool) -> Result<ExitCode, Failure> {
@@ -35,7 +34,7 @@ pub(super) fn run(settings: &Settings, socket: &Path, json: bool) -> Result<Exit
     Ok(if plan.restart.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(RESTART_NEEDED) })
 }
 
-/// The changes that a configuration brings; `None` when the running gateway does not give its own.
+/// Returns the changes that a configuration would make; `None` if the running gateway does not report its own.
 fn plan_for(settings: &Settings, running: &Snapshot) -> Option<ReloadPlan> {
     let process = running.process.as_ref()?;
     let mut plan = plan(&process.configuration.as_ref()?.in_effect, &settings.in_effect);

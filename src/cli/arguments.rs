@@ -8,7 +8,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressDisplay;
 use super::unreadable::with_neighbours;
 use crate::check;
 use crate::config::files::{Disk, Files};
@@ -44,7 +44,7 @@ pub(super) struct RecordingArgs {
     pub(super) config: ConfigArgs,
     /// Read the frames of INTERFACE in the log as frames of BUS in the profile; repeatable. Not needed
     /// when both have only one
-    #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
+    #[arg(long, value_name = "INTERFACE=BUS", value_parser = |text: &str| pair::<String>(text, "write INTERFACE=BUS"))]
     pub(super) map: Vec<(String, String)>,
 }
 
@@ -99,7 +99,7 @@ pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<
 }
 
 fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
-    let _progress = Progress::spinner("reading the configuration");
+    let _progress = ProgressDisplay::spinner("reading the configuration");
     let settings = match (&args.config, &args.profile) {
         (None, Some(profile)) => load_profile_for_node(files, profile, ros),
         (config, profile) => {
@@ -122,7 +122,7 @@ fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Re
 
 /// When the progress of a recording is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shown {
+pub(super) enum ShowProgress {
     /// Always: the command prints nothing until the end.
     Always,
     /// Only while standard output is not the same terminal, since the command prints lines meanwhile.
@@ -130,13 +130,13 @@ pub(super) enum Shown {
 }
 
 /// Opens a recording; `-` is standard input. Its progress is shown until it is closed.
-pub(super) fn open(path: &Path, shown: Shown) -> Result<Log, Failure> {
-    if shown == Shown::WithoutOutput && io::stdout().is_terminal() {
+pub(super) fn open(path: &Path, shown: ShowProgress) -> Result<Log, Failure> {
+    if shown == ShowProgress::WithoutOutput && io::stdout().is_terminal() {
         return Log::open(path).map_err(Failure::file(path));
     }
     let open = || {
         if standard_input::is_named(path) {
-            return Log::new(Box::new(Progress::reading(
+            return Log::new(Box::new(ProgressDisplay::reading(
                 standard_input::stream()?,
                 None,
                 "standard input".to_owned(),
@@ -145,7 +145,7 @@ pub(super) fn open(path: &Path, shown: Shown) -> Result<Log, Failure> {
         let file = File::open(path)?;
         // A pipe has no length.
         let length = file.metadata().ok().filter(Metadata::is_file).map(|metadata| metadata.len());
-        Log::new(Box::new(Progress::reading(file, length, file_name(path))))
+        Log::new(Box::new(ProgressDisplay::reading(file, length, file_name(path))))
     };
     open().map_err(Failure::file(path))
 }
@@ -203,7 +203,8 @@ pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(Pa
     Ok((path, routes))
 }
 
-fn mapping(text: &str) -> Result<(String, String), String> {
-    let (interface, bus) = text.split_once('=').ok_or("write INTERFACE=BUS")?;
-    Ok((interface.to_owned(), bus.to_owned()))
+/// Splits an argument at `=`; `missing` is the error without one.
+pub(super) fn pair<T: From<String>>(text: &str, missing: &str) -> Result<(String, T), String> {
+    let (name, value) = text.split_once('=').ok_or(missing)?;
+    Ok((name.to_owned(), value.to_owned().into()))
 }

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 
 use super::arguments::{Every, draw, file_name, svg_path};
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressDisplay;
 use super::{messages, survey};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
@@ -85,14 +85,14 @@ pub(super) struct DecideArgs {
     /// by their tags, and by the geometry where it contradicts these, which is a fault of the map. Exit code 5 if there is one
     #[arg(long, value_name = "NUMBER", requires = "map", group = "way")]
     all_routes: Option<usize>,
-    /// Of all routes only such as meet themselves: that come within 10 m of an earlier part, or whose last lanelet leads to one of them
+    /// Use only routes that meet themselves: that come within 10 m of an earlier part, or whose last lanelet leads to one of theirs
     #[arg(long, requires = "all_routes", conflicts_with_all = ["from", "to"])]
     loops: bool,
     /// Drive all routes once for each value and print a table: five values of a parameter by Autoware's name, KEY=FROM..TO, or KEY=FROM..TO:STEP, or
     /// `country`: the rules of each shipped country
     #[arg(long, value_name = "SWEEP", requires = "all_routes", conflicts_with_all = ["from", "to"])]
     sweep: Option<Sweep>,
-    /// Its speed, m/s
+    /// Speed of the vehicle, m/s
     #[arg(long, value_name = "M/S", default_value = "8", requires = "map")]
     speed: f64,
     /// The decider of Autoware that is followed; default: those that the scenario is for
@@ -131,7 +131,7 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
         return survey_map(args, map, routes);
     }
-    let reading = Progress::spinner("reading the drive and its map");
+    let reading = ProgressDisplay::spinner("reading the drive and its map");
     let (mut file, title) = match (&args.scenario, &args.map, args.from, args.to) {
         (Some(scenario), ..) => (drive::read(&Disk, scenario)?, file_name(scenario)),
         (None, Some(map), Some(from), Some(to)) => (
@@ -186,7 +186,7 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
-/// Many routes over a map, with the settings of a drive without any of its own.
+/// Drives many routes over a map.
 fn survey_map(args: &DecideArgs, map: &Path, count: usize) -> Result<ExitCode, Failure> {
     let choice = if args.loops { RouteChoice::Loops(count) } else { RouteChoice::Any(count) };
     let surveyor = || {
@@ -199,7 +199,7 @@ fn survey_map(args: &DecideArgs, map: &Path, count: usize) -> Result<ExitCode, F
     survey::run(surveyor, args.compat, args.sweep.as_ref(), args.json)
 }
 
-/// Replaces the settings of a drive's decider by those of a gateway's configuration.
+/// Replaces the decider's settings of a drive by the settings of a gateway's configuration.
 fn take_settings(file: &mut DriveFile, path: &Path) -> Result<(), Refused> {
     let turn_signal = load(&Disk, path, &Overrides::default())?.turn_signal.ok_or_else(|| {
         Problem::whole_file(

@@ -1,4 +1,4 @@
-//! `demo`: the gateway at work on what is in the binary.
+//! `demo`: runs the gateway on a built-in recording or simulation.
 
 use std::io;
 use std::path::Path;
@@ -39,10 +39,10 @@ Examples:
   signal-gateway demo commands          a drive, its commands, and a simulated vehicle
   signal-gateway demo lights            the traffic lights of a scenario
 
-commands and lights reach neither a bus nor ROS 2. On a terminal a live view shows the state, and ?
+commands and lights touch neither a bus nor ROS 2. On a terminal a live view shows the state, and ?
 its keys; elsewhere, and with --plain, each change is a line.";
 
-/// Behind the summary: commands, and what they do.
+/// Commands that are listed after the summary.
 const TRY_NEXT: &[(&str, &str)] = &[
     ("signal-gateway demo commands", "a drive, and a vehicle that obeys or not"),
     ("signal-gateway demo lights", "the traffic lights of a scenario"),
@@ -75,7 +75,7 @@ pub(super) struct DemoArgs {
     ros: RosArgs,
 }
 
-/// What is simulated instead of a recording.
+/// What is simulated instead of the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Rehearsed {
     /// The decider on a drive, its commands, and a simulated vehicle
@@ -106,7 +106,6 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Plays the recording.
 fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     settings.ros.enabled &= !args.no_ros;
     settings.ros.isolated = !args.isolation.no_isolation;
@@ -123,19 +122,17 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     Ok(daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?)
 }
 
-/// The drive of `demo commands`.
 fn crossing() -> Result<DriveSimulation, Refused> {
     let path = BuiltIn::Drive.path("crossing_left").unwrap_or_default();
     DriveSimulation::new(drive::read(&Disk, &path)?)
 }
 
-/// What the driver and the vehicle do in `demo commands`.
+/// Returns the actions of driver and vehicle in `demo commands`.
 fn script() -> Vec<(MonoTime, Request)> {
     let request = |(at, text): &(MonoTime, &str)| Some((*at, request::line(text).ok()??.1));
     story::COMMANDS_SCRIPT.iter().filter_map(request).collect()
 }
 
-/// Runs the gateway in a simulated world.
 fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(), Failure> {
     let start = Clock::start().now().wall;
     let (title, story, length, laps) = match what {

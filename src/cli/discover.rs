@@ -1,4 +1,4 @@
-//! `discover`: the signals of a vehicle that nobody knows, live or on a recording.
+//! `discover`: finds the signals of an unknown vehicle, live or in a recording.
 
 use std::fs::File;
 use std::io::{self, BufRead as _, BufWriter, IsTerminal, Write};
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::arguments::{Shown, open, seconds};
+use super::arguments::{ShowProgress, open, seconds};
 use super::failure::Failure;
 use super::{inspect, messages};
 use crate::config::draft::VehicleDraft;
@@ -76,7 +76,7 @@ pub(super) struct DiscoverArgs {
 }
 
 impl DiscoverArgs {
-    /// A live discovery on an interface that writes into a folder, everything else as by default.
+    /// Returns the arguments of a live discovery with default times.
     pub(super) fn live(interface: String, output: PathBuf, force: bool) -> Self {
         let SessionSettings { quiet: quiet_s, hold: hold_s, rest: rest_s, .. } = SessionSettings::default();
         let (live, name) = (vec![interface], "New car".to_owned());
@@ -89,7 +89,7 @@ pub(super) fn run(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
     discover(args)
 }
 
-/// Discovers, with the log already started.
+/// Runs the discovery. The log must have been started.
 pub(super) fn discover(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
     let folder =
         args.output.clone().unwrap_or_else(|| args.name.replace(['/', ' '], "_").to_lowercase().into());
@@ -107,7 +107,8 @@ fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCo
         }
         None => Vec::new(),
     };
-    let session = RecordedSession::read(open(log, Shown::Always)?, &given).map_err(Failure::file(log))?;
+    let session =
+        RecordedSession::read(open(log, ShowProgress::Always)?, &given).map_err(Failure::file(log))?;
     if session.marks.is_empty() {
         return Err(Failure::Usage(format!(
             "{}: no mark says what the driver did: name a file with --marks, or record with discover --live",
@@ -119,14 +120,13 @@ fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCo
     finish(args, &session.capture, &findings, &session.interfaces, &new, log)
 }
 
-/// Name of the recording of a live session.
 const SESSION_LOG: &str = "session.log";
 
 fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
     let new = NewFiles::in_folder(folder, args.force).map_err(Failure::file(folder))?;
     let path = new.path(SESSION_LOG);
     let log = new.create(SESSION_LOG).map_err(Failure::file(&path))?;
-    let screen = Screen::new(io::stdout().is_terminal());
+    let screen = DiscoveryScreen::new(io::stdout().is_terminal());
     let mut session = LiveSession { log, mark: None, interfaces: args.live.clone(), screen };
     if io::stdin().is_terminal() && io::stdout().is_terminal() {
         session.screen.line(
@@ -162,7 +162,7 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
     finish(args, discovery.capture(), &findings, &args.live, &new, &path)
 }
 
-/// Prints what was found, writes the files, and checks them on the recording.
+/// Prints the findings, writes the files, and checks them on the recording.
 fn finish(
     args: &DiscoverArgs,
     capture: &Capture,
@@ -193,13 +193,12 @@ fn finish(
     inspect::check_files(&new.path("gateway.toml"), log)
 }
 
-/// The recording and the screen of a live session.
 struct LiveSession {
     log: BufWriter<File>,
-    /// The latest mark, which is written behind the frames received before it.
+    /// The latest mark, which is written after the frames that were received before it.
     mark: Option<(WallStamp, Mark)>,
     interfaces: Vec<String>,
-    screen: Screen,
+    screen: DiscoveryScreen,
 }
 
 impl LiveSession {
@@ -231,14 +230,14 @@ impl LiveSession {
     }
 }
 
-/// The requests on standard output: on a terminal with a countdown, elsewhere a line each.
-struct Screen {
+/// Shows the requests on standard output: with a countdown on a terminal, as lines elsewhere.
+struct DiscoveryScreen {
     is_terminal: bool,
     /// The present request with its beginning and end.
     request: Option<(String, MonoTime, MonoTime)>,
 }
 
-impl Screen {
+impl DiscoveryScreen {
     fn new(is_terminal: bool) -> Self {
         Self { is_terminal, request: None }
     }
@@ -277,14 +276,13 @@ impl Screen {
         }
     }
 
-    /// Moves the countdown.
     fn tick(&mut self, now: MonoTime) -> io::Result<()> {
         let Some((text, from, until)) = self.request.as_ref().filter(|_| self.is_terminal) else {
             return Ok(());
         };
         let mut out = io::stdout().lock();
         let countdown = texts::countdown(*from, *until, now);
-        // A line that the terminal wraps cannot be erased: the request is cut, and without what comes next.
+        // A wrapped line cannot be erased, so the request is cut and the next one is left out.
         let request = text.split("  next: ").next().unwrap_or(text).trim_end();
         let room = Self::width().saturating_sub(countdown.chars().count() + 5);
         let request: String = request.chars().take(room).collect();
@@ -292,7 +290,7 @@ impl Screen {
         out.flush()
     }
 
-    /// The columns of the terminal; 80 where they are not known.
+    /// Returns the width of the terminal, or 80.
     fn width() -> usize {
         messages::layout(&io::stdout()).width.unwrap_or(80)
     }

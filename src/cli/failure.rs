@@ -1,4 +1,4 @@
-//! The reasons for which a command fails.
+//! Why a command failed.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -25,12 +25,12 @@ pub(super) enum Failure {
 }
 
 impl Failure {
-    /// Returns what makes a failure of an error while reading `path`.
+    /// Returns a function that adds `path` to an error of reading.
     pub(super) fn file(path: &Path) -> impl Fn(io::Error) -> Self {
         move |error| Self::File(path.to_owned(), error)
     }
 
-    /// Returns what makes a failure of an error while writing `path`.
+    /// Returns a function that adds `path` to an error of writing.
     pub(super) fn written(path: &Path) -> impl Fn(io::Error) -> Self {
         move |error| Self::Written(path.to_owned(), error)
     }

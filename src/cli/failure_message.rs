@@ -1,4 +1,4 @@
-//! What a failed command writes: the reason and what to type next, in the same words for every command.
+//! Writes why a command failed and what to type next, in the same words for every command.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ fn remedy(interface: &str, state: LinkState) -> String {
     }
 }
 
-/// A bit rate is for hardware: a virtual interface refuses it.
+/// Returns the command that brings an interface up. A virtual one refuses a bit rate.
 fn bring_up(interface: &str, is_virtual: bool) -> String {
     let rate = if is_virtual { "" } else { " type can bitrate 500000" };
     format!("bring it up first: ip link set {interface} up{rate}")

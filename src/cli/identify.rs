@@ -1,4 +1,4 @@
-//! `identify`: the built-in profiles that fit a recording or a bus.
+//! `identify`: finds the built-in profiles that fit a recording or a bus.
 
 use std::io::{self, Write as _};
 use std::ops::ControlFlow;
@@ -8,16 +8,16 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use super::arguments::{Shown, open, seconds};
+use super::arguments::{ShowProgress, open, seconds};
 use super::failure::Failure;
 use super::messages;
-use super::progress::Progress;
+use super::progress::ProgressDisplay;
 use crate::check::identify::Identifier;
 use crate::check::identify_text;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::daemon::{self, DaemonError};
-use crate::io::can::formats::Content;
+use crate::io::can::formats::EntryContent;
 use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
 
@@ -66,13 +66,12 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The evidence of a recording.
 pub(super) fn read(path: &Path) -> Result<Identifier, Failure> {
     let unreadable = Failure::file(path);
-    let mut log = open(path, Shown::Always)?;
+    let mut log = open(path, ShowProgress::Always)?;
     let mut identifier = Identifier::new()?;
     while let Some(record) = log.next_record().map_err(&unreadable)? {
-        if let Content::Data(frame) = record.content {
+        if let EntryContent::Data(frame) = record.content {
             identifier.frame(&log.interfaces()[record.interface.0], &frame, record.stamp);
         }
     }
@@ -82,16 +81,16 @@ pub(super) fn read(path: &Path) -> Result<Identifier, Failure> {
     Ok(identifier)
 }
 
-/// Shortest time to listen, and the time between two looks at who is first.
+/// Shortest time to listen, and the interval at which the best candidate is determined.
 const SHORTEST: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_secs(1);
 
-/// The evidence of what is received on an interface within `length`.
+/// Collects evidence on an interface for at most `length`.
 pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
     let mut identifier = Identifier::new()?;
     let form = "{spinner} {msg} [{wide_bar}] {eta} left";
     let millis = u64::try_from(length.as_millis()).unwrap_or(u64::MAX);
-    let progress = Progress::new(format!("listening to {interface}"), Some(millis), form);
+    let progress = ProgressDisplay::new(format!("listening to {interface}"), Some(millis), form);
     let start = Instant::now();
     let (mut looked, mut unusable) = (SHORTEST, None);
     daemon::listen_to(interface, length, |input| {

@@ -1,4 +1,4 @@
-//! `init`: a new configuration.
+//! `init`: writes a new configuration.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use super::discover::{self, DiscoverArgs};
 use super::failure::Failure;
 use super::questions::ask;
 use super::{identify, messages, profiles};
-use crate::check::identify::Candidate;
+use crate::check::identify::ProfileCandidate;
 use crate::check::identify_text;
 use crate::config::draft::{BusInterface, gateway_toml};
 use crate::config::files::Disk;
@@ -30,7 +30,7 @@ Examples:
 
 It asks for what is not given; answers can come through a pipe as well. A profile is a name of
 `signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a
-recording, or `discover` for a car that nobody knows.";
+recording, or `discover` for an unknown car.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
@@ -48,37 +48,28 @@ pub(super) struct InitArgs {
     force: bool,
 }
 
-/// Words in the place of a profile.
 const IDENTIFY: &str = "identify";
 const DISCOVER: &str = "discover";
 const LIST: &str = "list";
-/// The word in the place of a recording.
 const LISTEN: &str = "listen";
-/// Longest time to listen.
 const LISTENING: Duration = Duration::from_secs(30);
-/// The number of candidates that are proposed.
 const PROPOSED: usize = 3;
-/// The number of times that profiles are listed or sought before one is chosen.
+/// Maximum number of times that the user is asked for a vehicle.
 const MAX_ROUNDS: usize = 10;
 
-/// Name of a profile that may be meant by its number, and of its vehicle.
+/// Name of a profile that can be chosen by number, and of its vehicle.
 type Proposal = (&'static str, String);
 
-/// An answer to the question for the vehicle.
-enum Vehicle {
-    /// A profile, as it was named.
+enum VehicleAnswer {
     Profile(String, Box<Settings>),
-    /// The profiles that fit are sought.
     Identify,
-    /// The profile is made of what the driver does.
     Discover,
-    /// The profiles in the binary are listed.
     List,
 }
 
 pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
-    // A name that is wrong is said before anything is asked.
+    // A wrong name is reported before the first question.
     args.profile.as_deref().map_or(Ok(()), |given| vehicle(given, &[]).map(drop))?;
     let overwrite = args.force || args.output.exists() && is_overwriting_allowed(&args.output)?;
     let interfaces = if args.interface.is_empty() {
@@ -118,10 +109,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Asks whether a file that exists may be overwritten.
-///
-/// # Errors
-/// It may not.
+/// Asks whether an existing file may be overwritten; fails if not.
 fn is_overwriting_allowed(output: &Path) -> Result<bool, Failure> {
     let output = output.display();
     let question = format!("{output} exists. Overwrite it? yes or no");
@@ -136,7 +124,7 @@ fn is_overwriting_allowed(output: &Path) -> Result<bool, Failure> {
     Err(Failure::Usage(format!("{output} is left as it is; give another --output")))
 }
 
-/// Asks for an interface; without a default the first one of the machine is proposed.
+/// Asks for an interface. Without a default, the first CAN interface of the machine is proposed.
 fn ask_interface(question: &str, default: Option<&str>) -> Result<String, Failure> {
     let found = can_interfaces();
     let default = default.or(found.first().map(String::as_str)).unwrap_or("can0");
@@ -144,7 +132,7 @@ fn ask_interface(question: &str, default: Option<&str>) -> Result<String, Failur
     ask(&format!("{question} ({listed})"), default, "--interface", usable)
 }
 
-/// `[BUS=]INTERFACE`, if its interface can be one of CAN; one that is not here may be on another machine.
+/// Checks `[BUS=]INTERFACE`. The interface may be missing on this machine.
 fn usable(given: &str) -> Result<String, Failure> {
     let interface = interface_of(given);
     interface_name(interface).map_err(|(reason, remedy)| Failure::Usage(format!("{reason}; {remedy}")))?;
@@ -162,7 +150,7 @@ fn interface_of(given: &str) -> &str {
     given.split_once('=').map_or(given, |(_, interface)| interface)
 }
 
-/// The profile as it was named, with its settings; `None` when the vehicle is to be discovered.
+/// Returns the profile's name as given, with its settings; `None` if the vehicle is to be discovered.
 fn profile(given: Option<&str>, interface: &str) -> Result<Option<(String, Settings)>, Failure> {
     let mut vehicle = match given {
         Some(given) => vehicle(given, &[])?,
@@ -170,13 +158,13 @@ fn profile(given: Option<&str>, interface: &str) -> Result<Option<(String, Setti
     };
     for _ in 0..MAX_ROUNDS {
         vehicle = match vehicle {
-            Vehicle::Profile(named, settings) => return Ok(Some((named, *settings))),
-            Vehicle::Discover => return Ok(None),
-            Vehicle::List => {
+            VehicleAnswer::Profile(named, settings) => return Ok(Some((named, *settings))),
+            VehicleAnswer::Discover => return Ok(None),
+            VehicleAnswer::List => {
                 profiles::list(&mut io::stdout().lock())?;
                 ask_vehicle(&[], IDENTIFY)?
             }
-            Vehicle::Identify => {
+            VehicleAnswer::Identify => {
                 let (found, is_first_fitting) = identified(interface_of(interface))?;
                 let default = found.first().filter(|_| is_first_fitting).map_or(DISCOVER, |(name, _)| name);
                 ask_vehicle(&found, default)?
@@ -186,8 +174,8 @@ fn profile(given: Option<&str>, interface: &str) -> Result<Option<(String, Setti
     Err(Failure::Usage("no vehicle was chosen; give --profile".to_owned()))
 }
 
-/// Asks for the vehicle; `found` are the profiles that may be meant by a number.
-fn ask_vehicle(found: &[Proposal], default: &str) -> Result<Vehicle, Failure> {
+/// Asks for the vehicle; `found` are the profiles that can be chosen by number.
+fn ask_vehicle(found: &[Proposal], default: &str) -> Result<VehicleAnswer, Failure> {
     let mut menu = String::new();
     for (number, (name, vehicle)) in (1..).zip(found) {
         menu += &format!("  {number:<9} {name}, {vehicle}\n");
@@ -195,24 +183,23 @@ fn ask_vehicle(found: &[Proposal], default: &str) -> Result<Vehicle, Failure> {
     menu += "  NAME      a profile by its name, or a profile file\n  \
              list      show the names\n  \
              identify  find the profiles that fit the bus or a recording\n  \
-             discover  find the indicators of a car that nobody knows\n";
+             discover  find the indicators of an unknown car\n";
     write!(io::stdout().lock(), "\n{menu}")?;
     ask("Vehicle", default, "--profile", |answer| vehicle(answer, found))
 }
 
-fn vehicle(given: &str, found: &[Proposal]) -> Result<Vehicle, Failure> {
+fn vehicle(given: &str, found: &[Proposal]) -> Result<VehicleAnswer, Failure> {
     let number = given.parse::<usize>().ok().and_then(|number| found.get(number.checked_sub(1)?));
     let given = number.map_or(given, |(name, _)| name);
     Ok(match given {
-        IDENTIFY => Vehicle::Identify,
-        DISCOVER => Vehicle::Discover,
-        LIST => Vehicle::List,
-        _ => Vehicle::Profile(given.to_owned(), Box::new(load_profile(&Disk, Path::new(given))?)),
+        IDENTIFY => VehicleAnswer::Identify,
+        DISCOVER => VehicleAnswer::Discover,
+        LIST => VehicleAnswer::List,
+        _ => VehicleAnswer::Profile(given.to_owned(), Box::new(load_profile(&Disk, Path::new(given))?)),
     })
 }
 
-/// Shows the profiles that fit a recording or what is received, with the evidence; gives names and vehicles of the best, and
-/// whether the first fits.
+/// Shows the profiles that fit a recording or a bus. Returns the best ones, and whether the first one fits.
 fn identified(interface: &str) -> Result<(Vec<Proposal>, bool), Failure> {
     let seconds = LISTENING.as_secs();
     let question = format!("A recording of the vehicle, or listen to {interface} for {seconds} s");
@@ -226,10 +213,9 @@ fn identified(interface: &str) -> Result<(Vec<Proposal>, bool), Failure> {
     let found = identifier.possible();
     let proposed = found.iter().take(PROPOSED);
     let named = proposed.map(|candidate| (candidate.profile, candidate.vehicle.to_owned())).collect();
-    Ok((named, found.first().is_some_and(Candidate::fits)))
+    Ok((named, found.first().is_some_and(ProfileCandidate::fits)))
 }
 
-/// The interface of each bus.
 fn assigned(buses: &[&str], interfaces: &[String]) -> Result<Vec<BusInterface>, Failure> {
     let known = buses.join(", ");
     let mut assigned: Vec<BusInterface> = Vec::new();
@@ -254,7 +240,8 @@ fn assigned(buses: &[&str], interfaces: &[String]) -> Result<Vec<BusInterface>, 
     }
 }
 
-/// The profile as the new configuration names it: a file by its path relative to it, or by its absolute path.
+/// Returns the profile as the new configuration names it: by name, by its path below the configuration, or by its
+/// absolute path.
 fn named(profile: &str, output: &Path) -> io::Result<String> {
     if !Path::new(profile).exists() {
         return Ok(profile.to_owned());

@@ -1,4 +1,4 @@
-//! `check` and `decode`: bindings, and signals by name.
+//! `check` and `decode`: inspect a configuration, and signals by name.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -8,17 +8,17 @@ use clap::Args;
 
 use super::against_running;
 use super::arguments::{
-    ConfigArgs, DEFAULT_CONFIG, RecordingArgs, Shown, open, recording, settings, settings_in,
+    ConfigArgs, DEFAULT_CONFIG, RecordingArgs, ShowProgress, open, recording, settings, settings_in,
 };
 use super::failure::Failure;
 use super::messages;
-use super::progress::Progress;
+use super::progress::ProgressDisplay;
 use super::replay::{has_frames, mention_losses};
 use super::status::SOCKET;
 use super::unreadable::expect_recording;
 use super::view::{self, ViewArgs};
 use crate::check;
-use crate::check::Report;
+use crate::check::CheckReport;
 use crate::check::decode::Decoder;
 use crate::check::live_messages::LiveMessages;
 use crate::check::patch::{Fix, patch, timeouts};
@@ -38,7 +38,7 @@ Examples:
   signal-gateway check drive.log --config gateway.toml --fix
   signal-gateway check lanelet2_map.osm
 
-Findings are errors (the profile is not that of this vehicle, or cannot work), warnings (to be
+Findings are errors (the profile belongs to another vehicle, or cannot work), warnings (to be
 looked at before the drive) and notes. The exit code is 4 from warnings up.
 
 A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that
@@ -61,7 +61,7 @@ Examples:
   signal-gateway decode --live --plain --changes | grep TURN
 
 On a terminal --live shows a table: for each identifier the last frame with what changed in it, its
-rate and its signals, those of frames that the profile does not bind as well. ? shows its keys.
+rate and its signals, also of frames that the profile does not bind. ? shows its keys.
 Elsewhere, with --plain and with --changes it prints a line for each bound signal.";
 
 #[derive(Debug, Args)]
@@ -111,7 +111,7 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         expect_recording(path)?;
     }
     if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
-        let _progress = Progress::spinner("reading the map");
+        let _progress = ProgressDisplay::spinner("reading the map");
         let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
         let report = check::map(&Disk, path).map_err(|problem| Refused::from(problem.or_remedy(remedy)))?;
         return print(args, &report, None);
@@ -136,7 +136,7 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         let (path, routes) = recording(recorded, &settings)?;
         judged = Some(path.clone());
         let unreadable = Failure::file(&path);
-        let replay = Replay::surveying(settings.gateway.clone(), open(&path, Shown::Always)?, routes)
+        let replay = Replay::surveying(settings.gateway.clone(), open(&path, ShowProgress::Always)?, routes)
             .map_err(&unreadable)?;
         let (surveyed, read) = check::recording(&settings, replay);
         report.append(surveyed);
@@ -150,32 +150,34 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     outcome.map(|()| code)
 }
 
-/// Proposes what a refused profile lacks and a recording shows; then it is refused all the same.
+/// Proposes missing timeouts of a refused profile that the recording shows, and fails with the refusal.
 fn mend(refused: Refused, log: Option<&Path>) -> Result<ExitCode, Failure> {
     let missing: Vec<_> = refused.0.iter().filter_map(|problem| problem.missing_timeout.as_deref()).collect();
     let profile = refused.0.iter().find_map(|problem| Some((problem, problem.missing_timeout.as_deref()?)));
     if let (Some((problem, MissingTimeout { profile_key, .. })), Some(log)) = (profile, log) {
-        let fixes = timeouts(&mut open(log, Shown::Always)?, &missing).map_err(Failure::file(log))?;
+        let fixes = timeouts(&mut open(log, ShowProgress::Always)?, &missing).map_err(Failure::file(log))?;
         print_patch(&problem.file, profile_key, &fixes.iter().collect::<Vec<_>>())?;
         messages::note("with these lines in the profile, run it again: only then the recording is checked");
     }
     Err(refused.into())
 }
 
-/// Prints lines that mend a profile.
 fn print_patch(profile: &Path, key: &str, fixes: &[&Fix]) -> Result<(), Failure> {
     let text = Disk.read(profile).unwrap_or_default();
     let text = patch(profile, &String::from_utf8_lossy(&text), key, fixes);
     Ok(io::stdout().lock().write_all(text.as_bytes())?)
 }
 
-/// Returns whether a path names a lanelet2 map and not a recording.
 fn is_map(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "osm") || path.is_dir()
 }
 
-/// Prints a report in the form that is asked for; the exit code follows from its findings.
-fn print(args: &CheckArgs, report: &Report, profile: Option<&SourceLocation>) -> Result<ExitCode, Failure> {
+/// Prints a report in the requested form, and returns the exit code for its findings.
+fn print(
+    args: &CheckArgs,
+    report: &CheckReport,
+    profile: Option<&SourceLocation>,
+) -> Result<ExitCode, Failure> {
     let report = if messages::options().quiet { &report.without_facts() } else { report };
     if let Some(profile) = profile.filter(|_| args.fix) {
         let fixes = report.fixes();
@@ -224,8 +226,8 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     }
     let (path, routes) = recording(&args.recording, &settings)?;
     let unreadable = Failure::file(&path);
-    let mut replay =
-        Replay::new(settings.gateway, open(&path, Shown::WithoutOutput)?, routes).map_err(&unreadable)?;
+    let mut replay = Replay::new(settings.gateway, open(&path, ShowProgress::WithoutOutput)?, routes)
+        .map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {
@@ -239,7 +241,7 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }
 
-/// Shows the messages of all interfaces in place until the user ends it.
+/// Shows the messages of all interfaces until the user ends it.
 fn show_messages(settings: &Settings, clock: &Clock) -> Result<ExitCode, Failure> {
     let mut messages = LiveMessages::new(settings);
     let mut view = view::start_messages(format!("decode · {}", settings.vehicle))?;

@@ -1,4 +1,4 @@
-//! `lights`: a scenario of traffic lights on virtual time.
+//! `lights`: runs a scenario of traffic lights on virtual time.
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
@@ -10,10 +10,10 @@ use std::time::Duration;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{Every, draw, file_name, seconds, svg_path};
+use super::arguments::{Every, draw, file_name, pair, seconds, svg_path};
 use super::failure::Failure;
 use super::messages;
-use super::progress::Progress;
+use super::progress::ProgressDisplay;
 use crate::config::files::Disk;
 use crate::config::scenario::{self, BulbOrder, ReadOptions, ScenarioFile};
 use crate::config::{Problem, Refused};
@@ -75,14 +75,14 @@ pub(super) struct LightsArgs {
     #[arg(long, conflicts_with = "map")]
     without_map: bool,
     /// Folder of a package, for $(find-pkg-share NAME) in a scenario; may be repeated
-    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package)]
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = |text: &str| pair::<PathBuf>(text, "expected NAME=FOLDER"))]
     packages: Vec<(String, PathBuf)>,
     /// Bulbs by position, for states as in `on;off;off`, of all lights with as many or of those with these ids: for
     /// instance red,yellow,green or 21,22=red,green; may be repeated
     #[arg(long, value_name = "[IDS=]BULBS")]
     bulb_order: Vec<BulbOrder>,
     /// Value of a scenario modifier that has several, of which each is a run of the simulator; may be repeated
-    #[arg(long = "modifier", value_name = "NAME=VALUE", value_parser = modifier)]
+    #[arg(long = "modifier", value_name = "NAME=VALUE", value_parser = |text: &str| pair::<String>(text, "expected NAME=VALUE"))]
     modifiers: Vec<(String, String)>,
     /// Mode, where the simulator's rules have weaknesses
     #[arg(long, value_name = "MODE", value_enum, default_value_t)]
@@ -202,7 +202,6 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     })
 }
 
-/// The map of `--map`, else that of the scenario.
 fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused> {
     if args.without_map {
         let ids: BTreeSet<_> = file.ids.iter().map(|used| used.id).collect();
@@ -232,7 +231,7 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
-    let _progress = Progress::spinner("reading the map");
+    let _progress = ProgressDisplay::spinner("reading the map");
     // Positions of lamps are for viewers.
     read_lights(&Disk, path, LampSource::Drawn)
         .map(|map| map.lights)
@@ -245,16 +244,6 @@ fn subtitle(args: &LightsArgs) -> String {
         Compat::Upstream => "compat upstream, ",
     };
     format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
-}
-
-fn modifier(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    Ok((name.to_owned(), value.to_owned()))
-}
-
-fn package(text: &str) -> Result<(String, PathBuf), String> {
-    let (name, folder) = text.split_once('=').ok_or("expected NAME=FOLDER")?;
-    Ok((name.to_owned(), folder.into()))
 }
 
 fn rate(text: &str) -> Result<Rate, String> {

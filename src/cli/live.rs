@@ -1,4 +1,4 @@
-//! `run`: the gateway in real time.
+//! `run`: runs the gateway in real time.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -51,10 +51,9 @@ pub(super) struct RunArgs {
     ros: RosArgs,
 }
 
-/// Where DDS runs.
 #[derive(Debug, Args)]
 pub(super) struct IsolationArgs {
-    /// Keep DDS in this process, for debuggers: what the network does to it is then done to all of the gateway
+    /// Keep DDS in this process, for debuggers: a fault of the network side then affects the whole gateway
     #[arg(long)]
     pub(super) no_isolation: bool,
 }
@@ -89,7 +88,7 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads the arguments of ROS 2 and starts the log as they say, else from `default_level` on.
+/// Reads the arguments of ROS 2 and starts the log with their level, or `default_level`.
 pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
     let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
     let level = read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level);
@@ -108,7 +107,7 @@ pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosA
     Ok(read)
 }
 
-/// The supervisor of a network side for a gateway of another user.
+/// Supervises the network side of a gateway that runs as another user.
 #[cfg(feature = "ros")]
 pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Timed)?;
@@ -116,7 +115,7 @@ pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The network side of another process.
+/// Runs the network side of another process.
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     let closed = process::close_inherited();
@@ -125,7 +124,7 @@ pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
         tracing::warn!("descriptors of the parent stay open: {error}");
     }
     match process::run(args.memory_limit_mb, || ()) {
-        // Whoever started this has ended without a word.
+        // The process that started this one has ended.
         Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),
     }

@@ -1,4 +1,4 @@
-//! `man` and `completions`, which packages ship beside the binary.
+//! `man` and `completions`: print what packages ship beside the binary.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -10,7 +10,6 @@ use clap_mangen::roff::{Roff, bold, roman};
 
 use super::failure::Failure;
 
-/// Exit codes of all commands.
 pub(super) const EXIT_CODES: &str = "  0  done
   1  failed while running
   2  wrong usage
@@ -22,7 +21,7 @@ pub(super) const EXIT_CODES: &str = "  0  done
   8  status, reload or check --against-running reaches no gateway
   9  check --against-running: the configuration needs a restart";
 
-/// Variables that the gateway reads, for the pages of those who start it.
+/// Environment variables for the pages of `run` and the whole program.
 const ENVIRONMENT: [(&str, &str); 7] = [
     ("ROS_DOMAIN_ID", "the domain, unless [ros] domain_id gives it"),
     (
@@ -46,7 +45,7 @@ const ENVIRONMENT: [(&str, &str); 7] = [
     ("NOTIFY_SOCKET, WATCHDOG_USEC, JOURNAL_STREAM", "set by systemd: readiness, watchdog, journal"),
 ];
 
-/// Files of the service, as the package has them.
+/// Files of the packaged service.
 const FILES: [(&str, &str); 7] = [
     ("/etc/signal-gateway/gateway.toml", "the configuration, where --config names no other"),
     ("/etc/default/signal-gateway", "variables for the service, such as ROS_DOMAIN_ID=42"),
@@ -74,7 +73,7 @@ pub(super) struct ManArgs {
 }
 
 pub(super) fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitCode, Failure> {
-    // The generator panics where a writer fails; a buffer does not.
+    // The generator panics if a writer fails; a buffer does not fail.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "signal-gateway", &mut script);
     io::stdout().write_all(&script)?;
@@ -98,7 +97,7 @@ pub(super) fn man(args: &ManArgs, mut command: Command) -> Result<ExitCode, Fail
     Ok(ExitCode::SUCCESS)
 }
 
-/// The page of a command: what clap knows of it, then its help as sections, and what surrounds it.
+/// Renders the page of a command: clap's part, its help as sections, then environment and files.
 fn page(command: Command, exit_codes: &str) -> io::Result<Vec<u8>> {
     let is_main = command.get_name() == "signal-gateway";
     let has_surroundings = is_main || command.get_name() == "run";
@@ -136,7 +135,7 @@ fn page(command: Command, exit_codes: &str) -> io::Result<Vec<u8>> {
     Ok(page)
 }
 
-/// The exit codes of a command: its own list, or what the common one says for all or of this one.
+/// Returns the exit codes of a command: its own list, or its lines of the common list.
 fn exit_codes(command: &Command) -> String {
     let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
     if let Some((_, own)) = help.split_once("Exit codes:\n") {
@@ -151,14 +150,13 @@ fn exit_codes(command: &Command) -> String {
     EXIT_CODES.lines().filter(is_own).collect::<Vec<_>>().join("\n")
 }
 
-/// Adds a list of terms, each with what it means.
 fn entries<'a>(roff: &mut Roff, entries: impl IntoIterator<Item = (&'a str, &'a str)>) {
     for (term, text) in entries {
         roff.control("TP", []).text([bold(term)]).text([roman(text.trim())]);
     }
 }
 
-/// Adds a text in its lines, which may be a table.
+/// Adds a text with its line breaks, which may be a table.
 fn as_it_is(roff: &mut Roff, text: &str) {
     roff.control("nf", []);
     for line in text.lines() {

@@ -1,4 +1,4 @@
-//! `replay --mcap`: the recording and what came of it, as an MCAP file or a bag.
+//! `replay --mcap`: writes the recording and its outputs to an MCAP file or a bag.
 
 use std::path::{Path, PathBuf};
 
@@ -10,59 +10,55 @@ use crate::io::mcap::bag::{Bag, FileLimits};
 use crate::io::mcap::encoder::{Encoder, RecordedMessage};
 use crate::io::mcap::file::McapFile;
 
-/// Chunks that are collected before they are written, bytes.
+/// Number of bytes that are collected before they are written.
 const WRITE_BYTES: usize = 1 << 20;
 
-/// The file or bag that is being written.
 pub(super) struct McapExport {
     path: PathBuf,
     encoder: Encoder,
-    target: Target,
+    target: ExportTarget,
 }
 
-enum Target {
+enum ExportTarget {
     File(McapFile),
     Bag(Bag),
 }
 
 impl McapExport {
-    /// Makes the file, or for a path that does not end in `.mcap` the folder of a bag, which must not exist.
+    /// Creates the file, or for a path that does not end in `.mcap` the folder of a bag, which must not exist.
     pub(super) fn create(path: &Path, encoder: Encoder) -> Result<Self, Failure> {
         let target = if path.extension().is_some_and(|extension| extension == "mcap") {
-            McapFile::create(path, true).map(Target::File)
+            McapFile::create(path, true).map(ExportTarget::File)
         } else {
-            Bag::create(path, FileLimits::NONE, encoder.channels()).map(Target::Bag)
+            Bag::create(path, FileLimits::NONE, encoder.channels()).map(ExportTarget::Bag)
         };
         Ok(Self { path: path.to_owned(), encoder, target: target.map_err(Failure::written(path))? })
     }
 
-    /// Writes an input that is handled at `at`.
     pub(super) fn received(&mut self, input: &CanInput, at: WallStamp) -> Result<(), Failure> {
         let message = self.encoder.received(input, at);
         message.iter().try_for_each(|message| self.add(message))
     }
 
-    /// Writes an output of `at`.
     pub(super) fn given_out(&mut self, output: &Output, at: WallStamp) -> Result<(), Failure> {
         let messages = self.encoder.given_out(output, at);
         messages.iter().try_for_each(|message| self.add(message))
     }
 
-    /// Writes the rest.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         let finished = match &mut self.target {
-            Target::File(file) => file.finish(),
-            Target::Bag(bag) => bag.finish(),
+            ExportTarget::File(file) => file.finish(),
+            ExportTarget::Bag(bag) => bag.finish(),
         };
         finished.map_err(Failure::written(&self.path))
     }
 
     fn add(&mut self, message: &RecordedMessage) -> Result<(), Failure> {
         let added = match &mut self.target {
-            Target::File(file) => file.add(message, self.encoder.channels()).and_then(|()| {
+            ExportTarget::File(file) => file.add(message, self.encoder.channels()).and_then(|()| {
                 if file.pending_bytes() > WRITE_BYTES { file.write_pending() } else { Ok(()) }
             }),
-            Target::Bag(bag) => bag
+            ExportTarget::Bag(bag) => bag
                 .add(message)
                 .and_then(|()| if bag.pending_bytes() > WRITE_BYTES { bag.flush() } else { Ok(()) }),
         };

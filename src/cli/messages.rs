@@ -1,4 +1,4 @@
-//! Messages of commands on standard error: errors, warnings and notes; and the options that say how many and how.
+//! Writes errors, warnings and notes of commands to standard error, with options for how many and how.
 
 use std::ffi::OsString;
 use std::io;
@@ -18,14 +18,14 @@ use crate::io::process_log::{self, LogForm};
 use crate::report::refusal::{plain, refusals};
 use crate::report::text::{Layout, escaped};
 
-/// How much a command says, and in which colours.
+/// How much a command writes to standard error, and in which colours.
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Messages")]
 pub(super) struct MessageArgs {
     /// Print only errors; for `check`, only findings
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub(super) quiet: bool,
-    /// More messages on standard error, and every problem of a file; of a drive all reasons and distances
+    /// Print more messages, and every problem of a file; for `decide`, all reasons and distances
     #[arg(short, long, global = true)]
     pub(super) verbose: bool,
     /// Colours; auto: on a terminal, unless `NO_COLOR` is set, or with `CLICOLOR_FORCE`
@@ -33,7 +33,6 @@ pub(super) struct MessageArgs {
     color: When,
 }
 
-/// The occasions on which colours are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum When {
     #[default]
@@ -42,13 +41,11 @@ enum When {
     Never,
 }
 
-/// The options of this process.
 static OPTIONS: OnceLock<MessageArgs> = OnceLock::new();
 
-/// Number of problems of a file that are shown.
 const MAX_PROBLEMS: usize = 10;
 
-/// Applies `--color` before the arguments are parsed, so that it counts for the errors of that as well.
+/// Applies `--color` before the arguments are parsed, so that it also applies to errors of parsing.
 pub(super) fn choose_colors(arguments: impl IntoIterator<Item = OsString>) {
     let mut arguments = arguments.into_iter().map(|argument| argument.to_string_lossy().into_owned());
     while let Some(argument) = arguments.next() {
@@ -66,37 +63,33 @@ pub(super) fn choose_colors(arguments: impl IntoIterator<Item = OsString>) {
     }
 }
 
-/// Sets the options of this process.
+/// Sets the options of this process. Only `main` calls it, once.
 pub(super) fn set_options(options: MessageArgs) {
-    // They are set once, by `main`.
     let _is_first = OPTIONS.set(options);
 }
 
-/// The options of this process.
 pub(super) fn options() -> MessageArgs {
     OPTIONS.get().copied().unwrap_or_default()
 }
 
-/// The layout of what goes to this stream: colours as they are wanted, and wrapped lines on a terminal.
+/// Returns the layout for a stream: whether to use colours, and the width of a terminal.
 pub(super) fn layout<S: anstream::stream::RawStream>(stream: &S) -> Layout {
     let has_color = AutoStream::choice(stream) != ColorChoice::Never;
     let size = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
     Layout { has_color, width: stream.is_terminal().then(size).flatten() }
 }
 
-/// Writes an error; its remedy may be empty.
+/// Writes an error; `remedy` may be empty.
 pub(super) fn error(text: &str, remedy: &str) {
     message((tracing::Level::ERROR, Level::ERROR), text, remedy);
 }
 
-/// Writes a warning.
 pub(super) fn warn(text: &str) {
     if !options().quiet {
         message((tracing::Level::WARN, Level::WARNING), text, "");
     }
 }
 
-/// Writes a note.
 pub(super) fn note(text: &str) {
     if !options().quiet {
         message((tracing::Level::INFO, Level::NOTE), text, "");
@@ -107,22 +100,20 @@ fn message((level, title): (tracing::Level, Level<'static>), text: &str, remedy:
     process_log::lines(level, &plain(title, text, remedy, layout(&io::stderr())));
 }
 
-/// Writes the problems of a configuration with their pictures.
+/// Writes the problems of a configuration with their source lines.
 pub(super) fn refused(Refused(problems): &Refused) {
     let most = if options().verbose { usize::MAX } else { MAX_PROBLEMS };
     process_log::lines(tracing::Level::ERROR, &refusals(&Disk, problems, most, layout(&io::stderr())));
 }
 
-/// Writes a text without a severity, in lines.
+/// Writes a text without a severity.
 pub(super) fn say(text: &str) {
     let lines: Vec<_> = text.split('\n').map(escaped).collect();
     process_log::lines(tracing::Level::INFO, &lines.join("\n"));
 }
 
-/// Starts the log of messages from `level` on, or as `RUST_LOG` asks for; `--quiet` and `--verbose` move the level.
-///
-/// # Errors
-/// A `RUST_LOG` that asks for nothing that exists.
+/// Starts the log with messages from `level` on, changed by `--quiet`, `--verbose` and `RUST_LOG`. Fails if
+/// `RUST_LOG` is invalid.
 pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
     let level = match (options(), level) {
         (MessageArgs { quiet: true, .. }, _) => "error",
@@ -130,8 +121,8 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
         (MessageArgs { verbose: true, .. }, "info") => "debug",
         (_, level) => level,
     };
-    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. What Zenoh tells others of its links it warns of
-    // when one has ended meanwhile.
+    // DDS logs only if RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. Zenoh would warn of each link that ends
+    // while it reports its links to others.
     let quiet = "rustdds=off,ros2_client=off,mio_06=off,zenoh::api::admin=error";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
     let refused = |directive: &str| {

@@ -1,4 +1,4 @@
-//! Command lines that people type and that mean something else: a tip beside what the parser says.
+//! Adds a tip to the parser's error for command lines that people often mistype.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use super::web::with_joined_address;
 use crate::config::built_in::BuiltIn;
 
-/// The arguments of the process; with wrong ones it ends.
+/// Parses the arguments of the process. Ends the process if they are wrong.
 pub(super) fn parse<Cli: Parser>() -> Cli {
     let arguments = with_joined_address(std::env::args_os());
     Cli::try_parse_from(&arguments).unwrap_or_else(|mut error| {
@@ -23,7 +23,7 @@ pub(super) fn parse<Cli: Parser>() -> Cli {
     })
 }
 
-/// What was probably meant; `None` where the parser says it.
+/// Returns what the user probably meant; `None` if the parser's message says enough.
 #[allow(clippy::wildcard_enum_match_arm)] // most kinds of errors say enough
 fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
     let command = words.iter().position(|word| !word.starts_with('-'))?;
@@ -66,7 +66,7 @@ fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
     }
 }
 
-/// True for one of these options, with its value behind `=` or not.
+/// Returns true if `word` is one of these options, with or without `=VALUE`.
 fn is_named(word: &str, names: &[&str]) -> bool {
     names.contains(&word.split('=').next().unwrap_or(word))
 }

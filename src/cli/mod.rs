@@ -69,7 +69,7 @@ pub struct Cli {
     #[command(flatten)]
     messages: MessageArgs,
     #[command(subcommand)]
-    command: Command,
+    command: GatewayCommand,
 }
 
 const MORE: &str = "\
@@ -78,7 +78,7 @@ Documents: man signal-gateway, and /usr/share/doc/signal-gateway, in the sources
 Examples of all files: /usr/share/signal-gateway, in the sources config and dbc.";
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum GatewayCommand {
     /// Run the gateway: the daemon that systemd starts
     #[command(after_help = live::RUN_HELP)]
     Run(RunArgs),
@@ -141,26 +141,26 @@ pub fn main() -> ExitCode {
     let cli = misuse::parse::<Cli>();
     messages::set_options(cli.messages);
     let outcome = match cli.command {
-        Command::Run(args) => live::run(args),
-        Command::Demo(args) => demo::demo(&args),
-        Command::Replay(args) => replay::replay(&args),
-        Command::Check(args) => inspect::check(&args),
-        Command::Identify(args) => identify::run(&args),
-        Command::Decode(args) => inspect::decode(&args),
-        Command::Discover(args) => discover::run(&args),
-        Command::Init(args) => init::run(&args),
-        Command::Profiles(args) => profiles::run(&args),
-        Command::Lights(args) => lights::run(&args),
-        Command::Decide(args) => decide::run(&args),
-        Command::Vehicle(args) => vehicle::run(&args),
-        Command::Status(args) => status::run(&args),
-        Command::Reload(args) => reload::run(&args),
+        GatewayCommand::Run(args) => live::run(args),
+        GatewayCommand::Demo(args) => demo::demo(&args),
+        GatewayCommand::Replay(args) => replay::replay(&args),
+        GatewayCommand::Check(args) => inspect::check(&args),
+        GatewayCommand::Identify(args) => identify::run(&args),
+        GatewayCommand::Decode(args) => inspect::decode(&args),
+        GatewayCommand::Discover(args) => discover::run(&args),
+        GatewayCommand::Init(args) => init::run(&args),
+        GatewayCommand::Profiles(args) => profiles::run(&args),
+        GatewayCommand::Lights(args) => lights::run(&args),
+        GatewayCommand::Decide(args) => decide::run(&args),
+        GatewayCommand::Vehicle(args) => vehicle::run(&args),
+        GatewayCommand::Status(args) => status::run(&args),
+        GatewayCommand::Reload(args) => reload::run(&args),
         #[cfg(feature = "ros")]
-        Command::Network(args) => live::network(&args),
+        GatewayCommand::Network(args) => live::network(&args),
         #[cfg(feature = "ros")]
-        Command::NetworkSupervisor => live::network_supervisor(),
-        Command::Completions(args) => manual::completions(&args, Cli::command()),
-        Command::Man(args) => manual::man(&args, Cli::command()),
+        GatewayCommand::NetworkSupervisor => live::network_supervisor(),
+        GatewayCommand::Completions(args) => manual::completions(&args, Cli::command()),
+        GatewayCommand::Man(args) => manual::man(&args, Cli::command()),
     };
     let code = match outcome {
         Ok(code) => code,

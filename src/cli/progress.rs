@@ -1,4 +1,4 @@
-//! Progress of what takes longer than a second, on a terminal.
+//! Shows the progress of work that takes longer than a second, on a terminal.
 
 use std::io::{self, IsTerminal, Read};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -9,19 +9,18 @@ use indicatif::{ProgressBar, ProgressBarIter, ProgressDrawTarget, ProgressStyle}
 
 use super::messages::options;
 
-/// The time after which progress is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
 const TICK: Duration = Duration::from_millis(100);
 
-/// A bar on standard error that appears after a second and goes with this value.
-pub(super) struct Progress {
+/// A bar on standard error that appears after a second and disappears when it is dropped.
+pub(super) struct ProgressDisplay {
     bar: ProgressBar,
-    /// Held until the end: the thread that shows the bar stops waiting when it is gone.
+    /// Dropping the sender ends the wait of the thread that shows the bar.
     waiting: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-impl Progress {
-    /// Progress of what `text` says; `length` in bytes or ms, where it is known.
+impl ProgressDisplay {
+    /// Shows `text` with the progress; `length` is in bytes or ms, if known.
     pub(super) fn new(text: impl Into<String>, length: Option<u64>, form: &str) -> Self {
         let bar =
             ProgressBar::with_draw_target(length, ProgressDrawTarget::hidden()).with_message(text.into());
@@ -43,28 +42,27 @@ impl Progress {
         Self { bar, waiting: Some((sender, thread)) }
     }
 
-    /// Something whose end is not known.
+    /// Shows progress without a known end.
     pub(super) fn spinner(text: impl Into<String>) -> Self {
         Self::new(text, None, "{spinner} {msg}, {elapsed}")
     }
 
-    /// Reads from `source` with progress; `length` is that of the source, where it is known.
+    /// Returns a reader of `source` that shows its progress; `length` is in bytes, if known.
     pub(super) fn reading<R: Read>(source: R, length: Option<u64>, text: String) -> impl Read + use<R> {
         let form = match length {
             Some(_) => "{spinner} {msg} [{wide_bar}] {percent:>3} %, {eta} left",
             None => "{spinner} {msg}, {decimal_bytes}, {elapsed}",
         };
         let progress = Self::new(text, length, form);
-        Reading { source: progress.bar.wrap_read(source), _progress: progress }
+        ProgressReader { source: progress.bar.wrap_read(source), _progress: progress }
     }
 
-    /// Sets the position, in the unit of the length.
     pub(super) fn set(&self, position: u64) {
         self.bar.set_position(position);
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressDisplay {
     fn drop(&mut self) {
         if let Some((sender, thread)) = self.waiting.take() {
             drop(sender);
@@ -75,13 +73,13 @@ impl Drop for Progress {
     }
 }
 
-/// A source with its progress, which goes when the source does.
-struct Reading<R> {
+/// A reader that owns its progress bar.
+struct ProgressReader<R> {
     source: ProgressBarIter<R>,
-    _progress: Progress,
+    _progress: ProgressDisplay,
 }
 
-impl<R: Read> Read for Reading<R> {
+impl<R: Read> Read for ProgressReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.source.read(buffer)
     }

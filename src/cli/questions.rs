@@ -1,18 +1,14 @@
-//! Questions on standard output and the answers on standard input, of a person or of a pipe.
+//! Asks questions on standard output; the answers come from a person or a pipe.
 
 use std::io::{self, BufRead as _, Write as _};
 
 use super::failure::Failure;
 use super::{failure_message, messages};
 
-/// The number of answers to one question after which it is not asked again.
 const MAX_ANSWERS: usize = 3;
 
-/// Asks until `take` accepts the answer; an empty answer stands for `default`.
-///
-/// # Errors
-/// The reason why the last of [`MAX_ANSWERS`] was refused, or the end of standard input: `option` says what to give on the
-/// command line then.
+/// Asks until `take` accepts the answer; an empty answer means `default`. Fails with the last refusal after
+/// [`MAX_ANSWERS`], or at the end of standard input with a hint to use `option`.
 pub(super) fn ask<T>(
     question: &str,
     default: &str,
@@ -30,12 +26,11 @@ pub(super) fn ask<T>(
             Err(error) => failure_message::show(&error),
         }
         refused += 1;
-        // The next question comes below.
         messages::flush();
     }
 }
 
-/// The next line, or the default for an empty one; `None` at the end of standard input.
+/// Returns the next line, or `default` for an empty line; `None` at the end of standard input.
 fn answer(question: &str, default: &str) -> io::Result<Option<String>> {
     let mut out = io::stdout().lock();
     write!(out, "{question} [{default}]: ")?;

@@ -1,4 +1,4 @@
-//! `replay`: the gateway over a recording.
+//! `replay`: runs the gateway over a recording.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -6,7 +6,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{RecordingArgs, Shown, draw, file_name, open, recording, settings, speed, svg_path};
+use super::arguments::{
+    RecordingArgs, ShowProgress, draw, file_name, open, recording, settings, speed, svg_path,
+};
 use super::failure::Failure;
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
@@ -43,7 +45,7 @@ Examples:
 With --json every published message is one line
   {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
 and /diagnostics is a line whenever a status changes, holding the statuses that changed.
-t is virtual time since the first frame of the recording; stamps are those of the recording
+t is virtual time since the first frame of the recording; stamps come from the recording
 (with --ros the present, unless [recording] stamps = \"recorded\").";
 
 #[derive(Debug, Args)]
@@ -89,7 +91,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     if args.ros || args.speed.is_some() || args.web.is_on() {
         return replay_in_time(args, settings, &path, routes, json);
     }
-    let log = open(&path, Shown::WithoutOutput)?;
+    let log = open(&path, ShowProgress::WithoutOutput)?;
     let unreadable = Failure::file(&path);
     let mut mcap =
         args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?;
@@ -134,7 +136,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }
 
-/// The exit code, unless not one frame was read to the end of the recording.
+/// Returns `code`, or an error if the recording has no frame.
 pub(super) fn has_frames(
     replay: &Replay,
     code: ExitCode,
@@ -156,7 +158,7 @@ fn write_output(
     }
 }
 
-/// Reports the faults of a log that was replayed.
+/// Warns about faults of the replayed log.
 pub(super) fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
     if let Some(first) = log.first_bad() {

@@ -1,4 +1,4 @@
-//! The arguments of ROS 2: what `ros2 run` and launch files put between `--ros-args` and `--`.
+//! Parses the arguments of ROS 2 that `ros2 run` and launch files put between `--ros-args` and `--`.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -15,16 +15,14 @@ use crate::core::near_miss::mistyped;
 use crate::report::text::escaped;
 
 const BEGIN: &str = "--ros-args";
-/// The parameters of this node.
 const NAMES: [&str; 3] = ["config", "profile", "use_sim_time"];
 
-/// The same for people.
+/// Returns the names of the parameters as text.
 pub(super) fn parameters() -> String {
     let [first, second, last] = NAMES;
     format!("{first}, {second} and {last}")
 }
 
-/// The arguments of ROS 2 on the command line of a node.
 #[derive(Debug, Args)]
 pub(super) struct RosArgs {
     /// Arguments of ROS 2, up to -- or the end
@@ -32,27 +30,23 @@ pub(super) struct RosArgs {
     pub(super) arguments: Vec<OsString>,
 }
 
-/// What the arguments of ROS 2 come to.
+/// The parsed arguments of ROS 2.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct RosArguments {
-    /// Names, remapped topics and `use_sim_time`.
     pub(super) overrides: RosOverrides,
-    /// Level of the log, as `RUST_LOG` names it.
     pub(super) log_level: Option<&'static str>,
-    /// The parameter `config`: as `--config`, which comes first.
+    /// The parameter `config`; `--config` has priority.
     pub(super) config: Option<PathBuf>,
-    /// The parameter `profile`: as `--profile`, which comes first.
+    /// The parameter `profile`; `--profile` has priority.
     pub(super) profile: Option<PathBuf>,
-    /// Parameters that this node was given and does not have, as those that a launch file gives to all.
+    /// Parameters that this node does not have, e.g. global ones of a launch file.
     pub(super) unknown: Vec<String>,
-    /// Options of ROS 2 that are taken and change nothing here, with what to do instead.
+    /// Accepted options that change nothing here, with an alternative.
     pub(super) without_effect: Vec<String>,
 }
 
-/// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`.
-///
-/// # Errors
-/// An option or a rule that is not known, or that this node does not follow; a file of parameters that is refused.
+/// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`. Fails for an unknown or
+/// unsupported option or rule, and for an invalid parameter file.
 pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> Result<RosArguments, Failure> {
     let mut found = RosArguments::default();
     let mut rules = Vec::new();
@@ -64,29 +58,27 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
             rest.next().map(Cow::into_owned).ok_or_else(missing)
         };
         match &*option {
-            "-r" | "--remap" => rules.push(Rule::read(&value("FROM:=TO")?)?),
-            "-p" | "--param" => parameters.push(Parameters::Value(value("NAME:=VALUE")?)),
-            "--params-file" => parameters.push(Parameters::File(PathBuf::from(value("a file")?))),
+            "-r" | "--remap" => rules.push(RemapRule::read(&value("FROM:=TO")?)?),
+            "-p" | "--param" => parameters.push(GivenParameters::Value(value("NAME:=VALUE")?)),
+            "--params-file" => parameters.push(GivenParameters::File(PathBuf::from(value("a file")?))),
             "--log-level" => found.set_log_level(&value("a level")?, default_node)?,
             // No library writes to the log.
             BEGIN | "--enable-stdout-logs" | "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
             }
             "--enable-rosout-logs" => found.overrides.rosout = Some(true),
             "--disable-rosout-logs" => found.overrides.rosout = Some(false),
-            "--disable-stdout-logs" => {
-                found.without_effect.push(format!("{option} (--log-level fatal logs less)"));
-            }
+            "--disable-stdout-logs" => found.add_without_effect(&option, "(--log-level fatal logs less)"),
             "-e" | "--enclave" => {
-                let enclave = value("an enclave")?;
-                found.without_effect.push(format!("{option} {enclave} (this node has no DDS security)"));
+                found.add_without_effect(
+                    &option,
+                    &(value("an enclave")? + " (this node has no DDS security)"),
+                );
             }
             "--log-config-file" => {
-                let file = value("a file")?;
-                found.without_effect.push(format!("{option} {file} (set --log-level or RUST_LOG)"));
+                found.add_without_effect(&option, &(value("a file")? + " (set --log-level or RUST_LOG)"));
             }
             "--log-file-name" => {
-                let name = value("a name")?;
-                found.without_effect.push(format!("{option} {name} (the log goes to standard error)"));
+                found.add_without_effect(&option, &(value("a name")? + " (the log goes to standard error)"));
             }
             _ => {
                 let known = "-r, -p, --params-file and --log-level";
@@ -104,33 +96,32 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
         namespace: overrides.namespace.as_deref().unwrap_or("/"),
         remappings: &[],
     };
-    // The last one wins, as in rcl: launch files give what is for all nodes before what is for this one.
+    // The last one wins, as in rcl: launch files give global parameters before the parameters of a node.
     for given in &parameters {
         match given {
-            Parameters::File(path) => found.adopt_file(files, path, names)?,
-            Parameters::Value(parameter) => found.adopt_parameter(parameter, names)?,
+            GivenParameters::File(path) => found.adopt_file(files, path, names)?,
+            GivenParameters::Value(parameter) => found.adopt_parameter(parameter, names)?,
         }
     }
     Ok(found)
 }
 
-/// Parameters, in the order of the command line.
-enum Parameters {
+/// A source of parameters on the command line.
+enum GivenParameters {
     File(PathBuf),
-    /// `NAME:=VALUE`.
+    /// An argument `NAME:=VALUE`.
     Value(String),
 }
 
 /// A rule of `--remap`.
-struct Rule {
-    /// The node that it is for; all when `None`.
+struct RemapRule {
+    /// The node that the rule is for; `None` means all nodes.
     node: Option<String>,
     from: String,
     to: String,
 }
 
-impl Rule {
-    /// Reads `FROM:=TO` or `NODE:FROM:=TO`.
+impl RemapRule {
     fn read(text: &str) -> Result<Self, Failure> {
         let (from, to) =
             text.split_once(":=").ok_or_else(|| usage(&format!("-r {text}"), "write FROM:=TO"))?;
@@ -151,6 +142,10 @@ impl Rule {
 }
 
 impl RosArguments {
+    fn add_without_effect(&mut self, option: &str, rest: &str) {
+        self.without_effect.push(format!("{option} {rest}"));
+    }
+
     fn set_log_level(&mut self, given: &str, default_node: &str) -> Result<(), Failure> {
         let (logger, level) = given.split_once(":=").unwrap_or((default_node, given));
         let level = match level.to_ascii_lowercase().as_str() {
@@ -166,15 +161,15 @@ impl RosArguments {
                 ));
             }
         };
-        // Loggers of other names are those of other nodes.
+        // Loggers with other names belong to other nodes.
         if logger.trim_start_matches('/').replace('/', ".") == default_node {
             self.log_level = Some(level);
         }
         Ok(())
     }
 
-    /// Applies the rules for node and namespace, then keeps those for topics of the node by its new name.
-    fn remap(&mut self, rules: &[Rule], default_node: &str) -> Result<(), Failure> {
+    /// Applies the rules for node and namespace, then keeps the topic rules for the node's new name.
+    fn remap(&mut self, rules: &[RemapRule], default_node: &str) -> Result<(), Failure> {
         for rule in rules.iter().filter(|rule| rule.is_for(default_node)) {
             match rule.from.as_str() {
                 "__node" | "__name" if is_name(&rule.to) => {
@@ -194,7 +189,7 @@ impl RosArguments {
         let node = node.as_deref().unwrap_or(default_node);
         // This node has no services.
         let of_topics =
-            |rule: &&Rule| !rule.from.starts_with("__") && !rule.from.starts_with("rosservice://");
+            |rule: &&RemapRule| !rule.from.starts_with("__") && !rule.from.starts_with("rosservice://");
         for rule in rules.iter().filter(of_topics).filter(|rule| rule.is_for(node)) {
             let (from, to) = (rule.from.strip_prefix("rostopic://").unwrap_or(&rule.from), &rule.to);
             if !is_topic(from) || !is_topic(to) {
@@ -211,7 +206,7 @@ impl RosArguments {
                 usage(&format!("--params-file {}: {}", path.display(), parameter.name), reason)
             };
             let is_known = self.set(&parameter.name, parameter.value.as_ref()).map_err(wrong)?;
-            // What a pattern says is meant for whoever has such a parameter.
+            // A pattern is for all nodes that have such a parameter.
             if !is_known && parameter.is_for_this_node {
                 self.adopt_unknown(&parameter.name).map_err(|reason| wrong(&reason))?;
             }
@@ -232,7 +227,7 @@ impl RosArguments {
         Ok(())
     }
 
-    /// Notes a parameter that this node does not have, unless it is one of its own with a typo.
+    /// Records a parameter that this node does not have; fails if it looks like a mistyped one.
     fn adopt_unknown(&mut self, name: &str) -> Result<(), String> {
         if let Some(meant) = mistyped(name, NAMES) {
             return Err(format!("no such parameter; did you mean {meant}?"));
@@ -243,7 +238,7 @@ impl RosArguments {
         Ok(())
     }
 
-    /// Sets a parameter; false if there is none of this name.
+    /// Sets a parameter; returns false if there is none with this name.
     fn set(&mut self, name: &str, value: Option<&ParameterValue>) -> Result<bool, &'static str> {
         let path = || {
             let given = value.filter(|value| !value.text.is_empty());
@@ -322,7 +317,7 @@ mod tests {
             "-p|use_sim_time:=true\n...\n|-p|text:=x y\n...\n|-p|list:=- 1\n- 2\n",
             "sim=true unknown=text,list",
         ),
-        // Those of rclcpp and rclpy, for each node.
+        // Parameters of rclcpp and rclpy, for each node.
         (
             "-p|start_type_description_service:=False|-p|use_intra_process_comms:=true|-p|qos_overrides./tf.publisher.depth:=1",
             "unknown=start_type_description_service,use_intra_process_comms,qos_overrides./tf.publisher.depth",

@@ -1,4 +1,4 @@
-//! `status`: the present state of a running gateway.
+//! `status`: prints the present state of a running gateway.
 
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -30,12 +30,9 @@ Exit codes:
   7  errors
   8  no gateway can be reached";
 
-/// Exit code where no gateway can be reached.
 pub(super) const UNREACHABLE: u8 = 8;
 
-/// Socket of the service.
 pub(super) const SOCKET: &str = "/run/signal-gateway/status.sock";
-/// Interval at which a gateway that is gone is looked for.
 const RECONNECT_INTERVAL: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Args)]
@@ -46,7 +43,7 @@ pub(super) struct StatusArgs {
     /// Print a line of JSON
     #[arg(long)]
     json: bool,
-    /// Go on, twice a second, until Ctrl-C; a gateway that ends is waited for
+    /// Print twice a second until Ctrl-C, and wait for a gateway that has ended
     #[arg(long)]
     watch: bool,
 }
@@ -81,17 +78,17 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Writes why no gateway can be reached on a socket, and gives the exit code.
+/// Writes why the gateway cannot be reached, and returns the exit code.
 pub(super) fn unreachable(socket: &Path, error: &ClientError) -> ExitCode {
     messages::error(&format!("no status from {}: {error}", socket.display()), remedy(error));
     ExitCode::from(UNREACHABLE)
 }
 
-/// Waits for a gateway that serves the socket again.
+/// Waits until a gateway serves the socket again.
 fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient> {
     let lost = format!("no status from {}: {error}; waiting for it", args.socket.display());
     if !args.json && io::stdout().is_terminal() {
-        // What stands there is no longer true.
+        // The state on the screen is out of date.
         print(&format!("{lost}\n"), args)?;
     } else {
         messages::warn(&lost);
@@ -104,13 +101,13 @@ fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient>
     }
 }
 
-/// A connection that has given a state; the next one is half a second away.
+/// Connects and receives a first snapshot, since the next one comes half a second later.
 fn connect_and_receive(socket: &Path) -> Result<StatusClient, ClientError> {
     let mut client = StatusClient::connect(socket)?;
     client.receive().map(|_| client)
 }
 
-/// Prints a state; one that is watched on a terminal in place of the one before.
+/// Prints a state. With `--watch` on a terminal it replaces the previous one.
 fn print(text: &str, args: &StatusArgs) -> io::Result<()> {
     let mut out = io::stdout().lock();
     if args.watch && !args.json {

@@ -1,4 +1,4 @@
-//! `decide --all-routes`: many drives over a map, once or with one value after another, and what is wrong on them.
+//! `decide --all-routes`: drives many routes of a map, once or for each value of a sweep, and lists the faults.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -6,19 +6,19 @@ use std::process::ExitCode;
 use serde_json::{Map, Value, json};
 
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::ProgressDisplay;
 use crate::config::Refused;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::desk::drive::survey::{SignalFault, Surveyor, Sweep, TurnSurvey, WrongTurn};
 
-/// Drives the routes, and prints what is wrong, or a table with a row for each value of a sweep.
+/// Drives the routes and prints the faults, or a table with a row for each value of a sweep.
 pub(super) fn run(
     surveyor: impl FnOnce() -> Result<Surveyor, Refused>,
     compat: Option<DeciderCompat>,
     sweep: Option<&Sweep>,
     as_json: bool,
 ) -> Result<ExitCode, Failure> {
-    let reading = Progress::spinner("reading the map and driving");
+    let reading = ProgressDisplay::spinner("reading the map and driving");
     let surveyor = surveyor()?;
     let compat = compat.unwrap_or_else(|| surveyor.compat());
     let mut out = io::BufWriter::new(io::stdout().lock());
@@ -60,7 +60,8 @@ pub(super) fn run(
     Ok(if is_wrong { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
-/// `improved: 60 routes, 79 turns: 0 missed, 0 short, 0 opposite, 0 flickering; by the map: 1 missed`
+/// Formats a survey: `improved: 60 routes, 79 turns: 0 missed, 0 short, 0 opposite, 0 flickering; by the map: 1
+/// missed`.
 fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
     let named = |counts: [usize; 4]| SignalFault::ALL.map(SignalFault::name).into_iter().zip(counts);
     let text = |counts: Vec<(&str, usize)>| {
@@ -73,12 +74,10 @@ fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
     format!("{}: {routes} routes, {turns} turns: {counts}{by_map}", compat.name())
 }
 
-/// A row for each value. Faults are counted where the map has no flaw; those by the map are in the last column.
+/// Formats a row for each value. Faults that the map causes are in the last column only.
 fn table(rows: &[(String, TurnSurvey)]) -> String {
-    let heading = ["value", "routes", "turns"]
-        .into_iter()
-        .chain(SignalFault::ALL.map(SignalFault::name))
-        .chain(["by the map"]);
+    let heading =
+        ["value", "routes", "turns"].into_iter().chain(SignalFault::ALL.map(SignalFault::name)).chain(["by the map"]);
     let heading: Vec<String> = heading.map(str::to_owned).collect();
     let row = |(value, survey): &(String, TurnSurvey)| {
         let by_map: usize = survey.counts(true).into_iter().sum();
@@ -109,7 +108,6 @@ fn json_turn(compat: DeciderCompat, wrong: &WrongTurn) -> Value {
     })
 }
 
-/// The counts of a survey, for a value of a sweep.
 fn json_row(compat: DeciderCompat, survey: &TurnSurvey, value: Option<(&str, &str)>) -> Value {
     let counts = |of_map| {
         let named =

@@ -1,4 +1,4 @@
-//! A recording, or another file of a command, that cannot be read: the reason and what to do about it.
+//! Explains why a file of a command cannot be read or written, and what to do about it.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -12,17 +12,17 @@ use crate::core::near_miss::nearest;
 use crate::io::can::formats;
 use crate::io::standard_input;
 
-/// The length of a file's beginning by which it is recognised, bytes.
+/// Number of bytes by which a file is recognised.
 const HEAD: u64 = 16 << 10;
 
-/// Writes the reason for which a file cannot be read, and the remedy.
+/// Writes why a file cannot be read, and the remedy.
 pub(super) fn show(path: &Path, error: &io::Error) {
     let name = display(path);
     let (reason, remedy) = texts(path, error);
     messages::error(&format!("{name}: {reason}"), &remedy);
 }
 
-/// Writes the reason for which a file cannot be written, and the remedy.
+/// Writes why a file cannot be written, and the remedy.
 #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
 pub(super) fn show_unwritable(path: &Path, error: &io::Error) {
     let (reason, remedy) = match error.kind() {
@@ -71,7 +71,7 @@ fn head(path: &Path) -> Option<Vec<u8>> {
     Some(head)
 }
 
-/// The file beside a missing one that was probably meant; a built-in name that was given for a file.
+/// Returns a hint to a similar file in the folder, or to a built-in profile of that name.
 fn neighbour(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().into_owned();
     if BuiltIn::Profile.path(&name).is_some() {
@@ -88,15 +88,12 @@ fn neighbour(path: &Path) -> Option<String> {
     Some(format!("did you mean {}?", path.with_file_name(near).display()))
 }
 
-/// Refuses a file that is certainly no recording, before anything else is looked at.
-///
-/// # Errors
-/// A file that is not there, or one of another kind.
+/// Refuses a missing file, or a file of another kind, before anything else is read.
 pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
     if standard_input::is_named(path) {
         return Ok(());
     }
-    // What was read of a pipe is gone.
+    // Bytes that are read from a pipe are gone.
     let is_file = std::fs::metadata(path).map_err(Failure::file(path))?.is_file();
     match Some(path).filter(|_| is_file).and_then(head).and_then(|head| FileKind::of(&head)) {
         None | Some(FileKind::Recording | FileKind::Other(_)) => Ok(()),
@@ -104,7 +101,7 @@ pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// The problems, with the file that was probably meant beside one that does not exist.
+/// Adds hints to similar files to the problems with missing files.
 pub(super) fn with_neighbours(Refused(mut problems): Refused) -> Refused {
     for problem in problems.iter_mut().filter(|problem| problem.position.is_none()) {
         if !problem.remedy.starts_with("did you mean") && !problem.file.exists() {
@@ -114,7 +111,7 @@ pub(super) fn with_neighbours(Refused(mut problems): Refused) -> Refused {
     Refused(problems)
 }
 
-/// An example of a recording in a folder that was given for one.
+/// Returns a hint to a recording in the folder.
 fn in_folder(path: &Path) -> String {
     let files = std::fs::read_dir(path).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
     let is_recording = |file: &Path| {

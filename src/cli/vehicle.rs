@@ -1,4 +1,4 @@
-//! `vehicle`: a simulated vehicle, on a virtual bus or as a log.
+//! `vehicle`: simulates a vehicle, on a virtual bus or as a log.
 
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -13,6 +13,7 @@ use super::failure::Failure;
 use super::messages;
 use super::view::{self, ViewArgs};
 use crate::config::Settings;
+use crate::core::can::link::BusIndex;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::Level;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
@@ -46,7 +47,7 @@ in seconds since the start, # begins a comment:
   fault drop [P] [MESSAGE]   frames are lost, each with probability P (1)
   fault corrupt [P] [MESSAGE]          a random bit is wrong
   fault freeze-counter [MESSAGE]       the counter stops
-  fault freeze-contents [MESSAGE]      the contents stand still, counter and checksum go on
+  fault freeze-contents [MESSAGE]      the contents are frozen, counter and checksum continue
   fault false-report off|left|right|hazard  reports have this state, whatever the lamps do
   fault report not_available|fault|undefined   reports have such a value instead of a state
   fault bulb left|right      the side flashes twice as fast, fault signals report it
@@ -121,8 +122,12 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
     let script = args.script.as_deref().map(read_script).transpose()?.unwrap_or_default();
     let run = VehicleRun { plan, simulation, script, until: args.until, lines: None };
     if args.candump {
-        write_log(&settings, run)
-    } else if !args.json && args.view.is_live() {
+        return write_log(&settings, run);
+    }
+    for bus in &settings.gateway.buses {
+        refuse_controller(&bus.interface)?;
+    }
+    if !args.json && args.view.is_live() {
         drive_in_view(&settings, run)
     } else {
         drive(&settings, run, Form::json_if(args.json))
@@ -133,11 +138,7 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
 const LOG_START: WallStamp = WallStamp::from_nanos(1_700_000_000_000_000_000);
 const LOG_LENGTH: Duration = Duration::from_secs(10);
 
-/// The vehicle on its interfaces.
 fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCode, Failure> {
-    for bus in &settings.gateway.buses {
-        refuse_controller(&bus.interface)?;
-    }
     if form == Form::Text && io::stdout().is_terminal() && !messages::options().quiet {
         messages::say(&title(settings, &run.plan));
     }
@@ -151,9 +152,7 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
             }
             RunEvent::Output(Output::Frame { .. } | Output::Error { .. }) => {}
             RunEvent::SendFailed(bus, why) => {
-                let bus = settings.gateway.buses.get(usize::from(bus.0));
-                let interface = bus.map_or("?", |bus| bus.interface.as_str());
-                messages::warn(&format!("nothing can be sent on {interface}: {}", reason(why)));
+                messages::warn(&not_sent(settings, bus, why));
             }
             RunEvent::InvalidRequest(error) => messages::warn(&format!("request: {error}")),
         }
@@ -162,11 +161,8 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
     Ok(ExitCode::SUCCESS)
 }
 
-/// The vehicle on its interfaces, in the live view, whose keys are the driver's.
+/// Runs the vehicle on its interfaces with the live view, whose keys operate stalk and button.
 fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, Failure> {
-    for bus in &settings.gateway.buses {
-        refuse_controller(&bus.interface)?;
-    }
     let (sender, lines) = unbounded_channel();
     run.lines = Some(lines);
     let buses = settings.gateway.buses.iter().map(|bus| format!("{} ({})", bus.name, bus.interface));
@@ -185,9 +181,7 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
                 }
             }
             RunEvent::SendFailed(bus, why) => {
-                let name =
-                    settings.gateway.buses.get(usize::from(bus.0)).map_or("?", |bus| bus.interface.as_str());
-                view.line(Level::Error, format!("nothing can be sent on {name}: {}", reason(why)));
+                view.line(Level::Error, not_sent(settings, bus, why));
                 state.cannot_send(bus);
             }
             RunEvent::InvalidRequest(error) => view.line(Level::Warn, format!("request: {error}")),
@@ -200,7 +194,6 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
     Ok(ExitCode::SUCCESS)
 }
 
-/// The vehicle on virtual time.
 fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> {
     let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let log = CandumpLog { interfaces, start: LOG_START };
@@ -219,7 +212,7 @@ fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> 
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses an interface with a controller, which may be that of a real vehicle.
+/// Refuses an interface with a controller, behind which there may be a real vehicle.
 fn refuse_controller(interface: &str) -> Result<(), Failure> {
     match has_controller(interface) {
         Ok(false) => Ok(()),
@@ -254,7 +247,7 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
     Ok(())
 }
 
-/// Requests without a time are for the start.
+/// Reads a script; requests without a time are for the start.
 fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
     let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
     let mut script = Vec::new();
@@ -267,13 +260,12 @@ fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
     Ok(script)
 }
 
-/// Read by a thread of its own, which ends with the process: standard input cannot be waited for
-/// otherwise.
+/// Reads standard input in a thread, since there is no other way to wait for it. The thread ends with the process.
 fn lines_of_stdin() -> UnboundedReceiver<String> {
     let (sender, lines) = unbounded_channel();
     std::thread::spawn(move || {
         for line in io::stdin().lock().split(b'\n') {
-            // An error ends the input. A line that is not text is reported as not a request.
+            // An error ends the input. A line that is not text is reported as an invalid request.
             let line = line.map(|line| String::from_utf8_lossy(&line).into_owned());
             if line.ok().is_none_or(|line| sender.send(line).is_err()) {
                 break;
@@ -297,9 +289,12 @@ fn title(settings: &Settings, plan: &VehiclePlan) -> String {
     )
 }
 
-fn reason(why: SendFailure) -> String {
-    match why {
+fn not_sent(settings: &Settings, bus: BusIndex, why: SendFailure) -> String {
+    let bus = settings.gateway.buses.get(usize::from(bus.0));
+    let interface = bus.map_or("?", |bus| bus.interface.as_str());
+    let reason = match why {
         SendFailure::QueueFull => "the queue is full".to_owned(),
         SendFailure::Refused(errno) => io::Error::from_raw_os_error(errno).to_string(),
-    }
+    };
+    format!("nothing can be sent on {interface}: {reason}")
 }

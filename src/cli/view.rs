@@ -1,4 +1,4 @@
-//! The live view, for the commands that have one.
+//! Opens the live view for the commands that have one.
 
 use std::io;
 
@@ -11,16 +11,15 @@ use crate::report::terminal::view_model::Model;
 use crate::report::terminal::{DriverLine, TerminalView};
 use crate::report::view::View;
 
-/// What is shown on a terminal.
 #[derive(Debug, Args)]
 pub(super) struct ViewArgs {
-    /// Lines on a terminal as well, as elsewhere, instead of the live view
+    /// Print lines on a terminal too, instead of the live view
     #[arg(long)]
     plain: bool,
 }
 
 impl ViewArgs {
-    /// The live view if there is a terminal for it, else `otherwise`; `url` is where the live page is.
+    /// Opens the live view if there is a terminal for it, else `otherwise`; `url` is the address of the live page.
     pub(super) fn open(
         &self,
         title: String,
@@ -33,7 +32,6 @@ impl ViewArgs {
         Ok(View::terminal(start(Model { title, url, ..Model::default() }, None)?))
     }
 
-    /// True if there is a terminal for the live view, and it is wanted.
     pub(super) fn is_live(&self) -> bool {
         !self.plain && is_usable()
     }
@@ -45,7 +43,7 @@ pub(super) fn start_messages(title: String) -> io::Result<TerminalView> {
     TerminalView::start(Model { title, has_color, messages, ..Model::default() }, None)
 }
 
-/// Takes the terminal for the live view; `driver` gets what the driver's keys request.
+/// Takes the terminal for the live view; `driver` gets the requests of the driver's keys.
 pub(super) fn start(model: Model, driver: Option<DriverLine>) -> io::Result<TerminalView> {
     let has_color = messages::layout(&io::stdout()).has_color;
     TerminalView::start(Model { has_color, ..model }, driver)

@@ -10,7 +10,6 @@ use crate::config::gateway::HttpConfig;
 
 const DEFAULT_ADDRESS: &str = "127.0.0.1:9464";
 
-/// The live page.
 #[derive(Debug, Args)]
 pub(super) struct WebArgs {
     /// Serve the live page for browsers, at 127.0.0.1:9464 unless given
@@ -22,12 +21,11 @@ pub(super) struct WebArgs {
 }
 
 impl WebArgs {
-    /// True if the page is to be served.
     pub(super) fn is_on(&self) -> bool {
         self.web.is_some() || self.open
     }
 
-    /// Serves the page as the arguments say, and names its address on standard error.
+    /// Enables the page in the configuration as requested, and writes its address to standard error.
     pub(super) fn apply(&self, http: &mut HttpConfig) {
         if !self.is_on() {
             return;
@@ -41,8 +39,8 @@ impl WebArgs {
     }
 }
 
-/// The arguments with `--web ADDRESS:PORT` as `--web=ADDRESS:PORT`: `--web` alone is a flag, before a file for instance, and
-/// nothing but its value looks like an address.
+/// Joins `--web ADDRESS:PORT` to `--web=ADDRESS:PORT`. Without an address `--web` is a flag, and no other argument
+/// looks like an address.
 pub(super) fn with_joined_address(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     for argument in arguments {

@@ -1,13 +1,14 @@
-//! A discovery on interfaces, in real time.
+//! Runs a discovery on interfaces, in real time.
 
 use std::io;
 use std::time::{Duration, Instant};
 
 use tokio::time::sleep_until;
 
+use super::error::DaemonError;
 use super::receivers::Receivers;
+use super::runtime;
 use super::signals::StopSignals;
-use super::{DaemonError, runtime};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::can::mark::Mark;
@@ -17,30 +18,26 @@ use crate::core::discovery::session::SessionSettings;
 use crate::core::time::Now;
 use crate::io::clock::Clock;
 
-/// Something that happened in a discovery.
+/// An event of a live discovery.
 #[derive(Debug)]
 pub enum LiveEvent<'a> {
-    /// An input of the interfaces.
+    /// An input was received.
     Input(&'a CanInput),
-    /// An event for the driver.
+    /// The discovery has an event for the driver.
     Discovery(&'a DiscoveryEvent),
-    /// Time has passed.
+    /// The countdown must be redrawn.
     Tick,
 }
 
-/// Interval at which a countdown moves.
 const TICK: Duration = Duration::from_millis(100);
 
-/// True for the end of the quiet time.
+/// Returns true for the end of the quiet time.
 fn is_first_action(event: &DiscoveryEvent) -> bool {
     matches!(event, DiscoveryEvent::Request { mark, .. } if *mark != Mark::Quiet)
 }
 
-/// Discovers on these interfaces, whose positions are their buses. `None` when a signal requested a stop.
-/// Where nothing at all arrives in the quiet time it ends with that.
-///
-/// # Errors
-/// See [`DaemonError`]; an error of `take` ends the discovery.
+/// Discovers signals on these interfaces, whose positions are their buses. Returns `None` if a stop signal arrives,
+/// and empty findings if there was no frame in the quiet time. An error of `take` ends the discovery.
 pub fn discover(
     interfaces: &[String],
     settings: SessionSettings,
@@ -61,7 +58,7 @@ pub fn discover(
             let now = clock.now();
             while let Some(event) = discovery.poll_event(now.mono) {
                 if is_first_action(&event) && discovery.capture().frames() == 0 {
-                    // Nothing that the driver does could be seen.
+                    // The driver's actions could not be seen.
                     return Ok(Some((discovery, Findings::default())));
                 }
                 take(LiveEvent::Discovery(&event), &discovery, now)?;
@@ -72,7 +69,7 @@ pub fn discover(
             take(LiveEvent::Tick, &discovery, now)?;
             let tick = Instant::now() + TICK;
             let wake = discovery.next_deadline().map_or(tick, |next| clock.instant(next).min(tick));
-            // A busy bus does not hold the countdown up: it moves once in a while.
+            // The countdown must also move on a busy bus.
             loop {
                 tokio::select! {
                     () = stop.requested() => return Ok(None),

@@ -1,4 +1,4 @@
-//! The black box at work: keeps inputs, decisions and outputs, and writes a file around each change to ERROR.
+//! Keeps inputs, decisions and outputs, and writes a black-box file around each change to ERROR.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -16,37 +16,37 @@ use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
 use crate::core::gateway::event::Output;
 use crate::core::gateway::process_status::RecorderState;
 use crate::core::time::{MonoTime, Now};
-use crate::io::recorder::Recorder;
+use crate::io::recorder::BlackBoxRecorder;
 use crate::report::gateway::Changes;
 use crate::report::view::time_text;
 
-/// Most inputs in memory, about 10 MB.
+/// Maximum number of inputs in memory, about 10 MB.
 const MAX_INPUTS: usize = 100_000;
 
-/// Most outputs in memory, likewise.
+/// Maximum number of outputs in memory, about 10 MB.
 const MAX_OUTPUTS: usize = 20_000;
 
-/// Longest time that a stop waits for the disk.
 const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
-/// A black box and where its recordings go.
+/// A black box and the recorder that writes its files.
 pub(super) struct FaultRecorder {
     black_box: BlackBox,
-    recorder: Recorder,
+    recorder: BlackBoxRecorder,
     changes: Changes,
     levels: BTreeMap<String, Level>,
 }
 
 impl FaultRecorder {
-    /// A recorder into the configured folder, or into systemd's `STATE_DIRECTORY`; `None` without either, or without
-    /// a thread. A folder that cannot be written is reported in the log and in the diagnostics.
+    /// Starts a recorder in the configured folder, or in systemd's `STATE_DIRECTORY`; returns `None` without a folder
+    /// or thread. A folder that cannot be written is reported in the log and in the diagnostics.
     pub(super) fn start(settings: &Settings, links: &[LinkState]) -> Option<Self> {
         let config = &settings.black_box;
         let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
         let folder = config.folder.clone().or_else(from_systemd)?;
-        let recorder = Recorder::start(&folder, config.keep, time_and_text, recording::encoder(settings))
-            .inspect_err(|error| tracing::warn!("no black box: {error}"))
-            .ok()?;
+        let recorder =
+            BlackBoxRecorder::start(&folder, config.keep, time_and_text, recording::encoder(settings))
+                .inspect_err(|error| tracing::warn!("no black box: {error}"))
+                .ok()?;
         let limits = limits(config);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
         Some(Self {
@@ -57,53 +57,51 @@ impl FaultRecorder {
         })
     }
 
-    /// Takes over the limits of another configuration, of which the folder is the same.
+    /// Applies the limits of another configuration with the same folder.
     pub(super) fn reconfigure(&mut self, config: &BlackBoxConfig) {
         self.black_box.reconfigure(limits(config));
         self.recorder.set_keep(config.keep);
     }
 
-    /// Keeps an input at the time it is handled.
     pub(super) fn keep(&mut self, input: CanInput, at: Now) {
         self.black_box.keep(input, at);
     }
 
-    /// Keeps an output that was published or sent, at the time of its decision.
+    /// Keeps an output that was published or sent, with the time of its decision.
     pub(super) fn given_out(&mut self, output: &Output, at: Now) {
         self.black_box.given_out(output.clone(), at);
     }
 
-    /// Writes the recording whose time is over, if there is one.
+    /// Writes the recording whose window has ended, if there is one.
     pub(super) fn save_if_over(&mut self, at: Now) {
         if let Some(recording) = self.black_box.take(at) {
             self.recorder.save(recording);
         }
     }
 
-    /// Writes what an open window has so far.
+    /// Writes the recording of an open window.
     pub(super) fn save_open(&mut self) {
         if let Some(recording) = self.black_box.flush() {
             self.recorder.save(recording);
         }
     }
 
-    /// Waits for the disk, at most for [`STOP_PATIENCE`].
     pub(super) fn stop(&mut self) {
         self.recorder.stop(STOP_PATIENCE);
     }
 
-    /// The state of the recordings.
     pub(super) fn state(&self) -> RecorderState {
         self.recorder.state()
     }
 
-    /// Keeps an output, which ends a recording if a status changes to ERROR. What a replay cannot have is left out.
+    /// Keeps the changes of an output, and opens a window if a status changes to ERROR. Changes that a replay cannot
+    /// have are left out.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {
                 let before = self.levels.insert(status.name.clone(), status.level);
-                // What was never well has not changed.
+                // A status that was never OK has not changed.
                 fault |= status.level == Level::Error && before.is_some_and(|before| before != Level::Error);
             }
         }

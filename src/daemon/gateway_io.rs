@@ -1,4 +1,4 @@
-//! Destinations of the outputs, and the duties of a process to its supervisor.
+//! Passes the outputs to their destinations, and performs the process's duties to its supervisor.
 
 use std::future::pending;
 use std::io;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
-use super::DaemonError;
+use super::error::DaemonError;
 use super::fault_recorder::FaultRecorder;
 use super::late_reports::LateReports;
 use super::live::Live;
@@ -43,10 +43,10 @@ use crate::report::decision::reasons;
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 
-/// Time between two looks at the process itself.
+/// Interval at which the statuses of the process are checked.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The destinations of the outputs, and the request to stop.
+/// The destinations of the outputs, and the signals of the process.
 pub(super) struct GatewayIo {
     publisher: Publisher,
     view: View,
@@ -60,13 +60,12 @@ pub(super) struct GatewayIo {
     faults: Option<FaultRecorder>,
     mcap: Option<McapRecorder>,
     late_reports: LateReports,
-    /// `None` where it cannot be reloaded.
+    /// `None` if the configuration cannot be reloaded.
     pub(super) configuration: Option<ConfigurationState>,
-    /// The node's name for statuses of the process itself; `None` leaves them out.
+    /// Node name for statuses of the process; `None` leaves them out.
     node: Option<String>,
-    /// Statuses of the process itself as they were given out last.
+    /// Statuses of the process as they were last published.
     given_out: Vec<Status>,
-    /// When they are to be looked at again.
     next_look: Instant,
     /// The first error of a destination that was not taken yet.
     failure: Option<DaemonError>,
@@ -106,8 +105,8 @@ impl GatewayIo {
         })
     }
 
-    /// From now on keeps a black box, if the configuration names a folder, adds the statuses of the process itself to
-    /// the diagnostics, and knows the configuration in effect.
+    /// Starts the black box if a folder is configured, the statuses of the process, and the state of the
+    /// configuration.
     pub(super) fn observe_process(&mut self, settings: &Settings, links: &[LinkState]) {
         self.faults = FaultRecorder::start(settings, links);
         self.node = Some(settings.gateway.node.clone());
@@ -115,12 +114,12 @@ impl GatewayIo {
             self.reload.is_taken().then(|| ConfigurationState::new(settings.in_effect.clone()));
     }
 
-    /// Reloads nothing, since what is played is of the configuration at its start.
+    /// Ignores reload requests, since a recording is played with its first configuration.
     pub(super) fn keep_configuration(&mut self) {
         self.reload.refuse();
     }
 
-    /// Takes over what another configuration says of the process itself; the rest of it is in effect already.
+    /// Applies the settings of another configuration that concern the process itself.
     pub(super) fn reconfigure(&mut self, settings: &Settings) {
         if let Some(faults) = &mut self.faults {
             faults.reconfigure(&settings.black_box);
@@ -130,13 +129,13 @@ impl GatewayIo {
         self.publisher.show_configuration(settings);
     }
 
-    /// The queue of inputs received over ROS 2; `None` without ROS.
+    /// Returns the queue of inputs received over ROS 2; `None` without ROS 2.
     pub(super) fn inbox(&self) -> Option<Arc<Inbox>> {
         self.publisher.inbox()
     }
 
-    /// Takes the steps that are due and hands on what they give, frames to the vehicle over `transmitters`, one
-    /// for each bus. An error of a destination ends nothing: see [`Self::take_failure`].
+    /// Handles the steps that are due and passes on their outputs; frames to the vehicle go to `transmitters`, one
+    /// for each bus. Errors of destinations are kept for [`Self::take_failure`].
     pub(super) fn emit_live(&mut self, live: &mut Live, transmitters: &[Transmitter], clock: &Clock) {
         let (read, started) = (clock.now(), live.now());
         // The outputs from before the first step belong to the start.
@@ -167,12 +166,12 @@ impl GatewayIo {
         self.announce_process(read);
     }
 
-    /// When [`emit_live`](Self::emit_live) is to be called at the latest, to look at the process itself.
+    /// Returns the latest time for the next call of [`emit_live`](Self::emit_live).
     pub(super) fn next_look(&self) -> Instant {
         self.next_look
     }
 
-    /// Gives out the statuses of the process itself whose level or message has changed.
+    /// Publishes the statuses of the process whose level or message has changed.
     fn announce_process(&mut self, now: Now) {
         let at = Instant::now();
         if at < self.next_look {
@@ -189,8 +188,8 @@ impl GatewayIo {
         self.hand_on(&Output::Diagnostics { diagnostics, stamp: now.wall }, now, Duration::ZERO);
     }
 
-    /// Hands on all outputs of a decision at `now` that was made at `read`. Whether a frame to the vehicle was sent goes
-    /// back as an input.
+    /// Passes on the outputs of a decision at `now` that was made at `read`. The result of sending a frame to the
+    /// vehicle goes back as an input.
     fn emit_and_send(
         &mut self,
         live: &mut Live,
@@ -212,7 +211,7 @@ impl GatewayIo {
         self.refresh(now);
     }
 
-    /// The first error of a destination since the last call.
+    /// Returns the first error of a destination since the last call.
     pub(super) fn take_failure(&mut self) -> Option<DaemonError> {
         self.failure.take()
     }
@@ -229,12 +228,12 @@ impl GatewayIo {
         self.take_failure().map_or(Ok(()), Err)
     }
 
-    /// Hands on an output that was decided at `now`, and is given out `lag` later.
+    /// Passes on an output that was decided at `now` and is published `lag` later.
     fn emit_output(&mut self, mut output: Output, now: Now, lag: Duration) {
         if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
             tracing::warn!("a command was refused: {error}");
         }
-        // Before the statuses of the process, which a replay of the recording has not.
+        // Before the statuses of the process are added, which a replay does not have.
         if let Some(faults) = &mut self.faults {
             faults.decided(&output, now);
         }
@@ -253,7 +252,7 @@ impl GatewayIo {
             Output::VehicleLights(report) => {
                 tracing::debug!("{report:?}, {lag:?} after its decision was due");
             }
-            // Reasons are texts, which nobody should make in vain.
+            // Formatting the reasons is costly, so it is skipped unless debug logging is enabled.
             Output::TurnSignal(TurnSignalOutput::Decision(decision))
                 if tracing::enabled!(tracing::Level::DEBUG) =>
             {
@@ -274,7 +273,7 @@ impl GatewayIo {
         self.note(shown.map_err(DaemonError::from));
     }
 
-    /// Publishes an output at `now`, and records it. Frames to the vehicle are recorded where they are sent.
+    /// Publishes an output and records it. Frames to the vehicle are recorded when they are sent.
     fn publish(&mut self, output: &Output, now: Now) {
         self.publisher.send(output);
         if !matches!(output, Output::Command(CommandOutput::Transmit { .. })) {
@@ -282,7 +281,6 @@ impl GatewayIo {
         }
     }
 
-    /// Records an output that was published or sent at `now`.
     fn record_given_out(&mut self, output: &Output, now: Now) {
         if let Some(faults) = &mut self.faults {
             faults.given_out(output, now);
@@ -292,7 +290,7 @@ impl GatewayIo {
         }
     }
 
-    /// Records an input of a recording that is played, at the time it is handled.
+    /// Records an input of a played recording, with the time at which it is handled.
     pub(super) fn record_received(&self, input: CanInput, at: WallStamp) {
         self.mcap.iter().for_each(|mcap| mcap.received(input, at));
     }
@@ -304,7 +302,7 @@ impl GatewayIo {
     }
 
     fn process_statuses(&self) -> Vec<Status> {
-        // Called in any case, since it writes what is due.
+        // Called in any case, since it writes lines that are due.
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
         let recordings = self.faults.as_ref().map(|faults| faults.state().status(node));
@@ -322,13 +320,12 @@ impl GatewayIo {
             .collect()
     }
 
-    /// Announces to the service manager that start-up is done.
     pub(super) fn ready(&mut self, gateway: &Gateway, now: Now) {
         let process = self.process();
         self.watching.ready(gateway, now, &mut self.supervisor, process);
     }
 
-    /// Takes a snapshot of the gateway, if somebody is to see one.
+    /// Takes a snapshot of the gateway if a view or a client needs one.
     pub(super) fn show(&mut self, gateway: &Gateway, now: Now) {
         let is_view_due = self.view.is_due();
         if is_view_due || self.watching.is_due(&self.supervisor) {
@@ -361,8 +358,7 @@ impl GatewayIo {
         }
     }
 
-    /// Sleeps, feeding the watchdog, until `wake`, or until a stop is requested or something is received before. An error
-    /// is that of the timer.
+    /// Feeds the watchdog until `wake`, a stop signal, or an input. Fails if the timer does.
     pub(super) async fn wait_until(
         &mut self,
         wake: Instant,
@@ -386,7 +382,7 @@ impl GatewayIo {
     pub(super) fn close(mut self) {
         self.supervisor.stopping();
         let mut faults = self.faults;
-        // The disk works while the network says goodbye.
+        // The disk works while the network disconnects.
         faults.iter_mut().for_each(FaultRecorder::save_open);
         self.publisher.stop();
         faults.iter_mut().for_each(FaultRecorder::stop);
@@ -395,7 +391,7 @@ impl GatewayIo {
     }
 }
 
-/// The statuses that were not given out with the same level and message.
+/// Returns the statuses whose level or message differs from the last published one.
 fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
     let is_known = |status: &Status| {
         let is_same = |known: &Status| {
@@ -406,19 +402,16 @@ fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
     statuses.iter().filter(|status| !is_known(status)).cloned().collect()
 }
 
-/// The reason why a sleep has ended.
+/// Why a wait has ended.
 pub(super) enum Woken {
-    /// A stop was requested.
     Stopped,
-    /// An input came over ROS 2.
     Received(Input),
-    /// Somebody is to see a snapshot.
+    /// A client needs a snapshot.
     Watched,
-    /// Its time has come.
     Due,
 }
 
-/// Sends a frame to the vehicle; gives the result for the command machine.
+/// Sends a frame to the vehicle, and returns the result for the command machine.
 fn transmit(frame: &CommandFrame, transmitters: &[Transmitter]) -> CommandInput {
     let transmitter = transmitters.get(usize::from(frame.bus().0));
     let no_transmitter = Err(SendFailure::Refused(libc::ENODEV));
@@ -434,12 +427,11 @@ fn write_line(line: &str) -> io::Result<()> {
     writeln!(io::stdout().lock(), "{line}")
 }
 
-/// The times at which the service manager expects a sign of life from the loop. In real time, which that of a
-/// recording is not.
+/// The times at which the service manager expects a sign of life, in real time.
 pub(super) struct Watchdog(Option<Interval>);
 
 impl Watchdog {
-    /// Must be called within the runtime.
+    /// Creates the timer. Must be called within a runtime.
     fn new(period: Option<Duration>) -> Self {
         Self(period.filter(|period| !period.is_zero()).map(|period| {
             let mut ping_interval = interval(period);

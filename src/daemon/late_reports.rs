@@ -1,15 +1,14 @@
-//! Reports that are decided late, because the process stood still or the machine was busy.
+//! Handles reports that are decided late, because the process was stopped or the machine was busy.
 //!
-//! What was received meanwhile is decided in the order of stamps, as a recording of it would be. The reports of that time
-//! are out of date when they are decided, so only what they come to in the end is published.
+//! Inputs of that time are decided in the order of their stamps, as in a recording. The reports are out of date when
+//! they are decided, so only the last one of each topic is published.
 
 use std::time::Duration;
 
 use crate::core::gateway::event::Output;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 
-/// Longest time from the instant of a decision to the one at which it is made. Reports that are later wait until
-/// everything that is due has been decided.
+/// Maximum lag of a report behind its decision. Later reports wait until everything that is due has been decided.
 const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
 
 /// The newest late output of each report topic.
@@ -20,8 +19,8 @@ pub(super) struct LateReports {
 }
 
 impl LateReports {
-    /// Keeps a report that is given out `lag` after its decision, if that is too late, and returns true then. One that is
-    /// in time replaces what was kept for its topic.
+    /// Keeps a report that is `lag` late, and returns true, if that is too late. A report in time replaces the kept
+    /// one of its topic.
     pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
         let Output::VehicleLights(output) = output else { return false };
         let is_late = lag > MAX_REPORT_LAG;
@@ -33,7 +32,7 @@ impl LateReports {
         is_late
     }
 
-    /// Takes out what is kept, once everything that is due has been decided.
+    /// Takes the kept reports. Call it when everything that is due has been decided.
     pub(super) fn take(&mut self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
         [self.turn.take(), self.hazard.take()].into_iter().flatten()
     }

@@ -1,8 +1,8 @@
-//! The gateway on live inputs: perception step by step as a replay of them would go, commands in real time.
+//! Runs the gateway on live inputs: perception in the steps of a replay, commands in real time.
 //!
-//! Inputs of perception are handled as soon as they are read, at the time they were received. A deadline is
-//! handled before the first input that was received after it, or [`LAG`] after its time. Commands and frames
-//! to the vehicle wait for nothing of that: they are due by the clock.
+//! Inputs of perception are handled as soon as they are read, at the time they were received. A deadline is handled
+//! before the first input that was received after it, or [`LAG`] after its time. Commands and frames to the vehicle
+//! do not wait for this: they are due by the clock.
 
 use std::collections::VecDeque;
 
@@ -12,26 +12,26 @@ use crate::core::gateway::live_time::{LAG, LiveTime};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now};
 
-/// A gateway that is being fed by receivers.
+/// A gateway on live inputs.
 #[derive(Debug)]
 pub struct Live {
     gateway: Gateway,
     time: LiveTime,
-    /// Inputs of perception that are read, but not handled yet.
+    /// Inputs of perception that were read but not handled.
     waiting: VecDeque<(Input, Now)>,
     handled: MonoTime,
 }
 
 impl Live {
-    /// Begins at `now` with the link of each bus.
+    /// Starts a gateway with the link of each bus.
     pub fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let gateway = Gateway::with_links(settings, links, now);
         let (time, handled) = (LiveTime::starting_at(now), now.mono);
         Self { gateway, time, waiting: VecDeque::new(), handled }
     }
 
-    /// Takes what was read at `read`: commands at once, the inputs of perception in their turn. Then call
-    /// [`Self::step`] until it gives `None`, and [`Self::settle_commands`].
+    /// Takes inputs that were read at `read`: commands are handled at once, inputs of perception are queued. Then
+    /// call [`Self::step`] until it returns `None`, and [`Self::settle_commands`].
     pub fn take<I: Into<Input>>(&mut self, inputs: impl IntoIterator<Item = I>, read: Now) {
         for input in inputs {
             match input.into() {
@@ -44,8 +44,8 @@ impl Live {
         }
     }
 
-    /// Handles the next input or deadline of perception that is due at `read`, after `observe` has seen it; gives
-    /// the time at which it happened, or `None` when nothing is due.
+    /// Handles the next input or deadline of perception that is due at `read`, after `observe` has seen it. Returns
+    /// its time, or `None` if nothing is due.
     pub fn step(&mut self, read: MonoTime, observe: impl FnOnce(&Input, Now)) -> Option<Now> {
         let deadline = self.next_deadline();
         let is_input = self.waiting.front().map(|(_, at)| at.mono < deadline);
@@ -60,41 +60,41 @@ impl Live {
         Some(at)
     }
 
-    /// Goes on with other settings: see [`Gateway::reconfigure`]. What was read and waits is handled under them.
+    /// Continues with other settings, see [`Gateway::reconfigure`]. Queued inputs are handled with the new settings.
     pub fn reconfigure(&mut self, settings: GatewaySettings) {
         let now = self.now();
         self.gateway.reconfigure(settings, now);
     }
 
-    /// The gateway that is being fed.
+    /// Returns the gateway.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }
 
-    /// The time of the last step, or the beginning.
+    /// Returns the time of the last step, or of the start.
     pub fn now(&self) -> Now {
         self.time.now(self.handled)
     }
 
-    /// Queues the frames to the vehicle that are due at `read`, after the steps until then.
+    /// Queues the frames to the vehicle that are due at `read`. Call it after the steps until then.
     pub fn settle_commands(&mut self, read: Now) {
         self.gateway.read_wall_clock(read);
         self.gateway.settle_commands(read);
     }
 
-    /// True if the last frames to the vehicle are given out, after
+    /// Returns true if the last frames to the vehicle are out, after
     /// [`CommandInput::Stop`](crate::core::command::input::CommandInput::Stop).
     pub fn is_finished(&self) -> bool {
         self.gateway.is_finished()
     }
 
-    /// When to call [`Self::step`] and [`Self::settle_commands`] again if nothing is read before.
+    /// Returns when to call [`Self::step`] and [`Self::settle_commands`] if nothing is read before.
     pub fn wake_at(&self) -> MonoTime {
         let step = self.next_deadline().after(LAG);
         self.gateway.next_command_deadline().map_or(step, |due| due.min(step))
     }
 
-    /// The next output, oldest first.
+    /// Returns the next output, oldest first.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.gateway.poll_output()
     }
@@ -198,7 +198,7 @@ mod tests {
     fn a_drive_and_its_recording_decide_alike_at_the_same_times() {
         let recorded = replayed_changes();
         let mut lived = live_changes();
-        // The recording ends with its last frame, the drive goes on.
+        // The recording ends with its last frame, the drive continues.
         lived.retain(|(at, _)| *at <= 720_000);
         assert_eq!(lived, recorded);
         let texts: Vec<_> = recorded.iter().map(|(_, text)| text.as_str()).collect();

@@ -4,6 +4,7 @@
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
 pub mod discover;
+mod error;
 mod fault_recorder;
 mod gateway_io;
 mod late_reports;
@@ -19,6 +20,7 @@ mod signals;
 pub mod vehicle;
 mod watching;
 
+pub use error::DaemonError;
 pub use watching::build;
 
 use std::future::pending;
@@ -38,7 +40,7 @@ use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
 use crate::io::can::log::{Log, no_frame};
-use crate::io::can::sender_lock::{SenderLock, SenderLockError};
+use crate::io::can::sender_lock::SenderLock;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
 use crate::replay::{Replay, Routes};
@@ -46,56 +48,11 @@ use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 use gateway_io::{GatewayIo, Woken};
 use live::Live;
-use publisher::PublisherError;
 use receivers::Receivers;
 use reload::{ReadConfiguration, Reloader};
 use signals::StopSignals;
 
-/// Why the daemon stopped, or could not start.
-#[derive(Debug, thiserror::Error)]
-pub enum DaemonError {
-    /// The recording cannot be read.
-    #[error("{file}: {error}")]
-    Recording {
-        /// Path of the recording.
-        file: String,
-        /// The error of the operating system.
-        error: io::Error,
-    },
-    /// `source = "recording"` needs one.
-    #[error("the configuration names no recording; add [recording] file = \"….log\"")]
-    NoRecording,
-    /// The ROS 2 graph cannot be joined.
-    #[error(transparent)]
-    Publisher(#[from] PublisherError),
-    /// The ROS session ended by itself.
-    #[error("the ROS 2 session has ended unexpectedly")]
-    RosEnded,
-    /// Commands cannot be sent by this process.
-    #[error(transparent)]
-    SenderLock(#[from] SenderLockError),
-    /// An interface cannot be used.
-    #[error("{}", link_text(.interface, *.state))]
-    NoLink {
-        /// Name of the interface.
-        interface: String,
-        /// State of its link.
-        state: LinkState,
-    },
-    /// A task that receives frames ended by itself.
-    #[error("the task that receives {interface} has ended unexpectedly{reason}")]
-    ReceiverEnded {
-        /// Name of the interface.
-        interface: String,
-        /// Message of the panic that ended it, after `: `, or nothing.
-        reason: String,
-    },
-    /// Signals, the notification socket or standard output.
-    #[error("{0}")]
-    System(#[from] io::Error),
-}
-
-/// The manner in which a recording is played.
+/// How a recording is played.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
     /// Factor on the original timing.
@@ -104,27 +61,24 @@ pub struct Playback {
     pub repeat: bool,
     /// Time that goes into message stamps.
     pub stamps: Stamps,
-    /// True to go on at the end, with buses that have become silent, instead of leaving.
+    /// True to continue at the end with silent buses instead of returning.
     pub stay: bool,
 }
 
-/// Opens the recording again; the first call opens it.
+/// Opens the recording, first at the start and again for each repetition.
 pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
 
-/// Longest wait for the last frames to the vehicle, over a bus whose queue is full.
+/// Longest wait for the last frames to the vehicle when the queue of the bus is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 
 /// Longest time for which a late recording is played without a check for a stop or for messages.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
-/// Time without a frame after which [`listen`] hands on an empty batch.
+/// Time without a frame after which [`listen`] passes an empty batch.
 const QUIET: Duration = Duration::from_millis(100);
 
-/// Runs on the source that the configuration names until a signal requests a stop. SIGHUP reloads what `read` gives,
-/// unless a recording is played.
-///
-/// # Errors
-/// See [`DaemonError`].
+/// Runs on the configured source until a stop signal arrives. SIGHUP reloads the result of `read`, unless a recording
+/// is played.
 pub fn run(settings: Settings, view: View, read: ReadConfiguration) -> Result<(), DaemonError> {
     match (settings.source, settings.recording.clone()) {
         (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view, read)),
@@ -146,9 +100,6 @@ pub fn run(settings: Settings, view: View, read: ReadConfiguration) -> Result<()
 }
 
 /// Plays a recording in real time, publishing as `run` does.
-///
-/// # Errors
-/// See [`DaemonError`].
 pub fn play(
     settings: Settings,
     view: View,
@@ -166,11 +117,8 @@ pub fn play(
     })
 }
 
-/// Hands on what the configured interfaces receive of these identifiers, or of all, until a signal requests a stop, or an
-/// error of `take`. Where nothing is received for a while, `take` gets an empty batch.
-///
-/// # Errors
-/// See [`DaemonError`].
+/// Passes the frames of the configured interfaces with these `ids` (all frames if `None`) to `take`, until a stop
+/// signal arrives or `take` fails. After a silence `take` gets an empty batch.
 pub fn listen(
     settings: &Settings,
     ids: impl Fn(BusIndex) -> Option<Vec<CanId>>,
@@ -200,11 +148,8 @@ pub fn listen(
     })
 }
 
-/// Hands on what one interface receives until `take` breaks, a signal requests a stop, or the
-/// time is over. An interface that is not up is handed on as such.
-///
-/// # Errors
-/// See [`DaemonError`].
+/// Passes the inputs of one interface to `take`, until `take` breaks, a stop signal arrives, or `length` is over. The
+/// state of a link that is not up is passed as well.
 pub fn listen_to(
     interface: &str,
     length: Duration,
@@ -246,10 +191,10 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
     gateway_io.ready(live.gateway(), clock.now());
-    // Until when the last frames to the vehicle may go out, and how it ends: once a stop was requested, or something failed.
+    // Deadline for the last frames to the vehicle, and the outcome, after a stop request or a failure.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
-        // Read first: what is due until the end is sent before it, however long that takes.
+        // Read before frames are sent, so that frames that are due before the end are sent however long that takes.
         let looked = Instant::now();
         gateway_io.emit_live(&mut live, &transmitters, &clock);
         gateway_io.show(live.gateway(), clock.now());
@@ -295,13 +240,12 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
     outcome
 }
 
-/// The next input that came over ROS 2. Waits for ever when nothing can come; loses nothing when it is
-/// given up.
+/// Returns the next input from ROS 2. Never completes without a source. Cancel safe.
 async fn next_received(inbox: Option<&Inbox>) -> Input {
     let Some(inbox) = inbox else { return pending().await };
     match inbox.take().await {
         Some((_, input)) => input,
-        // A session that ended is noticed where it is written to.
+        // The end of a session is noticed when something is published.
         None => pending().await,
     }
 }
@@ -331,7 +275,7 @@ async fn play_on(
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
             }
-            // One without a frame for us has nothing to repeat.
+            // A recording without a frame of ours has nothing to repeat.
             if replay.next_time().is_none() {
                 if replay.counts().records == 0 {
                     return Err(unreadable(no_frame()));

@@ -1,5 +1,5 @@
-//! The tasks that receive frames, one for each bus, under supervision: none of them ends without the process ending
-//! too, so that the service manager starts it anew.
+//! Supervises the tasks that receive frames, one for each bus. If one ends, the process ends, so that the service
+//! manager restarts it.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use std::io;
 use tokio::sync::mpsc;
 use tokio::task::{self, JoinSet};
 
-use super::DaemonError;
+use super::error::DaemonError;
 use crate::config::Settings;
 use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
@@ -18,25 +18,26 @@ use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::id_filter::IdFilter;
 use crate::io::can::transmit::Transmitter;
 
-/// Queue between the receivers and the gateway, in batches. What does not fit waits in the
-/// kernel, which counts what it has to drop.
+/// Number of batches between the receivers and the gateway. More frames wait in the kernel, which counts the ones
+/// that it drops.
 const QUEUED_BATCHES: usize = 16;
-/// Receive buffer that is asked for without a configuration.
+/// Size of the receive buffer without a configuration, bytes.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 
-/// The receivers of all buses. They end when this is dropped.
+/// The receivers of all buses, which end when this is dropped.
 #[derive(Debug)]
 pub(super) struct Receivers {
     inputs: mpsc::Receiver<Vec<CanInput>>,
-    /// The identifiers that are received on each bus.
+    /// Identifiers that are received, by bus.
     ids: Vec<IdFilter>,
     tasks: JoinSet<()>,
-    /// Name of the interface that each task receives.
+    /// Interface of each task.
     interfaces: HashMap<task::Id, String>,
 }
 
 impl Receivers {
-    /// Starts a receiver for the identifiers of each bus, `None` = all; gives the transmitter of each bus as well.
+    /// Starts a receiver for the `ids` of each bus (all frames if `None`), and returns the transmitters of the buses
+    /// as well.
     pub(super) fn start(
         settings: &Settings,
         ids: impl Fn(BusIndex) -> Option<Vec<CanId>>,
@@ -53,7 +54,7 @@ impl Receivers {
         Self::start_all(settings)
     }
 
-    /// Starts a receiver for every frame of each interface, whose position is its bus.
+    /// Starts a receiver for all frames of each interface, whose position is its bus.
     pub(super) fn of_all_frames(interfaces: &[String]) -> Self {
         let settings =
             (0..=u8::MAX).map(BusIndex).zip(interfaces).map(|(bus, interface)| BusSocketSettings {
@@ -85,26 +86,22 @@ impl Receivers {
         self.interfaces.insert(id, interface.to_owned());
     }
 
-    /// Receives frames with other identifiers from now on. The frames that were let through before come first.
-    ///
-    /// # Errors
-    /// That of the kernel for one bus; then all of them receive what they did before.
+    /// Changes the identifiers that are received. Frames that were already let through come first. Returns the
+    /// kernel's error for one bus; all filters are then unchanged.
     pub(super) fn receive_ids(&self, ids: impl Fn(BusIndex) -> Vec<CanId>) -> io::Result<()> {
         let buses = || (0..=u8::MAX).map(BusIndex).zip(&self.ids);
         let before: Vec<_> = self.ids.iter().map(IdFilter::ids).collect();
         let failed = buses().find_map(|(bus, filter)| filter.set(ids(bus)).err());
         let Some(error) = failed else { return Ok(()) };
         for (filter, ids) in self.ids.iter().zip(before) {
-            // What was possible before is possible again.
+            // The old filter was valid before.
             let _ = filter.set(ids.unwrap_or_default());
         }
         Err(error)
     }
 
-    /// The next batch of inputs; waits for ever without a bus. Cancellation loses nothing.
-    ///
-    /// # Errors
-    /// [`DaemonError::ReceiverEnded`] as soon as one of the tasks has ended, whatever the others do.
+    /// Returns the next batch of inputs, or [`DaemonError::ReceiverEnded`] as soon as one task has ended. Never
+    /// completes without a bus. Cancel safe.
     pub(super) async fn recv(&mut self) -> Result<Vec<CanInput>, DaemonError> {
         tokio::select! {
             biased;
@@ -121,11 +118,8 @@ impl Receivers {
         }
     }
 
-    /// Waits until every receiver has given the state of its link, which each does at once and first of all; with
-    /// the links come the other inputs until then.
-    ///
-    /// # Errors
-    /// See [`Self::recv`].
+    /// Waits until every receiver has reported its link, which each does first. Also returns the other inputs until
+    /// then.
     pub(super) async fn first_links(
         &mut self,
         buses: usize,
@@ -146,7 +140,7 @@ impl Receivers {
     }
 }
 
-/// The message of a panic as the end of a sentence.
+/// Returns the message of a panic as the end of a sentence.
 fn panic_text(panic: Box<dyn Any + Send>) -> String {
     let text = panic.downcast::<String>().map_or_else(
         |panic| panic.downcast::<&str>().map_or(String::new(), |text| (*text).to_owned()),

@@ -1,4 +1,4 @@
-//! The MCAP recording of a run: what is received and published, as it happens.
+//! Records inputs and outputs of a run as MCAP, as they happen.
 
 use std::time::Duration;
 
@@ -8,10 +8,9 @@ use crate::io::mcap::bag::FileLimits;
 use crate::io::mcap::encoder::{Encoder, RecordedBus};
 use crate::io::mcap::recorder::{McapRecorder, RecorderLimits};
 
-/// Longest time that a stop waits for the disk.
 pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Starts the recording that the configuration or the command line asks for; `None` without one, or without a thread.
+/// Starts the requested recording; returns `None` without one, or without a thread.
 pub(super) fn start(settings: &Settings) -> Option<McapRecorder> {
     let config = &settings.mcap;
     let folder = config.folder.as_ref()?;
@@ -21,7 +20,7 @@ pub(super) fn start(settings: &Settings) -> Option<McapRecorder> {
         .ok()
 }
 
-/// An encoder for what is published and for the frames of all buses.
+/// Creates an encoder for the published topics and the frames of all buses.
 pub fn encoder(settings: &Settings) -> Encoder {
     let buses = settings.gateway.buses.iter();
     let buses = buses.map(|bus| RecordedBus { name: bus.name.clone(), interface: bus.interface.clone() });

@@ -1,19 +1,17 @@
-//! A gateway in a simulated world, in real time: it reaches neither a bus nor ROS 2.
+//! Runs a gateway in a simulated world, in real time. It touches neither a bus nor ROS 2.
 
 use std::future::pending;
 
+use super::error::DaemonError;
 use super::gateway_io::{GatewayIo, Woken};
-use super::{DaemonError, runtime};
+use super::runtime;
 use crate::config::Settings;
 use crate::core::time::MonoTime;
 use crate::desk::rehearsal::Rehearsal;
 use crate::io::clock::Clock;
 use crate::report::view::View;
 
-/// Runs it to its end, or until a signal requests a stop; `speed` is a factor on its time.
-///
-/// # Errors
-/// See [`DaemonError`].
+/// Runs the simulation to its end, or until a stop signal arrives; `speed` is a factor on its time.
 pub fn rehearse(
     settings: &Settings,
     view: View,

@@ -1,10 +1,10 @@
-//! The environment variables of ROS 2 that concern the network: followed, or answered with a word.
+//! Reads the environment variables of ROS 2 that concern the network.
 
 use std::net::{IpAddr, Ipv4Addr};
 
 use crate::config::gateway::RosConfig;
 
-/// An environment variable of ROS 2 with a value that cannot be followed.
+/// An environment variable of ROS 2 with an unsupported value.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RosEnvironmentError {
     /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
@@ -18,21 +18,17 @@ pub enum RosEnvironmentError {
     DiscoveryRange(String),
 }
 
-/// The network that the configuration and the environment come to.
+/// The network settings from the configuration and the environment.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct RosNetwork {
-    /// `ROS_DOMAIN_ID`, 0 to 232.
     pub(super) domain_id: u16,
-    /// Own addresses to use; all when empty.
+    /// Own addresses to use; empty means all.
     pub(super) only_networks: Vec<IpAddr>,
-    /// What is not followed, for the log.
+    /// Variables that have no effect, for the log.
     pub(super) warnings: Vec<&'static str>,
 }
 
-/// Joins configuration and environment; the configuration comes first.
-///
-/// # Errors
-/// A variable with a value that cannot be followed.
+/// Combines configuration and environment; the configuration has priority. Fails for an unsupported value.
 pub(super) fn network(
     ros: &RosConfig,
     variable: impl Fn(&str) -> Option<String>,

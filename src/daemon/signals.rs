@@ -1,4 +1,4 @@
-//! Signals: requests to stop, requests to reload the configuration, and those that are ignored.
+//! Handles the signals of the process: stop, reload, and ignored ones.
 
 use std::future::{pending, poll_fn};
 use std::io::{self, IsTerminal as _};
@@ -8,16 +8,16 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::io::hangup::ignore_hangup;
 
-/// The signals that request an orderly stop, and those that would end the process at once if they were not ignored.
+/// Signals that request an orderly stop, and signals that would otherwise end the process at once and are ignored.
 ///
-/// SIGHUP requests a stop when a terminal is among the standard streams, since it says that the terminal was closed. A
-/// service has none: it takes it as [`ReloadSignal`], and a command ignores it.
+/// SIGHUP requests a stop if a standard stream is a terminal, since it then means that the terminal was closed.
+/// Without a terminal a service takes it as [`ReloadSignal`], and a command ignores it.
 pub(super) struct StopSignals {
     stop: Vec<Signal>,
     ignored: Vec<(&'static str, Signal)>,
 }
 
-/// Signals that nobody has a reason to send, and whose default action ends a process.
+/// Signals that serve no purpose here and would end the process by default.
 const IGNORED: [(&str, i32); 9] = [
     ("SIGUSR1", libc::SIGUSR1),
     ("SIGUSR2", libc::SIGUSR2),
@@ -31,7 +31,7 @@ const IGNORED: [(&str, i32); 9] = [
 ];
 
 impl StopSignals {
-    /// Those of a command.
+    /// Listens to the signals of a command.
     pub(super) fn listen() -> io::Result<Self> {
         if !has_terminal() {
             ignore_hangup();
@@ -39,7 +39,7 @@ impl StopSignals {
         Self::of_service()
     }
 
-    /// Those of a process that takes SIGHUP otherwise where it has no terminal.
+    /// Listens to the signals of a process that handles SIGHUP itself if it has no terminal.
     pub(super) fn of_service() -> io::Result<Self> {
         let mut stop = vec![SignalKind::terminate(), SignalKind::interrupt(), SignalKind::quit()];
         let ignored = IGNORED.map(|(name, number)| (name, SignalKind::from_raw(number)));
@@ -53,7 +53,7 @@ impl StopSignals {
         })
     }
 
-    /// Waits for a stop; loses nothing when it is given up.
+    /// Waits for a stop signal. Cancel safe.
     pub(super) async fn requested(&mut self) {
         poll_fn(|context| {
             for (name, signal) in &mut self.ignored {
@@ -68,7 +68,7 @@ impl StopSignals {
     }
 }
 
-/// SIGHUP of a process without a terminal: the request to reload the configuration. None with a terminal.
+/// SIGHUP as the request to reload the configuration; `None` in a process with a terminal.
 pub(super) struct ReloadSignal(Option<Signal>);
 
 impl ReloadSignal {
@@ -77,19 +77,19 @@ impl ReloadSignal {
         Ok(Self(hangup.transpose()?))
     }
 
-    /// Takes no such requests from now on, in a process whose configuration cannot change; others see that.
+    /// Ignores further requests, in a process whose configuration cannot change. Other processes can see that.
     pub(super) fn refuse(&mut self) {
         if self.0.take().is_some() {
             ignore_hangup();
         }
     }
 
-    /// True if the process takes such requests.
+    /// Returns true if the process accepts reload requests.
     pub(super) fn is_taken(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Waits for a request; several that come at once are one. Loses nothing when it is given up.
+    /// Waits for a request; several at once count as one. Cancel safe.
     pub(super) async fn requested(&mut self) {
         let received = match &mut self.0 {
             Some(signal) => signal.recv().await,
@@ -101,7 +101,6 @@ impl ReloadSignal {
     }
 }
 
-/// True if one of the standard streams is a terminal.
 fn has_terminal() -> bool {
     io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal()
 }

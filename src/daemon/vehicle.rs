@@ -1,4 +1,4 @@
-//! A simulated vehicle in real time: on its interfaces, with requests from a script and from lines.
+//! Runs a simulated vehicle in real time, with requests from a script and from lines.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep_until;
 
+use super::error::DaemonError;
 use super::receivers::Receivers;
+use super::runtime;
 use super::signals::StopSignals;
-use super::{DaemonError, runtime};
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
@@ -20,15 +21,15 @@ use crate::core::time::MonoTime;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 
-/// A run of a simulated vehicle.
+/// Settings of a simulated run.
 pub struct VehicleRun {
-    /// Messages that it sends, and commands that it follows.
+    /// Messages to send, and commands to follow.
     pub plan: VehiclePlan,
     /// Reaction, timeouts, flash rate and seed.
     pub simulation: SimulationSettings,
     /// Requests with their times since the start.
     pub script: Vec<(Duration, Request)>,
-    /// End of the run since the start; `None` runs until a stop signal.
+    /// End since the start; `None` runs until a stop signal arrives.
     pub until: Option<Duration>,
     /// Lines with further requests.
     pub lines: Option<UnboundedReceiver<String>>,
@@ -37,18 +38,15 @@ pub struct VehicleRun {
 /// An event of a run.
 #[derive(Debug)]
 pub enum RunEvent<'a> {
-    /// An output of the vehicle; a frame once it was sent.
+    /// The vehicle has an output; a frame has been sent.
     Output(&'a Output),
-    /// A frame that could not be sent; only the first of a row.
+    /// A frame could not be sent. Repeated failures are not reported.
     SendFailed(BusIndex, SendFailure),
-    /// A line that is not a request.
+    /// A line is not a request.
     InvalidRequest(&'a request::RequestError),
 }
 
-/// Runs a vehicle on the interfaces of the settings until a signal requests a stop, its end, or an error of `take`.
-///
-/// # Errors
-/// See [`DaemonError`].
+/// Runs a vehicle on the configured interfaces until a stop signal arrives, its end, or an error of `take`.
 pub fn run_vehicle(
     settings: &Settings,
     run: VehicleRun,
@@ -57,7 +55,7 @@ pub fn run_vehicle(
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
         let (mut receivers, transmitters) = Receivers::start(settings, |bus| Some(run.plan.command_ids(bus)));
-        let mut transmitters: Vec<_> = transmitters.into_iter().map(|transmitter| Channel { transmitter, is_refusing: false }).collect();
+        let mut transmitters: Vec<_> = transmitters.into_iter().map(|transmitter| BusChannel { transmitter, is_refusing: false }).collect();
         // From then on frames can be sent, where the link is up.
         receivers.first_links(transmitters.len()).await?;
         let clock = Clock::start();
@@ -105,14 +103,13 @@ pub fn run_vehicle(
     })
 }
 
-/// The transmitter of a bus.
-struct Channel {
+struct BusChannel {
     transmitter: Transmitter,
     is_refusing: bool,
 }
 
-/// Sends a frame; a failure says why only when it is the first of a row.
-fn send(transmitters: &mut [Channel], output: &Output) -> Result<(), Option<(BusIndex, SendFailure)>> {
+/// Sends a frame. A repeated failure is returned without its reason.
+fn send(transmitters: &mut [BusChannel], output: &Output) -> Result<(), Option<(BusIndex, SendFailure)>> {
     let (bus, channel) = match output {
         Output::Frame { bus, .. } | Output::Error { bus, .. } => {
             (*bus, transmitters.get_mut(usize::from(bus.0)).ok_or(None)?)
@@ -128,7 +125,7 @@ fn send(transmitters: &mut [Channel], output: &Output) -> Result<(), Option<(Bus
     sent.map_err(|why| (!was_refusing).then_some((bus, why)))
 }
 
-/// The next line; `None` after the last one. Waits for ever when there is nobody to write any.
+/// Returns the next line, or `None` after the last one. Never completes without a source.
 async fn next_line(lines: &mut Option<UnboundedReceiver<String>>) -> Option<String> {
     match lines {
         Some(lines) => lines.recv().await,

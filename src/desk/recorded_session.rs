@@ -10,7 +10,7 @@ use crate::core::discovery::capture::Capture;
 use crate::core::discovery::findings::Findings;
 use crate::core::discovery::timeline::Timeline;
 use crate::core::time::MonoTime;
-use crate::io::can::formats::Content;
+use crate::io::can::formats::EntryContent;
 use crate::io::can::log::{Log, no_frame};
 
 /// The frames of a recording, and its marks.
@@ -47,9 +47,9 @@ impl RecordedSession {
             now = now.max(MonoTime::from_nanos(u64::try_from(since).unwrap_or(0)));
             let bus = BusIndex(u8::try_from(record.interface.0).unwrap_or(u8::MAX));
             match record.content {
-                Content::Data(frame) => capture.add(bus, &frame, now),
-                Content::Note(Note::Mark(mark)) => noted.push((now, mark)),
-                Content::Note(_) | Content::Remote | Content::Error(_) => {}
+                EntryContent::Data(frame) => capture.add(bus, &frame, now),
+                EntryContent::Note(Note::Mark(mark)) => noted.push((now, mark)),
+                EntryContent::Note(_) | EntryContent::Remote | EntryContent::Error(_) => {}
             }
         }
         if capture.frames() == 0 {

@@ -4,25 +4,25 @@ use std::time::{Duration, Instant, SystemTime};
 
 use crate::core::time::{MonoTime, Now, WallStamp};
 
-/// Longest time between the readings of both clocks that counts as one instant.
+/// Maximum time between the readings of both clocks for one instant.
 const MAX_SPREAD: Duration = Duration::from_micros(200);
-/// Readings that are tried for such an instant; then the last counts.
+/// Number of readings that are tried; the last one then counts.
 const MAX_READINGS: usize = 4;
 
-/// Monotonic and wall time of this process.
+/// Reads monotonic and wall time for this process.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     origin: Instant,
 }
 
 impl Clock {
-    /// A clock whose monotonic time begins now.
+    /// Starts a clock whose monotonic time begins now.
     pub fn start() -> Self {
         Self { origin: Instant::now() }
     }
 
-    /// The present time. The clocks are read again when the process was interrupted between them, which would look
-    /// like a step of the wall clock.
+    /// Returns the present time. The clocks are read again if the process was interrupted between them, which would
+    /// look like a step of the wall clock.
     pub fn now(&self) -> Now {
         let mut mono = self.origin.elapsed();
         let mut wall = SystemTime::now();
@@ -39,7 +39,7 @@ impl Clock {
         Now { mono: MonoTime::from_nanos(mono), wall: WallStamp::from_nanos(wall) }
     }
 
-    /// The instant of a monotonic time, to sleep until.
+    /// Converts a monotonic time to an instant to sleep until.
     pub fn instant(&self, at: MonoTime) -> Instant {
         self.origin + at.since(MonoTime::ZERO)
     }

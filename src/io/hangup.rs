@@ -2,20 +2,16 @@
 
 use std::{fs, io};
 
-/// Sends SIGHUP.
-///
-/// # Errors
-/// That of the kernel: `ESRCH` without such a process, `EPERM` for one of another user.
-#[allow(unsafe_code)]
+use rustix::io::Errno;
+use rustix::process::{Pid, Signal, kill_process};
+
+/// Sends SIGHUP. Returns `ESRCH` if there is no such process, `EPERM` for a process of another user.
 pub fn hang_up(pid: u32) -> io::Result<()> {
-    // 0 and negative numbers stand for groups of processes.
-    let pid = i32::try_from(pid).ok().filter(|pid| *pid > 0);
-    let pid = pid.ok_or_else(|| io::Error::from_raw_os_error(libc::ESRCH))?;
-    // SAFETY: no pointers are passed.
-    if unsafe { libc::kill(pid, libc::SIGHUP) } < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+    let pid = i32::try_from(pid).ok().and_then(Pid::from_raw).ok_or(Errno::SRCH)?;
+    Ok(kill_process(pid, Signal::HUP)?)
 }
 
-/// Why a process would not reload its configuration at SIGHUP; `None` where it would, or where nobody can tell.
+/// Returns why a process would not reload its configuration on SIGHUP; `None` if it would, or if that is unknown.
 pub fn refuses_hangup(pid: u32) -> Option<&'static str> {
     let is_in = |set: &str| {
         let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
@@ -38,7 +34,7 @@ pub fn refuses_hangup(pid: u32) -> Option<&'static str> {
     }
 }
 
-/// Ignores SIGHUP from now on, in a process that has no configuration of its own, or none that can change.
+/// Ignores SIGHUP from now on, in a process whose configuration cannot change.
 #[allow(unsafe_code)]
 pub fn ignore_hangup() {
     // SAFETY: no handler is installed.

@@ -22,27 +22,23 @@ use tokio::net::TcpSocket;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::time::{Instant, sleep, sleep_until};
 
-/// Requests that are served at once; the connection of one more is closed.
+/// Maximum number of simultaneous requests; further connections are closed.
 pub const MAX_CONNECTIONS: usize = 64;
-/// Streams that are served at once, beside the requests.
+/// Maximum number of simultaneous streams, in addition to the requests.
 pub const MAX_STREAMS: usize = 64;
-/// Longest time of a connection, which serves one request; of a stream, the longest time from one event to the next.
+/// Longest duration of a request, or between two events of a stream.
 const CONNECTION_TIMEOUT: Duration = Duration::from_secs(10);
-/// Bytes that wait in the kernel for a client that does not read: what it then reads is hardly outdated.
+/// Maximum number of bytes in the kernel for a slow client, so that it reads recent data.
 const SEND_BUFFER: u32 = 64 * 1024;
-/// Connections that wait to be accepted.
 const BACKLOG: u32 = 128;
-/// Longest time until the head of a request has come.
+/// Longest wait for the head of a request.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
-/// Largest head of a request.
+/// Largest head of a request, bytes.
 const MAX_HEAD: usize = 16 * 1024;
-/// Pause before the next connection when there are too many, or no file descriptors.
+/// Pause before the next connection if there are too many, or no file descriptors.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
-/// A listener at an address. Must be called within a runtime.
-///
-/// # Errors
-/// An address that is in use, or not one of this computer.
+/// Binds a listener. Must be called within a runtime. Fails if the address is in use, or not one of this computer.
 pub fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
     socket.set_reuseaddr(true)?;
@@ -52,7 +48,7 @@ pub fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     socket.listen(BACKLOG)?.into_std()
 }
 
-/// The connection of a request, among its extensions: it ends in time, unless its answer is a stream.
+/// The connection of a request, among its extensions. It is closed in time unless its response is a stream.
 #[derive(Debug, Clone)]
 pub struct Connection(Arc<ConnectionState>);
 
@@ -64,20 +60,22 @@ struct ConnectionState {
 }
 
 impl Connection {
-    /// Makes the connection one of a stream, which leaves its place to another request; false when there are too many streams.
+    /// Turns the request into a stream, which frees its place for another request. Returns false if there are too
+    /// many streams.
     pub fn begin_stream(&self) -> bool {
         let Ok(place) = Arc::clone(&self.0.streams).try_acquire_owned() else { return false };
         *self.0.place.lock().unwrap_or_else(PoisonError::into_inner) = place;
         true
     }
 
-    /// Puts the end off. Call it whenever the stream is to give an event: that happens once the client has taken the one before.
+    /// Extends the deadline. Call it for each event of the stream, which shows that the client has taken the previous
+    /// one.
     pub fn extend(&self) {
         self.0.end.send_replace(Instant::now() + CONNECTION_TIMEOUT);
     }
 }
 
-/// Waits until a connection is to end, however often that is put off.
+/// Waits for the end of a connection, which may be extended meanwhile.
 async fn over(mut end: watch::Receiver<Instant>) {
     loop {
         let at = *end.borrow_and_update();
@@ -88,11 +86,8 @@ async fn over(mut end: watch::Receiver<Instant>) {
     }
 }
 
-/// Answers requests by `router` for ever: those of method GET or HEAD, for a host that is an address, `localhost` or one
-/// of `hosts`. A page elsewhere whose name leads here gets nothing.
-///
-/// # Errors
-/// A listener that the runtime does not take.
+/// Serves GET and HEAD requests with `router` forever. The host must be an address, `localhost` or one of `hosts`, so
+/// that a page whose name points here gets nothing. Fails if the runtime does not accept the listener.
 pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) -> io::Result<()> {
     listener.set_nonblocking(true)?;
     let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -123,7 +118,7 @@ pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) ->
                 .header_read_timeout(HEAD_TIMEOUT)
                 .max_buf_size(MAX_HEAD)
                 .keep_alive(false);
-            // A client that goes away, or sends nonsense, concerns nobody else.
+            // A client that disconnects, or sends garbage, does not affect others.
             tokio::select! {
                 _ = server.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router)) => {}
                 () = over(ended) => {}
@@ -132,7 +127,7 @@ pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) ->
     }
 }
 
-/// Headers of every answer that has not set them.
+/// Default headers of every response.
 const HEADERS: [(HeaderName, &str); 5] = [
     (X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (REFERRER_POLICY, "no-referrer"),
@@ -156,7 +151,7 @@ async fn answer(request: Request, next: Next, hosts: &[String]) -> Response {
     response
 }
 
-/// True if a request for `host`, with or without a port, is meant for this server.
+/// Returns true if `host`, with or without a port, means this server.
 fn is_known(host: &str, hosts: &[String]) -> bool {
     let name = match host.strip_prefix('[') {
         Some(rest) => rest.split(']').next().unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! Records for systemd's journal by its native protocol: a datagram each, with a priority and named fields.
+//! Formats records for systemd's journal in its native protocol: a datagram each, with a priority and named fields.
 //!
 //! Our own code, as for the service manager: libraries for it send from the thread that logs, which would wait for a
 //! journal that does not read.
@@ -11,10 +11,10 @@ use std::os::unix::net::UnixDatagram;
 use tracing::Level;
 
 const SOCKET: &str = "/run/systemd/journal/socket";
-/// Longest text of one field, in bytes; a datagram has room for several.
+/// Longest text of one field, bytes; a datagram has room for several.
 const MAX_TEXT: usize = 16 * 1024;
 
-/// A socket to the journal, if standard error goes there.
+/// Opens a socket to the journal if standard error goes there.
 pub(super) fn open() -> Option<UnixDatagram> {
     let stream = std::env::var("JOURNAL_STREAM").ok()?;
     let error = std::fs::File::from(io::stderr().as_fd().try_clone_to_owned().ok()?).metadata().ok()?;
@@ -24,12 +24,12 @@ pub(super) fn open() -> Option<UnixDatagram> {
     Some(socket)
 }
 
-/// True if `JOURNAL_STREAM` names this file.
+/// Returns true if `JOURNAL_STREAM` names this file.
 fn is_stream(variable: &str, device: u64, inode: u64) -> bool {
     variable == format!("{device}:{inode}")
 }
 
-/// The priority of syslog: 3 is an error, 4 a warning, 6 information, 7 for debugging.
+/// Returns the priority of syslog: 3 for errors, 4 for warnings, 6 for information, 7 for debugging.
 fn priority(level: Level) -> &'static str {
     match level {
         Level::ERROR => "3",
@@ -39,12 +39,12 @@ fn priority(level: Level) -> &'static str {
     }
 }
 
-/// Lines for standard error that the journal reads: each is a record with the priority before it.
+/// Formats lines for standard error as records of the journal, with their priority.
 pub(super) fn with_priority(level: Level, text: &str) -> String {
     text.lines().map(|line| format!("<{}>{line}\n", priority(level))).collect()
 }
 
-/// A record as a datagram. Fields have names in capitals; an empty one is left out.
+/// Formats a record as a datagram. Names of fields are in capitals; empty fields are left out.
 pub(super) fn datagram(level: Level, message: &str, fields: &[(&str, &str)]) -> Vec<u8> {
     let mut datagram = Vec::new();
     field(&mut datagram, "MESSAGE", message);
@@ -56,7 +56,7 @@ pub(super) fn datagram(level: Level, message: &str, fields: &[(&str, &str)]) -> 
     datagram
 }
 
-/// Writes a field with its length, so that its text may hold anything.
+/// Writes a field with its length, so that its text may contain anything.
 fn field(datagram: &mut Vec<u8>, name: &str, text: &str) {
     let text = &text.as_bytes()[..text.len().min(MAX_TEXT)];
     datagram.extend_from_slice(name.as_bytes());

@@ -12,10 +12,7 @@ pub struct NewFiles {
 }
 
 impl NewFiles {
-    /// Makes the folder if it is not there.
-    ///
-    /// # Errors
-    /// One that cannot be made, or that has files and must not be overwritten.
+    /// Creates the folder if it is missing. Fails if that is impossible, or if it has files and `overwrite` is false.
     pub fn in_folder(folder: &Path, overwrite: bool) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         if !overwrite && fs::read_dir(folder)?.next().is_some() {
@@ -25,24 +22,19 @@ impl NewFiles {
         Ok(Self { folder: folder.to_owned(), overwrite })
     }
 
-    /// Creates a file for writing.
-    ///
-    /// # Errors
-    /// One that exists and must not be overwritten, or an error of the system.
+    /// Creates a file for writing. Fails if it exists and must not be overwritten.
     pub fn create(&self, name: &str) -> io::Result<BufWriter<File>> {
         create(&self.folder.join(name), self.overwrite).map(BufWriter::new)
     }
 
-    /// Path of a file in the folder.
+    /// Returns the path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 }
 
-/// Writes a whole file or none: what does not fit on the disk leaves no part of it, and replaces nothing.
-///
-/// # Errors
-/// One that exists and must not be overwritten, or an error of the system.
+/// Writes a whole file or nothing: without space on the disk no part is left, and nothing is replaced. Fails if the
+/// file exists and `overwrite` is false.
 pub fn write_new(path: &Path, text: &str, overwrite: bool) -> io::Result<()> {
     let old = fs::metadata(path).ok();
     let write = |to: &Path| {

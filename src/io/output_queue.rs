@@ -11,32 +11,32 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Most text that waits, in bytes, beside what is being written.
+/// Maximum number of queued bytes, in addition to the text that is being written.
 const MAX_WAITING: usize = 256 * 1024;
-/// Pause before what a reader that is not ready did not take is offered again.
+/// Pause before writing again to a reader that is not ready.
 const RETRY: Duration = Duration::from_millis(10);
-/// Longest part of a wait that is counted at once.
+/// Maximum time that one step of a wait counts.
 const STEP: Duration = Duration::from_millis(10);
 
-/// Text on its way to one reader. Clones share it.
+/// Queue of text for one reader. Clones share it.
 #[derive(Debug, Clone)]
-pub struct OutputQueue(Arc<Shared>);
+pub struct OutputQueue(Arc<SharedQueue>);
 
 #[derive(Debug, Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SharedQueue {
+    state: Mutex<QueueState>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct QueueState {
     waiting: VecDeque<Vec<u8>>,
     waiting_bytes: usize,
-    /// True if each text is one line, whatever it holds.
+    /// True if each text counts as one line.
     counts_texts: bool,
     is_writing: bool,
     losses: Losses,
-    /// Where the next text goes, if no longer to the file of the start.
+    /// Replacement for the file of the start, from the next text on.
     next_file: Option<File>,
 }
 
@@ -45,13 +45,13 @@ struct State {
 pub struct Losses {
     /// Number of lines lost since the start.
     pub lines: u64,
-    /// Reason of the last loss; `None` before the first.
+    /// Reason for the last loss; `None` before the first.
     pub last: Option<Loss>,
-    /// True if a line was lost since the reader last took something.
+    /// True if a line was lost after the reader last took something.
     pub is_losing: bool,
 }
 
-/// Reason why text did not reach its reader.
+/// Why text did not reach its reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
     /// The reader does not read, and the queue is full.
@@ -61,11 +61,9 @@ pub enum Loss {
 }
 
 impl OutputQueue {
-    /// Starts the thread, by its name, that writes to a duplicate of `to`; the locks of [`io::stdout`] and
-    /// [`io::stderr`] stay free while it waits for the reader.
-    ///
-    /// # Errors
-    /// A file that cannot be duplicated, or a thread that cannot be started.
+    /// Starts a thread with this name that writes to a duplicate of `to`; the locks of [`io::stdout`] and
+    /// [`io::stderr`] stay free while it waits for the reader. Fails if the file cannot be duplicated or the thread
+    /// cannot be started.
     pub fn start(name: &str, to: &impl AsFd) -> io::Result<Self> {
         let mut file = File::from(to.as_fd().try_clone_to_owned()?);
         let queue = Self(Arc::default());
@@ -74,17 +72,14 @@ impl OutputQueue {
         Ok(queue)
     }
 
-    /// Likewise, where each text goes to a socket as one datagram and counts as one line.
-    ///
-    /// # Errors
-    /// As of [`Self::start`].
+    /// Like [`Self::start`], but each text is sent to a socket as one datagram and counts as one line.
     pub fn start_datagrams(name: &str, to: &impl AsFd) -> io::Result<Self> {
         let queue = Self::start(name, to)?;
         queue.0.lock().counts_texts = true;
         Ok(queue)
     }
 
-    /// Queues a text of one or more lines, whole or not at all. Never blocks on the reader.
+    /// Queues a text of one or more lines, completely or not at all. Never blocks.
     pub fn push(&self, text: &[u8]) {
         let mut state = self.0.lock();
         if state.waiting_bytes + text.len() <= MAX_WAITING {
@@ -96,17 +91,14 @@ impl OutputQueue {
         }
     }
 
-    /// Writes to a duplicate of another file from the next text on.
-    ///
-    /// # Errors
-    /// A file that cannot be duplicated.
+    /// Writes to a duplicate of another file from the next text on. Fails if it cannot be duplicated.
     pub fn redirect(&self, to: &impl AsFd) -> io::Result<()> {
         self.0.lock().next_file = Some(File::from(to.as_fd().try_clone_to_owned()?));
         Ok(())
     }
 
-    /// Waits until everything is written, at most for `patience`; true if it is. Of a time in which the machine lets the
-    /// process stand still, only 10 ms count, so that the last lines are not lost for it.
+    /// Waits until everything is written, at most for `patience`; returns true if it is. If the machine stops the
+    /// process meanwhile, only 10 ms of that time count, so that the last lines are not lost.
     pub fn flush(&self, patience: Duration) -> bool {
         let mut left = patience;
         let mut state = self.0.lock();
@@ -122,18 +114,17 @@ impl OutputQueue {
         true
     }
 
-    /// Losses since the start.
+    /// Returns the losses since the start.
     pub fn losses(&self) -> Losses {
         self.0.lock().losses
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
+impl SharedQueue {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes for as long as the process lives.
     fn write_to(&self, file: &mut File) {
         let mut state = self.lock();
         loop {
@@ -159,7 +150,7 @@ impl Shared {
     }
 }
 
-impl State {
+impl QueueState {
     fn lost(&mut self, text: &[u8], loss: Loss) {
         let lines = text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count();
         let lines = if self.counts_texts { 1 } else { lines };
@@ -169,7 +160,7 @@ impl State {
     }
 }
 
-/// Writes everything, waiting for a reader that is not ready; else gives what was not written, and why.
+/// Writes everything, and waits for a reader that is not ready. Returns the unwritten rest with the error.
 fn write_all<'a>(file: &mut File, mut text: &'a [u8]) -> Result<(), (&'a [u8], ErrorKind)> {
     while !text.is_empty() {
         match file.write(text) {

@@ -1,4 +1,4 @@
-//! A timer as precise as the kernel's. That of the runtime ends its waits at whole milliseconds, up to two of them late.
+//! A timer as precise as the kernel's. The runtime's timer ends at whole milliseconds, up to two of them late.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -15,10 +15,8 @@ use tokio::io::{Interest, Ready};
 pub struct PreciseTimer(AsyncFd<OwnedFd>);
 
 impl PreciseTimer {
-    /// A timer that is not set. Must be called within a runtime.
-    ///
-    /// # Errors
-    /// That of the kernel, e.g. when there are no file descriptors left.
+    /// Creates a timer that is not set. Must be called within a runtime. Fails e.g. if there are no file descriptors
+    /// left.
     #[allow(unsafe_code)]
     pub fn new() -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
@@ -27,10 +25,7 @@ impl PreciseTimer {
         Ok(Self(unsafe { AsyncFd::register_with_interest(timer, Interest::READABLE)? }))
     }
 
-    /// Sleeps until then, and not at all when that is past.
-    ///
-    /// # Errors
-    /// That of the kernel.
+    /// Sleeps until `at`; returns at once if that is past. Cancel safe.
     pub async fn sleep_until(&mut self, at: Instant) -> io::Result<()> {
         let ahead = at.saturating_duration_since(Instant::now());
         if ahead.is_zero() {

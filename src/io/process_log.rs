@@ -1,21 +1,20 @@
 //! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot flood it.
 //!
-//! Lines wait in an [`OutputQueue`]. Of one kind of message `MAX_LINES` are written within `WINDOW`, and then one that
-//! says how many more there were and what the last one was. Debug and trace messages, which somebody has asked for, have
-//! no such limit. Where standard error is the journal, a line is a record with a priority and fields.
+//! Lines wait in an [`OutputQueue`]. At most `MAX_LINES` of one kind are written within `WINDOW`, followed by a line with
+//! the number of further ones and the last of them. Debug and trace messages, which must be requested, are not limited.
+//! If standard error is the journal, a line is a record with a priority and fields.
 
+mod limits;
 mod warnings;
 
 use std::backtrace::{Backtrace, BacktraceStatus};
-use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::io;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::filter::EnvFilter;
 use tracing_subscriber::fmt::format::Writer;
@@ -27,17 +26,11 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 use super::journal;
 use super::output_queue::{Loss, OutputQueue};
 use crate::core::gateway::process_status::LogState;
-pub use warnings::{Warning, Warnings, take_warnings};
+use limits::{EventText, LogLimits, MessageKind, WINDOW};
+pub use warnings::{TakenWarnings, Warning, take_warnings};
 
-/// Lines of one kind that are written within [`WINDOW`].
-const MAX_LINES: u32 = 10;
-const WINDOW: Duration = Duration::from_secs(6);
-/// So long after the last of them, those that were left out are summed up.
-const QUIET: Duration = Duration::from_secs(1);
-/// Longest time that a thread which panics waits for its message to be written.
+/// Longest time that a panicking thread waits for its message to be written.
 const PANIC_PATIENCE: Duration = Duration::from_millis(500);
-/// Kinds that are distinguished; all others are one.
-const MAX_KINDS: usize = 256;
 
 static LOG: OnceLock<ProcessLog> = OnceLock::new();
 
@@ -45,7 +38,7 @@ struct ProcessLog {
     queue: OutputQueue,
     /// True if each text of the queue is a record of the journal.
     is_journal: bool,
-    limits: Mutex<Limits>,
+    limits: Mutex<LogLimits>,
     /// Number of dropped lines that the log has reported.
     reported: AtomicU64,
 }
@@ -53,17 +46,15 @@ struct ProcessLog {
 /// The form of the log's lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogForm {
-    /// With time and level, as of a process that runs for long; under systemd without time and colour, which the journal
-    /// adds.
+    /// With time and level, for a process that runs for long. Under systemd without time and colour, which the
+    /// journal adds.
     Timed,
-    /// With a word for the level, `warning: …`, as of a command that somebody waits for.
+    /// With a word for the level, `warning: …`, for a command.
     Messages,
 }
 
-/// Starts the log with the messages that `filter` lets through. A second start changes nothing.
-///
-/// # Errors
-/// Standard error that cannot be duplicated, or a thread that cannot be started.
+/// Starts the log with the messages that `filter` lets through. A second start changes nothing. Fails if standard
+/// error cannot be duplicated or the thread cannot be started.
 pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()> {
     if LOG.get().is_some() {
         return Ok(());
@@ -110,9 +101,9 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
     Ok(())
 }
 
-/// Writes lines as they are. Where no log was started, directly and perhaps in vain; for the journal to standard error as
-/// well, since this may be the reason for which the process ends: a record of a process that is gone by the time that
-/// the journal reads it belongs to no unit, and `journalctl -u` does not show it. What comes by standard error does.
+/// Writes lines unchanged. Before the log is started they go straight to standard error, and errors are ignored. With
+/// the journal they go to standard error as well, since the process may be about to end: the journal cannot assign a
+/// record of a process that is gone to its unit, so `journalctl -u` would not show it.
 pub fn lines(level: Level, text: &str) {
     match LOG.get() {
         Some(log) if !log.is_journal => log.write(level, text, &[]),
@@ -122,11 +113,11 @@ pub fn lines(level: Level, text: &str) {
 }
 
 fn write_directly(text: &str) {
-    // Where nobody reads standard error, there is nobody to tell.
+    // An error cannot be reported anywhere else.
     drop(io::Write::write_all(&mut io::stderr(), text.as_bytes()));
 }
 
-/// Logs a message, in the journal with these fields, whose names are in capitals.
+/// Logs a message, with these fields in the journal. Their names are in capitals.
 pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
     let Some(log) = LOG.get().filter(|log| log.is_journal) else {
         match level {
@@ -145,7 +136,7 @@ pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
         Level::DEBUG => tracing::enabled!(Level::DEBUG),
         Level::TRACE => tracing::enabled!(Level::TRACE),
     };
-    let kind = Kind::of_text(text);
+    let kind = MessageKind::of_text(text);
     if is_enabled {
         warnings::offer(kind.clone(), Warning::new(level, text));
     }
@@ -154,18 +145,18 @@ pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
     }
 }
 
-/// Hands a message that the log does not have to whoever takes the warnings.
+/// Passes a message that is not in the log to the reader of the warnings.
 pub fn warn_others(level: Level, text: &str) {
-    warnings::offer(Kind::of_text(text), Warning::new(level, text));
+    warnings::offer(MessageKind::of_text(text), Warning::new(level, text));
 }
 
-/// Writes to a duplicate of another file from the next line on; the journal keeps its records.
+/// Writes to a duplicate of another file from the next line on, unless the log goes to the journal.
 pub fn redirect(to: &impl AsFd) {
     // One that cannot be duplicated leaves the log where it is.
     let _ = LOG.get().filter(|log| !log.is_journal).map(|log| log.queue.redirect(to));
 }
 
-/// Waits until everything is written, lines on what was suppressed included, at most for `patience`.
+/// Waits until everything is written, including lines about suppressed messages, at most for `patience`.
 pub fn flush(patience: Duration) {
     if let Some(log) = LOG.get() {
         let mut limits = log.limits();
@@ -176,8 +167,8 @@ pub fn flush(patience: Duration) {
     }
 }
 
-/// The state of the log; `None` without one. To be called regularly, since it also writes the lines on
-/// what was suppressed or dropped.
+/// Returns the state of the log; `None` without one. Call it regularly, since it also writes the lines about
+/// suppressed or dropped messages.
 pub fn state() -> Option<LogState> {
     let log = LOG.get()?;
     let suppressed = {
@@ -202,20 +193,20 @@ pub fn state() -> Option<LogState> {
 }
 
 impl ProcessLog {
-    fn limits(&self) -> MutexGuard<'_, Limits> {
+    fn limits(&self) -> MutexGuard<'_, LogLimits> {
         self.limits.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Counts a message and returns true if it is to be written.
-    fn admits(&self, kind: Kind, text: &str, level: Level) -> bool {
+    fn admits(&self, kind: MessageKind, text: &str, level: Level) -> bool {
         let mut limits = self.limits();
         let is_admitted = limits.admit(kind, text, level, Instant::now());
         self.write_summaries(&mut limits);
         is_admitted
     }
 
-    /// Not as messages: this may be in the middle of one.
-    fn write_summaries(&self, limits: &mut Limits) {
+    /// Writes directly, since this may be called while a message is being logged.
+    fn write_summaries(&self, limits: &mut LogLimits) {
         for (level, summary) in limits.summaries.drain(..) {
             self.write(level, &format!("log: {summary}"), &[]);
         }
@@ -231,7 +222,7 @@ impl ProcessLog {
     }
 }
 
-/// Makes a record of the journal of each event: its fields are those of the event.
+/// Turns each event into a record of the journal with its fields.
 struct JournalLayer;
 
 impl<S: Subscriber> Layer<S> for JournalLayer {
@@ -273,7 +264,6 @@ where
     }
 }
 
-/// Takes each event as one text.
 struct LineWriter;
 
 impl MakeWriter<'_> for LineWriter {
@@ -297,7 +287,7 @@ impl io::Write for LineWriter {
     }
 }
 
-/// Lets through what [`Limits`] admit.
+/// Lets messages through that [`LogLimits`] admit.
 struct KindLimit;
 
 impl<S: Subscriber> Filter<S> for KindLimit {
@@ -313,7 +303,7 @@ impl<S: Subscriber> Filter<S> for KindLimit {
         }
         let mut text = EventText::default();
         event.record(&mut text);
-        let kind = Kind::new(metadata.target(), metadata.line(), &text);
+        let kind = MessageKind::new(metadata.target(), metadata.line(), &text);
         if is_for_others(metadata.target()) {
             warnings::offer(kind.clone(), Warning::of_event(metadata, &text));
         }
@@ -321,150 +311,11 @@ impl<S: Subscriber> Filter<S> for KindLimit {
     }
 }
 
-/// True for messages of our own, but for those of the ROS side: they would take the way that they are about.
+/// Returns true for our own messages, except messages of the ROS side, which would be sent by the way that they
+/// are about.
 fn is_for_others(target: &str) -> bool {
     target.starts_with(env!("CARGO_CRATE_NAME"))
         && !target.starts_with(concat!(env!("CARGO_CRATE_NAME"), "::io::ros"))
-}
-
-/// The fields of an event; message and interface decide about its kind.
-#[derive(Default)]
-struct EventText {
-    message: String,
-    interface: String,
-    /// The other ones, as ` name=value`.
-    more: String,
-}
-
-impl EventText {
-    /// The interface, the message, and the other fields.
-    fn whole(&self) -> String {
-        let Self { message, interface, more } = self;
-        let subject = if interface.is_empty() { String::new() } else { format!("{interface}: ") };
-        format!("{subject}{message}{more}")
-    }
-}
-
-impl Visit for EventText {
-    fn record_str(&mut self, field: &Field, value: &str) {
-        match field.name() {
-            "interface" => value.clone_into(&mut self.interface),
-            _ => self.record_debug(field, &value),
-        }
-    }
-
-    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        let text = match field.name() {
-            "message" => &mut self.message,
-            "interface" => &mut self.interface,
-            name => {
-                let _ = write!(self.more, " {name}={value:?}");
-                return;
-            }
-        };
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{value:?}");
-    }
-}
-
-/// Messages that are limited together: those on one subject, which stands before the first `: `, else those of one
-/// line of the source.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
-struct Kind {
-    target: String,
-    line: u32,
-    subject: String,
-}
-
-impl Kind {
-    fn new(target: &str, line: Option<u32>, text: &EventText) -> Self {
-        let (line, subject) = match text.message.split_once(": ") {
-            Some((subject, _)) => (0, subject),
-            None => (line.unwrap_or(0), text.interface.as_str()),
-        };
-        Self { target: target.to_owned(), line, subject: subject.to_owned() }
-    }
-
-    /// The kind of a text that is no event.
-    fn of_text(text: &str) -> Self {
-        Self::new(module_path!(), None, &EventText { message: text.to_owned(), ..EventText::default() })
-    }
-}
-
-/// The kinds of messages of the last seconds.
-#[derive(Debug, Default)]
-struct Limits {
-    kinds: BTreeMap<Kind, Flood>,
-    /// Messages suppressed since the start.
-    suppressed: u64,
-    /// Lines about suppressed messages, to be written, with the worst level of them.
-    summaries: Vec<(Level, String)>,
-}
-
-/// The messages of one kind within [`WINDOW`].
-#[derive(Debug)]
-struct Flood {
-    since: Instant,
-    last_at: Instant,
-    lines: u32,
-    /// Those since the last summary that were not written.
-    suppressed: u64,
-    /// The worst of them.
-    level: Level,
-    last: String,
-}
-
-impl Limits {
-    /// Counts a message and returns true if it is to be written.
-    fn admit(&mut self, mut kind: Kind, text: &str, level: Level, now: Instant) -> bool {
-        if !self.kinds.contains_key(&kind) && self.kinds.len() >= MAX_KINDS {
-            self.settle(now);
-            if self.kinds.len() >= MAX_KINDS {
-                kind = Kind::default();
-            }
-        }
-        if self.kinds.get(&kind).is_some_and(|flood| flood.is_over(now)) {
-            self.settle(now);
-        }
-        let begin =
-            || Flood { since: now, last_at: now, lines: 0, suppressed: 0, level, last: String::new() };
-        let flood = self.kinds.entry(kind).or_insert_with(begin);
-        flood.last_at = now;
-        if flood.lines < MAX_LINES {
-            flood.lines += 1;
-            return true;
-        }
-        // Levels of tracing are the smaller the worse.
-        flood.level = if flood.suppressed == 0 { level } else { flood.level.min(level) };
-        flood.suppressed += 1;
-        text.clone_into(&mut flood.last);
-        self.suppressed += 1;
-        false
-    }
-
-    /// Sums up what was suppressed of the kinds that are over or quiet, and forgets those that are over.
-    fn settle(&mut self, now: Instant) {
-        let summaries = &mut self.summaries;
-        self.kinds.retain(|_, flood| {
-            let is_over = flood.is_over(now);
-            let is_quiet = now.saturating_duration_since(flood.last_at) >= QUIET;
-            if (is_over || is_quiet) && flood.suppressed > 0 {
-                let seconds = flood.last_at.saturating_duration_since(flood.since).as_secs() + 1;
-                let count = flood.suppressed;
-                let times = if count == 1 { "once more".to_owned() } else { format!("{count} more times") };
-                let text = format!("{times} in {seconds} s, the last: {}", flood.last);
-                summaries.push((flood.level, text));
-                flood.suppressed = 0;
-            }
-            !is_over
-        });
-    }
-}
-
-impl Flood {
-    fn is_over(&self, now: Instant) -> bool {
-        now.saturating_duration_since(self.since) >= WINDOW
-    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! Black-box files on disk: few, each written whole or not at all, by a thread of their own.
+//! Writes black-box files to disk in a thread, each completely or not at all, and keeps only a few.
 //!
-//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` and its `.mcap` beside it. The counter goes on
-//! from the files in the folder, so that it orders them whatever the clock says; a vehicle computer without a battery-backed
-//! clock begins each boot in the past. The boot and the time are for people. A `.draft` is a file being written.
+//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` and its `.mcap` beside it. The counter
+//! continues from the files in the folder and orders them whatever the clock says, since a vehicle computer without a
+//! battery-backed clock starts each boot in the past. The boot and the time help readers. A `.draft` is a file being written.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -20,39 +20,37 @@ use crate::core::gateway::black_box::Recording;
 use crate::core::gateway::process_status::RecorderState;
 use crate::core::time::MonoTime;
 
-/// Recordings that wait for a slow disk, beside the one being written; each needs about 10 MB.
+/// Number of recordings that wait for a slow disk; each needs about 10 MB.
 const MAX_WAITING: usize = 1;
 /// Interval at which a folder that could not be written is tried again.
 const RETRY: Duration = Duration::from_secs(10);
 
 const PREFIX: &str = "fault-";
 
-/// Writes one decision with its time.
+/// Formats one decision with its time.
 pub type DecisionLine = fn(MonoTime, &str) -> String;
 
-/// The black-box files of a folder, and the thread that writes them.
+/// Writes the black-box files of a folder in a thread.
 #[derive(Debug)]
-pub struct Recorder {
-    /// `None` once it was stopped.
+pub struct BlackBoxRecorder {
+    /// `None` after it was stopped.
     recordings: Option<SyncSender<Recording>>,
     state: Arc<Mutex<RecorderState>>,
     keep: Arc<AtomicUsize>,
     ended: Receiver<()>,
 }
 
-impl Recorder {
-    /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tries at once whether it can write
-    /// there; `encoder` makes the messages of their MCAP files. A folder that cannot be written is reported in the log and in the state, and tried again.
-    ///
-    /// # Errors
-    /// A thread that cannot be started.
+impl BlackBoxRecorder {
+    /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tests at once whether it can write
+    /// there; `encoder` makes the messages of the MCAP files. A folder that cannot be written is reported in the log
+    /// and in the state, and tried again. Fails if the thread cannot be started.
     pub fn start(folder: &Path, keep: usize, line: DecisionLine, encoder: Encoder) -> io::Result<Self> {
         let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
         let state = Arc::new(Mutex::new(state));
         let (sender, recordings) = sync_channel(MAX_WAITING);
         let (end, ended) = channel();
         let limit = Arc::new(AtomicUsize::new(keep));
-        let mut writer = Writer {
+        let mut writer = RecordingWriter {
             keep: Arc::clone(&limit),
             folder: Folder { path: folder.to_owned(), keep, boot: boot(), last_counter: 0 },
             line,
@@ -67,7 +65,7 @@ impl Recorder {
         Ok(Self { recordings: Some(sender), state, keep: limit, ended })
     }
 
-    /// Hands a recording to the thread. Never blocks: a recording that finds the queue full is lost and counted.
+    /// Queues a recording. Never blocks: if the queue is full, the recording is lost and counted.
     pub fn save(&self, recording: Recording) {
         let Some(recordings) = &self.recordings else { return };
         let error = match recordings.try_send(recording) {
@@ -79,17 +77,17 @@ impl Recorder {
         fail(&self.state, error.to_owned());
     }
 
-    /// Keeps the newest `keep` recordings from the next one on.
+    /// Changes the number of recordings to keep, from the next one on.
     pub fn set_keep(&self, keep: usize) {
         self.keep.store(keep, Ordering::Relaxed);
     }
 
-    /// The present state.
+    /// Returns the number of recordings, the failures and the newest file.
     pub fn state(&self) -> RecorderState {
         lock(&self.state).clone()
     }
 
-    /// Waits until what was handed over is written, at most for `patience`.
+    /// Waits until the queued recordings are written, at most for `patience`.
     pub fn stop(&mut self, patience: Duration) {
         self.recordings = None;
         if self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
@@ -98,18 +96,16 @@ impl Recorder {
     }
 }
 
-/// The thread's part.
-struct Writer {
+struct RecordingWriter {
     folder: Folder,
-    /// Number of recordings to keep from the next one on.
     keep: Arc<AtomicUsize>,
     line: DecisionLine,
     encoder: Encoder,
     state: Arc<Mutex<RecorderState>>,
 }
 
-impl Writer {
-    /// Writes what comes until the sender is gone.
+impl RecordingWriter {
+    /// Writes recordings until the sender is dropped.
     fn run(&mut self, recordings: &Receiver<Recording>) {
         self.prepare();
         loop {
@@ -125,7 +121,7 @@ impl Writer {
         }
     }
 
-    /// Tries whether the folder can be written, and removes what an earlier end left there.
+    /// Tests whether the folder can be written, and removes incomplete files.
     fn prepare(&mut self) {
         match self.folder.prepare().and_then(|()| self.folder.prune()) {
             Ok(kept) => {
@@ -158,7 +154,7 @@ impl Writer {
         }
     }
 
-    /// Each failure is counted; one that repeats is logged once.
+    /// Counts each failure; logs a repeated one only once.
     fn note_failure(&self, error: &io::Error) {
         let text = error.to_string();
         let is_news = {
@@ -184,8 +180,8 @@ fn fail(state: &Mutex<RecorderState>, error: String) {
     state.last_error = Some(error);
 }
 
-/// The first eight digits of the boot's identity: `BOOT_ID` of the environment, since a unit that hides `/proc` from
-/// its service still knows it, else the kernel's.
+/// Returns the first eight digits of the boot's identity, from `BOOT_ID` (which also exists if a unit hides `/proc`
+/// from its service) or from the kernel.
 fn boot() -> String {
     let kernel = || fs::read_to_string("/proc/sys/kernel/random/boot_id").ok();
     let id = std::env::var("BOOT_ID").ok().or_else(kernel).unwrap_or_default();
@@ -193,43 +189,38 @@ fn boot() -> String {
     if digits.len() == 8 { digits } else { "00000000".to_owned() }
 }
 
-/// A folder of recordings.
 #[derive(Debug)]
 struct Folder {
     path: PathBuf,
-    /// Number of recordings kept, at least 1.
+    /// Number of recordings to keep, at least 1.
     keep: usize,
     boot: String,
-    /// The highest counter that was used, even if the folder has lost its file since.
+    /// The highest counter so far, even if its file has been deleted.
     last_counter: u64,
 }
 
-/// The recordings left in a folder.
 #[derive(Debug, PartialEq, Eq)]
 struct Kept {
     newest: Option<String>,
     recordings: usize,
 }
 
-/// A recording that was written.
 #[derive(Debug)]
 struct Saved {
-    /// Its log.
     path: PathBuf,
-    /// The outcome of the MCAP file beside it.
+    /// The outcome for the MCAP file.
     mcap: io::Result<()>,
 }
 
-/// The files of one recording.
 #[derive(Debug, Default)]
-struct Files {
+struct RecordingFiles {
     paths: Vec<PathBuf>,
-    /// False for what a failure or a power cut left.
+    /// False for the rest of a failure or a power cut.
     is_whole: bool,
 }
 
 impl Folder {
-    /// Makes the folder if it is missing, and writes and removes a small file there.
+    /// Creates the folder if it is missing, and writes and removes a small file.
     fn prepare(&self) -> io::Result<()> {
         fs::create_dir_all(&self.path)?;
         let draft = self.path.join(format!("{PREFIX}test.draft"));
@@ -238,8 +229,9 @@ impl Folder {
         written.and(removed)
     }
 
-    /// Writes a recording as the newest of the folder, which is made if it is missing. On an error nothing of it is left; but
-    /// a disk that has room for all but the MCAP file, which is by far the largest, keeps the others, which replay alone.
+    /// Writes a recording as the newest one; creates the folder if it is missing. After an error nothing is left,
+    /// except that a disk without space for the MCAP file, which is by far the largest, keeps the other files: they
+    /// can be replayed alone.
     fn save(
         &mut self,
         time: &str,
@@ -271,7 +263,7 @@ impl Folder {
         written.map(|()| Saved { path, mcap })
     }
 
-    /// Removes the recordings beyond those to keep, the oldest first, and files without their log.
+    /// Removes recordings beyond the number to keep, oldest first, and files without their log.
     fn prune(&self) -> io::Result<Kept> {
         let (whole, left): (Vec<_>, Vec<_>) =
             self.recordings()?.into_iter().partition(|(_, files)| files.is_whole);
@@ -283,9 +275,9 @@ impl Folder {
         Ok(Kept { newest, recordings: whole.len() - beyond })
     }
 
-    /// The files of each recording by its counter and name; those without a counter are the oldest.
-    fn recordings(&self) -> io::Result<BTreeMap<(Option<u64>, String), Files>> {
-        let mut recordings = BTreeMap::<_, Files>::new();
+    /// Returns the files of each recording by counter and name; those without a counter come first.
+    fn recordings(&self) -> io::Result<BTreeMap<(Option<u64>, String), RecordingFiles>> {
+        let mut recordings = BTreeMap::<_, RecordingFiles>::new();
         for entry in fs::read_dir(&self.path)? {
             let path = entry?.path();
             let part =
@@ -306,7 +298,7 @@ impl Folder {
     }
 }
 
-/// Writes a file so that `path` has it whole, even after a power cut, or does not exist.
+/// Writes a file so that `path` has it completely, even after a power cut, or does not exist.
 fn write_whole(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
     let mut file = File::create(draft)?;
     file.write_all(text.as_bytes())?;
@@ -314,7 +306,7 @@ fn write_whole(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
     fs::rename(draft, path)
 }
 
-/// Writes what was received and given out, in the order of time.
+/// Writes inputs and outputs in the order of time.
 fn write_mcap(path: &Path, recording: &Recording, encoder: &mut Encoder) -> io::Result<()> {
     let mut messages: Vec<_> =
         recording.inputs().filter_map(|(input, at)| encoder.received(input, at)).collect();

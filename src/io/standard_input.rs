@@ -4,18 +4,15 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// The content, once it was read as a whole; `None` as long as nobody has.
+/// The content after it was read as a whole.
 static CONTENT: Mutex<Option<Vec<u8>>> = Mutex::new(None);
 
-/// True for the name of standard input.
+/// Returns true for the name of standard input.
 pub fn is_named(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// The whole content, the same at each call; at most `most` bytes and one.
-///
-/// # Errors
-/// An error of the system.
+/// Returns the whole content, the same at each call; at most `most` bytes and one more.
 pub fn content(most: u64) -> io::Result<Vec<u8>> {
     let mut kept = CONTENT.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(content) = kept.as_ref() {
@@ -27,10 +24,7 @@ pub fn content(most: u64) -> io::Result<Vec<u8>> {
     Ok(content)
 }
 
-/// Standard input to be read piece by piece.
-///
-/// # Errors
-/// It was read as a whole already, for another file of the same command.
+/// Returns standard input as a stream. Fails if it was already read as a whole for another file of the same command.
 pub fn stream() -> io::Result<io::Stdin> {
     if CONTENT.lock().unwrap_or_else(PoisonError::into_inner).is_some() {
         let text = "standard input was already read for another file: give - only once";

@@ -10,7 +10,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-/// The service manager that started this process; none outside systemd.
+/// The service manager that started this process, if there is one.
 #[derive(Debug, Default)]
 pub struct Supervisor {
     socket: Option<(UnixDatagram, SocketAddr)>,
@@ -19,10 +19,10 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// From `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; one that does nothing without them.
+    /// Reads `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; without them it does nothing.
     ///
-    /// Fails when `NOTIFY_SOCKET` is set but is not an address this process can use (neither an
-    /// absolute path nor `@name`, or too long): the unit would wait for readiness until its timeout.
+    /// Fails if `NOTIFY_SOCKET` is not an address that this process can use (neither an absolute path nor `@name`, or
+    /// too long), since the unit would otherwise wait for readiness until its timeout.
     pub fn from_env() -> io::Result<Self> {
         Self::from_variables(|name| std::env::var_os(name), std::process::id())
     }
@@ -45,7 +45,7 @@ impl Supervisor {
         })
     }
 
-    /// True if a service manager takes messages.
+    /// Returns true if there is a service manager.
     pub fn is_present(&self) -> bool {
         self.socket.is_some()
     }
@@ -65,7 +65,7 @@ impl Supervisor {
         self.send(&status_line(text));
     }
 
-    /// Feeds the watchdog; to be called every [`Self::watchdog_period`].
+    /// Feeds the watchdog. Call it every [`Self::watchdog_period`].
     pub fn feed_watchdog(&mut self) {
         if self.watchdog_period.is_some() {
             self.send("WATCHDOG=1");
@@ -77,12 +77,12 @@ impl Supervisor {
         self.send("STOPPING=1");
     }
 
-    /// The interval at which to feed the watchdog: half of its time; `None` without a watchdog.
+    /// Returns the interval at which to feed the watchdog, half of its timeout; `None` without a watchdog.
     pub fn watchdog_period(&self) -> Option<Duration> {
         self.watchdog_period
     }
 
-    /// The number of messages that the service manager did not take (gone, or its queue full).
+    /// Returns the number of messages that the service manager did not accept (gone, or its queue full).
     pub fn undelivered(&self) -> u64 {
         self.undelivered
     }
@@ -96,7 +96,7 @@ impl Supervisor {
     }
 }
 
-/// Unconnected, so that a service manager that starts anew on the same address is found again.
+/// Opens an unconnected socket, which also reaches a service manager that was restarted at the same address.
 fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     let address = match address.as_bytes() {
         [b'@', name @ ..] => SocketAddr::from_abstract_name(name)?,
@@ -108,16 +108,13 @@ fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     Ok((socket, address))
 }
 
-/// The time of the clock that orders a reload against its request: µs since boot.
-#[allow(unsafe_code)]
+/// Returns the time by which systemd orders a reload and its request: µs since boot.
 fn monotonic_micros() -> i64 {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the pointer is to a timespec of our own. This clock always exists.
-    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     time.tv_sec.saturating_mul(1_000_000).saturating_add(time.tv_nsec / 1_000)
 }
 
-/// One assignment, whatever `text` contains: a line break would start another.
+/// Returns one assignment for any `text`, since a line break would start another one.
 fn status_line(text: &str) -> String {
     format!("STATUS={}", text.replace(['\n', '\r'], " "))
 }
@@ -219,7 +216,7 @@ mod tests {
         assert_eq!(period(&[("WATCHDOG_USEC", "4000000")]), half);
         assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "4711")]), half);
         assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "1")]), None, "another's");
-        assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "x")]), None, "nobody's");
+        assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "x")]), None, "invalid");
         assert_eq!(period(&[("WATCHDOG_USEC", "0")]), None);
         assert_eq!(period(&[("WATCHDOG_USEC", "-1")]), None);
     }

@@ -1,7 +1,7 @@
 //! The terminal of this process while a view is up: raw keys, the alternate screen, and standard error, whose lines go into
 //! the view.
 //!
-//! What is drawn goes through an [`OutputQueue`]: a terminal that does not take it is not drawn to, and holds nobody up.
+//! Drawings go through an [`OutputQueue`]: a slow terminal skips drawings and delays nothing.
 
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, IsTerminal as _, Read as _, Write};
@@ -27,26 +27,26 @@ use rustix::termios::tcgetpgrp;
 use super::output_queue::OutputQueue;
 use super::process_log;
 
-/// Longest time that the end waits for a terminal that does not take what is written.
+/// Longest wait for a slow terminal at the end.
 const PATIENCE: Duration = Duration::from_millis(300);
-/// Longest line of standard error, in bytes.
+/// Longest line of standard error, bytes.
 const MAX_LINE: u64 = 16 * 1024;
 
 /// The terminal while it is taken.
-static TAKEN: Mutex<Option<Taken>> = Mutex::new(None);
+static TAKEN: Mutex<Option<TakenTerminal>> = Mutex::new(None);
 
-struct Taken {
+struct TakenTerminal {
     queue: OutputQueue,
-    /// Standard error as it was; `None` where it is not a terminal, and left alone.
+    /// Original standard error; `None` if it is not a terminal, and is left alone.
     stderr: Option<OwnedFd>,
 }
 
-fn taken() -> MutexGuard<'static, Option<Taken>> {
+fn taken() -> MutexGuard<'static, Option<TakenTerminal>> {
     TAKEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// True if a view can be shown: standard input and output are a terminal that knows control sequences, and this process is
-/// in its foreground.
+/// Returns true if a view can be shown: standard input and output are a terminal that knows control sequences, and
+/// this process is in its foreground.
 pub fn is_usable() -> bool {
     let is_dumb = std::env::var_os("TERM").is_none_or(|name| name.is_empty() || name == "dumb");
     let is_foreground = || tcgetpgrp(io::stdout()).is_ok_and(|group| group == getpgrp());
@@ -59,9 +59,9 @@ pub fn request_stop() {
     let _ = kill_process(getpid(), Signal::INT);
 }
 
-/// Gives the terminal back as it was; nothing happens when it is not taken. A panic does it by itself.
+/// Restores the terminal if it is taken. A panic does this as well.
 pub fn restore() {
-    let Some(Taken { queue, stderr }) = taken().take() else { return };
+    let Some(TakenTerminal { queue, stderr }) = taken().take() else { return };
     let _ = disable_raw_mode();
     queue.push(&sequence(|bytes| queue!(bytes, LeaveAlternateScreen, Show)));
     queue.flush(PATIENCE);
@@ -73,16 +73,14 @@ pub fn restore() {
 
 /// The terminal, taken until this is dropped.
 pub struct Screen {
-    terminal: Terminal<CrosstermBackend<Drawing>>,
+    terminal: Terminal<CrosstermBackend<ScreenBuffer>>,
     queue: OutputQueue,
     lost: u64,
 }
 
 impl Screen {
-    /// Takes the terminal. `line` gets each line of standard error if that is a terminal as well, from a thread of its own.
-    ///
-    /// # Errors
-    /// A terminal that cannot be set, a file that cannot be duplicated, or a thread that cannot be started.
+    /// Takes the terminal. If standard error is a terminal too, `line` gets each line of it, from another thread.
+    /// Fails if the terminal cannot be set, a file cannot be duplicated, or a thread cannot be started.
     pub fn take(line: impl Fn(String) + Send + 'static) -> io::Result<Self> {
         let queue = OutputQueue::start("screen", &io::stdout())?;
         let stderr = if io::stderr().is_terminal() { Some(capture(line)?) } else { None };
@@ -92,16 +90,13 @@ impl Screen {
             before(panic);
         }));
         enable_raw_mode()?;
-        *taken() = Some(Taken { queue: queue.clone(), stderr });
+        *taken() = Some(TakenTerminal { queue: queue.clone(), stderr });
         queue.push(&sequence(|bytes| queue!(bytes, EnterAlternateScreen, Hide)));
-        let terminal = Terminal::new(CrosstermBackend::new(Drawing::default()))?;
+        let terminal = Terminal::new(CrosstermBackend::new(ScreenBuffer::default()))?;
         Ok(Self { terminal, queue, lost: 0 })
     }
 
-    /// Draws, unless the terminal has not taken the last drawing yet.
-    ///
-    /// # Errors
-    /// A terminal whose size is not known.
+    /// Draws, unless the terminal has not taken the last drawing yet. Fails if the size of the terminal is unknown.
     pub fn draw(&mut self, draw: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
         if !self.queue.flush(Duration::ZERO) {
             return Ok(());
@@ -116,7 +111,7 @@ impl Screen {
         Ok(())
     }
 
-    /// The next key that is pressed until `end`; `None` without one.
+    /// Waits for the next key until `end`; returns `None` without one.
     pub fn key(&self, end: Instant) -> Option<KeyEvent> {
         loop {
             // Keys that were read already come first. Reading from a terminal that is gone would never end.
@@ -142,12 +137,12 @@ impl Screen {
 /// The terminal is gone; SIGHUP ends the process.
 struct Gone;
 
-/// Waits until there is input, at most for `patience`; true if there is some.
+/// Waits for input at most for `patience`; returns true if there is some.
 fn wait_for_input(patience: Duration) -> Result<bool, Gone> {
     let input = io::stdin();
     let mut waited = [PollFd::new(&input, PollFlags::IN)];
     let patience = Timespec::try_from(patience).map_err(|_| Gone)?;
-    // A signal, such as that of a new size, is not input.
+    // A signal, such as SIGWINCH, is not input.
     let _ = poll(&mut waited, Some(&patience));
     let found = waited[0].revents();
     if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
@@ -162,8 +157,8 @@ impl Drop for Screen {
     }
 }
 
-/// Puts a pipe in the place of standard error, and hands on its lines while the terminal is taken; later ones go to the
-/// standard error that was there, which is given back.
+/// Replaces standard error by a pipe and passes its lines to `line` while the terminal is taken, and later to the
+/// original standard error, which is returned.
 fn capture(line: impl Fn(String) + Send + 'static) -> io::Result<OwnedFd> {
     let (reader, writer) = io::pipe()?;
     let stderr = rustix::stdio::stderr().try_clone_to_owned()?;
@@ -185,7 +180,6 @@ fn capture(line: impl Fn(String) + Send + 'static) -> io::Result<OwnedFd> {
     Ok(stderr)
 }
 
-/// The bytes of control sequences.
 fn sequence(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Vec<u8> {
     let mut bytes = Vec::new();
     // Writing to a Vec cannot fail.
@@ -193,17 +187,17 @@ fn sequence(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Vec<u8> {
     bytes
 }
 
-/// One drawing on its way to the terminal.
+/// A drawing that is collected for the terminal.
 #[derive(Default)]
-struct Drawing(Vec<u8>);
+struct ScreenBuffer(Vec<u8>);
 
-impl Write for Drawing {
+impl Write for ScreenBuffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
-    /// Hands on what was drawn as a whole. After the terminal was given back nothing is written any more.
+    /// Passes the whole drawing to the terminal, if it is still taken.
     fn flush(&mut self) -> io::Result<()> {
         let bytes = std::mem::take(&mut self.0);
         if let Some(taken) = taken().as_ref().filter(|_| !bytes.is_empty()) {

@@ -9,8 +9,8 @@ use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::io::can::formats::Content;
-use crate::io::can::log::{InterfaceIndex, Log, Record};
+use crate::io::can::formats::EntryContent;
+use crate::io::can::log::{InterfaceIndex, Log, LogRecord};
 
 /// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
 /// time then moves on by just this much. Everything is stale long before.
@@ -98,7 +98,7 @@ impl Tape {
         }
         while let Some(record) = self.log.next_record()? {
             self.counts.records += 1;
-            if let Content::Data(frame) = &record.content
+            if let EntryContent::Data(frame) = &record.content
                 && self.counted.binary_search(&frame.id().number()).is_ok()
             {
                 *self.ids.entry((record.interface, frame.id())).or_default() += 1;
@@ -128,13 +128,13 @@ impl Tape {
         (count > 0).then_some(CanInput::BadRecords { bus: BusIndex(0), count })
     }
 
-    fn input(&self, record: &Record, stamp: WallStamp) -> Option<CanInput> {
+    fn input(&self, record: &LogRecord, stamp: WallStamp) -> Option<CanInput> {
         let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
         match record.content {
-            Content::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
-            Content::Error(error) => Some(CanInput::ErrorFrame { bus, error }),
-            Content::Note(note) => note.input(bus),
-            Content::Remote => None,
+            EntryContent::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
+            EntryContent::Error(error) => Some(CanInput::ErrorFrame { bus, error }),
+            EntryContent::Note(note) => note.input(bus),
+            EntryContent::Remote => None,
         }
     }
 

@@ -12,7 +12,7 @@ use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule}
 use signal_gateway::core::validation::integrity::{
     IntegrityChecker, IntegrityCounts, IntegrityVerdict, MessageIntegrity, Protection,
 };
-use signal_gateway::io::can::formats::Content;
+use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 
 use crate::support::prerequisite::{require, shared_data};
@@ -22,7 +22,7 @@ fn messages(path: &Path) -> BTreeMap<CanId, Vec<Frame>> {
     let mut log = Log::open(path).unwrap();
     let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
     while let Some(record) = log.next_record().unwrap() {
-        if let Content::Data(frame) = record.content {
+        if let EntryContent::Data(frame) = record.content {
             messages.entry(frame.id()).or_default().push(frame);
         }
     }

@@ -16,8 +16,8 @@ use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
-use signal_gateway::io::can::formats::Content;
-use signal_gateway::io::can::log::{Log, Record};
+use signal_gateway::io::can::formats::EntryContent;
+use signal_gateway::io::can::log::{Log, LogRecord};
 use signal_gateway::replay::{Replay, Routes};
 
 use crate::pure::recording_variants::variants;
@@ -27,7 +27,7 @@ use crate::support::prerequisite::{peer_python, require, shared_data};
 /// A whole recording.
 struct Recording {
     log: Log,
-    records: Vec<Record>,
+    records: Vec<LogRecord>,
 }
 
 impl Recording {
@@ -40,7 +40,7 @@ impl Recording {
         Self { log, records }
     }
 
-    fn contents(&self) -> Vec<Content> {
+    fn contents(&self) -> Vec<EntryContent> {
         self.records.iter().map(|record| record.content).collect()
     }
 
@@ -68,8 +68,8 @@ impl Recording {
     }
 }
 
-fn frame(content: Content) -> Option<Frame> {
-    if let Content::Data(frame) = content { Some(frame) } else { None }
+fn frame(content: EntryContent) -> Option<Frame> {
+    if let EntryContent::Data(frame) = content { Some(frame) } else { None }
 }
 
 #[test]
@@ -225,7 +225,7 @@ fn what_python_can_writes_is_read_back() {
         {
             let expected = if source == "can0" { "can1" } else { "can2" };
             assert!(
-                written == expected || matches!(content, Content::Error(_)),
+                written == expected || matches!(content, EntryContent::Error(_)),
                 "{ending}: {source} is {written}"
             );
         }
@@ -255,11 +255,11 @@ fn counted_by_peer(python: &Path, files: &[(&str, std::path::PathBuf)]) -> Vec<[
 /// The same of ours.
 fn counted(recording: &Recording) -> [usize; 3] {
     recording.contents().into_iter().fold([0; 3], |[data, remote, error], content| match content {
-        Content::Data(_) => [data + 1, remote, error],
-        Content::Remote => [data, remote + 1, error],
-        Content::Error(_) => [data, remote, error + 1],
+        EntryContent::Data(_) => [data + 1, remote, error],
+        EntryContent::Remote => [data, remote + 1, error],
+        EntryContent::Error(_) => [data, remote, error + 1],
         // A chip status of ASC is a state of the controller, which readers of frames pass over.
-        Content::Note(_) => [data, remote, error],
+        EntryContent::Note(_) => [data, remote, error],
     })
 }
 

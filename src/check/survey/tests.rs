@@ -1,10 +1,12 @@
 //! Recordings of a few frames, and what the survey reports of them.
 
+use std::io;
 use std::path::Path;
 
 use super::*;
-use crate::check::Layout;
 use crate::check::patch::patch;
+use crate::check::survey_text::recording;
+use crate::check::{CheckReport, Layout};
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded};
 use crate::config::{Overrides, load, load_profile};
 use crate::core::plausibility::finding::Severity;
@@ -12,15 +14,15 @@ use crate::io::can::log::Log;
 use crate::replay::Routes;
 
 /// Number of findings from warnings up.
-fn concerns(report: &Report) -> usize {
+fn concerns(report: &CheckReport) -> usize {
     report.count(Severity::Warning) + report.count(Severity::Error)
 }
 
-fn survey(text: &str) -> Report {
+fn survey(text: &str) -> CheckReport {
     survey_of(&load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap(), text)
 }
 
-fn survey_of(settings: &Settings, text: &str) -> Report {
+fn survey_of(settings: &Settings, text: &str) -> CheckReport {
     let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
     let routes = Routes::by_interface(&settings.gateway);
     let replay = Replay::surveying(settings.gateway.clone(), log, routes).unwrap();
@@ -52,7 +54,7 @@ fn the_time_until_the_first_frame_counts_as_unknown() {
 }
 
 /// The Volvo's two bits of counter, and 20 ms between frames.
-fn volvo(counters: &[u8]) -> (Settings, Report) {
+fn volvo(counters: &[u8]) -> (Settings, CheckReport) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/volvo_s60_2002.toml");
     let settings = load_profile(&Disk, &path).unwrap();
     let line = |(at, counter): (usize, &u8)| {
@@ -155,7 +157,7 @@ impl crate::config::files::Files for Car {
 }
 
 /// Frames of the car: milliseconds, and the turn signal's raw value.
-fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> Report {
+fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> CheckReport {
     let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
     let mut text = String::new();
     for (index, (ms, turn)) in frames.into_iter().enumerate() {
@@ -195,7 +197,7 @@ fn unused_counters_and_checksums_are_proposed_and_sides_that_look_swapped_are_fo
 
 #[test]
 fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
-    let weights = |report: &Report, text: &str| {
+    let weights = |report: &CheckReport, text: &str| {
         let found = report.findings().into_iter().find(|finding| finding.text.contains(text));
         found.map(|finding| finding.severity)
     };

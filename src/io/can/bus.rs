@@ -1,4 +1,4 @@
-//! The task that turns one interface into inputs, also when the interface goes away and comes back.
+//! Receives the frames of one interface, which may go away and come back.
 
 use std::convert::Infallible;
 use std::io;
@@ -18,49 +18,48 @@ use crate::core::can::controller::ControllerReport;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 
-/// The interval of batches, in which frames that are closer together are received.
+/// Interval of batches.
 const TICK: Duration = Duration::from_millis(5);
 
-/// Shortest and longest pause between attempts to open an interface that exists; it doubles in between.
+/// Shortest and longest pause before an existing interface is opened again; the pause doubles.
 const RETRY: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
 
 /// Settings of one receiver.
 #[derive(Debug, Clone)]
 pub struct BusSocketSettings {
-    /// Bus of the inputs.
+    /// The bus in the inputs.
     pub bus: BusIndex,
     /// Name of the SocketCAN interface. It need not exist yet.
     pub interface: String,
-    /// Data frames to receive, the kernel drops all others. Error frames always come.
+    /// Data frames to receive; the kernel drops all others. Error frames are always received.
     pub ids: IdFilter,
-    /// Bytes of receive buffer to ask for. The system may grant less, which is logged.
+    /// Size of the receive buffer to request, bytes. The system may grant less, which is logged.
     pub receive_buffer_bytes: usize,
     /// Transmitter that is open while the interface is.
     pub transmitter: Transmitter,
 }
 
-/// Receives until the channel closes: frames with the kernel's stamps, losses, error frames, the link at the
-/// start and on every change, and the kernel's view of the controller: once a second, and within 100 ms of an
-/// error frame or a change of any link.
+/// Receives until the channel closes. The inputs are frames with the kernel's stamps, losses, error frames, the link
+/// at the start and after each change, and the state of the controller: once a second, and within 100 ms of an error
+/// frame or a change of any link.
 ///
-/// A frame is handed on at once, until three come within 10 ms; from then on what comes is handed on in batches 5 ms apart,
-/// until there is none. When the channel is full, frames wait in the kernel, which counts those it has no room for. An interface
-/// that went down or away is taken up again under its name when it comes back, without the frames
-/// queued before: `ENETDOWN` and `ENODEV` are distinguished by asking for the name again. While the interface is
-/// open, frames can be sent through the settings' transmitter.
+/// Frames are passed on at once, until three come within 10 ms; then they are passed on in batches 5 ms apart, until
+/// a batch is empty. If the channel is full, frames wait in the kernel, which counts the ones that it drops. An
+/// interface that went down or away is opened again by its name when it returns, and frames that were queued before
+/// are dropped. `ENETDOWN` and `ENODEV` are distinguished by asking for the name again. While the interface is open,
+/// the settings' transmitter can send.
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>) {
     let consumer = inputs.clone();
-    let reception = Reception { settings, inputs, reported: None };
+    let reception = BusReception { settings, inputs, reported: None };
     tokio::select! {
         () = consumer.closed() => {}
         ConsumerGone = reception.run() => {}
     }
 }
 
-/// The receiver of the inputs is gone.
 struct ConsumerGone;
 
-/// The reason for which receiving ended.
+/// Why receiving ended.
 enum Lost {
     Link(LinkState),
     Consumer,
@@ -78,13 +77,13 @@ impl From<LinkState> for Lost {
     }
 }
 
-struct Reception {
+struct BusReception {
     settings: BusSocketSettings,
     inputs: Sender<Vec<CanInput>>,
     reported: Option<LinkState>,
 }
 
-impl Reception {
+impl BusReception {
     async fn run(mut self) -> ConsumerGone {
         let mut watch = LinkWatch::new(&self.settings.interface);
         let mut pause = RETRY.0;
@@ -108,14 +107,14 @@ impl Reception {
         }
     }
 
-    /// Opens the interface, if it is up, and receives as long as it stays so.
+    /// Opens the interface if it is up, and receives until it is lost.
     async fn receive_on(&mut self, link: Link, watch: &mut LinkWatch) -> Result<Infallible, Lost> {
         let index = link?;
         if !is_can(&self.settings.interface) {
             return Err(Lost::Link(watch.look().err().unwrap_or(LinkState::NotCan)));
         }
         let opened = self.open(index);
-        // One that cannot be opened may have gone away just now.
+        // The interface may have just gone away.
         let mut socket = opened.map_err(|error| watch.look().err().unwrap_or(failed(&error)))?;
         let transmitter = self.settings.transmitter.clone();
         let _open_until_lost = transmitter.open(&socket).map_err(|error| failed(&error))?;
@@ -150,22 +149,22 @@ impl Reception {
         Ok(socket)
     }
 
-    /// While fewer frames come than there would be ticks: each wakes us and is handed on at once. Ends with the instant at
-    /// which the next frames are due.
+    /// Receives while frames are rare: each frame wakes the task and is passed on at once. Returns the time of the
+    /// next batch when frames come more often.
     async fn frame_by_frame(
         &self,
         socket: CanSocket,
         monitor: &mut LinkMonitor<'_>,
     ) -> Result<(CanSocket, Instant), Lost> {
         let mut socket = socket.watched().map_err(|error| failed(&error))?;
-        // When the last two came.
+        // Times of the last two receptions.
         let mut before = [None; 2];
         loop {
             tokio::select! {
                 news = monitor.news() => self.tell(news?).await?,
                 ready = socket.ready_mut(CanSocket::INTEREST) => {
                     let mut ready = ready.map_err(|error| failed(&error))?;
-                    ready.clear_ready(); // what comes from here on makes it ready again
+                    ready.clear_ready(); // later frames make it ready again
                     let count = self.take(ready.get_inner_mut(), monitor).await?;
                     drop(ready);
                     let now = Instant::now();
@@ -181,8 +180,8 @@ impl Reception {
         }
     }
 
-    /// While there are some in every tick: what came since the last one is handed on together. The
-    /// runtime must not watch the socket meanwhile, or every frame would wake us nevertheless.
+    /// Receives while each tick has frames, and passes them on together. The runtime must not watch the socket
+    /// meanwhile, or every frame would wake the task.
     async fn batch_by_batch(
         &self,
         mut socket: CanSocket,
@@ -201,7 +200,7 @@ impl Reception {
         }
     }
 
-    /// Hands on what is queued, at most [`BATCH`] messages, and returns their number.
+    /// Passes on up to [`BATCH`] queued messages and returns their number.
     async fn take(&self, socket: &mut CanSocket, monitor: &mut LinkMonitor<'_>) -> Result<usize, Lost> {
         let mut batch = Vec::new();
         let count = match socket.receive(self.settings.bus, &mut batch) {
@@ -223,14 +222,14 @@ impl Reception {
         self.send(vec![CanInput::Controller { bus: self.settings.bus, report }]).await
     }
 
-    /// Hands on a link state that differs from the last one.
+    /// Passes on a link state that differs from the last one.
     async fn report(&mut self, state: LinkState) -> Result<(), ConsumerGone> {
         let before = self.reported.replace(state);
         if before == Some(state) {
             return Ok(());
         }
         let BusSocketSettings { bus, interface, .. } = &self.settings;
-        // Who takes the inputs reports the state as well, and with what follows from it.
+        // The reader of the inputs reports the state together with its consequences.
         tracing::debug!("{}", link_text(interface, state));
         self.send(vec![CanInput::Link { bus: *bus, state }]).await
     }
@@ -240,9 +239,9 @@ impl Reception {
     }
 }
 
-/// The link and the controller, which are watched while frames are received.
+/// The link and the controller, watched while frames are received.
 struct LinkMonitor<'a> {
-    /// The interface the socket is bound to.
+    /// Index of the interface that the socket is bound to.
     index: c_int,
     link: &'a mut LinkWatch,
     controller: ControllerWatch,
@@ -250,8 +249,8 @@ struct LinkMonitor<'a> {
 }
 
 impl LinkMonitor<'_> {
-    /// Waits until something may have happened to some link or it is time to ask for the controller,
-    /// and returns the controller's state, or that the link is no longer the one to which the socket is bound.
+    /// Waits until a link may have changed or the controller must be queried. Returns the controller's state, or the
+    /// new link state if the socket is no longer bound to the interface.
     async fn news(&mut self) -> Result<Option<ControllerReport>, LinkState> {
         tokio::select! {
             () = self.link.event() => {
@@ -267,12 +266,12 @@ impl LinkMonitor<'_> {
     }
 }
 
-/// An interface that is up and yet cannot be opened or waited for.
+/// Returns the state of an interface that is up but cannot be used.
 fn failed(error: &io::Error) -> LinkState {
     LinkState::Failed(error.raw_os_error().unwrap_or(libc::EIO))
 }
 
-/// The error of an open socket after a loss that is already over.
+/// Returns the link state for an error of an open socket, after a loss that is already over.
 fn lost(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
         Some(libc::ENETDOWN) => LinkState::Down,

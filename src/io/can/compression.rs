@@ -1,4 +1,4 @@
-//! Compressed recordings, recognised by their first bytes: gzip, xz and Zstandard, of several members or frames as well.
+//! Decompresses gzip, xz and Zstandard recordings with several members or frames, recognised by their first bytes.
 //! Memory is bounded whatever the file announces.
 
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
@@ -12,18 +12,16 @@ const BUFFER: usize = 64 << 10;
 const GZIP: &[u8] = &[0x1F, 0x8B];
 const XZ: &[u8] = &[0xFD, b'7', b'z', b'X', b'Z', 0];
 const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
-/// Four digits of a skippable frame of Zstandard; the first byte is 0x50 to 0x5F.
+/// Last three bytes of the magic of a skippable Zstandard frame; the first byte is 0x50 to 0x5F.
 const ZSTD_SKIPPABLE: &[u8] = &[0x2A, 0x4D, 0x18];
 
-/// The memory of an xz decoder, KiB; `xz -9` needs 65 MiB.
+/// Memory limit of the xz decoder, KiB; `xz -9` needs 65 MiB.
 const MAX_XZ_KIB: u32 = 96 << 10;
-/// The largest window of Zstandard, bytes; its own tool takes no larger one unless told to.
+/// Largest Zstandard window, bytes; the `zstd` tool has the same default limit.
 const MAX_ZSTD_WINDOW: u64 = 128 << 20;
 
-/// The content of `source`, decompressed if it begins like a compressed file.
-///
-/// # Errors
-/// A source whose first bytes cannot be read.
+/// Returns the content of `source`, decompressed if it begins like a compressed file. Fails if its first bytes cannot
+/// be read.
 pub(super) fn decompressed(source: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>> {
     // A pipe may give its first bytes one by one.
     let mut head = Vec::new();
@@ -35,29 +33,29 @@ pub(super) fn decompressed(source: Box<dyn Read + Send>) -> io::Result<Box<dyn R
         || head.first().is_some_and(|first| first >> 4 == 5) && head[1..].starts_with(ZSTD_SKIPPABLE);
     let source = BufReader::with_capacity(BUFFER, io::Cursor::new(head).chain(source));
     Ok(if gzip {
-        Box::new(Fused::new(MultiGzDecoder::new(source)))
+        Box::new(FusedDecoder::new(MultiGzDecoder::new(source)))
     } else if xz {
-        Box::new(Fused::new(XzReader::new_mem_limit(source, true, MAX_XZ_KIB)))
+        Box::new(FusedDecoder::new(XzReader::new_mem_limit(source, true, MAX_XZ_KIB)))
     } else if zstd {
-        Box::new(Fused::new(ZstdReader::new(source)))
+        Box::new(FusedDecoder::new(ZstdReader::new(source)))
     } else {
         Box::new(source)
     })
 }
 
 /// A decoder that is not called again after an error, which may have left it without a state.
-struct Fused<R> {
+struct FusedDecoder<R> {
     decoder: R,
     failed: bool,
 }
 
-impl<R> Fused<R> {
+impl<R> FusedDecoder<R> {
     fn new(decoder: R) -> Self {
         Self { decoder, failed: false }
     }
 }
 
-impl<R: Read> Read for Fused<R> {
+impl<R: Read> Read for FusedDecoder<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.failed {
             return Err(ErrorKind::InvalidData.into());
@@ -68,7 +66,7 @@ impl<R: Read> Read for Fused<R> {
     }
 }
 
-/// The frames of a Zstandard file, one after the other; skippable ones are passed over.
+/// Reads the frames of a Zstandard file and skips skippable ones.
 struct ZstdReader<R> {
     source: R,
     decoder: FrameDecoder,
@@ -82,7 +80,7 @@ impl<R: BufRead> ZstdReader<R> {
         Self { source, decoder, in_frame: false }
     }
 
-    /// Reads the header of the next frame; false at the end of the file.
+    /// Reads the header of the next frame; returns false at the end of the file.
     fn enter(&mut self) -> io::Result<bool> {
         while !self.source.fill_buf()?.is_empty() {
             match self.decoder.reset(&mut self.source) {
@@ -105,7 +103,7 @@ impl<R: BufRead> ZstdReader<R> {
         Ok(false)
     }
 
-    /// Holds the frame that has ended against its checksum.
+    /// Compares the frame that has ended with its checksum.
     fn leave(&mut self) -> io::Result<()> {
         self.in_frame = false;
         let stored = self.decoder.get_checksum_from_data();

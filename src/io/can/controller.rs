@@ -1,4 +1,4 @@
-//! The kernel's view of a CAN controller: bit rate, state, restart (`IFLA_CAN_*` by netlink).
+//! Queries the kernel's state of a CAN controller: bit rate, state, restart (`IFLA_CAN_*` by netlink).
 
 use std::io;
 use std::time::Duration;
@@ -11,17 +11,15 @@ use super::link;
 use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 
-/// The interval at which the kernel is queried when nothing happens.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The shortest interval of queries, however many error frames come.
+/// Shortest interval between queries, however many error frames come.
 const MIN_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Polls the state of one controller.
 pub(super) struct ControllerWatch {
     interface: String,
     last_query: Instant,
-    /// `None` for an interface without a controller, which has no state.
+    /// `None` for an interface without a controller.
     next_query: Option<Instant>,
 }
 
@@ -40,13 +38,13 @@ impl ControllerWatch {
         }
     }
 
-    /// Makes the next query due soon: something has happened.
+    /// Makes the next query due soon. Call it when something has happened.
     pub(super) fn hurry(&mut self) {
         let soon = self.last_query + MIN_INTERVAL;
         self.next_query = self.next_query.map(|at| at.min(soon));
     }
 
-    /// The kernel's report now; `None` without a controller, or when the query fails.
+    /// Queries the controller; returns `None` without a controller, or if the query fails.
     pub(super) fn look(&mut self) -> Option<ControllerReport> {
         self.last_query = Instant::now();
         let params = params(&self.interface);
@@ -56,24 +54,20 @@ impl ControllerWatch {
     }
 }
 
-/// True if there is a controller below an interface, and so perhaps a real vehicle; virtual interfaces
-/// have none.
-///
-/// # Errors
-/// An interface that does not exist, is not a CAN interface, or that the kernel does not describe.
+/// Returns true if there is a controller below an interface, and so perhaps a real vehicle; virtual interfaces have
+/// none. Fails if the interface does not exist, is not a CAN interface, or cannot be queried.
 pub fn has_controller(interface: &str) -> io::Result<bool> {
     let params = params(interface)?;
     let none_of_can = || io::Error::new(io::ErrorKind::InvalidInput, "not a CAN interface");
     link::is_can(interface).then_some(params.state.is_some()).ok_or_else(none_of_can)
 }
 
-/// Bit rate, controller state and automatic restart in one line, for the log at start. A virtual
-/// interface has none of these; what the kernel does not report is left out.
+/// Describes bit rate, controller state and automatic restart in one line, as far as the kernel reports them.
 pub(super) fn describe(interface: &str) -> String {
     params(interface).map_or_else(|error| format!("unknown: {error}"), |params| text(&params))
 }
 
-/// Nominal bit rate of an interface, bit/s; `None` for one without a controller, or without the interface.
+/// Returns the nominal bit rate of an interface, bit/s; `None` without a controller or interface.
 pub(super) fn bitrate(interface: &str) -> Option<u32> {
     params(interface).ok()?.bit_timing.map(|timing| timing.bitrate)
 }

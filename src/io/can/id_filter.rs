@@ -1,4 +1,4 @@
-//! The identifiers that an interface is received for, which may change while it is received.
+//! The identifiers that are received on an interface. They can be changed at any time.
 
 use std::io;
 use std::os::fd::{AsFd as _, OwnedFd};
@@ -7,29 +7,26 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::socket::{CanSocket, filter_frames};
 use crate::core::can::frame::CanId;
 
-/// The data frames that the kernel lets through for one interface, shared by the task that receives on it and whoever
-/// changes them.
+/// The data frames that the kernel lets through for one interface. The receiving task and its owner share it.
 #[derive(Debug, Clone, Default)]
-pub struct IdFilter(Arc<Mutex<State>>);
+pub struct IdFilter(Arc<Mutex<FilterState>>);
 
 #[derive(Debug, Default)]
-struct State {
+struct FilterState {
     ids: Option<Vec<CanId>>,
-    /// The socket that is received on; `None` while the interface is not open.
+    /// The receiving socket; `None` while the interface is not open.
     socket: Option<OwnedFd>,
 }
 
 impl IdFilter {
-    /// Lets frames with these identifiers through, at most 512; `None` = all.
+    /// Lets frames with up to 512 identifiers through, or all frames if `None`.
     pub fn new(ids: Option<Vec<CanId>>) -> Self {
-        Self(Arc::new(Mutex::new(State { ids, socket: None })))
+        Self(Arc::new(Mutex::new(FilterState { ids, socket: None })))
     }
 
-    /// Lets frames with these identifiers through from now on, and when the interface is opened again. The kernel adds
-    /// the new filters before it removes the old ones, so that no frame which passes both is lost.
-    ///
-    /// # Errors
-    /// That of the kernel, `EINVAL` for more than 512; then the identifiers stay as they were.
+    /// Changes the identifiers, also for when the interface is opened again. The kernel adds the new filters before
+    /// it removes the old ones, so no frame that passes both is lost. Returns the error of `setsockopt`, e.g.
+    /// `EINVAL` for more than 512 identifiers; the filter is then unchanged.
     pub fn set(&self, ids: Vec<CanId>) -> io::Result<()> {
         let mut state = self.state();
         let ids = Some(ids);
@@ -40,24 +37,24 @@ impl IdFilter {
         Ok(())
     }
 
-    /// The identifiers at present; `None` = all.
+    /// Returns the present identifiers; `None` means all.
     pub fn ids(&self) -> Option<Vec<CanId>> {
         self.state().ids.clone()
     }
 
-    /// Changes the filters of this socket as well, until the result is dropped.
+    /// Applies changes to this socket as well, until the result is dropped.
     pub(super) fn attach(&self, socket: &CanSocket) -> io::Result<Attached> {
         self.state().socket = Some(socket.as_fd().try_clone_to_owned()?);
         Ok(Attached(self.clone()))
     }
 
-    /// A panic leaves nothing half done behind this lock.
-    fn state(&self) -> MutexGuard<'_, State> {
+    /// A panic cannot leave the state inconsistent.
+    fn state(&self) -> MutexGuard<'_, FilterState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Leaves the socket alone when it is dropped.
+/// Detaches the socket when it is dropped.
 pub(super) struct Attached(IdFilter);
 
 impl Drop for Attached {

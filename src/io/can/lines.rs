@@ -1,4 +1,4 @@
-//! The lines of a recording, each where it lies in a buffer of fixed size.
+//! Reads the lines of a recording in a buffer of fixed size.
 
 use std::io::{self, ErrorKind, Read};
 
@@ -6,13 +6,12 @@ use memchr::memchr;
 
 use super::formats::{BadLine, MAX_LINE};
 
-/// The least that is asked of the source at once, bytes: as much as a buffer below it has, which is then passed by.
+/// Smallest read from the source, bytes: as large as the buffer below it, which is then bypassed.
 const READ: usize = 64 << 10;
 
-/// Reads line by line.
 pub(super) struct Lines<R> {
     source: R,
-    /// What has been read and not yet given out lies between `begin` and `end`.
+    /// Bytes from `begin` to `end` are read and not yet returned.
     buffer: Box<[u8]>,
     begin: usize,
     end: usize,
@@ -23,10 +22,8 @@ impl<R: Read> Lines<R> {
         Self { source, buffer: vec![0; MAX_LINE + READ].into(), begin: 0, end: 0 }
     }
 
-    /// The next line with its line end, which the last one need not have. One of more than [`MAX_LINE`] bytes is passed over.
-    ///
-    /// # Errors
-    /// A source that cannot be read on.
+    /// Returns the next line with its line end, which the last line may lack. A line of more than [`MAX_LINE`] bytes
+    /// is skipped. Fails if the source does.
     pub(super) fn next_line(&mut self) -> io::Result<Option<Result<&[u8], BadLine>>> {
         let mut searched = 0;
         let length = loop {
@@ -52,7 +49,7 @@ impl<R: Read> Lines<R> {
         })
     }
 
-    /// Drops what has been read up to the next line end, of which there is none yet, and with it.
+    /// Skips the rest of a line whose end has not been read.
     fn skip_line(&mut self) -> io::Result<()> {
         loop {
             self.begin = self.end;
@@ -66,7 +63,8 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Reads on behind at most [`MAX_LINE`] bytes, which move to the beginning; false at the end of the source.
+    /// Reads more behind at most [`MAX_LINE`] bytes, which move to the start of the buffer; returns false at the end
+    /// of the source.
     fn read_on(&mut self) -> io::Result<bool> {
         self.buffer.copy_within(self.begin..self.end, 0);
         (self.begin, self.end) = (0, self.end - self.begin);

@@ -1,35 +1,36 @@
-//! The kernel's view of an interface, and its announcements of changes.
+//! Queries the kernel's state of an interface, and waits for announced changes.
 
 use std::io;
-use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::os::fd::{AsRawFd, OwnedFd};
 use std::os::unix::net::UnixDatagram;
 use std::time::Duration;
 
 use libc::c_int;
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, RecvFlags, SocketFlags, SocketType, bind, netlink, recv, socket_with};
 use tokio::io::unix::AsyncFd;
 use tokio::time::{Instant, sleep_until};
 
 use crate::core::can::link::LinkState;
 
-/// The interval at which the state is read when nothing is announced.
+/// Interval at which the state is read without announcements.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The index of an interface that is up, or the reason why it has none. An interface that was deleted and
-/// made again has a new index.
+/// The index of an interface that is up, or why it has none. A recreated interface has a new index.
 pub(super) type Link = Result<c_int, LinkState>;
 
-/// Watches one interface, by name, whether it exists or not.
+/// Watches one interface by name, whether it exists or not.
 pub(super) struct LinkWatch {
     interface: String,
-    /// Socket for queries; any kind would do, and this one is never forbidden.
+    /// Socket for queries; a socket of this kind is never forbidden.
     query_socket: io::Result<UnixDatagram>,
-    /// The kernel's announcements; without them the interval has to do.
+    /// The kernel's announcements; `None` if they are not available.
     announcements: Option<AsyncFd<OwnedFd>>,
     next_poll: Instant,
 }
 
 impl LinkWatch {
-    /// Starts watching. Changes from now on are announced.
+    /// Starts watching; changes are announced from now on.
     pub(super) fn new(interface: &str) -> Self {
         let announcements = link_announcements();
         if let Err(error) = &announcements {
@@ -43,11 +44,10 @@ impl LinkWatch {
         }
     }
 
-    /// The state of the interface now.
+    /// Queries the state of the interface.
     ///
-    /// Up is what the administrator set up. The carrier is not read: a controller loses it when it
-    /// goes bus-off, and some drivers do not give it back when frames come again. Bus-off shows as an
-    /// error frame and as silence.
+    /// The administrative state counts, not the carrier: a controller loses the carrier when it goes bus-off, and
+    /// some drivers do not set it again when frames return. Bus-off shows as an error frame and as silence.
     pub(super) fn look(&self) -> Link {
         let socket = self.query_socket.as_ref().map_err(failed)?;
         let index = query(socket, &self.interface, libc::SIOCGIFINDEX).map_err(|error| failed(&error))?;
@@ -55,7 +55,7 @@ impl LinkWatch {
         if flags & libc::IFF_UP == 0 { Err(LinkState::Down) } else { Ok(index) }
     }
 
-    /// Waits until some link may have changed, a second at most.
+    /// Waits until a link may have changed, at most a second.
     pub(super) async fn event(&mut self) {
         tokio::select! {
             () = announced(self.announcements.as_ref()) => {}
@@ -72,14 +72,13 @@ impl LinkWatch {
     }
 }
 
-/// True for a CAN interface (`ARPHRD_CAN`), and for one whose kind cannot be read: using it will show. The
-/// interface exists.
+/// Returns true for a CAN interface (`ARPHRD_CAN`), and for an existing one whose kind cannot be read: using it will
+/// show.
 pub(super) fn is_can(interface: &str) -> bool {
     let kind = std::fs::read_to_string(format!("/sys/class/net/{interface}/type"));
     kind.ok().is_none_or(|kind| kind.trim() == libc::ARPHRD_CAN.to_string())
 }
 
-/// The state of an interface whose query failed.
 fn failed(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
         Some(libc::ENODEV | libc::ENXIO) => LinkState::Missing,
@@ -87,7 +86,7 @@ fn failed(error: &io::Error) -> LinkState {
     }
 }
 
-/// Waits for an announcement and takes all there are: only that they came matters.
+/// Waits for an announcement and takes all that there are.
 async fn announced(announcements: Option<&AsyncFd<OwnedFd>>) {
     let Some(socket) = announcements else { return std::future::pending().await };
     let Ok(mut ready) = socket.readable().await else { return std::future::pending().await };
@@ -95,7 +94,7 @@ async fn announced(announcements: Option<&AsyncFd<OwnedFd>>) {
     ready.clear_ready();
 }
 
-/// The answer to a `SIOCGIF*` request whose result is an index or a set of flags.
+/// Performs a `SIOCGIF*` request whose result is an index or a set of flags.
 #[allow(unsafe_code)]
 fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::Result<c_int> {
     // SAFETY: ifreq is integers and a union of plain values; zero is a value of each.
@@ -120,37 +119,21 @@ fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::
     })
 }
 
-/// A non-blocking netlink socket to which every link change is announced.
+/// Opens a non-blocking netlink socket for announcements of link changes.
 #[allow(unsafe_code)]
 fn link_announcements() -> io::Result<AsyncFd<OwnedFd>> {
-    let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
-    // SAFETY: no pointers are passed.
-    let fd = unsafe { libc::socket(libc::AF_NETLINK, kind, libc::NETLINK_ROUTE) };
-    if fd < 0 {
-        return Err(io::Error::last_os_error());
-    }
-    // SAFETY: the kernel has just given us this descriptor, nobody else knows it.
-    let fd = unsafe { OwnedFd::from_raw_fd(fd) };
-    // SAFETY: sockaddr_nl is integers throughout; zero is a value of each.
-    let mut address: libc::sockaddr_nl = unsafe { std::mem::zeroed() };
-    address.nl_family = libc::AF_NETLINK.try_into().unwrap_or_default();
-    address.nl_groups = libc::RTMGRP_LINK.try_into().unwrap_or_default();
-    let len = libc::socklen_t::try_from(size_of_val(&address)).unwrap_or_default();
-    // SAFETY: pointer and length describe `address`, which the kernel only reads.
-    if unsafe { libc::bind(fd.as_raw_fd(), (&raw const address).cast(), len) } < 0 {
-        return Err(io::Error::last_os_error());
-    }
+    let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+    let fd = socket_with(AddressFamily::NETLINK, SocketType::RAW, flags, Some(netlink::ROUTE))?;
+    let groups = libc::RTMGRP_LINK.try_into().unwrap_or_default();
+    bind(&fd, &netlink::SocketAddrNetlink::new(0, groups))?;
     // SAFETY: the descriptor is owned, and an OwnedFd never changes it.
     Ok(unsafe { AsyncFd::register(fd)? })
 }
 
-/// Takes one announcement; false when there was none. An overrun counts as one.
-#[allow(unsafe_code)]
+/// Takes one announcement; returns false if there is none. An overrun counts as one.
 fn discard(fd: &OwnedFd) -> bool {
-    let mut byte = 0_u8; // the rest of the datagram is cut off
-    // SAFETY: pointer and length describe `byte`.
-    let taken = unsafe { libc::recv(fd.as_raw_fd(), (&raw mut byte).cast(), 1, libc::MSG_DONTWAIT) };
-    taken >= 0 || io::Error::last_os_error().raw_os_error() == Some(libc::ENOBUFS)
+    let mut byte = [0_u8]; // the rest of the datagram is cut off
+    matches!(recv(fd, &mut byte, RecvFlags::DONTWAIT), Ok(_) | Err(Errno::NOBUFS))
 }
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
-//! Recordings on disk in any of the [formats](super::formats), plain or compressed, read entry by entry in
-//! bounded memory.
+//! Reads recordings in any of the [formats](super::formats), plain or compressed, entry by entry in bounded memory.
 
 use std::fs::File;
 use std::io::{self, BufReader, Chain, Cursor, Read};
@@ -8,64 +7,60 @@ use std::path::Path;
 use super::compression::decompressed;
 use super::formats::blf::Blf;
 use super::formats::{
-    BadLine, Content, Entry, Format, HEAD, Interface, LineReader, not_recognised, not_supported,
+    BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, not_recognised, not_supported,
     without_byte_order_mark,
 };
 use super::lines::Lines;
 use crate::core::time::WallStamp;
 use crate::io::standard_input;
 
-/// Position of an interface's name in [`Log::interfaces`].
+/// Position of an interface in [`Log::interfaces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct InterfaceIndex(pub usize);
 
-/// One entry of a log.
+/// One entry of a log, with the position of its interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Record {
-    /// Time of reception.
+pub struct LogRecord {
+    /// When it was received.
     pub stamp: WallStamp,
-    /// Interface that received it.
+    /// The interface that received it.
     pub interface: InterfaceIndex,
     /// The frame or note.
-    pub content: Content,
+    pub content: EntryContent,
 }
 
-/// A log that is being read.
+/// Reads a log.
 pub struct Log {
-    reader: Reader,
+    reader: FormatReader,
     interfaces: Vec<String>,
     bad_lines: u64,
     first_bad: Option<(u64, BadLine)>,
 }
 
-/// The length of a file's beginning that is searched for interface names, entries.
+/// Number of entries that are searched for interface names.
 const LOOK_AHEAD: usize = 20_000;
 const BUFFER: usize = 64 << 10;
-/// The largest number of names; more are a sign of garbage, and count as bad lines.
+/// Maximum number of interfaces; more indicate garbage, and count as bad lines.
 const MAX_INTERFACES: usize = 64;
 
-/// The reader of a log.
-enum Reader {
+enum FormatReader {
     Lines { lines: Lines<Source>, format: Box<dyn LineReader>, number: u64 },
     Blf(Box<Blf>),
 }
 
-/// The beginning, by which the format was recognised, and what follows.
+/// The beginning, by which the format was recognised, and the rest.
 type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 /// Number of a line or object, and its entry.
-type Numbered<'a> = (u64, Result<Option<Entry<'a>>, BadLine>);
+type Numbered<'a> = (u64, Result<Option<LogEntry<'a>>, BadLine>);
 
-/// The error for a recording of which not one frame was read.
+/// Returns the error for a recording without a frame.
 pub fn no_frame() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "not one frame was read")
 }
 
 impl Log {
-    /// Opens a log file; `-` is standard input.
-    ///
-    /// # Errors
-    /// An error of the system, or a format that is unknown or not supported.
+    /// Opens a log file; `-` is standard input. Fails if the format is unknown or not supported.
     pub fn open(path: &Path) -> io::Result<Self> {
         if standard_input::is_named(path) {
             return Self::new(Box::new(standard_input::stream()?));
@@ -73,17 +68,14 @@ impl Log {
         Self::new(Box::new(File::open(path)?))
     }
 
-    /// Reads from anything, decompressing it if it begins like a compressed file, in the [format](super::formats)
-    /// that its content has.
-    ///
-    /// # Errors
-    /// A file whose first bytes cannot be read, or whose format is unknown or not supported.
+    /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if its first
+    /// bytes cannot be read, or if the format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
-        let reader = Reader::new(decompressed(source)?)?;
+        let reader = FormatReader::new(decompressed(source)?)?;
         Ok(Self { reader, interfaces: Vec::new(), bad_lines: 0, first_bad: None })
     }
 
-    /// Interface names at the beginning of a file; none when it cannot be read twice.
+    /// Returns the interface names at the beginning of a file; none if it cannot be read twice.
     pub fn interfaces_in(path: &Path) -> Vec<String> {
         if standard_input::is_named(path) {
             return Vec::new();
@@ -97,17 +89,15 @@ impl Log {
         log.interfaces
     }
 
-    /// The next entry; lines that cannot be read are counted and left out.
-    ///
-    /// # Errors
-    /// A file that cannot be read on, such as a truncated gzip.
-    pub fn next_record(&mut self) -> io::Result<Option<Record>> {
+    /// Returns the next entry; unreadable lines are counted and skipped. Fails if the file cannot be read on, e.g. a
+    /// truncated gzip.
+    pub fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
         while let Some((number, entry)) = self.reader.next()? {
             let reason = match entry {
                 Ok(None) => continue,
-                Ok(Some(Entry { stamp, interface, content })) => {
+                Ok(Some(LogEntry { stamp, interface, content })) => {
                     match position(&mut self.interfaces, interface) {
-                        Ok(interface) => return Ok(Some(Record { stamp, interface, content })),
+                        Ok(interface) => return Ok(Some(LogRecord { stamp, interface, content })),
                         Err(reason) => reason,
                     }
                 }
@@ -119,24 +109,24 @@ impl Log {
         Ok(None)
     }
 
-    /// Interface names met so far, in order of appearance.
+    /// Returns the interface names so far, in order of appearance.
     pub fn interfaces(&self) -> &[String] {
         &self.interfaces
     }
 
-    /// Lines (in a binary format: objects) that could not be read so far.
+    /// Returns the number of unreadable lines (in a binary format: objects) so far.
     pub fn bad_lines(&self) -> u64 {
         self.bad_lines
     }
 
-    /// Number and fault of the first line (or object) that could not be read.
+    /// Returns number and fault of the first unreadable line or object.
     pub fn first_bad(&self) -> Option<(u64, BadLine)> {
         self.first_bad
     }
 }
 
-/// Position of an interface among those met so far, its own included.
-fn position(names: &mut Vec<String>, interface: Interface<'_>) -> Result<InterfaceIndex, BadLine> {
+/// Returns the position of an interface, which is added if it is new.
+fn position(names: &mut Vec<String>, interface: EntryInterface<'_>) -> Result<InterfaceIndex, BadLine> {
     let known = names.iter().position(|name| interface.is(name));
     if known.is_none() {
         if names.len() == MAX_INTERFACES {
@@ -147,8 +137,8 @@ fn position(names: &mut Vec<String>, interface: Interface<'_>) -> Result<Interfa
     Ok(InterfaceIndex(known.unwrap_or(names.len() - 1)))
 }
 
-impl Reader {
-    /// Recognises the format by the beginning of `source`; reads no more than that takes.
+impl FormatReader {
+    /// Recognises the format by the beginning of `source`, and reads no more than necessary.
     fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut head = Vec::with_capacity(HEAD);
         let mut format = None;
@@ -184,7 +174,7 @@ impl Reader {
         })
     }
 
-    /// Number of the next line or object, and its entry: `None` if it is not a frame and need not be.
+    /// Returns the number of the next line or object, and its entry.
     fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
         match self {
             Self::Blf(blf) => Ok(blf.next_entry()?.map(|entry| (blf.count(), entry))),
@@ -214,7 +204,7 @@ mod tests {
 
     const TEXT: &str = "(1.000000) can0 123#01\n\nnonsense\r\n(1.100000) can1 123#02\r\n(1.2) can0 124#";
 
-    fn read_all(bytes: Vec<u8>) -> (Log, Vec<Record>) {
+    fn read_all(bytes: Vec<u8>) -> (Log, Vec<LogRecord>) {
         let mut log = Log::new(Box::new(Cursor::new(bytes))).unwrap();
         let mut records = Vec::new();
         while let Some(record) = log.next_record().unwrap() {

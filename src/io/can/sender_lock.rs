@@ -1,8 +1,7 @@
-//! At most one process sends commands on a CAN interface.
+//! Ensures that at most one process sends commands on a CAN interface.
 //!
-//! The lock is the name of an abstract socket. Like the interface it belongs to the network namespace, so that it also
-//! holds between containers on one bus; it needs no file, and the kernel takes it back when the process ends, however
-//! that happens.
+//! The lock is the name of an abstract socket. It belongs to the network namespace like the interface, so it also
+//! works between containers on one bus. It needs no file, and the kernel releases it when the process ends.
 
 use std::io;
 use std::os::linux::net::SocketAddrExt as _;
@@ -10,19 +9,19 @@ use std::os::unix::net::{SocketAddr, UnixListener};
 
 use tokio::net::UnixStream;
 
-/// The right to send commands on some interfaces, until it is dropped.
+/// The right to send commands on some interfaces, until this is dropped.
 #[derive(Debug)]
 pub struct SenderLock(#[allow(dead_code)] Vec<UnixListener>); // held, never accepted on
 
-/// Why the right to send commands was not given.
+/// Why the right to send commands was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SenderLockError {
-    /// Another process has it.
+    /// Another process has the lock.
     #[error("commands are already sent on {interface} by {}", holder(*.pid))]
     Held {
         /// Name of the interface.
         interface: String,
-        /// Process that holds the lock; `None` if it is not visible from here, as in another container.
+        /// Process that holds the lock; `None` if it is not visible, e.g. in another container.
         pid: Option<i32>,
     },
     /// The kernel refuses the socket for another reason.
@@ -40,7 +39,7 @@ fn holder(pid: Option<i32>) -> String {
 }
 
 impl SenderLock {
-    /// Takes the lock of each interface, by its name. Must be called within the runtime.
+    /// Takes the lock of each interface by its name. Must be called within a runtime.
     pub async fn take<'a>(interfaces: impl IntoIterator<Item = &'a str>) -> Result<Self, SenderLockError> {
         let mut held = Vec::new();
         for interface in interfaces {
@@ -59,7 +58,7 @@ impl SenderLock {
     }
 }
 
-/// The process that listens on an abstract name; `None` if it is not visible from here or has just ended.
+/// Returns the process that listens on an abstract name; `None` if it is not visible or has just ended.
 async fn pid_of_listener(name: &str) -> Option<i32> {
     let stream = UnixStream::connect(format!("\0{name}")).await.ok()?;
     stream.peer_cred().ok()?.pid().filter(|pid| *pid > 0)

@@ -10,25 +10,24 @@ use libc::{c_int, c_uint, c_void, socklen_t};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
-use super::wire::{self, CONTROL_SPACE, LossCount, Message};
+use super::wire::{self, CONTROL_SPACE, LossCount, SocketMessage};
 use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::WallStamp;
 
-/// The largest number of messages of one call.
+/// Maximum number of messages of one call.
 pub(super) const BATCH: usize = 64;
 
-/// A bound, non-blocking socket and the buffers it is read into.
+/// A bound, non-blocking socket with its buffers.
 pub(super) struct CanSocket {
     fd: OwnedFd,
     buffers: Box<[Buffer; BATCH]>,
     losses: LossCount,
-    /// Bytes of receive buffer as the kernel accounts them: twice what it granted.
+    /// Size of the receive buffer as the kernel accounts it, bytes: twice the granted size.
     pub(super) receive_buffer: usize,
 }
 
-/// Buffers of one message and its control messages.
 #[derive(Clone, Copy)]
 #[repr(align(8))] // control messages start with a `usize`
 struct Buffer {
@@ -37,12 +36,12 @@ struct Buffer {
 }
 
 impl CanSocket {
-    /// Opens a socket on the interface with this index that receives data frames of `ids` (nothing
-    /// else when the list is empty, every data frame with `None`) and all error frames.
+    /// Opens a socket on the interface with this index, which receives data frames with these `ids` (none for an
+    /// empty list, all for `None`) and all error frames.
     ///
-    /// The receive buffer is enlarged beyond the system's limit where we may, else up to it. Errors
-    /// are those of the kernel, e.g. `EAFNOSUPPORT` without CAN, `ENODEV` when the interface is
-    /// not a CAN interface, `EINVAL` for more than 512 ids.
+    /// The receive buffer exceeds the system's limit if we have the privilege. Returns the kernel's error, e.g.
+    /// `EAFNOSUPPORT` without CAN, `ENODEV` for an interface that is not a CAN interface, `EINVAL` for more than 512
+    /// ids.
     pub(super) fn open(interface: c_int, ids: Option<&[CanId]>, receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
         // Before bind: frames that arrive in between would be queued unfiltered.
@@ -61,20 +60,17 @@ impl CanSocket {
         Ok(Self { fd, buffers: Box::new([empty; BATCH]), losses: LossCount::default(), receive_buffer })
     }
 
-    /// The events to wait for: a lost link shows as an error, not as something to read.
+    /// Events to wait for: a lost link shows as an error.
     pub(super) const INTEREST: Interest = Interest::READABLE.add(Interest::ERROR);
 
-    /// Registers the socket with the runtime.
     #[allow(unsafe_code)]
     pub(super) fn watched(self) -> io::Result<AsyncFd<Self>> {
         // SAFETY: the socket owns its descriptor and never replaces it.
         Ok(unsafe { AsyncFd::register_with_interest(self, Self::INTEREST)? })
     }
 
-    /// Appends what is queued, at most [`BATCH`] messages, and returns their number.
-    ///
-    /// `WouldBlock` when nothing is queued, `ENETDOWN` and `ENODEV` once when the interface went
-    /// down or away.
+    /// Appends up to [`BATCH`] queued messages and returns their number. Returns `WouldBlock` if nothing is queued,
+    /// and once `ENETDOWN` or `ENODEV` when the interface went down or away.
     pub(super) fn receive(&mut self, bus: BusIndex, inputs: &mut Vec<CanInput>) -> io::Result<usize> {
         let lengths = receive_batch(&self.fd, &mut self.buffers)?;
         let count = lengths.iter().flatten().count();
@@ -86,11 +82,11 @@ impl CanSocket {
                 inputs.push(CanInput::Drops { bus, lost });
             }
             match wire::message(buffer.message.get(..length.message).unwrap_or_default()) {
-                Some(Message::Data(frame)) => {
+                Some(SocketMessage::Data(frame)) => {
                     let stamp = controls.stamp.unwrap_or_else(wall_now);
                     inputs.push(CanInput::Frame { bus, frame, stamp });
                 }
-                Some(Message::Error(error)) => inputs.push(CanInput::ErrorFrame { bus, error }),
+                Some(SocketMessage::Error(error)) => inputs.push(CanInput::ErrorFrame { bus, error }),
                 None => {}
             }
         }
@@ -98,7 +94,7 @@ impl CanSocket {
     }
 }
 
-/// Lets data frames of `ids` through, nothing else when the list is empty, every data frame with `None`.
+/// Lets data frames with these `ids` through: none for an empty list, all for `None`.
 pub(super) fn filter_frames(fd: &OwnedFd, ids: Option<&[CanId]>) -> io::Result<()> {
     let filters =
         ids.map_or(vec![wire::EVERY_DATA_FRAME], |ids| ids.iter().copied().map(wire::filter).collect());
@@ -117,13 +113,12 @@ impl AsRawFd for CanSocket {
     }
 }
 
-/// The clock of the kernel's stamps, for a frame without one.
+/// Reads the clock of the kernel's stamps, for a frame without one.
 fn wall_now() -> WallStamp {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     WallStamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
 }
 
-/// The filled part of a buffer.
 #[derive(Clone, Copy)]
 struct Lengths {
     control: usize,
@@ -136,11 +131,11 @@ fn raw_can_socket() -> io::Result<OwnedFd> {
     // SAFETY: no pointers are passed.
     let fd = unsafe { libc::socket(libc::AF_CAN, kind, libc::CAN_RAW) };
     checked(fd)?;
-    // SAFETY: the kernel has just given us this descriptor, nobody else knows it.
+    // SAFETY: the kernel has just given us this descriptor, and nothing else uses it.
     Ok(unsafe { OwnedFd::from_raw_fd(fd) })
 }
 
-/// Sets an option whose value is a sequence of plain kernel structures or integers.
+/// Sets an option whose value is a sequence of kernel structures or integers.
 #[allow(unsafe_code)]
 fn set_option<T: Copy>(fd: &OwnedFd, level: c_int, name: c_int, value: &[T]) -> io::Result<()> {
     let len = length(size_of_val(value));
@@ -171,7 +166,7 @@ fn bind(fd: &OwnedFd, interface: c_int) -> io::Result<()> {
     checked(unsafe { libc::bind(fd.as_raw_fd(), (&raw const address).cast(), len) })
 }
 
-/// Fills the buffers with what is queued; the lengths of those filled come first.
+/// Fills the buffers with queued messages; the lengths of the filled ones come first.
 #[allow(unsafe_code)]
 fn receive_batch(fd: &OwnedFd, buffers: &mut [Buffer; BATCH]) -> io::Result<[Option<Lengths>; BATCH]> {
     // SAFETY: zero bytes are null pointers and zero lengths, values of these structures.
@@ -188,7 +183,7 @@ fn receive_batch(fd: &OwnedFd, buffers: &mut [Buffer; BATCH]) -> io::Result<[Opt
         let most = c_uint::try_from(BATCH).unwrap_or(1);
         let flags = libc::MSG_DONTWAIT;
         // SAFETY: every header points to its own part and buffer, with their lengths; all of them
-        // outlive the call, and nobody else uses them meanwhile.
+        // outlive the call, and nothing else uses them meanwhile.
         let count = unsafe { libc::recvmmsg(fd.as_raw_fd(), headers.as_mut_ptr(), most, flags, null_mut()) };
         match checked(count) {
             Ok(()) => break usize::try_from(count).unwrap_or(0),
@@ -203,12 +198,11 @@ fn receive_batch(fd: &OwnedFd, buffers: &mut [Buffer; BATCH]) -> io::Result<[Opt
     Ok(lengths)
 }
 
-/// The error of the last call, by its `result`.
+/// Returns the last error for a negative `result`.
 fn checked(result: c_int) -> io::Result<()> {
     if result < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
-/// The length of a structure or option, which is always small.
 fn length(bytes: usize) -> socklen_t {
     socklen_t::try_from(bytes).unwrap_or(socklen_t::MAX)
 }

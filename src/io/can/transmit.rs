@@ -4,9 +4,10 @@
 //! the gateway's own frames never come back to it, so a frame with one of their identifiers is foreign.
 
 use std::io;
-use std::os::fd::{AsFd as _, AsRawFd as _, OwnedFd};
+use std::os::fd::{AsFd as _, OwnedFd};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use rustix::net::{SendFlags, send};
 use tokio::sync::Notify;
 
 use super::socket::CanSocket;
@@ -15,55 +16,46 @@ use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::Frame;
 use crate::core::command::sender::SendFailure;
 
-/// The transmitter of one interface, shared by the task that receives on it and the senders.
+/// Sends on one interface; shared by the receiving task and the senders.
 #[derive(Debug, Clone, Default)]
-pub struct Transmitter(Arc<Shared>);
+pub struct Transmitter(Arc<SharedTarget>);
 
 #[derive(Debug, Default)]
-struct Shared {
-    target: Mutex<Target>,
+struct SharedTarget {
+    target: Mutex<TransmitTarget>,
     lost: Notify,
 }
 
-/// State of a transmitter.
 #[derive(Debug, Default)]
-enum Target {
-    /// The interface is not open.
+enum TransmitTarget {
     #[default]
     Closed,
-    /// Frames go to the kernel.
     Open(OwnedFd),
-    /// The kernel has reported that the interface is down or gone, which it reports only once.
+    /// The kernel has reported that the interface is down or gone, which it does only once.
     Lost,
 }
 
 impl Transmitter {
-    /// Hands a frame to the kernel; never waits. Frames of a bus that is not open are refused with
-    /// `ENETDOWN`.
-    ///
-    /// # Errors
-    /// The kernel's error, classified by its remedy.
+    /// Passes a frame to the kernel without waiting. Returns the kernel's error by its remedy; `ENETDOWN` if the bus
+    /// is not open.
     pub fn send(&self, frame: &Frame) -> Result<(), SendFailure> {
         let (bytes, length) = wire::bytes(frame);
         self.send_bytes(bytes.get(..length).unwrap_or_default())
     }
 
-    /// Lets all others on a virtual interface receive an error frame, as if their driver had made it.
-    ///
-    /// # Errors
-    /// As for [`Self::send`].
+    /// Sends an error frame to all other sockets on a virtual interface, as if their driver had made it.
     pub fn send_error(&self, error: ErrorFrame) -> Result<(), SendFailure> {
         self.send_bytes(&wire::error_bytes(error))
     }
 
     fn send_bytes(&self, bytes: &[u8]) -> Result<(), SendFailure> {
         let mut target = self.target();
-        let Target::Open(socket) = &*target else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
-        let Err(error) = write(socket, bytes) else { return Ok(()) };
-        let errno = error.raw_os_error().unwrap_or(libc::EIO);
+        let TransmitTarget::Open(socket) = &*target else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
+        let Err(error) = send(socket, bytes, SendFlags::DONTWAIT) else { return Ok(()) };
+        let errno = error.raw_os_error();
         if matches!(errno, libc::ENETDOWN | libc::ENODEV | libc::ENXIO) {
             // The kernel reports this once: the receiver learns of it from here.
-            *target = Target::Lost;
+            *target = TransmitTarget::Lost;
             self.0.lost.notify_one();
         }
         Err(match errno {
@@ -72,21 +64,21 @@ impl Transmitter {
         })
     }
 
-    /// Opens the transmitter on a socket, until the result is dropped.
+    /// Opens the transmitter on a socket until the result is dropped.
     pub(super) fn open(&self, socket: &CanSocket) -> io::Result<Opened> {
-        *self.target() = Target::Open(socket.as_fd().try_clone_to_owned()?);
+        *self.target() = TransmitTarget::Open(socket.as_fd().try_clone_to_owned()?);
         Ok(Opened(self.clone()))
     }
 
-    /// Waits until sending has shown that the link is lost.
+    /// Waits until a failed send has shown that the link is lost.
     pub(super) async fn lost(&self) {
-        while !matches!(*self.target(), Target::Lost) {
+        while !matches!(*self.target(), TransmitTarget::Lost) {
             self.0.lost.notified().await;
         }
     }
 
-    /// A panic leaves nothing half done behind this lock.
-    fn target(&self) -> MutexGuard<'_, Target> {
+    /// A panic cannot leave the state inconsistent.
+    fn target(&self) -> MutexGuard<'_, TransmitTarget> {
         self.0.target.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -96,16 +88,8 @@ pub(super) struct Opened(Transmitter);
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        *self.0.target() = Target::Closed;
+        *self.0.target() = TransmitTarget::Closed;
     }
-}
-
-#[allow(unsafe_code)]
-fn write(socket: &OwnedFd, bytes: &[u8]) -> io::Result<()> {
-    // SAFETY: pointer and length describe `bytes`, which the kernel only reads.
-    let sent =
-        unsafe { libc::send(socket.as_raw_fd(), bytes.as_ptr().cast(), bytes.len(), libc::MSG_DONTWAIT) };
-    if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
 #[cfg(test)]
@@ -135,7 +119,7 @@ mod tests {
     fn a_frame_goes_out_whole_or_its_error_is_told() {
         let (own, other) = UnixDatagram::pair().unwrap();
         let transmitter = Transmitter::default();
-        *transmitter.target() = Target::Open(own.into());
+        *transmitter.target() = TransmitTarget::Open(own.into());
         assert_eq!(transmitter.send(&frame()), Ok(()));
         let mut received = [0; 100];
         let length = other.recv(&mut received).unwrap();
@@ -147,6 +131,6 @@ mod tests {
         assert_eq!(transmitter.send(&frame()), Err(SendFailure::QueueFull));
         drop(other);
         assert_eq!(transmitter.send(&frame()), Err(SendFailure::Refused(libc::ECONNREFUSED)));
-        assert!(matches!(*transmitter.target(), Target::Open(_)), "no sign of a lost link");
+        assert!(matches!(*transmitter.target(), TransmitTarget::Open(_)), "no sign of a lost link");
     }
 }

@@ -6,10 +6,10 @@ use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::time::WallStamp;
 
-/// The filter that lets data frames of `id` pass and nothing else.
+/// Returns the filter for data frames with this identifier.
 ///
-/// The mask covers the flags: without them a filter for 0x123 lets 29-bit frames and remote requests
-/// with the same low bits pass.
+/// The mask covers the flags: otherwise a filter for 0x123 would pass 29-bit frames and remote requests with the same
+/// low bits.
 pub(super) fn filter(id: CanId) -> libc::can_filter {
     match id {
         CanId::Standard(id) => libc::can_filter {
@@ -23,22 +23,19 @@ pub(super) fn filter(id: CanId) -> libc::can_filter {
     }
 }
 
-/// The filter that passes every data frame, and no remote request.
+/// The filter for all data frames, without remote requests.
 pub(super) const EVERY_DATA_FRAME: libc::can_filter =
     libc::can_filter { can_id: 0, can_mask: libc::CAN_RTR_FLAG };
 
-/// A message that a socket delivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Message {
-    /// A data frame, classic or FD.
+pub(super) enum SocketMessage {
     Data(Frame),
-    /// An error frame.
     Error(ErrorFrame),
 }
 
-/// Reads a `can_frame` or `canfd_frame`, by the number of bytes. `None` for remote requests
-/// and for anything malformed.
-pub(super) fn message(bytes: &[u8]) -> Option<Message> {
+/// Parses a `can_frame` or `canfd_frame`, by the number of bytes. Returns `None` for remote requests and malformed
+/// frames.
+pub(super) fn message(bytes: &[u8]) -> Option<SocketMessage> {
     let make = match bytes.len() {
         libc::CAN_MTU => Frame::classic,
         libc::CANFD_MTU => Frame::fd,
@@ -49,7 +46,7 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
     let len = usize::from(*bytes.get(4)?);
     let data = bytes.get(8..)?.get(..len)?;
     if can_id & libc::CAN_ERR_FLAG != 0 {
-        return Some(Message::Error(ErrorFrame::new(can_id & libc::CAN_ERR_MASK, data)));
+        return Some(SocketMessage::Error(ErrorFrame::new(can_id & libc::CAN_ERR_MASK, data)));
     }
     if can_id & libc::CAN_RTR_FLAG != 0 {
         return None;
@@ -59,10 +56,10 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
     } else {
         CanId::extended(can_id & libc::CAN_EFF_MASK)
     }?;
-    make(id, data).map(Message::Data)
+    make(id, data).map(SocketMessage::Data)
 }
 
-/// A frame as a `can_frame` or `canfd_frame`, and the number of its bytes. FD frames keep to one bit rate.
+/// Returns a frame as a `can_frame` or `canfd_frame`, and its length. FD frames use one bit rate.
 pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
     let mut bytes = [0; libc::CANFD_MTU];
     let id = match frame.id() {
@@ -78,7 +75,7 @@ pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
     (bytes, if frame.is_fd() { libc::CANFD_MTU } else { libc::CAN_MTU })
 }
 
-/// An error frame as a `can_frame`, as drivers make it.
+/// Returns an error frame as a `can_frame`, as drivers make it.
 pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
     let mut bytes = [0; libc::CAN_MTU];
     let (header, payload) = bytes.split_at_mut(8);
@@ -89,20 +86,18 @@ pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
     bytes
 }
 
-/// The control messages beside a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Controls {
     /// Time at which the kernel received the frame (`SO_TIMESTAMPNS_NEW`).
     pub(super) stamp: Option<WallStamp>,
-    /// Frames this socket has lost since it was opened, modulo 2^32 (`SO_RXQ_OVFL`). The kernel
-    /// leaves it out until the first loss.
+    /// Frames that this socket has lost, modulo 2^32 (`SO_RXQ_OVFL`). The kernel omits it before the first loss.
     pub(super) lost: Option<u32>,
 }
 
-/// Space for the control messages of one frame.
+/// Space for the control messages of one frame, bytes.
 pub(super) const CONTROL_SPACE: usize = 2 * size_of::<libc::cmsghdr>() + 16 + size_of::<usize>();
 
-/// Reads the control messages of one frame; stops at the first malformed one.
+/// Parses the control messages of one frame up to the first malformed one.
 pub(super) fn controls(mut bytes: &[u8]) -> Controls {
     let mut found = Controls::default();
     while let Some((level, kind, data, rest)) = next_control(bytes) {
@@ -118,7 +113,7 @@ pub(super) fn controls(mut bytes: &[u8]) -> Controls {
     found
 }
 
-/// Level, type and data of the first control message, and the messages behind it.
+/// Returns level, type and data of the first control message, and the rest.
 fn next_control(bytes: &[u8]) -> Option<(i32, i32, &[u8], &[u8])> {
     const HEADER: usize = size_of::<libc::cmsghdr>();
     let int = |at: usize| Some(i32::from_ne_bytes(*bytes.get(at..)?.first_chunk()?));
@@ -130,20 +125,20 @@ fn next_control(bytes: &[u8]) -> Option<(i32, i32, &[u8], &[u8])> {
     Some((level, kind, data, bytes.get(next..).unwrap_or_default()))
 }
 
-/// A `__kernel_timespec`: seconds and nanoseconds, 64 bits each on every architecture.
+/// Parses a `__kernel_timespec`: seconds and nanoseconds, 64 bits each on every architecture.
 fn stamp(data: &[u8]) -> Option<WallStamp> {
     let sec = i64::from_ne_bytes(*data.first_chunk()?);
     let nanos = i64::from_ne_bytes(*data.get(8..)?.first_chunk()?);
     Some(WallStamp::from_nanos(sec.saturating_mul(1_000_000_000).saturating_add(nanos)))
 }
 
-/// Turns the kernel's running count of lost frames into differences.
+/// Converts the kernel's running count of lost frames to differences.
 #[derive(Debug, Default)]
 pub(super) struct LossCount(u32);
 
 impl LossCount {
-    /// The difference to the count of the last call. The count may wrap; one that seems to run backwards
-    /// (frames of two CPUs overtook each other) is taken for old.
+    /// Returns the difference to the last count. The count may wrap; a count that seems to run backwards (frames of
+    /// two CPUs overtook each other) is ignored.
     pub(super) fn advance(&mut self, count: u32) -> u32 {
         let more = count.wrapping_sub(self.0);
         if more > u32::MAX / 2 {
@@ -189,7 +184,7 @@ mod tests {
             let frame = if fd { Frame::fd(id.unwrap(), &data) } else { Frame::classic(id.unwrap(), &data) };
             if let Some(frame) = frame {
                 let (bytes, length) = bytes(&frame);
-                prop_assert_eq!(message(&bytes[..length]), Some(Message::Data(frame)));
+                prop_assert_eq!(message(&bytes[..length]), Some(SocketMessage::Data(frame)));
                 prop_assert_eq!(&bytes[5..8], &[0; 3], "no flags, nothing reserved");
             }
         }
@@ -198,7 +193,7 @@ mod tests {
     #[test]
     fn an_error_frame_is_read_back() {
         let error = ErrorFrame::new(0x44, &[1, 2, 3]);
-        assert_eq!(message(&error_bytes(error)), Some(Message::Error(error)));
+        assert_eq!(message(&error_bytes(error)), Some(SocketMessage::Error(error)));
     }
 
     #[test]
@@ -212,9 +207,9 @@ mod tests {
     #[test]
     fn the_size_tells_classic_from_fd_and_padding_is_not_payload() {
         let classic = Frame::classic(CanId::Standard(0x7FF), &[1, 2]).unwrap();
-        assert_eq!(message(&can_frame(0x7FF, 2, &[1, 2], 16)), Some(Message::Data(classic)));
+        assert_eq!(message(&can_frame(0x7FF, 2, &[1, 2], 16)), Some(SocketMessage::Data(classic)));
         let fd = Frame::fd(CanId::Extended(0x7FF), &[9; 12]).unwrap();
-        assert_eq!(message(&can_frame(0x8000_07FF, 12, &[9; 12], 72)), Some(Message::Data(fd)));
+        assert_eq!(message(&can_frame(0x8000_07FF, 12, &[9; 12], 72)), Some(SocketMessage::Data(fd)));
     }
 
     #[test]
@@ -229,7 +224,7 @@ mod tests {
     fn an_error_frame_keeps_its_class_bits_and_its_data() {
         let data = [0, 8, 0, 0, 0, 0, 96, 1];
         let error = ErrorFrame::new(0x204, &data);
-        assert_eq!(message(&can_frame(0x2000_0204, 8, &data, 16)), Some(Message::Error(error)));
+        assert_eq!(message(&can_frame(0x2000_0204, 8, &data, 16)), Some(SocketMessage::Error(error)));
     }
 
     #[test]

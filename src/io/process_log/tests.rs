@@ -1,22 +1,25 @@
+use std::time::Duration;
+
+use super::limits::*;
 use super::*;
 
-fn kind(subject: &str) -> Kind {
-    Kind { subject: subject.to_owned(), ..Kind::default() }
+fn kind(subject: &str) -> MessageKind {
+    MessageKind { subject: subject.to_owned(), ..MessageKind::default() }
 }
 
-fn admitted(limits: &mut Limits, subject: &str, count: u32, now: Instant) -> usize {
+fn admitted(limits: &mut LogLimits, subject: &str, count: u32, now: Instant) -> usize {
     let text = |number| format!("{subject}: {number}");
     (0..count).filter(|number| limits.admit(kind(subject), &text(*number), Level::INFO, now)).count()
 }
 
 #[test]
 fn flood_of_one_kind_is_cut_and_summed_up_while_others_are_written() {
-    let mut limits = Limits::default();
+    let mut limits = LogLimits::default();
     let begin = Instant::now();
     assert_eq!(admitted(&mut limits, "turn", 5000, begin), 10);
     assert_eq!(admitted(&mut limits, "can0", 3, begin), 3);
     limits.settle(begin);
-    assert_eq!(limits.summaries, [], "it goes on");
+    assert_eq!(limits.summaries, [], "it continues");
     assert_eq!(admitted(&mut limits, "turn", 5000, begin + WINDOW), 10);
     limits.settle(begin + 2 * WINDOW);
     let summary = (Level::INFO, "4990 more times in 1 s, the last: turn: 4999".to_owned());
@@ -26,7 +29,7 @@ fn flood_of_one_kind_is_cut_and_summed_up_while_others_are_written() {
 
 #[test]
 fn flapping_is_summed_up_with_its_worst_level_once_it_is_quiet_and_at_the_end_of_a_window() {
-    let mut limits = Limits::default();
+    let mut limits = LogLimits::default();
     let begin = Instant::now();
     let tenth = Duration::from_millis(100);
     // Ten times a second for 5.6 s: 57 changes.
@@ -35,12 +38,12 @@ fn flapping_is_summed_up_with_its_worst_level_once_it_is_quiet_and_at_the_end_of
         limits.admit(kind("turn"), &format!("turn: {number}"), level, begin + number * tenth);
         limits.settle(begin + number * tenth);
     }
-    assert_eq!(limits.summaries, [], "it goes on");
+    assert_eq!(limits.summaries, [], "it continues");
     limits.settle(begin + 56 * tenth + QUIET);
     let summary = "47 more times in 6 s, the last: turn: 56".to_owned();
     assert_eq!(limits.summaries, [(Level::ERROR, summary)]);
     assert!(limits.kinds.is_empty(), "the window is over");
-    // Within a window that goes on, what comes after a summary has another one.
+    // Within an open window, messages after a summary get another summary.
     limits.summaries.clear();
     let begin = begin + 2 * WINDOW;
     assert_eq!(admitted(&mut limits, "turn", 11, begin), 10);
@@ -53,9 +56,9 @@ fn flapping_is_summed_up_with_its_worst_level_once_it_is_quiet_and_at_the_end_of
 
 #[test]
 fn kinds_are_bounded() {
-    let mut limits = Limits::default();
+    let mut limits = LogLimits::default();
     let begin = Instant::now();
-    let admit = |limits: &mut Limits, name: &str, now| limits.admit(kind(name), "", Level::INFO, now);
+    let admit = |limits: &mut LogLimits, name: &str, now| limits.admit(kind(name), "", Level::INFO, now);
     let admitted = (0..10_000).filter(|number| admit(&mut limits, &number.to_string(), begin)).count();
     assert_eq!((admitted, limits.kinds.len()), (MAX_KINDS + 10, MAX_KINDS + 1));
     assert!(admit(&mut limits, "again", begin + WINDOW));
@@ -69,7 +72,7 @@ fn messages_are_of_one_kind_by_their_subject_or_else_by_their_line() {
         interface: interface.to_owned(),
         more: String::new(),
     };
-    let kind = |line, text| Kind::new("io", Some(line), &text);
+    let kind = |line, text| MessageKind::new("io", Some(line), &text);
     assert_eq!(kind(1, text("turn: a", "")), kind(2, text("turn: b", "")));
     assert_ne!(kind(1, text("turn: a", "")), kind(1, text("hazard: a", "")));
     assert_ne!(kind(1, text("a", "")), kind(2, text("a", "")));

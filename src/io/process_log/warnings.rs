@@ -1,6 +1,6 @@
-//! Warnings and errors that wait for whoever shows them elsewhere, as `/rosout` does.
+//! A bounded queue of warnings and errors for `/rosout`.
 //!
-//! They are folded as those of the log are, and wait in a queue of their own, which is bounded: the oldest make room.
+//! They are limited like the messages of the log. If the queue is full, the oldest are dropped.
 
 use std::collections::VecDeque;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -8,51 +8,50 @@ use std::time::Instant;
 
 use tracing::{Level, Metadata};
 
-use super::{EventText, Kind, Limits};
+use super::limits::{EventText, LogLimits, MessageKind, TARGET};
 use crate::core::time::WallStamp;
 use crate::io::clock::Clock;
 
-/// Warnings that may wait.
 const MAX_WAITING: usize = 128;
 /// Longest text of a warning, bytes.
 const MAX_TEXT: usize = 4096;
 
-static WAITING: LazyLock<Mutex<Waiting>> = LazyLock::new(Mutex::default);
+static WAITING: LazyLock<Mutex<WarningQueue>> = LazyLock::new(Mutex::default);
 
 /// A warning or an error of this process.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
-    /// When it occurred.
+    /// When it was logged.
     pub at: WallStamp,
-    /// Its level: warning or error.
+    /// Its level, warning or error.
     pub level: Level,
-    /// The message, with its fields behind it.
+    /// The message, followed by its fields.
     pub text: String,
-    /// The source file that it comes from; empty when that is not known.
+    /// Source file, or empty if unknown.
     pub file: String,
-    /// The module that it comes from; empty likewise.
+    /// Module, or empty if unknown.
     pub module: String,
-    /// The line in the file; 0 likewise.
+    /// Line in the file, or 0 if unknown.
     pub line: u32,
 }
 
-/// The warnings since the last time that they were taken.
+/// The warnings since they were last taken.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub struct Warnings {
-    /// Oldest first.
+pub struct TakenWarnings {
+    /// The warnings, oldest first.
     pub warnings: VecDeque<Warning>,
-    /// Number of those that did not find room.
+    /// Number of warnings that were dropped because there was no room.
     pub dropped: u64,
 }
 
 #[derive(Debug, Default)]
-struct Waiting {
-    limits: Limits,
-    queue: Warnings,
+struct WarningQueue {
+    limits: LogLimits,
+    queue: TakenWarnings,
 }
 
 impl Warning {
-    /// A warning of now, from no known place.
+    /// Creates a warning of now, without a source location.
     pub(super) fn new(level: Level, text: &str) -> Self {
         let end =
             (0..=text.len().min(MAX_TEXT)).rev().find(|end| text.is_char_boundary(*end)).unwrap_or_default();
@@ -61,11 +60,10 @@ impl Warning {
         Self { at, level, text, file: String::new(), module: String::new(), line: 0 }
     }
 
-    /// The warning of an event.
     pub(super) fn of_event(metadata: &Metadata<'_>, event: &EventText) -> Self {
         let warning = Self::new(*metadata.level(), &event.whole());
         // Texts that the log was given come from elsewhere.
-        if metadata.target() == module_path!().trim_end_matches("::warnings") {
+        if metadata.target() == TARGET {
             return warning;
         }
         Self {
@@ -77,22 +75,22 @@ impl Warning {
     }
 }
 
-/// Adds a message to those that wait if it is a warning or worse, and not one of too many of its kind.
-pub(super) fn offer(kind: Kind, warning: Warning) {
+/// Queues a message if it is a warning or worse, and not one of too many of its kind.
+pub(super) fn offer(kind: MessageKind, warning: Warning) {
     lock().offer(kind, warning, Instant::now());
 }
 
-/// Takes the warnings that wait. Those that were left out are summed up, once they are over.
-pub fn take_warnings() -> Warnings {
+/// Takes the queued warnings. Suppressed ones are summed up once their time window is over.
+pub fn take_warnings() -> TakenWarnings {
     lock().take(Instant::now())
 }
 
-fn lock() -> MutexGuard<'static, Waiting> {
+fn lock() -> MutexGuard<'static, WarningQueue> {
     WAITING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Waiting {
-    fn offer(&mut self, kind: Kind, warning: Warning, now: Instant) {
+impl WarningQueue {
+    fn offer(&mut self, kind: MessageKind, warning: Warning, now: Instant) {
         // Levels of tracing are the smaller the worse.
         if warning.level <= Level::WARN && self.limits.admit(kind, &warning.text, warning.level, now) {
             self.add(warning);
@@ -100,7 +98,7 @@ impl Waiting {
         self.add_summaries();
     }
 
-    fn take(&mut self, now: Instant) -> Warnings {
+    fn take(&mut self, now: Instant) -> TakenWarnings {
         self.limits.settle(now);
         self.add_summaries();
         std::mem::take(&mut self.queue)
@@ -127,27 +125,27 @@ mod tests {
 
     use super::*;
 
-    fn kind(subject: u32) -> Kind {
-        Kind { subject: subject.to_string(), ..Kind::default() }
+    fn kind(subject: u32) -> MessageKind {
+        MessageKind { subject: subject.to_string(), ..MessageKind::default() }
     }
 
-    fn texts(taken: &Warnings) -> Vec<&str> {
+    fn texts(taken: &TakenWarnings) -> Vec<&str> {
         taken.warnings.iter().map(|warning| warning.text.as_str()).collect()
     }
 
     #[test]
     fn warnings_and_errors_wait_until_they_are_taken_and_nothing_else_does() {
-        let (mut waiting, now) = (Waiting::default(), Instant::now());
+        let (mut waiting, now) = (WarningQueue::default(), Instant::now());
         for level in [Level::TRACE, Level::DEBUG, Level::INFO, Level::WARN, Level::ERROR] {
             waiting.offer(kind(0), Warning::new(level, level.as_str()), now);
         }
         assert_eq!(texts(&waiting.take(now)), ["WARN", "ERROR"]);
-        assert_eq!(waiting.take(now), Warnings::default());
+        assert_eq!(waiting.take(now), TakenWarnings::default());
     }
 
     #[test]
     fn many_of_a_kind_are_summed_up_and_what_finds_no_room_is_counted() {
-        let (mut waiting, now) = (Waiting::default(), Instant::now());
+        let (mut waiting, now) = (WarningQueue::default(), Instant::now());
         (0..30).for_each(|number| {
             waiting.offer(kind(0), Warning::new(Level::WARN, &format!("can0: {number}")), now);
         });

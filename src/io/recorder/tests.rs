@@ -18,14 +18,14 @@ fn recording(seconds: i64) -> Recording {
     black_box.flush().unwrap()
 }
 
-fn start(folder: &Path, keep: usize) -> Recorder {
+fn start(folder: &Path, keep: usize) -> BlackBoxRecorder {
     let bus = RecordedBus { name: "body".to_owned(), interface: "can0".to_owned() };
     let encoder = Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus]);
-    Recorder::start(folder, keep, |_, text| text.to_owned(), encoder).unwrap()
+    BlackBoxRecorder::start(folder, keep, |_, text| text.to_owned(), encoder).unwrap()
 }
 
 /// Writes the recordings one after the other, and waits for the last.
-fn save(recorder: &Recorder, recordings: impl IntoIterator<Item = Recording>) -> RecorderState {
+fn save(recorder: &BlackBoxRecorder, recordings: impl IntoIterator<Item = Recording>) -> RecorderState {
     for recording in recordings {
         let before = recorder.state();
         recorder.save(recording);
@@ -34,7 +34,7 @@ fn save(recorder: &Recorder, recordings: impl IntoIterator<Item = Recording>) ->
     recorder.state()
 }
 
-fn wait_for(recorder: &Recorder, is_there: impl Fn(&RecorderState) -> bool) {
+fn wait_for(recorder: &BlackBoxRecorder, is_there: impl Fn(&RecorderState) -> bool) {
     let what = described(|| format!("another state than {:?}", recorder.state()));
     wait_until(what, || is_there(&recorder.state()));
 }
@@ -144,7 +144,7 @@ fn slow_disk_never_blocks_and_what_it_loses_is_counted() {
     });
     wait_until("a stop that leaves the disk alone", || stopping.is_finished());
     let recorder = stopping.join().unwrap();
-    // The thread goes on when the disk does.
+    // The thread continues when the disk does.
     drop(File::open(&pipe).unwrap());
     wait_for(&recorder, |state| state.written == 1);
 }

@@ -9,7 +9,7 @@ use signal_gateway::core::discovery::capture::Capture;
 use signal_gateway::core::discovery::findings::{Certainty, Findings};
 use signal_gateway::core::discovery::timeline::{Action, Timeline};
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::io::can::formats::Content;
+use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 
 use crate::support::prerequisite::{require, shared_data};
@@ -26,7 +26,7 @@ fn frames(path: &Path) -> Vec<(u64, Frame)> {
     while let Ok(Some(record)) = log.next_record() {
         let stamp = record.stamp.as_nanos() / 1_000_000;
         let since = u64::try_from(stamp - *first.get_or_insert(stamp)).unwrap_or(0);
-        if let Content::Data(frame) = record.content {
+        if let EntryContent::Data(frame) = record.content {
             last = since.max(last);
             frames.push((last, frame));
         }

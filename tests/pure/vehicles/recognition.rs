@@ -6,12 +6,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use signal_gateway::check::identify::Identifier;
-use signal_gateway::check::{self, Report};
+use signal_gateway::check::{self, CheckReport};
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::plausibility::evidence::ProfileEvidence;
 use signal_gateway::core::plausibility::finding::{FindingKind, Severity, findings};
 use signal_gateway::core::plausibility::fit::Verdict;
-use signal_gateway::io::can::formats::Content;
+use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
@@ -48,7 +48,7 @@ type Candidates = Vec<(&'static str, String, Verdict)>;
 fn identify(path: &Path) -> Candidates {
     let (mut log, mut identifier) = (Log::open(path).unwrap(), Identifier::new().unwrap());
     while let Some(record) = log.next_record().unwrap() {
-        if let Content::Data(frame) = record.content {
+        if let EntryContent::Data(frame) = record.content {
             identifier.frame(&log.interfaces()[record.interface.0], &frame, record.stamp);
         }
     }
@@ -57,7 +57,7 @@ fn identify(path: &Path) -> Candidates {
 }
 
 /// `check` of a profile with one bus on an interface of a recording.
-fn check(path: &Path, name: &str, interface: &str) -> Report {
+fn check(path: &Path, name: &str, interface: &str) -> CheckReport {
     let settings = profile(name);
     let routes = Routes(vec![(interface.to_owned(), BusIndex(0))]);
     let replay = Replay::surveying(settings.gateway.clone(), Log::open(path).unwrap(), routes).unwrap();
@@ -66,12 +66,12 @@ fn check(path: &Path, name: &str, interface: &str) -> Report {
     report
 }
 
-fn counts(report: &Report) -> [usize; 3] {
+fn counts(report: &CheckReport) -> [usize; 3] {
     [Severity::Error, Severity::Warning, Severity::Note].map(|severity| report.count(severity))
 }
 
 /// The weights of a report in the table.
-fn weights(report: &Report) -> String {
+fn weights(report: &CheckReport) -> String {
     let [errors, warnings, _] = counts(report);
     match (errors, warnings) {
         (0, 0) => "0".to_owned(),

@@ -11,13 +11,13 @@
 //! ```
 //! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of
 //! the measurement, `relative` from the line before, whatever that held. The start is the date of
-//! the first trigger block, or that of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status, with
+//! the first trigger block, or the date of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status, with
 //! error counters or without, is the state of the controller. Statistics, requests to send
-//! (`TxRq`) and other events are not frames and are passed over; an event with a direction where
-//! a frame has it that is not a frame counts as bad.
+//! (`TxRq`) and other events are skipped; an event with a direction in the place of a frame that is
+//! not a frame counts as bad.
 
 use super::clock::{SECOND, days, month, nanos, time_of_day};
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{
     SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text_before_comment,
 };
@@ -27,14 +27,13 @@ use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 use crate::core::can::frame::CanId;
 use crate::core::can::note::Note;
 
-/// The format Vector ASC.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "Vector ASC",
     claims: |line| begins(line, &["date ", "base ", "// version", "begin triggerblock"]),
     reader: || Box::<Asc>::default(),
 };
 
-/// The state that the headings set, and the time.
+/// State from the headings, and the time.
 #[derive(Debug, Default)]
 struct Asc {
     /// Start of the measurement, ns since 1970.
@@ -46,11 +45,11 @@ struct Asc {
     elapsed: i64,
 }
 
-/// The beginnings of lines without a time.
+/// Beginnings of lines without a time.
 const HEADINGS: [&str; 5] = ["internal", "no", "begin", "end", "//"];
 
 impl LineReader for Asc {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         if !line.first().is_some_and(u8::is_ascii_digit) {
             return self.heading(line).map(|()| None);
         }
@@ -59,7 +58,7 @@ impl LineReader for Asc {
         let event = event(&mut fields)?;
         self.elapsed = if self.relative { self.elapsed.saturating_add(time) } else { time };
         let nanos = self.start.saturating_add(self.elapsed);
-        Ok(event.map(|(channel, content)| Entry::numbered(nanos, channel, content)))
+        Ok(event.map(|(channel, content)| LogEntry::numbered(nanos, channel, content)))
     }
 }
 
@@ -88,7 +87,7 @@ impl Asc {
 
 const HOUR: i64 = 3600 * SECOND;
 
-/// `Tue Mar 5 02:30:00.250 pm 2024` or `Tue, 05 Mar 2024 14:30:00 GMT`, in lower case; am and pm may be missing.
+/// Parses `Tue Mar 5 02:30:00.250 pm 2024` or `Tue, 05 Mar 2024 14:30:00 GMT`, in lower case; am and pm are optional.
 fn start(date: &[&str]) -> Option<i64> {
     let (half, name, day, time, year) = match date {
         [_weekday, name, day, time, half @ ("am" | "pm"), year] => (Some(*half), name, day, time, year),
@@ -105,8 +104,8 @@ fn start(date: &[&str]) -> Option<i64> {
     nanos(days(number(year, 10)?, month(name)?, number(day, 10)?), Some(time))
 }
 
-/// Reads what follows the time: channel and content of a frame, `None` for an event of another kind.
-fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, Content)>, BadLine> {
+/// Reads channel and content after the time; returns `None` for an event that is not a frame.
+fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, EntryContent)>, BadLine> {
     let first = fields.text(BadLine::NoInterface)?;
     if first.eq_ignore_ascii_case("CANFD") {
         let channel = fields.channel()?;
@@ -115,7 +114,7 @@ fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, Content)>, BadLin
         let channel = fields.next().and_then(|channel| number(channel, 10));
         Ok(channel
             .zip(chip_status(fields))
-            .map(|(channel, report)| (channel, Content::Note(Note::Controller(report)))))
+            .map(|(channel, report)| (channel, EntryContent::Note(Note::Controller(report)))))
     } else if let Some(channel) = number(first, 10) {
         Ok(classic(fields)?.map(|content| (channel, content)))
     } else {
@@ -123,7 +122,7 @@ fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, Content)>, BadLin
     }
 }
 
-/// `Status:chip status error passive - TxErr: 132 RxErr: 0`; `None` if it is something else.
+/// Reads `Status:chip status error passive - TxErr: 132 RxErr: 0`; returns `None` for another status.
 fn chip_status(fields: &mut SpacedFields<'_>) -> Option<ControllerReport> {
     let [first, second] = [fields.next()?, fields.next()?];
     if !(first.eq_ignore_ascii_case("Status:chip") && second.eq_ignore_ascii_case("status")) {
@@ -146,7 +145,7 @@ fn chip_status(fields: &mut SpacedFields<'_>) -> Option<ControllerReport> {
     Some(ControllerReport { state, counters, restart_ms: None })
 }
 
-fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
+fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLine> {
     let name = fields.text(BadLine::NoFrame)?;
     if name.eq_ignore_ascii_case("ErrorFrame") {
         return Ok(Some(bus_error()));
@@ -161,7 +160,7 @@ fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
     let id = id?;
     match fields.next() {
         Some("d" | "D") => {}
-        Some("r" | "R") => return Ok(Some(Content::Remote)),
+        Some("r" | "R") => return Ok(Some(EntryContent::Remote)),
         _ => return Err(BadLine::NoFrame),
     }
     let dlc = fields.next();
@@ -173,7 +172,7 @@ fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
 const FD_FRAME: u32 = 1 << 12;
 const REMOTE_FRAME: u32 = 1 << 4;
 
-fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
+fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLine> {
     match fields.next() {
         Some("Rx" | "Tx") => {}
         Some("TxRq") => return Ok(None),
@@ -194,13 +193,15 @@ fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
     // Behind the data: duration, length in bits, flags. Without them it is an FD frame.
     let flags = fields.nth(2).and_then(|flags| number(flags, 16)).unwrap_or(FD_FRAME);
     match content {
-        Content::Data(_) if flags & REMOTE_FRAME != 0 => Ok(Some(Content::Remote)),
-        Content::Data(frame) if flags & FD_FRAME == 0 => data_frame(id, false, frame.data()).map(Some),
-        Content::Data(_) | Content::Remote | Content::Error(_) | Content::Note(_) => Ok(Some(content)),
+        EntryContent::Data(_) if flags & REMOTE_FRAME != 0 => Ok(Some(EntryContent::Remote)),
+        EntryContent::Data(frame) if flags & FD_FRAME == 0 => data_frame(id, false, frame.data()).map(Some),
+        EntryContent::Data(_) | EntryContent::Remote | EntryContent::Error(_) | EntryContent::Note(_) => {
+            Ok(Some(content))
+        }
     }
 }
 
-/// `1A0`, or `18FEF100x` for 29 bits.
+/// Parses `1A0`, or `18FEF100x` for 29 bits.
 fn identifier(field: &str, radix: u32) -> Result<CanId, BadLine> {
     let bare = field.strip_suffix(['x', 'X']);
     id(number(bare.unwrap_or(field), radix).ok_or(BadLine::BadId)?, bare.is_some())

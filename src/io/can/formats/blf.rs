@@ -5,20 +5,20 @@
 //! and an object may begin in one container and end in the next. Here the containers' contents are
 //! one stream, so memory is one container (at most [`MAX_BYTES`]) whatever the file's size.
 //!
-//! Read are CAN messages (types 1 and 86), CAN FD messages (100 and 101) and error frames (2, 73
-//! and 104); other objects are passed over. An object that cannot be read counts as a bad line, and
-//! reading goes on at the next `LOBJ`.
+//! It reads CAN messages (types 1 and 86), CAN FD messages (100 and 101) and error frames (2, 73
+//! and 104), and skips other objects. An object that cannot be read counts as a bad line, and
+//! reading continues at the next `LOBJ`.
 
 use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read};
 
 use flate2::read::ZlibDecoder;
 
 use super::clock::{DAY, days, nanos};
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id, length_of_dlc};
 use crate::core::can::frame::MAX_DATA;
 
-/// The largest size; larger ones are damaged. Writers fill containers with 128 KiB, unpacked.
+/// Largest valid size, bytes. Writers fill containers with 128 KiB, unpacked.
 const MAX_BYTES: u32 = 16 << 20;
 
 const MAGIC: [u8; 4] = *b"LOBJ";
@@ -27,45 +27,37 @@ const CONTAINER: u32 = 10;
 const BASE: usize = 16;
 /// Length of the header of a frame: head, flags, time.
 const HEADER: usize = 32;
-/// Bytes of an object that are read at most: a header, a CAN FD message and its surroundings.
+/// Maximum number of bytes read of an object, enough for a header and a CAN FD message.
 const MAX_READ: usize = 256;
 
 /// The content of an object: an entry, `None` if it is not a frame, or the reason why it cannot be read.
-pub(crate) type Outcome = Result<Option<Entry<'static>>, BadLine>;
+pub(crate) type Outcome = Result<Option<LogEntry<'static>>, BadLine>;
 
-/// A BLF file that is being read.
+/// Reads a BLF file.
 pub(crate) struct Blf {
-    objects: BufReader<Contents>,
-    /// Start of the measurement, ns since 1970.
+    objects: BufReader<ContainerContents>,
     start: i64,
     count: u64,
 }
 
 impl Blf {
-    /// Reads the head of the file.
-    ///
-    /// # Errors
-    /// A source that fails or ends within it.
+    /// Reads the head of the file. Fails if the source fails or ends within it.
     pub(crate) fn new(mut source: Box<dyn BufRead + Send>) -> io::Result<Self> {
         let mut head = [0; 56];
         source.read_exact(&mut head)?;
         let size = u64::from(u32_at(&head, 4));
         skip(&mut source, size.saturating_sub(56))?;
         let start = system_time(&head[40..]).unwrap_or(0);
-        let contents = Contents { source, inside: Inside::Nothing };
+        let contents = ContainerContents { source, inside: Inside::Nothing };
         Ok(Self { objects: BufReader::new(contents), start, count: 0 })
     }
 
-    /// Objects met so far; a container that cannot be unpacked counts as one.
+    /// Returns the number of objects so far; a container that cannot be unpacked counts as one.
     pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
-    /// The next object: an entry, nothing if it is not a frame, or the reason why it cannot be read. `None` at
-    /// the end of the file.
-    ///
-    /// # Errors
-    /// A source that fails or ends within an object.
+    /// Returns the next object, or `None` at the end of the file. Fails if the source fails or ends within an object.
     pub(crate) fn next_entry(&mut self) -> io::Result<Option<Outcome>> {
         match self.next_object() {
             // A container that cannot be unpacked, instead of its objects.
@@ -97,11 +89,7 @@ impl Blf {
     }
 }
 
-/// Reads one object, from its `LOBJ` on; `start` is that of the measurement, ns since 1970. `None`
-/// if it is not a frame.
-///
-/// # Errors
-/// The reason why it cannot be read.
+/// Parses one object that starts with `LOBJ`; `start` is the start of the measurement, ns since 1970.
 fn parse_object(object: &[u8], start: i64) -> Outcome {
     let kind = if object.len() < BASE { 0 } else { u32_at(object, 12) };
     if !matches!(kind, 1 | 2 | 73 | 86 | 100 | 101 | 104) {
@@ -121,15 +109,15 @@ fn parse_object(object: &[u8], start: i64) -> Outcome {
         _ => data.get(..2).map(|data| (channel(data), Ok(bus_error()))),
     }
     .ok_or(BadLine::BadLength)?;
-    Ok(Some(Entry::numbered(start.saturating_add(nanos), channel, content?)))
+    Ok(Some(LogEntry::numbered(start.saturating_add(nanos), channel, content?)))
 }
 
-type Message = Option<(u32, Result<Content, BadLine>)>;
+type ChannelContent = Option<(u32, Result<EntryContent, BadLine>)>;
 
-fn message(data: &[u8]) -> Message {
+fn message(data: &[u8]) -> ChannelContent {
     let data = data.get(..16)?;
     let content = if data[2] & 0x80 != 0 {
-        Ok(Content::Remote)
+        Ok(EntryContent::Remote)
     } else {
         // A DLC above 8 is sent as it is, but the frame still has 8 bytes.
         frame(u32_at(data, 4), false, usize::from(data[3]).min(8), &data[8..])
@@ -137,21 +125,21 @@ fn message(data: &[u8]) -> Message {
     Some((channel(data), content))
 }
 
-fn fd_message(data: &[u8]) -> Message {
+fn fd_message(data: &[u8]) -> ChannelContent {
     let fixed = data.get(..20)?;
     let content = if fixed[2] & 0x80 != 0 {
-        Ok(Content::Remote)
+        Ok(EntryContent::Remote)
     } else {
         frame(u32_at(fixed, 4), fixed[13] & 1 != 0, usize::from(fixed[14]), &data[20..])
     };
     Some((channel(fixed), content))
 }
 
-fn fd_message_64(data: &[u8]) -> Message {
+fn fd_message_64(data: &[u8]) -> ChannelContent {
     let fixed = data.get(..40)?;
     let flags = u32_at(fixed, 12);
     let content = if flags & 0x10 != 0 {
-        Ok(Content::Remote)
+        Ok(EntryContent::Remote)
     } else {
         // Bytes the frame has by its length but not in the file are zero.
         let mut bytes = [0; MAX_DATA];
@@ -164,28 +152,28 @@ fn fd_message_64(data: &[u8]) -> Message {
     Some((fixed[0].into(), content))
 }
 
-fn frame(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<Content, BadLine> {
+fn frame(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<EntryContent, BadLine> {
     // Bit 31: 29 bits.
     let id = id(number & !(1 << 31), number >> 31 == 1)?;
     data_frame(id, fd, bytes.get(..length).ok_or(BadLine::BadLength)?)
 }
 
 /// The contents of containers, and objects outside of containers, as one stream.
-struct Contents {
+struct ContainerContents {
     source: Box<dyn BufRead + Send>,
     inside: Inside,
 }
 
 enum Inside {
     Nothing,
-    /// The number of bytes to pass on as in the file.
+    /// The number of bytes to copy from the file.
     Stored(u64),
     Packed(ZlibDecoder<Cursor<Vec<u8>>>),
-    /// The head of an object outside of containers, and the number of its bytes passed on.
+    /// The head of an object outside of containers, and the number of its bytes that were copied.
     Base([u8; BASE], usize),
 }
 
-impl Read for Contents {
+impl Read for ContainerContents {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             let read = match &mut self.inside {
@@ -225,8 +213,8 @@ impl Read for Contents {
     }
 }
 
-impl Contents {
-    /// Goes into the next container or object; false at the end of the file.
+impl ContainerContents {
+    /// Enters the next container or object; returns false at the end of the file.
     fn enter(&mut self) -> io::Result<bool> {
         self.inside = Inside::Nothing;
         if find_magic(&mut self.source)?.is_none() {
@@ -264,8 +252,8 @@ impl Contents {
     }
 }
 
-/// Reads up to the end of the next `LOBJ` and returns the number of bytes before it, beyond the few bytes
-/// that writers pad objects with. `None` at the end of the source.
+/// Reads to the end of the next `LOBJ` and returns the number of bytes before it, without the padding of writers.
+/// Returns `None` at the end of the source.
 fn find_magic(source: &mut impl BufRead) -> io::Result<Option<u64>> {
     const PADDING: u64 = 3;
     let (mut window, mut read) = ([0; 4], 0_u64);
@@ -289,7 +277,7 @@ fn skip(source: &mut impl BufRead, bytes: u64) -> io::Result<()> {
     }
 }
 
-/// Windows' `SYSTEMTIME`: eight numbers of 16 bits, the third of them the day of the week.
+/// Parses Windows' `SYSTEMTIME`: eight 16-bit numbers, of which the third is the day of the week.
 fn system_time(bytes: &[u8]) -> Option<i64> {
     let part = |index: usize| i64::try_from(u16_at(bytes, 2 * index)).ok();
     let date = days(
@@ -301,7 +289,7 @@ fn system_time(bytes: &[u8]) -> Option<i64> {
     nanos(date, Some(millis * 1_000_000).filter(|time| *time < DAY))
 }
 
-/// Callers have checked the number of bytes; missing ones read as 0.
+/// Missing bytes read as 0; callers have checked the length.
 fn u32_at(bytes: &[u8], at: usize) -> u32 {
     bytes.get(at..at + 4).and_then(|part| part.try_into().ok()).map_or(0, u32::from_le_bytes)
 }

@@ -8,30 +8,28 @@
 //! 14:30:01:5000 Rx 1 0x1A0 s 3 01 02 03
 //! ```
 //! `***DEC***` makes identifiers and data decimal. The type is `s` for 11 bits, `x` for 29, with an
-//! `r` behind it for a remote request. In system mode times are those of the day (a step back by
+//! `r` behind it for a remote request. In system mode times are times of day (a step back by
 //! more than half a day is midnight), in absolute mode since the start, in relative mode since the
 //! line before. The last part of a time is milliseconds, or tenths of them when it has four digits.
 
 use super::clock::{DAY, WrappingClock, days, nanos, time_of_day};
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{SpacedFields, fields, id, number, text};
 use super::{LineFormat, LineReader, begins};
 
-/// The format of BUSMASTER logs.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "BUSMASTER",
     claims: |line| begins(line, &["***BUSMASTER"]),
     reader: || Box::<Busmaster>::default(),
 };
 
-/// The state that the headings set, and the time.
+/// State from the headings, and the time.
 #[derive(Debug)]
 struct Busmaster {
-    /// Date and time of the start, ns since 1970.
     start: i64,
     decimal: bool,
-    mode: Mode,
-    /// The time of the day, since midnight before the start.
+    mode: TimeMode,
+    /// Time since midnight before the start.
     clock: WrappingClock,
     /// Time since the start in relative mode, ns.
     elapsed: i64,
@@ -40,26 +38,26 @@ struct Busmaster {
 impl Default for Busmaster {
     fn default() -> Self {
         let clock = WrappingClock::new(DAY, 0);
-        Self { start: 0, decimal: false, mode: Mode::System, clock, elapsed: 0 }
+        Self { start: 0, decimal: false, mode: TimeMode::System, clock, elapsed: 0 }
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum TimeMode {
     System,
     Absolute,
     Relative,
 }
 
 impl LineReader for Busmaster {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         if let Some(heading) = line.strip_prefix(b"***") {
             return self.heading(heading.strip_suffix(b"***").unwrap_or(heading)).map(|()| None);
         }
         let mut fields = fields(text(line)?, if self.decimal { 10 } else { 16 });
         let time = fields.next().and_then(clock).ok_or(BadLine::NoTime)?;
         let (channel, content) = frame(&mut fields)?;
-        Ok(Some(Entry::numbered(self.advance(time), channel, content)))
+        Ok(Some(LogEntry::numbered(self.advance(time), channel, content)))
     }
 }
 
@@ -68,9 +66,9 @@ impl Busmaster {
         match heading {
             b"HEX" => self.decimal = false,
             b"DEC" => self.decimal = true,
-            b"SYSTEM MODE" => self.mode = Mode::System,
-            b"ABSOLUTE MODE" => self.mode = Mode::Absolute,
-            b"RELATIVE MODE" => self.mode = Mode::Relative,
+            b"SYSTEM MODE" => self.mode = TimeMode::System,
+            b"ABSOLUTE MODE" => self.mode = TimeMode::Absolute,
+            b"RELATIVE MODE" => self.mode = TimeMode::Relative,
             other => {
                 if let Some(start) = other.strip_prefix(b"START DATE AND TIME ") {
                     self.start = text(start).ok().and_then(start_time).ok_or(BadLine::NoTime)?;
@@ -81,15 +79,15 @@ impl Busmaster {
         Ok(())
     }
 
-    /// The stamp of a line with this time, ns since 1970.
+    /// Returns the stamp of a line with this time, ns since 1970.
     fn advance(&mut self, time: i64) -> i64 {
         match self.mode {
-            Mode::System => {
+            TimeMode::System => {
                 let midnight = self.start - self.start.rem_euclid(DAY);
-                midnight.saturating_add(self.clock.unwrap(time))
+                midnight.saturating_add(self.clock.since_start(time))
             }
-            Mode::Absolute => self.start.saturating_add(time),
-            Mode::Relative => {
+            TimeMode::Absolute => self.start.saturating_add(time),
+            TimeMode::Relative => {
                 self.elapsed = self.elapsed.saturating_add(time);
                 self.start.saturating_add(self.elapsed)
             }
@@ -97,7 +95,7 @@ impl Busmaster {
     }
 }
 
-/// `5:3:2024 14:30:0:250`: day, month, year, and a time of the day.
+/// Parses `5:3:2024 14:30:0:250`: day, month, year, and a time of day.
 fn start_time(text: &str) -> Option<i64> {
     let (date, time) = text.trim().split_once(' ')?;
     let mut parts = date.splitn(3, ':').map(|part| number(part, 10));
@@ -105,7 +103,7 @@ fn start_time(text: &str) -> Option<i64> {
     nanos(days(year, month, day), clock(time))
 }
 
-/// `14:30:01:5000`, ns since midnight.
+/// Parses `14:30:01:5000`, ns since midnight.
 fn clock(field: &str) -> Option<i64> {
     let (time, fraction) = field.trim().rsplit_once(':')?;
     let unit = match fraction.len() {
@@ -116,8 +114,8 @@ fn clock(field: &str) -> Option<i64> {
     Some(time_of_day(time)? + i64::from(number(fraction, 10)?) * unit)
 }
 
-/// Reads what follows the time: channel and content.
-fn frame(fields: &mut SpacedFields<'_>) -> Result<(u32, Content), BadLine> {
+/// Reads channel and content after the time.
+fn frame(fields: &mut SpacedFields<'_>) -> Result<(u32, EntryContent), BadLine> {
     if !matches!(fields.next(), Some("Rx" | "Tx")) {
         return Err(BadLine::NoFrame);
     }
@@ -138,7 +136,7 @@ fn frame(fields: &mut SpacedFields<'_>) -> Result<(u32, Content), BadLine> {
         return Err(BadLine::BadLength);
     }
     if remote {
-        return Ok((channel, Content::Remote));
+        return Ok((channel, EntryContent::Remote));
     }
     let content = fields.data_frame(id, false, length)?;
     fields.end()?;

@@ -1,19 +1,19 @@
-//! What candump writes with stamps, for a file (`-L`) and for people (`-ta`).
+//! The output of candump with stamps: log lines (`-L`) and the long form (`-ta`).
 //!
 //! ```text
 //! (1436509052.249713) can0 044#2A366C2B
 //!  (1436509052.249713)  can0  044   [4]  2A 36 6C 2B
 //! ```
-//! Of `-L` also read: CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
-//! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta`: CAN FD (a length of two digits),
+//! Of `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
+//! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length of two digits),
 //! a raw DLC (`{F}`), `remote request`, and the flags of `-x`; letters behind the data do not count. CAN XL is counted as
-//! not supported. Lines that begin with `#` are comments; those of the black box are notes.
+//! not supported. Lines that begin with `#` are comments, or notes of the black box.
 //!
-//! Stamps may be padded and have a date (`-tA`); those of `-tz` count from the start of the recording, so its epoch is 1970.
-//! Those of `-td` cannot be told from these, and all lie near 1970.
+//! Stamps may be padded and have a date (`-tA`). Stamps of `-tz` count from the start of the recording, so its epoch is
+//! 1970. Stamps of `-td` cannot be distinguished from these, and all lie near 1970.
 
 use super::clock::{SECOND, days, nanos, time_of_day};
-use super::entry::{BadLine, Content, Entry, Interface};
+use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 use super::fields::{SpacedFields, data_frame, decimal, fields, length_of_dlc, number, text};
 use super::{LineFormat, LineReader};
 use crate::core::can::error_frame::ErrorFrame;
@@ -21,21 +21,20 @@ use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 use crate::core::can::note::Note;
 use crate::core::time::WallStamp;
 
-/// candump, as `-L` and as `-ta` writes it.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "candump (-L, -ta)",
     claims: |line| text(line).ok().and_then(stamped).is_some() || parse_note(line).is_some(),
     reader: || Box::new(Candump),
 };
 
-/// The longest line, bytes; a CAN FD frame needs 200.
+/// Longest line, bytes; a CAN FD frame needs 200.
 const MAX_LINE: usize = 512;
 
-/// The format has no headings.
+/// A format without headings.
 struct Candump;
 
 impl LineReader for Candump {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         match common_line(line) {
             Some(entry) => Ok(Some(entry)),
             None if line.starts_with(b"#") => Ok(parse_note(line)),
@@ -44,17 +43,14 @@ impl LineReader for Candump {
     }
 }
 
-/// Reads one line, without its line end, that is a frame or a note.
-///
-/// # Errors
-/// The reason why it cannot be read.
-pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
+/// Reads one line that is a frame or a note, without its line end.
+pub fn parse_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
     Candump.read(line)?.ok_or(BadLine::NoTime)
 }
 
-/// Reads a classic data frame as `-L` writes it, in a fraction of the time that [`any_line`] takes: long recordings
-/// have hardly anything else. `None` for all other lines.
-fn common_line(line: &[u8]) -> Option<Entry<'_>> {
+/// Reads a classic data frame as `-L` writes it, much faster than [`any_line`]: long recordings have hardly anything
+/// else. Returns `None` for all other lines.
+fn common_line(line: &[u8]) -> Option<LogEntry<'_>> {
     let (seconds, rest) = until(line.strip_prefix(b"(")?, b'.')?;
     let (micros, rest) = rest.split_first_chunk::<6>()?;
     let (interface, rest) = until(rest.strip_prefix(b") ")?, b' ')?;
@@ -76,30 +72,30 @@ fn common_line(line: &[u8]) -> Option<Entry<'_>> {
     }
     let frame = Frame::classic(id, data)?;
     let is_name = !interface.is_empty() && interface.iter().all(u8::is_ascii_graphic);
-    let interface = Interface::Named(text(interface).ok().filter(|_| is_name)?);
-    Some(Entry { stamp: WallStamp::from_nanos(nanos), interface, content: Content::Data(frame) })
+    let interface = EntryInterface::Named(text(interface).ok().filter(|_| is_name)?);
+    Some(LogEntry { stamp: WallStamp::from_nanos(nanos), interface, content: EntryContent::Data(frame) })
 }
 
-/// What stands before and behind the first `end`, which is near.
+/// Splits at the first `end` within 16 bytes.
 fn until(text: &[u8], end: u8) -> Option<(&[u8], &[u8])> {
     let at = text.iter().take(16).position(|byte| *byte == end)?;
     Some((&text[..at], &text[at + 1..]))
 }
 
-/// Up to 18 decimal digits.
+/// Parses up to 18 decimal digits.
 fn decimals(text: &[u8]) -> Option<i64> {
     let digit = |byte: &u8| digit(*byte).filter(|digit| *digit < 10).map(i64::from);
     text.iter().try_fold(0, |number, byte| Some(number * 10 + digit(byte)?))
 }
 
-/// Up to eight hexadecimal digits.
+/// Parses up to eight hexadecimal digits.
 fn hexadecimals(text: &[u8]) -> Option<u32> {
     text.iter().try_fold(0, |number, byte| Some(number << 4 | u32::from(digit(*byte)?)))
 }
 
-/// The value of a hexadecimal digit.
+/// Returns the value of a hexadecimal digit.
 fn digit(byte: u8) -> Option<u8> {
-    /// By byte; [`NONE`] for one that is not a digit.
+    /// Values by byte; [`NONE`] for a byte that is not a digit.
     static DIGITS: [u8; 256] = {
         let mut digits = [NONE; 256];
         let mut digit = 0_u8;
@@ -114,31 +110,30 @@ fn digit(byte: u8) -> Option<u8> {
     Some(DIGITS[usize::from(byte)]).filter(|digit| *digit != NONE)
 }
 
-/// Reads a line of any kind.
-fn any_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
+fn any_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
     if line.len() > MAX_LINE {
         return Err(BadLine::TooLong);
     }
     let (stamp, rest) = stamped(text(line)?).ok_or(BadLine::NoTime)?;
     let mut fields = fields(rest, 16);
-    let interface = Interface::Named(fields.text(BadLine::NoInterface)?);
+    let interface = EntryInterface::Named(fields.text(BadLine::NoInterface)?);
     let first = fields.text(BadLine::NoFrame)?;
     let content = match first.split_once('#') {
         Some((id, rest)) => content(id, rest)?,
         None => long_content(first, fields)?,
     };
-    Ok(Entry { stamp, interface, content })
+    Ok(LogEntry { stamp, interface, content })
 }
 
-/// Reads a comment, `# (1436509052.249713) can0 link down`; `None` for one that is not a [`Note`].
-fn parse_note(line: &[u8]) -> Option<Entry<'_>> {
+/// Reads a comment such as `# (1436509052.249713) can0 link down`; returns `None` if it is not a [`Note`].
+fn parse_note(line: &[u8]) -> Option<LogEntry<'_>> {
     let (stamp, rest) = stamped(text(line.strip_prefix(b"#")?).ok()?)?;
     let mut fields = fields(rest, 16);
-    let interface = Interface::Named(fields.next()?);
-    Some(Entry { stamp, interface, content: Content::Note(Note::parse(fields)?) })
+    let interface = EntryInterface::Named(fields.next()?);
+    Some(LogEntry { stamp, interface, content: EntryContent::Note(Note::parse(fields)?) })
 }
 
-/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns what follows.
+/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the rest.
 fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     let (time, rest) = line.trim_start().strip_prefix('(')?.split_once(')')?;
     let (_, fraction) = time.trim().split_once('.')?;
@@ -163,24 +158,24 @@ const EFF_FLAG: u32 = 0x8000_0000;
 const ERR_FLAG: u32 = 0x2000_0000;
 
 /// The identifier of a frame, or the class of an error frame.
-enum Identifier {
+enum FrameOrError {
     Frame(CanId),
     Error(u32),
 }
 
-fn identifier(id: &str) -> Result<Identifier, BadLine> {
+fn identifier(id: &str) -> Result<FrameOrError, BadLine> {
     let flagged = number(id, 16).ok_or(BadLine::BadId)?;
     let id = match id.len() {
         3 => CanId::standard(flagged),
-        8 if flagged & ERR_FLAG != 0 => return Ok(Identifier::Error(flagged & !(ERR_FLAG | EFF_FLAG))),
+        8 if flagged & ERR_FLAG != 0 => return Ok(FrameOrError::Error(flagged & !(ERR_FLAG | EFF_FLAG))),
         8 => CanId::extended(flagged),
         _ => None,
     };
-    id.map(Identifier::Frame).ok_or(BadLine::BadId)
+    id.map(FrameOrError::Frame).ok_or(BadLine::BadId)
 }
 
-/// What `-ta` writes behind the interface, from its first field on.
-fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<Content, BadLine> {
+/// Reads the content that `-ta` writes, from the field after the interface on.
+fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<EntryContent, BadLine> {
     let id = if matches!(first, "RX" | "TX") {
         // Two flags: bit rate switch and error state.
         fields.nth(2).ok_or(BadLine::NoFrame)?
@@ -199,22 +194,22 @@ fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<Content, Ba
     let length = if fd { usize::try_from(length).ok() } else { length_of_dlc(length, false) };
     let length = length.ok_or(BadLine::BadLength)?;
     match identifier {
-        Identifier::Frame(_) if fields.clone().next() == Some("remote") => Ok(Content::Remote),
-        Identifier::Frame(id) => fields.data_frame(id, fd, length),
-        Identifier::Error(class) => match fields.data_frame(CanId::Standard(0), false, length)? {
-            Content::Data(frame) => Ok(Content::Error(ErrorFrame::new(class, frame.data()))),
-            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => Ok(other),
+        FrameOrError::Frame(_) if fields.clone().next() == Some("remote") => Ok(EntryContent::Remote),
+        FrameOrError::Frame(id) => fields.data_frame(id, fd, length),
+        FrameOrError::Error(class) => match fields.data_frame(CanId::Standard(0), false, length)? {
+            EntryContent::Data(frame) => Ok(EntryContent::Error(ErrorFrame::new(class, frame.data()))),
+            other @ (EntryContent::Remote | EntryContent::Error(_) | EntryContent::Note(_)) => Ok(other),
         },
     }
 }
 
-/// What `-L` writes on both sides of the `#`.
-fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
+/// Reads the content that `-L` writes on both sides of the `#`.
+fn content(id: &str, rest: &str) -> Result<EntryContent, BadLine> {
     let can_id = match identifier(id)? {
-        Identifier::Frame(id) => id,
-        Identifier::Error(class) => {
+        FrameOrError::Frame(id) => id,
+        FrameOrError::Error(class) => {
             let (bytes, length) = data(rest)?;
-            return Ok(Content::Error(ErrorFrame::new(class, &bytes[..length])));
+            return Ok(EntryContent::Error(ErrorFrame::new(class, &bytes[..length])));
         }
     };
     if let Some(fd) = rest.strip_prefix('#') {
@@ -227,7 +222,7 @@ fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
         return data_frame(can_id, true, &bytes[..length]);
     }
     if rest.starts_with(['R', 'r']) {
-        return Ok(Content::Remote);
+        return Ok(EntryContent::Remote);
     }
     if rest.contains('#') {
         return Err(BadLine::CanXl);
@@ -242,7 +237,7 @@ fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
     data_frame(can_id, false, &bytes[..length])
 }
 
-/// Reads pairs of hexadecimal digits, and counts them.
+/// Parses pairs of hexadecimal digits, and counts them.
 fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
     let mut bytes = [0; MAX_DATA];
     let pairs = text.as_bytes().chunks(2);
@@ -266,8 +261,10 @@ mod tests {
 
     fn frame(line: &str) -> Frame {
         match parse_line(line.as_bytes()).unwrap().content {
-            Content::Data(frame) => frame,
-            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
+            EntryContent::Data(frame) => frame,
+            other @ (EntryContent::Remote | EntryContent::Error(_) | EntryContent::Note(_)) => {
+                panic!("{other:?}")
+            }
         }
     }
 
@@ -307,17 +304,17 @@ mod tests {
     fn every_kind_of_line_is_read() {
         let line = parse_line(b"(1436509052.249713) vcan0 044#2A366C").unwrap();
         assert_eq!(line.stamp, WallStamp::from_nanos(1_436_509_052_249_713_000));
-        assert_eq!(line.interface, Interface::Named("vcan0"));
+        assert_eq!(line.interface, EntryInterface::Named("vcan0"));
         assert_eq!(frame("(0.000001) can0 044#2A366C").to_string(), "044#2A366C");
         assert_eq!(frame("(0.000001) can0 0CFDCC27#ff00 R").id(), CanId::Extended(0x0CFD_CC27));
         assert_eq!(frame("(0.000001) can0 123##10102030405060708090A0B0C").data().len(), 12);
         assert_eq!(frame("(0.000001) can0 123#1122334455667788_F T").data().len(), 8);
         assert_eq!(frame("(0.000001) can0 123#").data().len(), 0);
         let remote = parse_line(b"(0.1) can0 123#R8").unwrap();
-        assert_eq!((remote.content, remote.stamp.as_nanos()), (Content::Remote, 100_000_000));
+        assert_eq!((remote.content, remote.stamp.as_nanos()), (EntryContent::Remote, 100_000_000));
         let error = parse_line(b"(0.1) can0 20000204#000800000000607F").unwrap();
         let warning = ErrorFrame::new(0x204, &[0, 8, 0, 0, 0, 0, 96, 127]);
-        assert_eq!(error.content, Content::Error(warning));
+        assert_eq!(error.content, EntryContent::Error(warning));
     }
 
     #[test]
@@ -372,7 +369,7 @@ mod tests {
             prop_assert_eq!(frame(&format!("(1.5) can0 {sent}")), sent);
             let line = format!("(1.500000) can0 {sent}");
             let common = common_line(line.as_bytes());
-            prop_assert_eq!(common.map(|entry| entry.content), (!fd).then_some(Content::Data(sent)));
+            prop_assert_eq!(common.map(|entry| entry.content), (!fd).then_some(EntryContent::Data(sent)));
         }
 
         #[test]

@@ -12,28 +12,20 @@
 //! Seconds with a point or comma, of an adapter's counter that begins again after 60 s. A file with 60 s or more has a
 //! counter that does not.
 
-use super::clock::{SECOND, WrappingClock};
-use super::entry::{BadLine, Content, Entry};
+use super::clock::{SECOND, TimeCounter};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{decimal, fields, id, number, text, text_before_comment};
 use super::{LineFormat, LineReader};
 
-/// CANHacker trace.
 pub(super) const FORMAT: LineFormat =
     LineFormat { name: "CANHacker", claims: is_heading, reader: || Box::<CanHacker>::default() };
 
-const MINUTE: i64 = 60 * SECOND;
-
-/// The counter of seconds.
 #[derive(Debug)]
-struct CanHacker {
-    minute: WrappingClock,
-    /// A time has come that a counter of one minute cannot hold.
-    is_long: bool,
-}
+struct CanHacker(TimeCounter);
 
 impl Default for CanHacker {
     fn default() -> Self {
-        Self { minute: WrappingClock::new(MINUTE, 0), is_long: false }
+        Self(TimeCounter::new(60 * SECOND))
     }
 }
 
@@ -43,7 +35,7 @@ fn is_heading(line: &[u8]) -> bool {
 }
 
 impl LineReader for CanHacker {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         if is_heading(line) {
             return Ok(None);
         }
@@ -57,10 +49,8 @@ impl LineReader for CanHacker {
             return Err(BadLine::BadLength);
         }
         let is_remote = fields.clone().next().is_some_and(|field| field.eq_ignore_ascii_case("RTR"));
-        let content = if is_remote { Content::Remote } else { fields.data_frame(id, false, length)? };
-        self.is_long |= time >= MINUTE;
-        let nanos = if self.is_long { time } else { self.minute.unwrap(time) };
-        Ok(Some(Entry::numbered(nanos, 0, content)))
+        let content = if is_remote { EntryContent::Remote } else { fields.data_frame(id, false, length)? };
+        Ok(Some(LogEntry::numbered(self.0.since_start(time), 0, content)))
     }
 }
 

@@ -6,7 +6,7 @@ use super::fields::decimal;
 pub(super) const SECOND: i64 = 1_000_000_000;
 pub(super) const DAY: i64 = 86_400 * SECOND;
 
-/// Days from 1970-01-01 to a date of the Gregorian calendar, years 1900 to 2200.
+/// Returns the days from 1970-01-01 to a Gregorian date, years 1900 to 2200.
 pub(super) fn days(year: u32, month: u32, day: u32) -> Option<i64> {
     let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let lengths = [31, if leap { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
@@ -21,7 +21,7 @@ pub(super) fn days(year: u32, month: u32, day: u32) -> Option<i64> {
     Some(i64::from(years * 365 + leap_days + day_of_year) - 719_163)
 }
 
-/// Nanoseconds from 1970 to a time of day on a date; `None` without one of them.
+/// Returns the nanoseconds from 1970 to a time of day on a date; `None` if one is missing.
 pub(super) fn nanos(date: Option<i64>, time_of_day: Option<i64>) -> Option<i64> {
     date?.checked_mul(DAY)?.checked_add(time_of_day?)
 }
@@ -35,7 +35,7 @@ pub(super) fn time_of_day(field: &str) -> Option<i64> {
     Some((i64::from(hours) * 60 + i64::from(minutes)) * 60 * SECOND + seconds)
 }
 
-/// The number of a month by its English or German short name.
+/// Returns the number of a month by its English or German short name.
 pub(super) fn month(field: &str) -> Option<u32> {
     const NAMES: [&[&str]; 12] = [
         &["jan"],
@@ -56,7 +56,7 @@ pub(super) fn month(field: &str) -> Option<u32> {
     u32::try_from(found + 1).ok()
 }
 
-/// The longest delay of a line, ns: writers do not keep lines quite in order.
+/// Longest delay of a line, ns; writers do not keep lines quite in order.
 const MAX_DELAY: i64 = 10 * SECOND;
 
 /// A clock that starts again at zero after each period, ns.
@@ -64,19 +64,20 @@ const MAX_DELAY: i64 = 10 * SECOND;
 pub(super) struct WrappingClock {
     period: i64,
     newest: i64,
-    /// Sum of the periods that have ended.
+    /// Sum of the past periods.
     base: i64,
 }
 
 impl WrappingClock {
-    /// A clock whose first period began `newest` ago.
+    /// Creates a clock whose first period began `newest` ago.
     pub(super) fn new(period: i64, newest: i64) -> Self {
         Self { period, newest, base: 0 }
     }
 
-    /// Time since the begin of the first period. A step back by more than half a period begins the next one; a time
-    /// within [`MAX_DELAY`] of that, on the other side, belongs there. Other steps back stay in their period.
-    pub(super) fn unwrap(&mut self, time: i64) -> i64 {
+    /// Returns the time since the start of the first period. A step back by more than half a period starts the next
+    /// period. A time within [`MAX_DELAY`] on the other side of that step belongs to the previous period. Other steps
+    /// back stay in their period.
+    pub(super) fn since_start(&mut self, time: i64) -> i64 {
         if time + self.period / 2 < self.newest {
             self.base = self.base.saturating_add(self.period);
         } else if self.base > 0 && time >= self.period - MAX_DELAY && self.newest < MAX_DELAY {
@@ -84,6 +85,28 @@ impl WrappingClock {
         }
         self.newest = time;
         self.base.saturating_add(time)
+    }
+}
+
+/// A counter that starts again after each period, unless it is found to be longer.
+#[derive(Debug)]
+pub(super) struct TimeCounter {
+    clock: WrappingClock,
+    /// True if a time has come that the period cannot hold.
+    is_longer: bool,
+}
+
+impl TimeCounter {
+    /// Creates a counter with a period in ns.
+    pub(super) fn new(period: i64) -> Self {
+        Self { clock: WrappingClock::new(period, 0), is_longer: false }
+    }
+
+    /// Returns the time since the start of the first period, ns. The upper half of a period may be negative.
+    pub(super) fn since_start(&mut self, time: i64) -> i64 {
+        let period = self.clock.period;
+        self.is_longer |= !(-period / 2..period).contains(&time);
+        if self.is_longer { time } else { self.clock.since_start(time.rem_euclid(period)) }
     }
 }
 
@@ -109,7 +132,7 @@ mod tests {
             2 * PERIOD - 1,
             2 * PERIOD + 3,
         ];
-        assert_eq!(micros.map(|micros| clock.unwrap(micros * 1000) / 1000), expected);
+        assert_eq!(micros.map(|micros| clock.since_start(micros * 1000) / 1000), expected);
     }
 
     #[test]

@@ -10,19 +10,18 @@
 //! and statistics.
 
 use super::clock::SECOND;
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{fields, id, number, text, text_before_comment};
 use super::{LineFormat, LineReader};
 
-/// CRTD.
 pub(super) const FORMAT: LineFormat =
     LineFormat { name: "CRTD", claims: |line| Crtd.read(line).is_ok(), reader: || Box::new(Crtd) };
 
-/// The format has no headings.
+/// A format without headings.
 struct Crtd;
 
 impl LineReader for Crtd {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let mut fields = fields(text_before_comment(line), 16);
         let nanos = fields.time(SECOND)?;
         let kind = fields.text(BadLine::NoFrame)?;
@@ -40,8 +39,8 @@ impl LineReader for Crtd {
         };
         let id = id(fields.next().and_then(|field| number(field, 16)).ok_or(BadLine::BadId)?, extended)?;
         let length = fields.clone().count();
-        let content: Content = fields.data_frame(id, length > 8, length)?;
-        Ok(Some(Entry::numbered(nanos, bus, content)))
+        let content: EntryContent = fields.data_frame(id, length > 8, length)?;
+        Ok(Some(LogEntry::numbered(nanos, bus, content)))
     }
 }
 

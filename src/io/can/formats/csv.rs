@@ -9,32 +9,36 @@
 //!
 //! # Time
 //! Microseconds, of the recorder's 32-bit counter in GVRET files: it begins again at zero after
-//! 71.6 minutes, see [`WrappingClock`]; the buses are written in blocks, so lines are not quite in order.
+//! 71.6 minutes, see [`TimeCounter`]; the buses are written in blocks, so lines are not quite in order.
 //! Some write the upper half of the counter as negative numbers.
 //! A file with a value beyond 32 bits has a counter that does not wrap.
 
-use super::clock::WrappingClock;
-use super::entry::{BadLine, Content, Entry};
+use super::clock::TimeCounter;
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{columns, id, number, text};
 use super::{LineFormat, LineReader, begins};
 
-/// SavvyCAN and GVRET CSV.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "SavvyCAN or GVRET CSV",
     claims: |line| begins(line, &["Time Stamp,ID,"]),
     reader: || Box::<Csv>::default(),
 };
 
-/// The columns of the heading, and the counter.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Csv {
-    columns: Columns,
-    counter: Counter,
+    columns: CsvColumns,
+    counter: TimeCounter,
 }
 
-/// Position of each column; the data is behind all others.
+impl Default for Csv {
+    fn default() -> Self {
+        Self { columns: CsvColumns::default(), counter: TimeCounter::new(NARROW * 1000) }
+    }
+}
+
+/// Position of each column; data comes last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Columns {
+struct CsvColumns {
     time: usize,
     id: usize,
     extended: usize,
@@ -43,14 +47,14 @@ struct Columns {
     data: usize,
 }
 
-impl Default for Columns {
-    /// The columns of the first GVRET files.
+impl Default for CsvColumns {
+    /// Returns the columns of the first GVRET files.
     fn default() -> Self {
         Self { time: 0, id: 1, extended: 2, bus: 3, length: 4, data: 5 }
     }
 }
 
-impl Columns {
+impl CsvColumns {
     fn of_heading(heading: &str) -> Option<Self> {
         let position = |name: &str| columns(heading, 0).position(|column| column.eq_ignore_ascii_case(name));
         let (time, id) = (position("Time Stamp")?, position("ID")?);
@@ -61,50 +65,23 @@ impl Columns {
     }
 }
 
-/// A counter of microseconds that may have 32 bits only.
-#[derive(Debug)]
-struct Counter {
-    /// The counter as long as all its values fit 32 bits.
-    narrow: WrappingClock,
-    /// A value has come that 32 bits cannot hold.
-    is_wide: bool,
-}
-
-/// Values of a counter of 32 bits.
+/// Number of values of a 32-bit counter.
 const NARROW: i64 = 1 << 32;
 
-impl Default for Counter {
-    fn default() -> Self {
-        Self { narrow: WrappingClock::new(NARROW * 1000, 0), is_wide: false }
-    }
-}
-
-impl Counter {
-    /// Time since the counter was zero for the first time, ns.
-    fn nanos(&mut self, micros: i64) -> i64 {
-        self.is_wide |= !(-NARROW / 2..NARROW).contains(&micros);
-        if self.is_wide {
-            micros.saturating_mul(1000)
-        } else {
-            self.narrow.unwrap(micros.rem_euclid(NARROW) * 1000)
-        }
-    }
-}
-
 impl LineReader for Csv {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let line = text(line)?;
         if begins(line.as_bytes(), &["Time Stamp"]) {
-            self.columns = Columns::of_heading(line).ok_or(BadLine::NoFrame)?;
+            self.columns = CsvColumns::of_heading(line).ok_or(BadLine::NoFrame)?;
             return Ok(None);
         }
         let (micros, bus, content) = parse(line, self.columns)?;
-        Ok(Some(Entry::numbered(self.counter.nanos(micros), bus, content)))
+        Ok(Some(LogEntry::numbered(self.counter.since_start(micros.saturating_mul(1000)), bus, content)))
     }
 }
 
-/// Reads one line: the counter's value, µs, the bus and the content.
-fn parse(line: &str, at: Columns) -> Result<(i64, u32, Content), BadLine> {
+/// Reads one line: the counter's value in µs, the bus, and the content.
+fn parse(line: &str, at: CsvColumns) -> Result<(i64, u32, EntryContent), BadLine> {
     let field = |column| columns(line, column).next().unwrap_or_default();
     // A sign only where it says something.
     let time = Some(field(at.time)).filter(|time| !time.starts_with('+')).and_then(|time| time.parse().ok());
@@ -167,21 +144,22 @@ mod tests {
 
     #[test]
     fn a_counter_of_32_bits_wraps_and_a_wide_one_does_not() {
-        let mut counter = Counter::default();
-        let values = [NARROW - 1, 5].map(|micros| counter.nanos(micros));
+        let mut counter = TimeCounter::new(NARROW * 1000);
+        let values = [NARROW - 1, 5].map(|micros| counter.since_start(micros * 1000));
         assert_eq!(values, [(NARROW - 1) * 1000, (NARROW + 5) * 1000]);
-        let mut counter = Counter::default();
+        let mut counter = TimeCounter::new(NARROW * 1000);
         for micros in [3 * NARROW, 5, 1_700_000_000_000_000] {
-            assert_eq!(counter.nanos(micros), micros * 1000);
+            assert_eq!(counter.since_start(micros * 1000), micros * 1000);
         }
-        assert_eq!(counter.nanos(i64::MIN), i64::MIN);
+        assert_eq!(counter.unwrap(i64::MIN), i64::MIN);
     }
 
     #[test]
     fn the_upper_half_of_a_counter_may_be_negative() {
         let half = NARROW / 2;
-        let mut counter = Counter::default();
-        let values = [half - 1, -half, -half + 7, -1, 3].map(|micros| counter.nanos(micros) / 1000);
+        let mut counter = TimeCounter::new(NARROW * 1000);
+        let values =
+            [half - 1, -half, -half + 7, -1, 3].map(|micros| counter.since_start(micros * 1000) / 1000);
         assert_eq!(values, [half - 1, half, half + 7, NARROW - 1, NARROW + 3]);
         let lines = good(
             FORMAT,

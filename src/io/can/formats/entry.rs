@@ -9,33 +9,33 @@ use crate::core::time::WallStamp;
 
 /// One entry of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry<'a> {
-    /// Time of reception.
+pub struct LogEntry<'a> {
+    /// When it was received.
     pub stamp: WallStamp,
-    /// Interface that received it.
-    pub interface: Interface<'a>,
+    /// The interface that received it.
+    pub interface: EntryInterface<'a>,
     /// The frame or note.
-    pub content: Content,
+    pub content: EntryContent,
 }
 
-impl Entry<'_> {
-    /// An entry of a format that numbers its buses; the time is in ns since 1970.
-    pub(super) fn numbered(nanos: i64, number: u32, content: Content) -> Self {
-        Self { stamp: WallStamp::from_nanos(nanos), interface: Interface::Numbered(number), content }
+impl LogEntry<'_> {
+    /// Creates an entry with a bus number; `nanos` is in ns since 1970.
+    pub(super) fn numbered(nanos: i64, number: u32, content: EntryContent) -> Self {
+        Self { stamp: WallStamp::from_nanos(nanos), interface: EntryInterface::Numbered(number), content }
     }
 }
 
 /// The name of an interface in a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Interface<'a> {
+pub enum EntryInterface<'a> {
     /// A name, as in the file.
     Named(&'a str),
     /// A number, as in the file; shown as `can` and the number.
     Numbered(u32),
 }
 
-impl Interface<'_> {
-    /// True if this is the interface called `name`.
+impl EntryInterface<'_> {
+    /// Returns true if this is the interface called `name`.
     pub fn is(&self, name: &str) -> bool {
         match self {
             Self::Named(own) => *own == name,
@@ -46,7 +46,7 @@ impl Interface<'_> {
     }
 }
 
-impl fmt::Display for Interface<'_> {
+impl fmt::Display for EntryInterface<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Named(name) => f.write_str(name),
@@ -57,23 +57,23 @@ impl fmt::Display for Interface<'_> {
 
 /// The content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Content {
+pub enum EntryContent {
     /// A data frame, classic or FD.
     Data(Frame),
     /// A remote request; carries no data.
     Remote,
-    /// An error frame.
+    /// An error frame, which reports a fault of the bus.
     Error(ErrorFrame),
-    /// A note of the black box beside frames.
+    /// A note that the black box writes beside frames.
     Note(Note),
 }
 
-/// The reason why a line of a recording cannot be read.
+/// Why a line of a recording cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BadLine {
     /// Longer than any line of the format.
     TooLong,
-    /// Not UTF-8 text.
+    /// It is not UTF-8 text.
     NotText,
     /// No time where the format has it.
     NoTime,
@@ -113,8 +113,8 @@ mod tests {
 
     #[test]
     fn numbered_interfaces_are_called_can() {
-        assert_eq!(Interface::Numbered(1).to_string(), "can1");
-        assert!(Interface::Numbered(1).is("can1") && !Interface::Numbered(1).is("can11"));
-        assert!(Interface::Named("vcan0").is("vcan0"));
+        assert_eq!(EntryInterface::Numbered(1).to_string(), "can1");
+        assert!(EntryInterface::Numbered(1).is("can1") && !EntryInterface::Numbered(1).is("can11"));
+        assert!(EntryInterface::Named("vcan0").is("vcan0"));
     }
 }

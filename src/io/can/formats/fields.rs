@@ -2,32 +2,31 @@
 
 use std::str::SplitAsciiWhitespace;
 
-use super::entry::{BadLine, Content};
+use super::entry::{BadLine, EntryContent};
 use crate::core::can::error_frame::{ErrorFrame, class};
 use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 
-/// The fields of a line, taken from left to right. A field that is missing or malformed is the [`BadLine`] of its kind.
+/// The fields of a line, from left to right. A missing or malformed field gives the [`BadLine`] of its kind.
 #[derive(Clone)]
-pub(super) struct Fields<I> {
+pub(super) struct LineFields<I> {
     fields: I,
     /// Radix of identifiers and data.
     pub(super) radix: u32,
 }
 
-/// Fields that are separated by white space.
-pub(super) type SpacedFields<'a> = Fields<SplitAsciiWhitespace<'a>>;
+pub(super) type SpacedFields<'a> = LineFields<SplitAsciiWhitespace<'a>>;
 
-/// The fields of a line that are separated by white space.
+/// Splits a line at white space.
 pub(super) fn fields(line: &str, radix: u32) -> SpacedFields<'_> {
-    Fields { fields: line.split_ascii_whitespace(), radix }
+    LineFields { fields: line.split_ascii_whitespace(), radix }
 }
 
-/// The fields of a line that are separated by commas, from the one at `column` on; data is hexadecimal.
-pub(super) fn columns(line: &str, column: usize) -> Fields<impl Iterator<Item = &str>> {
-    Fields { fields: line.split(',').skip(column).map(str::trim), radix: 16 }
+/// Splits a line at commas, from the field at `column` on; data is hexadecimal.
+pub(super) fn columns(line: &str, column: usize) -> LineFields<impl Iterator<Item = &str>> {
+    LineFields { fields: line.split(',').skip(column).map(str::trim), radix: 16 }
 }
 
-impl<'a, I: Iterator<Item = &'a str>> Iterator for Fields<I> {
+impl<'a, I: Iterator<Item = &'a str>> Iterator for LineFields<I> {
     type Item = &'a str;
 
     fn next(&mut self) -> Option<&'a str> {
@@ -35,30 +34,28 @@ impl<'a, I: Iterator<Item = &'a str>> Iterator for Fields<I> {
     }
 }
 
-impl<'a, I: Iterator<Item = &'a str>> Fields<I> {
-    /// Takes a field of any kind; the error is `missing` when there is none.
+impl<'a, I: Iterator<Item = &'a str>> LineFields<I> {
+    /// Takes any field; `missing` is the error if there is none.
     pub(super) fn text(&mut self, missing: BadLine) -> Result<&'a str, BadLine> {
         self.next().ok_or(missing)
     }
 
-    /// Takes a decimal fraction of units of `unit_ns`, ns.
+    /// Takes a decimal number of units of `unit_ns`, and returns ns.
     pub(super) fn time(&mut self, unit_ns: i64) -> Result<i64, BadLine> {
         self.next().and_then(|field| decimal(field, unit_ns)).ok_or(BadLine::NoTime)
     }
 
-    /// Takes the number of a channel or bus.
     pub(super) fn channel(&mut self) -> Result<u32, BadLine> {
         self.next().and_then(|field| number(field, 10)).ok_or(BadLine::NoInterface)
     }
 
-    /// Takes a length in bytes, of any size.
     pub(super) fn length(&mut self) -> Result<usize, BadLine> {
         let length = self.next().and_then(|field| number(field, 10));
         length.and_then(|length| usize::try_from(length).ok()).ok_or(BadLine::BadLength)
     }
 
-    /// Takes `length` fields as the bytes of a data frame; later fields stay.
-    pub(super) fn data_frame(&mut self, id: CanId, fd: bool, length: usize) -> Result<Content, BadLine> {
+    /// Takes `length` fields as the bytes of a data frame.
+    pub(super) fn data_frame(&mut self, id: CanId, fd: bool, length: usize) -> Result<EntryContent, BadLine> {
         let mut bytes = [0; MAX_DATA];
         for byte in bytes.get_mut(..length).ok_or(BadLine::BadLength)? {
             let field = self.fields.next().and_then(|field| number(field, self.radix));
@@ -67,18 +64,17 @@ impl<'a, I: Iterator<Item = &'a str>> Fields<I> {
         data_frame(id, fd, &bytes[..length])
     }
 
-    /// Ends the line: an error if fields are left behind the data.
+    /// Fails if fields are left.
     pub(super) fn end(&mut self) -> Result<(), BadLine> {
         if self.next().is_none() { Ok(()) } else { Err(BadLine::BadLength) }
     }
 }
 
-/// The line as text.
 pub(super) fn text(line: &[u8]) -> Result<&str, BadLine> {
     std::str::from_utf8(line).map_err(|_| BadLine::NotText)
 }
 
-/// The fields before the first bytes that are not text: comments behind an event may be in any character set.
+/// Returns the fields before the first bytes that are not text, since comments may use any character set.
 pub(super) fn text_before_comment(line: &[u8]) -> &str {
     text(line).unwrap_or_else(|_| {
         let valid = line.utf8_chunks().next().map_or("", |chunk| chunk.valid());
@@ -87,13 +83,13 @@ pub(super) fn text_before_comment(line: &[u8]) -> &str {
     })
 }
 
-/// Reads an unsigned number without sign or prefix.
+/// Parses an unsigned number without sign or prefix.
 pub(super) fn number(field: &str, radix: u32) -> Option<u32> {
     // from_str_radix would take a sign.
     field.bytes().all(|byte| byte.is_ascii_alphanumeric()).then(|| u32::from_str_radix(field, radix).ok())?
 }
 
-/// Reads `12` or `12.345` units of `unit_ns`, ns; digits beyond a nanosecond are cut off.
+/// Parses `12` or `12.345` units of `unit_ns`, and returns ns; further digits are cut off.
 pub(super) fn decimal(field: &str, unit_ns: i64) -> Option<i64> {
     let (whole, fraction) = field.split_once('.').unwrap_or((field, "0"));
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -106,28 +102,25 @@ pub(super) fn decimal(field: &str, unit_ns: i64) -> Option<i64> {
     whole.parse::<i64>().ok()?.checked_mul(unit_ns)?.checked_add(i64::try_from(part).ok()?)
 }
 
-/// An identifier in range.
 pub(super) fn id(number: u32, extended: bool) -> Result<CanId, BadLine> {
     if extended { CanId::extended(number) } else { CanId::standard(number) }.ok_or(BadLine::BadId)
 }
 
-/// The data bytes of a frame with this DLC; `None` above 15. A DLC above 8 is sent as it is, but a classic frame still
-/// has 8 bytes.
+/// Returns the number of data bytes for a DLC; `None` above 15. A classic frame with a DLC above 8 still has 8 bytes.
 pub(super) fn length_of_dlc(dlc: u32, fd: bool) -> Option<usize> {
     const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
     let length = *LENGTHS.get(usize::try_from(dlc).ok()?)?;
     Some(if fd { length } else { length.min(8) })
 }
 
-/// A data frame, if there can be one of this length.
-pub(super) fn data_frame(id: CanId, fd: bool, data: &[u8]) -> Result<Content, BadLine> {
+pub(super) fn data_frame(id: CanId, fd: bool, data: &[u8]) -> Result<EntryContent, BadLine> {
     let frame = if fd { Frame::fd(id, data) } else { Frame::classic(id, data) };
-    frame.map(Content::Data).ok_or(BadLine::BadLength)
+    frame.map(EntryContent::Data).ok_or(BadLine::BadLength)
 }
 
-/// The error frame of a recording that does not state the kind of error: some rule of the bus was violated.
-pub(super) fn bus_error() -> Content {
-    Content::Error(ErrorFrame::new(class::PROTOCOL | class::BUS_ERROR, &[]))
+/// Returns the error frame for a recording that does not state the kind of error: a violated bus rule.
+pub(super) fn bus_error() -> EntryContent {
+    EntryContent::Error(ErrorFrame::new(class::PROTOCOL | class::BUS_ERROR, &[]))
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! The formats of recordings, one in each file, and the recognition of a recording's format.
 //!
-//! Formats of lines are those of `LINE_FORMATS`; a new one is its file and its line there. Binary formats are Vector
+//! `LINE_FORMATS` lists the formats of lines; a new one needs a file and a line there. Binary formats are Vector
 //! BLF, by the bytes `LOGG`, and ASAM MDF 4, which is only recognised. The name of a file does not matter. The first line
 //! that a format claims decides; lines before it are read (and counted as bad) in that format. A file without such a line
-//! at its beginning is refused with what it looks like.
+//! at its beginning is refused with a description of its content.
 //!
 //! # Time
 //! A format with a date gives absolute stamps. Their writers note local time without its zone,
@@ -32,24 +32,22 @@ mod unrecognised;
 
 use std::io;
 
-pub use entry::{BadLine, Content, Entry, Interface};
+pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 pub use unrecognised::known_magic;
 
-/// The longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
+/// Longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
 pub(super) const MAX_LINE: usize = 1024;
 
-/// A format made of lines.
 #[derive(Clone, Copy)]
 pub(super) struct LineFormat {
-    /// Name for people.
     pub(super) name: &'static str,
-    /// True for a line, without its line end, by which a recording of this format is recognised.
+    /// Returns true for a line by which this format is recognised, without its line end.
     pub(super) claims: fn(&[u8]) -> bool,
-    /// Makes a reader that has read nothing.
+    /// Creates a reader.
     pub(super) reader: fn() -> Box<dyn LineReader>,
 }
 
-/// All formats of lines, in the order in which they may claim one.
+/// Formats of lines, in the order in which they may claim one.
 const LINE_FORMATS: [LineFormat; 9] = [
     candump::FORMAT,
     asc::FORMAT,
@@ -62,47 +60,40 @@ const LINE_FORMATS: [LineFormat; 9] = [
     plain::FORMAT,
 ];
 
-/// Names of all formats that can be read, for people.
+/// Returns the names of all readable formats.
 pub fn names() -> Vec<&'static str> {
     LINE_FORMATS.iter().map(|format| format.name).chain(["Vector BLF"]).collect()
 }
 
-/// Reads a recording line by line, and keeps the state that its headings set.
+/// Reads a recording line by line, and keeps the state from its headings.
 pub(super) trait LineReader: Send {
-    /// Reads one line, without its line end and outer blanks, not empty. `None` when it holds no
-    /// frame and need not: a heading, a comment, an event of another kind.
-    ///
-    /// # Errors
-    /// The reason why it cannot be read.
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine>;
+    /// Reads a trimmed line that is not empty. Returns `None` for a heading, a comment, or an event that is not a
+    /// frame.
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine>;
 }
 
-/// True for a line that begins with one of these marks, in upper or lower case.
+/// Returns true if a line begins with one of these marks, ignoring case.
 fn begins(line: &[u8], marks: &[&str]) -> bool {
     marks
         .iter()
         .any(|mark| line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark.as_bytes())))
 }
 
-/// The format of a recording.
 #[derive(Clone, Copy)]
 pub(super) enum Format {
-    /// A format made of lines.
     Lines(LineFormat),
-    /// Vector BLF, a binary format.
     Blf,
-    /// ASAM MDF 4, which is recognised for the sake of its error and not supported.
+    /// ASAM MDF 4, which is recognised but not supported.
     Mf4,
 }
 
-/// The length of a recording's beginning by which its format is recognised, bytes.
+/// Number of bytes by which a format is recognised.
 pub(super) const HEAD: usize = 4096;
 
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl Format {
-    /// The format of a recording that begins with `head`; `None` if the beginning fits none. Only whole lines
-    /// count.
+    /// Returns the format of a recording that begins with `head`; `None` if no whole line fits one.
     pub(super) fn of(head: &[u8]) -> Option<Self> {
         if head.starts_with(b"LOGG") {
             return Some(Self::Blf);
@@ -116,18 +107,16 @@ impl Format {
             .find_map(|line| Self::of_line(line.trim_ascii()))
     }
 
-    /// The format that claims this line.
     pub(super) fn of_line(line: &[u8]) -> Option<Self> {
         LINE_FORMATS.into_iter().find(|format| (format.claims)(line)).map(Self::Lines)
     }
 }
 
-/// The text without the mark that some editors put before UTF-8.
+/// Removes the byte order mark that some editors put before UTF-8.
 pub(super) fn without_byte_order_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
 }
 
-/// The error for a file in a format that cannot be read.
 pub(super) fn not_supported() -> io::Error {
     io::Error::new(
         io::ErrorKind::Unsupported,
@@ -136,7 +125,7 @@ pub(super) fn not_supported() -> io::Error {
     )
 }
 
-/// The error for a file that begins with `head`, in no format at all.
+/// Returns the error for a file that begins with `head` and fits no format.
 pub(super) fn not_recognised(head: &[u8]) -> io::Error {
     let text = if head.is_empty() {
         "the file is empty".to_owned()
@@ -175,13 +164,13 @@ mod testing {
     }
 
     /// Microseconds since `start_micros`, interface and content.
-    pub(super) fn shown(entry: &Entry<'_>, start_micros: i64) -> String {
+    pub(super) fn shown(entry: &LogEntry<'_>, start_micros: i64) -> String {
         let content = match entry.content {
-            Content::Data(frame) => frame.to_string(),
-            Content::Note(note) => {
+            EntryContent::Data(frame) => frame.to_string(),
+            EntryContent::Note(note) => {
                 format!("Note(Controller({}))", note.to_string().trim_start_matches("controller "))
             }
-            other @ (Content::Remote | Content::Error(_)) => format!("{other:?}"),
+            other @ (EntryContent::Remote | EntryContent::Error(_)) => format!("{other:?}"),
         };
         format!("{} {} {content}", entry.stamp.as_nanos() / 1000 - start_micros, entry.interface)
     }

@@ -10,32 +10,31 @@
 //! cut or joined to the next does not have the number of bytes that its length states, and is bad.
 
 use super::clock::SECOND;
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{SpacedFields, decimal, fields, id, number, text};
 use super::{LineFormat, LineReader};
 
-/// Lines of a serial sniffer.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "serial sniffer",
     claims: |line| Plain.read(line).is_ok(),
     reader: || Box::new(Plain),
 };
 
-/// The layouts have no headings.
+/// Formats without headings.
 struct Plain;
 
 impl LineReader for Plain {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let text = text(line)?;
         let (nanos, content) = match text.split_once(':') {
             Some((start, data)) => timed(start, fields(data, 16))?,
             None => (0, serial(fields(text, 16))?),
         };
-        Ok(Some(Entry::numbered(nanos, 0, content)))
+        Ok(Some(LogEntry::numbered(nanos, 0, content)))
     }
 }
 
-fn timed(start: &str, mut data: SpacedFields<'_>) -> Result<(i64, Content), BadLine> {
+fn timed(start: &str, mut data: SpacedFields<'_>) -> Result<(i64, EntryContent), BadLine> {
     let (time, identifier) = start.split_once([' ', '\t']).ok_or(BadLine::NoTime)?;
     let nanos = decimal(time, SECOND / 1000).ok_or(BadLine::NoTime)?;
     let digits = identifier.trim().strip_prefix("0x").ok_or(BadLine::NoFrame)?;
@@ -44,7 +43,7 @@ fn timed(start: &str, mut data: SpacedFields<'_>) -> Result<(i64, Content), BadL
     Ok((nanos, data.data_frame(id, false, length)?))
 }
 
-fn serial(mut fields: SpacedFields<'_>) -> Result<Content, BadLine> {
+fn serial(mut fields: SpacedFields<'_>) -> Result<EntryContent, BadLine> {
     let mut byte = || fields.next().filter(|field| field.len() == 2).and_then(|field| number(field, 16));
     let length = byte().filter(|length| *length <= 8).ok_or(BadLine::BadLength)?;
     let identifier = (0..4).try_fold(0, |id, _| Some(id << 8 | byte()?)).ok_or(BadLine::BadId)?;

@@ -11,25 +11,24 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use super::clock::SECOND;
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, columns, data_frame, id, number, text};
 use super::{LineFormat, LineReader, begins};
 use crate::core::can::frame::MAX_DATA;
 
 const HEADING: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
 
-/// The CSV of python-can.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "python-can CSV",
     claims: |line| begins(line, &[HEADING]),
     reader: || Box::new(PythonCsv),
 };
 
-/// The columns are always the same.
+/// A format with fixed columns.
 struct PythonCsv;
 
 impl LineReader for PythonCsv {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         if begins(line, &[HEADING]) {
             return Ok(None);
         }
@@ -48,13 +47,13 @@ impl LineReader for PythonCsv {
         } else {
             let id = id(number.ok_or(BadLine::BadId)?, extended)?;
             let length = fields.length()?;
-            if remote { Content::Remote } else { data(id, length, fields.text(BadLine::BadData)?)? }
+            if remote { EntryContent::Remote } else { data(id, length, fields.text(BadLine::BadData)?)? }
         };
-        Ok(Some(Entry::numbered(nanos, 0, content)))
+        Ok(Some(LogEntry::numbered(nanos, 0, content)))
     }
 }
 
-fn data(id: crate::core::can::frame::CanId, length: usize, text: &str) -> Result<Content, BadLine> {
+fn data(id: crate::core::can::frame::CanId, length: usize, text: &str) -> Result<EntryContent, BadLine> {
     // A decoder wants room for whole groups of three bytes.
     let mut bytes = [0; MAX_DATA + 3];
     let decoded = STANDARD.decode_slice(text, &mut bytes).map_err(|_| BadLine::BadData)?;

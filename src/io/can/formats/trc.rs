@@ -19,11 +19,10 @@
 //! and do not count, but for a start among them.
 
 use super::clock::{DAY, SECOND};
-use super::entry::{BadLine, Content, Entry};
+use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{SpacedFields, bus_error, decimal, fields, id, length_of_dlc, number, text};
 use super::{LineFormat, LineReader, begins};
 
-/// PCAN TRC 1.0 to 1.3, 2.0, 2.1.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "PCAN TRC and PEAK-Converter CSV",
     claims: |line| {
@@ -32,28 +31,25 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     reader: || Box::<Trc>::default(),
 };
 
-/// The state that the headings set.
 #[derive(Debug, Default)]
 struct Trc {
-    /// Start of the recording, ns since 1970.
     start: i64,
-    columns: Columns,
+    columns: TrcColumns,
 }
 
-/// The columns, by the letters of `$COLUMNS`: `N`umber, `O`ffset, `T`ype, `B`us,
-/// `I`dentifier, `d`irection, `R`eserved, `l`ength in bytes, `L` the DLC, `D`ata;
-/// versions 1 mix direction and kind in one, `t`.
+/// Columns by the letters of `$COLUMNS`: `N`umber, `O`ffset, `T`ype, `B`us, `I`dentifier, `d`irection, `R`eserved,
+/// `l`ength in bytes, `L` the DLC, `D`ata. Versions 1 combine direction and kind in `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Columns([u8; 10]);
+struct TrcColumns([u8; 10]);
 
-impl Default for Columns {
-    /// The columns of version 1.0, which has no heading.
+impl Default for TrcColumns {
+    /// Returns the columns of version 1.0, which has no heading.
     fn default() -> Self {
         Self::from(b"NOILD")
     }
 }
 
-impl Columns {
+impl TrcColumns {
     fn from(letters: &[u8]) -> Self {
         let mut columns = [0; 10];
         columns.iter_mut().zip(letters).for_each(|(column, letter)| *column = *letter);
@@ -74,19 +70,19 @@ impl Columns {
     }
 }
 
-/// Days from 1899-12-30, from which the start is counted.
+/// Days from 1899-12-30, where the start is counted from.
 const DAYS_TO_1970: i64 = 25_569;
 
 impl LineReader for Trc {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         if let Some(comment) = line.strip_prefix(b";") {
             return self.heading(comment).map(|()| None);
         }
         let line = text(line)?;
         match csv_row(line) {
             Some(row) => {
-                let Row { offset, bus, content } = row?;
-                let entry = |content| Entry::numbered(self.start.saturating_add(offset), bus, content);
+                let CsvRow { offset, bus, content } = row?;
+                let entry = |content| LogEntry::numbered(self.start.saturating_add(offset), bus, content);
                 Ok(content.map(entry))
             }
             None => self.frame(fields(line, 16)),
@@ -97,7 +93,7 @@ impl LineReader for Trc {
 impl Trc {
     fn heading(&mut self, comment: &[u8]) -> Result<(), BadLine> {
         if let Some(version) = comment.strip_prefix(b"$FILEVERSION=") {
-            self.columns = Columns::of_version(version.trim_ascii()).ok_or(BadLine::NoFrame)?;
+            self.columns = TrcColumns::of_version(version.trim_ascii()).ok_or(BadLine::NoFrame)?;
         } else if let Some(start) = comment.strip_prefix(b"$STARTTIME=") {
             let nanos = text(start).ok().and_then(|text| decimal(text.trim_ascii(), DAY));
             self.start = nanos.map(|nanos| nanos - DAYS_TO_1970 * DAY).ok_or(BadLine::NoTime)?;
@@ -110,13 +106,13 @@ impl Trc {
                 };
                 *known = *letter;
             }
-            self.columns = Columns(letters);
+            self.columns = TrcColumns(letters);
         }
         Ok(())
     }
 
-    /// Reads a line that is not a heading; `None` if it is not a frame.
-    fn frame(&self, mut fields: SpacedFields<'_>) -> Result<Option<Entry<'static>>, BadLine> {
+    /// Reads a line that is not a heading; returns `None` if it is not a frame.
+    fn frame(&self, mut fields: SpacedFields<'_>) -> Result<Option<LogEntry<'static>>, BadLine> {
         let (mut offset, mut bus, mut kind, mut identifier, mut length) = (None, 0, "DT", None, None);
         for column in self.columns.0.into_iter().take_while(|column| !matches!(column, 0 | b'D')) {
             match column {
@@ -142,7 +138,7 @@ impl Trc {
             "ST" | "EC" | "EV" | "Warng" => return Ok(None),
             _ => return Err(BadLine::NoFrame),
         };
-        Ok(Some(Entry::numbered(self.start.saturating_add(offset), bus, content)))
+        Ok(Some(LogEntry::numbered(self.start.saturating_add(offset), bus, content)))
     }
 }
 
@@ -152,14 +148,14 @@ fn content(
     remote: bool,
     length: Option<(u8, usize)>,
     mut data: SpacedFields<'_>,
-) -> Result<Content, BadLine> {
+) -> Result<EntryContent, BadLine> {
     let identifier = identifier.ok_or(BadLine::NoFrame)?;
     if data.clone().next() == Some("ERROR") {
         return Ok(bus_error());
     }
     let id = id(number(identifier, 16).ok_or(BadLine::BadId)?, identifier.len() > 4)?;
     if remote || data.clone().next() == Some("RTR") {
-        return Ok(Content::Remote);
+        return Ok(EntryContent::Remote);
     }
     let length = match length {
         Some((b'L', dlc)) => u32::try_from(dlc).ok().and_then(|dlc| length_of_dlc(dlc, fd)),
@@ -171,16 +167,16 @@ fn content(
 }
 
 /// A row of PEAK-Converter's CSV.
-struct Row {
+struct CsvRow {
     /// Time since the start, ns.
     offset: i64,
     bus: u32,
-    /// `None` for what is not a frame.
-    content: Option<Content>,
+    /// `None` if the row is not a frame.
+    content: Option<EntryContent>,
 }
 
-/// Reads a row of PEAK-Converter's CSV; `None` for a line that does not begin like one.
-fn csv_row(line: &str) -> Option<Result<Row, BadLine>> {
+/// Reads a row of PEAK-Converter's CSV; returns `None` if the line does not begin like one.
+fn csv_row(line: &str) -> Option<Result<CsvRow, BadLine>> {
     let (index, rest) = line.split_once([',', ';', '\t'])?;
     number(index.trim(), 10)?;
     let separator = line[index.len()..].chars().next()?;
@@ -189,7 +185,7 @@ fn csv_row(line: &str) -> Option<Result<Row, BadLine>> {
     Some(row(&mut columns))
 }
 
-fn row<'a>(columns: &mut impl Iterator<Item = &'a str>) -> Result<Row, BadLine> {
+fn row<'a>(columns: &mut impl Iterator<Item = &'a str>) -> Result<CsvRow, BadLine> {
     let mut next = || columns.next().unwrap_or_default();
     let offset = decimal(next(), SECOND / 1000).ok_or(BadLine::NoTime)?;
     let bus = number(next(), 10).ok_or(BadLine::NoInterface)?;
@@ -202,7 +198,7 @@ fn row<'a>(columns: &mut impl Iterator<Item = &'a str>) -> Result<Row, BadLine> 
             let bytes = columns.filter(|byte| !byte.is_empty()).collect::<Vec<_>>().join(" ");
             let mut bytes = fields(&bytes, 16);
             if kind == "RR" {
-                Some(Content::Remote)
+                Some(EntryContent::Remote)
             } else {
                 let length = length.ok_or(BadLine::BadLength)?;
                 let count = bytes.clone().count();
@@ -217,7 +213,7 @@ fn row<'a>(columns: &mut impl Iterator<Item = &'a str>) -> Result<Row, BadLine> 
         "ST" | "EC" | "EV" => None,
         _ => return Err(BadLine::NoFrame),
     };
-    Ok(Row { offset, bus, content })
+    Ok(CsvRow { offset, bus, content })
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! What a file that is not a recording looks like, for people.
+//! Describes files that are not recordings.
 
 use std::fmt::Write as _;
 
-/// The beginning of a file that is not a recording, by its first bytes.
+/// First bytes of files that are not recordings.
 const MAGIC: [(&[u8], &str); 26] = [
     (b"PK\x03\x04", "a zip archive"),
     (b"PK\x05\x06", "an empty zip archive"),
@@ -35,10 +35,9 @@ const MAGIC: [(&[u8], &str); 26] = [
     (b"VERSION \"", "a DBC file, not a recording"),
 ];
 
-/// Characters of a text that are quoted.
 const QUOTED: usize = 40;
 
-/// What a file is by its first bytes, `a zip archive`; `None` for one of which none is typical.
+/// Returns the kind of a file by its first bytes, e.g. `a zip archive`; `None` if they are not known.
 pub fn known_magic(head: &[u8]) -> Option<&'static str> {
     let begin = head.trim_ascii_start();
     let starts = |magic: &[u8]| head.starts_with(magic) || magic[0] == b'<' && begin.starts_with(magic);
@@ -46,7 +45,7 @@ pub fn known_magic(head: &[u8]) -> Option<&'static str> {
     known.or_else(|| (head.get(257..262) == Some(b"ustar")).then_some("a tar archive"))
 }
 
-/// What a file that begins with `head` looks like: `a zip archive`, or its first line in quotes.
+/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes.
 pub(super) fn looks_like(head: &[u8]) -> String {
     if let Some(name) = known_magic(head) {
         return name.to_owned();
@@ -68,7 +67,7 @@ pub(super) fn looks_like(head: &[u8]) -> String {
     }
 }
 
-/// True for a line of candump that has no time: `can0  123   [8]  01 02`, or `can0 123#0102`.
+/// Returns true for a line of candump without a time: `can0  123   [8]  01 02`, or `can0 123#0102`.
 fn is_without_times(line: &str) -> bool {
     let mut words = line.split_ascii_whitespace();
     let (Some(_), Some(id)) = (words.next(), words.next()) else { return false };

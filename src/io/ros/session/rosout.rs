@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use tracing::Level;
 
-use crate::io::process_log::{Warning, Warnings};
+use crate::io::process_log::{TakenWarnings, Warning};
 use crate::io::ros::messages::Log;
 
 /// Makes the messages of one logger.
@@ -22,7 +22,7 @@ impl Rosout {
     }
 
     /// The messages of warnings; one more says how many did not find room.
-    pub(super) fn messages(&self, Warnings { warnings, dropped }: Warnings) -> VecDeque<Log> {
+    pub(super) fn messages(&self, TakenWarnings { warnings, dropped }: TakenWarnings) -> VecDeque<Log> {
         let last = warnings.back().map(|warning| warning.at);
         let mut messages: VecDeque<_> = warnings.into_iter().map(|warning| self.message(warning)).collect();
         if let Some(at) = last.filter(|_| dropped > 0) {
@@ -70,16 +70,16 @@ mod tests {
         };
         let warnings = VecDeque::from([warning(Level::WARN, 1, "a"), warning(Level::ERROR, 2, "b")]);
         let rosout = Rosout::new("/", "gw");
-        let messages = rosout.messages(Warnings { warnings: warnings.clone(), dropped: 0 });
+        let messages = rosout.messages(TakenWarnings { warnings: warnings.clone(), dropped: 0 });
         let shown = |log: &Log| (log.stamp.nanosec, log.level, log.msg.clone(), log.file.clone(), log.line);
         let expected = [
             (1, 30, "a".to_owned(), "src/a.rs".to_owned(), 7),
             (2, 40, "b".to_owned(), "src/a.rs".to_owned(), 7),
         ];
         assert_eq!(messages.iter().map(shown).collect::<Vec<_>>(), expected);
-        let messages = rosout.messages(Warnings { warnings, dropped: 3 });
+        let messages = rosout.messages(TakenWarnings { warnings, dropped: 3 });
         assert_eq!(messages.len(), 3);
         assert_eq!((messages[2].level, messages[2].msg.contains("3 older")), (30, true));
-        assert!(rosout.messages(Warnings::default()).is_empty());
+        assert!(rosout.messages(TakenWarnings::default()).is_empty());
     }
 }

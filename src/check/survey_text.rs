@@ -1,11 +1,12 @@
-//! The facts and findings of a recording that was played.
+//! Plays a recording, and reports its facts and findings.
 
+use std::io;
 use std::time::Duration;
 
-use super::{FaultSurvey, MAX_VALUES, Survey, TASKS};
-use crate::check::finding_text::{finding_text, fix};
-use crate::check::names::value_name;
-use crate::check::report::Report;
+use super::finding_text::{finding_text, fix};
+use super::names::value_name;
+use super::report::CheckReport;
+use super::survey::{FaultSurvey, MAX_VALUES, RecordingSurvey, TASKS};
 use crate::config::Settings;
 use crate::core::can::error_frame::class_name;
 use crate::core::can::frame::CanId;
@@ -17,11 +18,33 @@ use crate::core::vehicle_lights::binding::HazardBinding;
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::{FaultKind, Task};
 use crate::io::can::formats::BadLine;
+use crate::io::can::log::no_frame;
 use crate::replay::Replay;
 use crate::report::text::{counted, times};
 
-pub(super) fn report(survey: &Survey, settings: &Settings, replay: &Replay) -> Report {
-    let mut report = Report::default();
+/// Plays a recording to its end and lists its frames, values and reports. The second value is an error if the
+/// recording could not be read to its end, or has no frame.
+pub fn recording(settings: &Settings, mut replay: Replay) -> (CheckReport, io::Result<()>) {
+    let mut survey = RecordingSurvey::new(settings, &replay);
+    let outcome = loop {
+        if let Some((input, at)) = replay.upcoming() {
+            survey.frame(settings, input, at);
+        }
+        let before = replay.now().mono;
+        match replay.step() {
+            Ok(true) => {}
+            Ok(false) if replay.counts().records == 0 => break Err(no_frame()),
+            Ok(false) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+        while replay.poll_output().is_some() {}
+        survey.passed(&replay, before);
+    };
+    (report(&survey, settings, &replay), outcome)
+}
+
+fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> CheckReport {
+    let mut report = CheckReport::default();
     let (counts, log) = (replay.counts(), replay.log());
     let length = seconds_text(replay.length());
     let entries = counted(counts.records, "frame");
@@ -64,7 +87,7 @@ pub(super) fn report(survey: &Survey, settings: &Settings, replay: &Replay) -> R
     report
 }
 
-fn errors(survey: &Survey, settings: &Settings, report: &mut Report) {
+fn errors(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckReport) {
     for (bus, errors) in &survey.errors {
         let interface = &settings.gateway.buses[usize::from(bus.0)].interface;
         let classes =
@@ -75,7 +98,7 @@ fn errors(survey: &Survey, settings: &Settings, report: &mut Report) {
     }
 }
 
-fn messages(survey: &Survey, settings: &Settings, replay: &Replay, report: &mut Report) {
+fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report: &mut CheckReport) {
     let lights = &settings.gateway.lights.table.messages;
     let checkers = replay.gateway().lights().observations();
     for (index, (message, received)) in survey.bound.iter().zip(&survey.messages).enumerate() {
@@ -109,8 +132,7 @@ fn messages(survey: &Survey, settings: &Settings, replay: &Replay, report: &mut 
     }
 }
 
-/// Lists each value, in columns.
-fn values(survey: &Survey, settings: &Settings, report: &mut Report) {
+fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckReport) {
     let lights = &settings.gateway.lights;
     let mut rows = Vec::new();
     for (index, values) in survey.values.iter().enumerate() {
@@ -142,8 +164,8 @@ fn values(survey: &Survey, settings: &Settings, report: &mut Report) {
     }
 }
 
-/// How long each report would be published, and the faults that it would have.
-fn states(survey: &Survey, settings: &Settings, replay: &Replay, report: &mut Report) {
+/// Lists for how long each report would be published, and its faults.
+fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report: &mut CheckReport) {
     let lights = replay.gateway().lights();
     for (index, task) in TASKS.into_iter().enumerate() {
         let is_unbound =
@@ -174,12 +196,12 @@ fn states(survey: &Survey, settings: &Settings, replay: &Replay, report: &mut Re
     }
 }
 
-/// Text for the lines of a recording that cannot be read, with number and fault of the first.
+/// Describes the unreadable lines of a recording by their number and the first one.
 pub fn bad_lines_text(count: u64, (line, reason): (u64, BadLine)) -> String {
     format!("{} cannot be read; the first is line {line}: {reason}", counted(count, "line"))
 }
 
-/// What came instead of a message that never came: its identifier with another number of bits, or on another interface.
+/// Describes frames that came instead of a missing message: with another identifier length, or on another interface.
 fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> String {
     let other_kind = match message.id {
         CanId::Standard(id) => (CanId::extended(id.into()), 29),
@@ -199,9 +221,9 @@ fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> S
     instead.collect()
 }
 
-/// Reports the integrity checks of a message's frames. The first frame of a counter cannot be checked, also after
-/// a silence; that is not a finding.
-fn integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
+/// Reports the integrity checks of a message. A counter cannot be checked in its first frame, or in the first after a
+/// silence; this is not a finding.
+fn integrity(name: &str, counts: IntegrityCounts, report: &mut CheckReport) {
     let reasons: Vec<_> = counts
         .by_reason()
         .into_iter()
@@ -214,7 +236,6 @@ fn integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
     if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", &text) }
 }
 
-/// Seconds with three decimals.
 fn seconds_text(at: MonoTime) -> String {
     let millis = at.as_nanos() / 1_000_000;
     format!("{}.{:03} s", millis / 1000, millis % 1000)

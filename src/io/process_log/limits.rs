@@ -1,0 +1,158 @@
+//! Limits of the log: messages of one kind are written a few times, and then counted.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+use std::time::{Duration, Instant};
+
+use tracing::Level;
+use tracing::field::{Field, Visit};
+
+/// Maximum number of lines of one kind within [`WINDOW`].
+const MAX_LINES: u32 = 10;
+pub(super) const WINDOW: Duration = Duration::from_secs(6);
+/// Time after the last message of a kind when the suppressed ones are summed up.
+pub(super) const QUIET: Duration = Duration::from_secs(1);
+/// Maximum number of kinds; all further messages are one kind.
+pub(super) const MAX_KINDS: usize = 256;
+/// Target of texts that the log was given, which are logged in its module.
+pub(super) const TARGET: &str = concat!(env!("CARGO_CRATE_NAME"), "::io::process_log");
+
+/// The fields of an event; message and interface determine its kind.
+#[derive(Default)]
+pub(super) struct EventText {
+    pub(super) message: String,
+    pub(super) interface: String,
+    /// All other fields, as ` name=value`.
+    pub(super) more: String,
+}
+
+impl EventText {
+    /// Returns the interface, the message, and the other fields.
+    pub(super) fn whole(&self) -> String {
+        let Self { message, interface, more } = self;
+        let subject = if interface.is_empty() { String::new() } else { format!("{interface}: ") };
+        format!("{subject}{message}{more}")
+    }
+}
+
+impl Visit for EventText {
+    fn record_str(&mut self, field: &Field, value: &str) {
+        match field.name() {
+            "interface" => value.clone_into(&mut self.interface),
+            _ => self.record_debug(field, &value),
+        }
+    }
+
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        let text = match field.name() {
+            "message" => &mut self.message,
+            "interface" => &mut self.interface,
+            name => {
+                let _ = write!(self.more, " {name}={value:?}");
+                return;
+            }
+        };
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{value:?}");
+    }
+}
+
+/// A group of messages that are limited together: messages with the same subject before the first `: `, or of the
+/// same line of source.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) struct MessageKind {
+    pub(super) target: String,
+    pub(super) line: u32,
+    pub(super) subject: String,
+}
+
+impl MessageKind {
+    pub(super) fn new(target: &str, line: Option<u32>, text: &EventText) -> Self {
+        let (line, subject) = match text.message.split_once(": ") {
+            Some((subject, _)) => (0, subject),
+            None => (line.unwrap_or(0), text.interface.as_str()),
+        };
+        Self { target: target.to_owned(), line, subject: subject.to_owned() }
+    }
+
+    /// Returns the kind of a text that is not an event.
+    pub(super) fn of_text(text: &str) -> Self {
+        Self::new(TARGET, None, &EventText { message: text.to_owned(), ..EventText::default() })
+    }
+}
+
+/// The kinds of messages of the last seconds.
+#[derive(Debug, Default)]
+pub(super) struct LogLimits {
+    pub(super) kinds: BTreeMap<MessageKind, Flood>,
+    /// Number of suppressed messages since the start.
+    pub(super) suppressed: u64,
+    /// Lines about suppressed messages that are to be written, with their worst level.
+    pub(super) summaries: Vec<(Level, String)>,
+}
+
+/// The messages of one kind within [`WINDOW`].
+#[derive(Debug)]
+pub(super) struct Flood {
+    since: Instant,
+    last_at: Instant,
+    lines: u32,
+    /// Number of suppressed messages since the last summary.
+    suppressed: u64,
+    /// The worst level of the suppressed messages.
+    level: Level,
+    last: String,
+}
+
+impl LogLimits {
+    /// Counts a message and returns true if it is to be written.
+    pub(super) fn admit(&mut self, mut kind: MessageKind, text: &str, level: Level, now: Instant) -> bool {
+        if !self.kinds.contains_key(&kind) && self.kinds.len() >= MAX_KINDS {
+            self.settle(now);
+            if self.kinds.len() >= MAX_KINDS {
+                kind = MessageKind::default();
+            }
+        }
+        if self.kinds.get(&kind).is_some_and(|flood| flood.is_over(now)) {
+            self.settle(now);
+        }
+        let begin =
+            || Flood { since: now, last_at: now, lines: 0, suppressed: 0, level, last: String::new() };
+        let flood = self.kinds.entry(kind).or_insert_with(begin);
+        flood.last_at = now;
+        if flood.lines < MAX_LINES {
+            flood.lines += 1;
+            return true;
+        }
+        // Levels of tracing are the smaller the worse.
+        flood.level = if flood.suppressed == 0 { level } else { flood.level.min(level) };
+        flood.suppressed += 1;
+        text.clone_into(&mut flood.last);
+        self.suppressed += 1;
+        false
+    }
+
+    /// Sums up the suppressed messages of kinds that are over or quiet, and forgets kinds that are over.
+    pub(super) fn settle(&mut self, now: Instant) {
+        let summaries = &mut self.summaries;
+        self.kinds.retain(|_, flood| {
+            let is_over = flood.is_over(now);
+            let is_quiet = now.saturating_duration_since(flood.last_at) >= QUIET;
+            if (is_over || is_quiet) && flood.suppressed > 0 {
+                let seconds = flood.last_at.saturating_duration_since(flood.since).as_secs() + 1;
+                let count = flood.suppressed;
+                let times = if count == 1 { "once more".to_owned() } else { format!("{count} more times") };
+                let text = format!("{times} in {seconds} s, the last: {}", flood.last);
+                summaries.push((flood.level, text));
+                flood.suppressed = 0;
+            }
+            !is_over
+        });
+    }
+}
+
+impl Flood {
+    fn is_over(&self, now: Instant) -> bool {
+        now.saturating_duration_since(self.since) >= WINDOW
+    }
+}
