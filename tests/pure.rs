@@ -7,6 +7,7 @@ mod support;
 mod pure {
     mod absences;
     mod case_files;
+    mod change_costs;
     mod command_model;
     mod config_refusals;
     mod configuration_keys;

@@ -27,12 +27,12 @@ pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
         ModeFrom::Topic { .. } => &command.topics.control_mode,
         ModeFrom::Signal => "a signal of the vehicle",
     };
-    report.line("commands", &format!("{sent}; turn commands of {source}, control mode of {mode}"));
+    report.line("commands", format!("{sent}; turn commands of {source}, control mode of {mode}"));
     for message in &binding.messages {
         let bus = settings.gateway.buses.get(usize::from(message.permission.bus().0));
         let bus = bus.map_or("?", |bus| bus.name.as_str());
         let (name, id, period) = (&message.name, message.permission.id(), message.timing.period.as_millis());
-        report.line("", &format!("{name} ({id}) on {bus}: {}, every {period} ms", lights_of(message)));
+        report.line("", format!("{name} ({id}) on {bus}: {}, every {period} ms", lights_of(message)));
     }
 }
 

@@ -15,7 +15,7 @@ use crate::report::text::counted;
 pub fn map(files: &dyn Files, path: &Path) -> Result<CheckReport, Problem> {
     let road = read_lane_network(files, path)?;
     let mut report = CheckReport::default();
-    report.line("map", &summary(&path.display().to_string(), &road));
+    report.line("map", summary(&path.display().to_string(), &road));
     tags(&road, DeciderCompat::Improved, &mut report);
     Ok(report)
 }

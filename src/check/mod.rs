@@ -52,13 +52,13 @@ pub fn binding(settings: &Settings) -> CheckReport {
                 .map(|(count, noun)| counted(count.try_into().unwrap_or(u64::MAX), noun));
         report.line(
             "bus",
-            &format!(
+            format!(
                 "{} on {}: {path}, {messages}, {signals}, {statements} rejected",
                 bus.name, bus.interface
             ),
         );
         for finding in dbc.database.findings.iter().filter(|finding| finding.severity == Severity::Rejected) {
-            report.line("", &format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
+            report.line("", format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
         }
     }
     let v2i = &settings.gateway.v2i;
@@ -76,9 +76,9 @@ pub fn binding(settings: &Settings) -> CheckReport {
             }
         };
         let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
-        report.line("message", &format!("{} ({}) on {bus}: {timing}", message.name, message.id));
+        report.line("message", format!("{} ({}) on {bus}: {timing}", message.name, message.id));
         let proof = message.integrity.as_ref().map_or("none".to_owned(), MessageIntegrity::to_string);
-        report.line("", &format!("integrity check: {proof}"));
+        report.line("", format!("integrity check: {proof}"));
     }
     names::roles(settings, &roles(lights), &mut report);
     turn_sources(&lights.turn, &mut report);
@@ -139,19 +139,19 @@ fn turn_sources(turn: &TurnBinding, report: &mut CheckReport) {
         match &named.source {
             TurnSource::Enumerated { tap_hold, .. } | TurnSource::Pair { tap_hold, .. } => {
                 if let Some(hold) = tap_hold {
-                    report.line("lever", &format!("a tap is held for {} ms", hold.as_millis()));
+                    report.line("lever", format!("a tap is held for {} ms", hold.as_millis()));
                 }
             }
             TurnSource::Lamps { settings, .. } => {
                 let (hold, confirm) = (settings.hold.as_millis(), settings.confirm.as_millis());
-                report.line("lamps", &format!("held {hold} ms, hazard after {confirm} ms of both"));
+                report.line("lamps", format!("held {hold} ms, hazard after {confirm} ms of both"));
             }
             TurnSource::Stalk { settings, .. } => {
                 let comfort = settings.comfort.duration().as_millis();
                 let startup_delay = settings.startup_delay.as_millis();
                 report.line(
                     "stalk",
-                    &format!("a tap blinks for {comfort} ms; unknown for {startup_delay} ms at start"),
+                    format!("a tap blinks for {comfort} ms; unknown for {startup_delay} ms at start"),
                 );
             }
         }
@@ -180,8 +180,7 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut CheckReport) {
             HazardSource::Signal { .. } => {}
             HazardSource::Button { startup_delay, .. } => {
                 let startup_delay = startup_delay.as_millis();
-                report
-                    .line("hazard", &format!("each press toggles; unknown for {startup_delay} ms at start"));
+                report.line("hazard", format!("each press toggles; unknown for {startup_delay} ms at start"));
             }
         }
     }
@@ -197,6 +196,6 @@ fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut CheckReport
         };
         let names: Vec<_> = sources.list.iter().map(name).collect();
         let limit = sources.disagreement.as_millis();
-        report.line(subject, &format!("from {}; may disagree for {limit} ms", names.join(", then ")));
+        report.line(subject, format!("from {}; may disagree for {limit} ms", names.join(", then ")));
     }
 }

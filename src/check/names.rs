@@ -49,7 +49,7 @@ pub(super) fn roles(settings: &Settings, roles: &[RoleTexts], report: &mut Check
             report.find(Severity::Warning, text);
         }
         let (heading, rest) = heading(&role.subject);
-        report.line(heading, &format!("{rest}{name}: {}; anything else is invalid", values.join(", ")));
+        report.line(heading, format!("{rest}{name}: {}; anything else is invalid", values.join(", ")));
     }
 }
 

@@ -8,11 +8,11 @@ pub(super) fn provenance(provenance: &Provenance, report: &mut CheckReport) {
     let verifying = provenance.records.iter().filter(|record| record.verified > Verification::Nothing);
     for record in verifying {
         let facts = format!("{} by {}", record.facts.join(", "), record.verified);
-        report.line("verified", &record_text(&facts, record));
+        report.line("verified", record_text(&facts, record));
     }
     let unverified = provenance.facts_verified_by(Verification::Nothing);
     if !unverified.is_empty() {
-        report.line("unverified", &unverified.join(", "));
+        report.line("unverified", unverified.join(", "));
     }
 }
 
@@ -20,12 +20,12 @@ pub(super) fn provenance(provenance: &Provenance, report: &mut CheckReport) {
 pub fn records(provenance: &Provenance) -> CheckReport {
     let mut report = CheckReport::default();
     for record in &provenance.records {
-        report.line(&record.verified.to_string(), &record_text(&record.facts.join(", "), record));
+        report.line(&record.verified.to_string(), record_text(&record.facts.join(", "), record));
     }
     let without = provenance.facts.iter().filter(|fact| fact.records.is_empty());
     let without: Vec<_> = without.map(|fact| fact.name.as_str()).collect();
     if !without.is_empty() {
-        report.line("no source", &without.join(", "));
+        report.line("no source", without.join(", "));
     }
     report
 }

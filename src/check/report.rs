@@ -33,8 +33,8 @@ pub struct ReportedFinding {
 const MAX_HEADING: usize = 10;
 
 impl CheckReport {
-    pub(super) fn line(&mut self, heading: &str, text: &str) {
-        self.facts.push(Fact { heading: heading.to_owned(), text: text.to_owned() });
+    pub(super) fn line(&mut self, heading: &str, text: impl Into<String>) {
+        self.facts.push(Fact { heading: heading.to_owned(), text: text.into() });
     }
 
     pub(super) fn find(&mut self, severity: Severity, text: impl Into<String>) {

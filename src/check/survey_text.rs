@@ -51,7 +51,7 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
     match log.interfaces() {
         [] => report.find(Severity::Error, "not one frame was read"),
         interfaces => {
-            report.line("recording", &format!("{entries} in {length} on {}", interfaces.join(", ")));
+            report.line("recording", format!("{entries} in {length} on {}", interfaces.join(", ")));
         }
     }
     if let Some(first) = log.first_bad() {
@@ -114,7 +114,7 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
         let median = survey.evidence.messages.get(index).and_then(|message| message.gaps.median());
         let usual =
             median.map_or(String::new(), |median| format!(", usually every {} ms", median.as_millis()));
-        report.line("message", &format!("{name} ({id}): {frames}{usual}, longest gap {gap} ms"));
+        report.line("message", format!("{name} ({id}): {frames}{usual}, longest gap {gap} ms"));
         let gaps = [
             (received.missing, "while other frames came on"),
             (received.bus_silent, "and so was everything else on"),
@@ -160,7 +160,7 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
     };
     let (first, second) = (width(0), width(1));
     for [value, meaning, count] in &rows {
-        report.line("value", &format!("{value:first$}  {meaning:second$}  {count}"));
+        report.line("value", format!("{value:first$}  {meaning:second$}  {count}"));
     }
 }
 
@@ -175,7 +175,7 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
         }
         let published = seconds_text(MonoTime::ZERO.after(survey.published[index]));
         let whole = seconds_text(replay.now().mono);
-        report.line("report", &format!("{} would be published for {published} of {whole}", task.name()));
+        report.line("report", format!("{} would be published for {published} of {whole}", task.name()));
         let faults = survey.faults.iter().filter(|((of, _), _)| *of == index);
         for ((_, fault), FaultSurvey { count, total, first }) in faults {
             let kind = match fault {
@@ -191,7 +191,7 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
                 && *count == 1
                 && *first == survey.start
                 && survey.published[index] > Duration::ZERO;
-            if start_only { report.line("", &text) } else { report.find(Severity::Warning, text) }
+            if start_only { report.line("", text) } else { report.find(Severity::Warning, text) }
         }
     }
 }
@@ -233,7 +233,7 @@ fn integrity(name: &str, counts: IntegrityCounts, report: &mut CheckReport) {
     let (trusted, lost, rejected) = (counts.trusted, counts.lost, counts.rejected());
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let text = format!("{name}: {trusted} trusted, {rejected} rejected{why}, {lost} lost by the counter");
-    if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", &text) }
+    if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", text) }
 }
 
 fn seconds_text(at: MonoTime) -> String {

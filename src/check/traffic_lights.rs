@@ -16,7 +16,7 @@ pub(super) fn sources(binding: &V2iBinding, report: &mut CheckReport) {
                 let limit = cycle.timeout.as_millis();
                 let text =
                     format!("{intersection} and {group}: a group is unknown after {limit} ms without it");
-                report.line("v2i", &text);
+                report.line("v2i", text);
                 for ((intersection, number), group) in &cycle.groups {
                     let what = format!("{} is group {number} of intersection {intersection}", group.id);
                     one_group(binding, group, "", &what, report);
@@ -45,7 +45,7 @@ fn one_group(binding: &V2iBinding, group: &BoundGroup, heading: &str, what: &str
     values(binding, &group.state, "v2i", |bulbs| bulbs.to_string(), report);
     if let Some(confidence) = &group.confidence {
         let name = &binding.table.signals[confidence.role.signal.0].name;
-        report.line("", &format!("{name}: confidence, {} is full", confidence.full));
+        report.line("", format!("{name}: confidence, {} is full", confidence.full));
     }
 }
 
@@ -59,7 +59,7 @@ fn values<T: Copy>(
     let texts = role_texts(role, subject.to_owned(), name);
     let values: Vec<_> = texts.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
     let signal = &binding.table.signals[role.signal.0].name;
-    report.line("", &format!("{signal}: {}; anything else is invalid", values.join(", ")));
+    report.line("", format!("{signal}: {}; anything else is invalid", values.join(", ")));
 }
 
 #[cfg(test)]

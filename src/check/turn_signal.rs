@@ -18,20 +18,20 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
             format!("shadow: nothing is published; decisions may differ for {} ms", tolerance.as_millis())
         }
     };
-    report.line("decider", &role);
+    report.line("decider", role);
     let map_path = plain_path(&decider.map);
-    report.line("", &format!("map {}", map::summary(&map_path, &flow.road)));
+    report.line("", format!("map {}", map::summary(&map_path, &flow.road)));
     map::tags(&flow.road, settings.compat, report);
     let rules = settings
         .country
         .as_ref()
         .map_or("as deployed".to_owned(), |country| format!("{} ({})", country.code, country.source));
-    report.line("", &format!("compat {}, rules {rules}", settings.compat.name()));
+    report.line("", format!("compat {}, rules {rules}", settings.compat.name()));
     let VehicleInfo { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
     let front_m = settings.vehicle.front_m();
     report.line(
         "",
-        &format!(
+        format!(
             "vehicle: front bumper {front_m:.2} m before the rear axle ({front_overhang_m:.2} m overhang), rear \
              {rear_overhang_m:.2} m behind it, sides {left_m:.3} and {right_m:.3} m"
         ),
@@ -40,7 +40,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
     let limits = settings.age_limits;
     report.line(
         "",
-        &format!(
+        format!(
             "one cycle every {} ms; too old after: odometry {}, planned path {}, manoeuvres {}, scenario {}, hazard \
              request {} ms",
             ms(flow.period),
@@ -52,7 +52,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
         ),
     );
     for parameter in PARAMETERS.iter().take(SIGNAL_PARAMETERS) {
-        report.line("", &format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
+        report.line("", format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
     }
     for (name, what) in [
         (&decider.inputs.odometry, "odometry"),
@@ -64,20 +64,20 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
         (&decider.inputs.hazard_request, "hazard request"),
     ] {
         let name = if name.is_empty() { "no topic" } else { name };
-        report.line("", &format!("{what} from {name}"));
+        report.line("", format!("{what} from {name}"));
     }
     let modules = decider.inputs.planning_factors.len();
-    report.line("", &format!("planning factors of {modules} of {} modules", FactorTopic::ALL.len()));
+    report.line("", format!("planning factors of {modules} of {} modules", FactorTopic::ALL.len()));
     for (name, what) in
         [(&decider.outputs.markers, "markers"), (&decider.outputs.planning_factors, "planning factor")]
     {
         if !name.is_empty() {
-            report.line("", &format!("{what} of what is signalled to {name}"));
+            report.line("", format!("{what} of what is signalled to {name}"));
         }
     }
     if decider.publishes_commands() {
         let outputs = &decider.outputs;
-        report.line("", &format!("commands to {} and {}", outputs.turn_command, outputs.hazard_command));
+        report.line("", format!("commands to {} and {}", outputs.turn_command, outputs.hazard_command));
     }
 }
 

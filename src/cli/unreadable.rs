@@ -9,7 +9,7 @@ use crate::config::Refused;
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;
 use crate::core::near_miss::nearest;
-use crate::io::can::formats;
+use crate::io::can::formats::{self, NotRecording};
 use crate::io::standard_input;
 
 /// Number of bytes by which a file is recognised.
@@ -55,11 +55,10 @@ fn texts(path: &Path, error: &io::Error) -> (String, String) {
         io::ErrorKind::InvalidData => match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
             Some((reason, "")) => (reason, format!("these are read: {}", formats::names().join(", "))),
             Some((reason, remedy)) => (reason, remedy.to_owned()),
-            None => {
-                let text = error.to_string();
-                let (reason, remedy) = text.split_once("; ").unwrap_or((&text, ""));
-                (reason.to_owned(), remedy.to_owned())
-            }
+            None => match error.get_ref().and_then(|inner| inner.downcast_ref::<NotRecording>()) {
+                Some(NotRecording { reason, remedy }) => (reason.clone(), remedy.clone()),
+                None => (error.to_string(), String::new()),
+            },
         },
         _ => (error.to_string(), String::new()),
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::files::Files;
 use super::reading::location::Text;
 use super::reading::problem::Problem;
-use crate::io::can::formats::known_magic;
+use crate::io::can::formats::{known_magic, remedy_for};
 use crate::io::can::log::Log;
 
 /// The length of a file's beginning by which it is recognised, bytes. A TOML file is looked at as a whole.
@@ -110,10 +110,7 @@ impl FileKind {
     pub fn mismatch(self, content: &[u8]) -> Option<(String, &'static str)> {
         let candidates = Self::candidates(content);
         let found = candidates.first().filter(|_| !candidates.contains(&self))?;
-        // What is called something else may have its own remedy.
-        let (name, place) =
-            found.with_article().split_once("; ").unwrap_or((found.with_article(), found.place()));
-        Some((format!("this is {name}, not {}", self.with_article()), place))
+        Some((format!("this is {}, not {}", found.with_article(), self.with_article()), found.place()))
     }
 
     /// The kind as people call it.
@@ -149,7 +146,7 @@ impl FileKind {
             Self::Recording => {
                 "give it as the LOG of `signal-gateway check`, `identify`, `decode` or `replay`"
             }
-            Self::Other(_) => "",
+            Self::Other(name) => remedy_for(name),
         }
     }
 }

@@ -2,24 +2,13 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+
+use crate::support::program::run;
 
 const DBC: &str = "VERSION \"\"\nBO_ 193 LIGHTS: 4 X\n SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X\n SG_ COUNTER : 8|4@1+ (1,0) [0|15] \"\" X\n \
                    SG_ CHECKSUM : 24|8@1+ (1,0) [0|255] \"\" X\nBO_ 194 HAZARD: 1 X\n SG_ ON : 0|1@1+ (1,0) [0|1] \"\" X\n";
 const PROFILE: &str = "name = \"Car\"\n[bus.body]\ndbc = \"car.dbc\"\n[turn]\nsignal = \"LIGHTS.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
                        [hazard]\nfrom = \"signal\"\nsignal = \"HAZARD.ON\"\noff = [0]\non = [1]\n";
-
-fn check(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command
-        .current_dir(folder)
-        .env_remove("RUST_LOG")
-        .args(["check", "drive.log"])
-        .args(args)
-        .output()
-        .unwrap()
-}
 
 /// Left, right and hazard, with a counter and a checksum beside the turn signal.
 fn drive() -> String {
@@ -68,13 +57,12 @@ fn the_lines_of_fix_mend_the_profile_whether_it_is_refused_or_not() {
         }
         let mut codes = Vec::new();
         for _ in 0..3 {
-            let output = check(folder, &["--profile", "car.toml", "--fix"]);
-            let patch = String::from_utf8(output.stdout).unwrap();
-            codes.push(output.status.code().unwrap());
-            let text = String::from_utf8_lossy(&output.stderr).into_owned();
-            assert_eq!(text.contains("shows no line that it lacks"), patch.is_empty(), "{text}");
+            let fixed = run(folder, &["check", "drive.log", "--profile", "car.toml", "--fix"]);
+            codes.push(fixed.code);
+            let has_none = fixed.error.contains("shows no line that it lacks");
+            assert_eq!(has_none, fixed.out.is_empty(), "{}", fixed.error);
             let before = fs::read_to_string(folder.join("car.toml")).unwrap();
-            let after = apply(&patch, &before);
+            let after = apply(&fixed.out, &before);
             assert_eq!(after.matches("[message.LIGHTS]").count(), 1, "{after}");
             fs::write(folder.join("car.toml"), after).unwrap();
         }
@@ -84,8 +72,6 @@ fn the_lines_of_fix_mend_the_profile_whether_it_is_refused_or_not() {
         for line in ["timeout_ms = 500", "counter = { ", "checksum = { kind = \"sum8\""] {
             assert!(mended.contains(line), "{mended}");
         }
-        let checked = check(folder, &["--profile", "car.toml"]);
-        let text = String::from_utf8_lossy(&checked.stdout);
-        assert_eq!(checked.status.code(), Some(0), "{text}{}", String::from_utf8_lossy(&checked.stderr));
+        run(folder, &["check", "drive.log", "--profile", "car.toml"]).succeeded();
     }
 }

@@ -4,27 +4,25 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
+
+use crate::support::program::{Ran, program, run};
+use crate::support::sources::project;
 
 pub(super) const DEMO: &str = "config/demo.toml";
 
-pub(super) fn gateway(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("RUST_LOG").env("COLUMNS", "100");
-    command.args(args).output().unwrap()
+pub(super) fn gateway(args: &[&str]) -> Ran {
+    run(project(), args)
 }
 
 pub(super) fn out(args: &[&str]) -> String {
-    let output = gateway(args);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    gateway(args).succeeded()
 }
 
 pub(super) fn refused(code: i32, args: &[&str]) -> String {
-    let output = gateway(args);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
-    text
+    let ran = gateway(args);
+    ran.assert(code, "");
+    ran.error
 }
 
 #[test]
@@ -104,10 +102,8 @@ fn decode_prints_signals_with_their_meaning() {
 fn check_finds_a_turn_that_bends_the_other_way() {
     let map = std::fs::read_to_string("config/maps/crossing/lanelet2_map.osm").unwrap();
     let (_folder, path) = file("crossing.osm", &map.replace("v=\"left\"", "v=\"right\""));
-    let output = gateway(&["check", path.to_str().unwrap()]);
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(4), "{text}");
-    assert!(text.contains("tagged right, but it bends 89° to the left\n"), "{text}");
+    let checked = gateway(&["check", path.to_str().unwrap()]);
+    checked.assert(4, "tagged right, but it bends 89° to the left\n");
 }
 
 #[test]
@@ -128,12 +124,11 @@ fn names_cannot_control_the_terminal() {
     let profile = "name = \"Car\\u001b[2J\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n";
     let (folder, path) = file("car.toml", profile);
     let (log_folder, log) = log_of(&["(1.0) can\u{1b}0 111#00"]);
-    let output = gateway(&["check", log.to_str().unwrap(), "--profile", path.to_str().unwrap()]);
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = gateway(&["check", log.to_str().unwrap(), "--profile", path.to_str().unwrap()]).out;
     assert!(text.contains("vehicle    Car\\u{1b}[2J\n") && text.contains("on can\\u{1b}0\n"), "{text:?}");
     assert!(!text.contains('\u{1b}'), "{text:?}");
-    let output = gateway(&["replay", "/no\u{1b}where", "--profile", path.to_str().unwrap()]);
-    assert!(String::from_utf8(output.stderr).unwrap().contains("/no\\u{1b}where: "));
+    let refused = gateway(&["replay", "/no\u{1b}where", "--profile", path.to_str().unwrap()]);
+    assert!(refused.error.contains("/no\\u{1b}where: "));
     drop((folder, log_folder));
 }
 
@@ -157,8 +152,7 @@ fn output_may_be_cut_off_anywhere() {
         &["--help"],
         &["lights", "--help"],
     ] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        command.current_dir(env!("CARGO_MANIFEST_DIR")).args(args);
+        let mut command = program(project(), args);
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = command.stdout(writer).stderr(Stdio::piped()).output().unwrap();
@@ -193,26 +187,16 @@ fn examples_of_the_help_can_be_copied() {
 
 #[test]
 fn a_recording_can_come_through_a_pipe_and_the_output_may_be_cut_off() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["decode", "-", "--config", DEMO])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut command = program(project(), &["decode", "-", "--config", DEMO]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut input = child.stdin.take().unwrap();
     writeln!(input, "(1.000000) can0 2A5#0000000000000000").unwrap();
     drop(input);
     let output = child.wait_with_output().unwrap();
     assert!(String::from_utf8(output.stdout).unwrap().contains("turn off"));
     // A reader that stops early is not a failure.
-    let mut child = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["decode", "--config", DEMO])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut command = program(project(), &["decode", "--config", DEMO]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -254,61 +238,43 @@ fn a_request_without_effect_is_reported_beside_the_log_of_a_simulated_vehicle() 
     write!(script, "0.1 fault drop NO_SUCH_MESSAGE\n0.2 stalk left\n").unwrap();
     let path = script.path().to_str().unwrap();
     let profile = "config/vehicles/bmw_e9x.toml";
-    let output = gateway(&["vehicle", "--profile", profile, "--candump", "--until", "1", "--script", path]);
-    let errors = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success() && !output.stdout.is_empty());
-    assert_eq!(
-        errors.lines().filter(|line| line.contains("without effect on the bus")).count(),
-        1,
-        "{errors}"
-    );
+    let Ran { code, out, error } =
+        gateway(&["vehicle", "--profile", profile, "--candump", "--until", "1", "--script", path]);
+    assert!(code == 0 && !out.is_empty());
+    assert_eq!(error.matches("without effect on the bus").count(), 1, "{error}");
 }
 
 /// The binary alone, in a folder without anything.
 #[test]
 fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        let output = command.current_dir(folder.path()).args(args).output().unwrap();
-        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        (output.status.code(), out, err)
-    };
-    let (code, list, _) = run(&["profiles", "list"]);
-    assert_eq!(code, Some(0));
+    let run = |args: &[&str]| run(&folder, args);
+    let list = run(&["profiles", "list"]).succeeded();
     let kia = list.lines().find(|line| line.starts_with("hyundai_kia ")).unwrap();
     assert!(kia.ends_with("  Hyundai and Kia: turn, hazard"), "{kia}");
-    let (_, shown, _) = run(&["profiles", "show", "hyundai_kia"]);
-    assert!(shown.contains("name = \"Hyundai and Kia\""), "{shown}");
-    let (_, dbc, _) = run(&["profiles", "show", "hyundai_kia", "--dbc"]);
+    run(&["profiles", "show", "hyundai_kia"]).assert(0, "name = \"Hyundai and Kia\"");
+    let dbc = run(&["profiles", "show", "hyundai_kia", "--dbc"]).out;
     assert!(dbc.starts_with("VERSION"), "{dbc}");
-    let (_, sources, _) = run(&["profiles", "show", "hyundai_kia", "--provenance"]);
-    let recorded = "recording  turn.off, hazard.off, message.CGW1.timing: Kona: off in all 98 frames, ";
-    assert!(
-        sources.contains("nothing    turn, hazard: dbc hyundai_can_generated.dbc of commaai/opendbc at "),
-        "{sources}"
-    );
-    assert!(sources.contains(recorded), "{sources}");
-    let (code, _, error) = run(&["profiles", "show", "hyunday_kia"]);
-    assert_eq!(code, Some(2));
-    assert!(error.contains("did you mean the built-in profile hyundai_kia?"), "{error}");
+    let sources = run(&["profiles", "show", "hyundai_kia", "--provenance"]);
+    sources.assert(0, "nothing    turn, hazard: dbc hyundai_can_generated.dbc of commaai/opendbc at ");
+    sources.assert(0, "recording  turn.off, hazard.off, message.CGW1.timing: Kona: off in all 98 frames, ");
+    let mistyped = run(&["profiles", "show", "hyunday_kia"]);
+    mistyped.assert(2, "did you mean the built-in profile hyundai_kia?");
 
-    let (_, text, error) = run(&["check", "--profile", "hyundai_kia"]);
-    assert!(text.contains("powertrain on can0: built-in dbc/hyundai_kia.dbc, "), "{text}{error}");
-    assert!(text.contains("\nunverified turn.left, turn.right, hazard.on\n"), "{text}");
-    assert_eq!(run(&["decide", "crossing_left"]).0, Some(0));
-    assert_eq!(run(&["lights", "bench", "--until", "1"]).0, Some(0));
-    let (code, _, error) = run(&["decide", "crosing_left"]);
-    assert_eq!(code, Some(3));
-    assert!(error.contains("did you mean the built-in drive crossing_left"), "{error}");
+    let checked = run(&["check", "--profile", "hyundai_kia"]);
+    checked.assert(0, "powertrain on can0: built-in dbc/hyundai_kia.dbc, ");
+    checked.assert(0, "\nunverified turn.left, turn.right, hazard.on\n");
+    run(&["decide", "crossing_left"]).succeeded();
+    run(&["lights", "bench", "--until", "1"]).succeeded();
+    run(&["decide", "crosing_left"]).assert(3, "did you mean the built-in drive crossing_left");
 
     let config =
         "profile = \"hyundai_kia\"\n[can.body]\ninterface = \"can0\"\n[turn_signal]\nmap = \"crossing\"\n";
     std::fs::write(folder.path().join("gateway.toml"), config).unwrap();
-    let (code, _, error) = run(&["check", "--config", "gateway.toml"]);
-    assert_eq!(code, Some(3));
-    assert!(error.contains("gateway.toml:2:") && error.contains("powertrain"), "{error}");
+    let refused = run(&["check", "--config", "gateway.toml"]);
+    refused.assert(3, "gateway.toml:2:");
+    refused.assert(3, "powertrain");
     std::fs::write(folder.path().join("gateway.toml"), config.replace("body", "powertrain")).unwrap();
-    let (_, text, error) = run(&["check", "--config", "gateway.toml"]);
-    assert!(text.contains("map built-in map crossing: "), "{text}{error}");
+    let checked = run(&["check", "--config", "gateway.toml"]);
+    assert!(checked.out.contains("map built-in map crossing: "), "{checked:?}");
 }

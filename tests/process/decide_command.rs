@@ -5,10 +5,11 @@
 //! a left turn from 100 to 116 m, straight so that the whole of it is required.
 
 use std::fs;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use crate::support::program::{Ran, run};
+use crate::support::sources::project;
 use crate::support::two_lanes;
 
 const TURN: &str = "map = \"map.osm\"
@@ -40,17 +41,15 @@ impl Bench {
         Self { folder, name }
     }
 
-    fn run(&self, args: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        command.current_dir(&self.folder).arg("decide").arg(self.name).args(args).output().unwrap()
+    fn run(&self, args: &[&str]) -> Ran {
+        run(&self.folder, &[&["decide", self.name], args].concat())
     }
 
-    /// Standard output, and what ends the process.
-    fn out(&self, args: &[&str]) -> (String, Option<i32>) {
-        let output = self.run(args);
-        let refusal = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(refusal.is_empty(), "{refusal}");
-        (String::from_utf8(output.stdout).unwrap(), output.status.code())
+    /// Standard output and exit code, without a word on standard error.
+    fn out(&self, args: &[&str]) -> (String, i32) {
+        let Ran { code, out, error } = self.run(args);
+        assert_eq!(error, "");
+        (out, code)
     }
 }
 
@@ -58,16 +57,9 @@ impl Bench {
 #[test]
 fn a_way_between_two_lanelets_needs_no_scenario() {
     let map = concat!(env!("CARGO_MANIFEST_DIR"), "/config/maps/crossing/lanelet2_map.osm");
-    let decide = |args: &[&str]| {
-        let command = |args: &[&str]| {
-            Command::new(env!("CARGO_BIN_EXE_signal-gateway")).arg("decide").args(args).output()
-        };
-        let output = command(&[&["--map", map], args].concat()).unwrap();
-        let text = |bytes| String::from_utf8(bytes).unwrap();
-        (output.status.code(), text(output.stdout), text(output.stderr))
-    };
-    let (code, out, error) = decide(&["--from", "101", "--to", "402", "--speed", "8"]);
-    assert_eq!((code, error.as_str()), (Some(0), ""), "{out}");
+    let decide = |args: &[&str]| run(project(), &[&["decide", "--map", map], args].concat());
+    let Ran { code, out, error } = decide(&["--from", "101", "--to", "402", "--speed", "8"]);
+    assert_eq!((code, error.as_str()), (0, ""), "{out}");
     let lines: Vec<_> = out.lines().map(str::trim).collect();
     assert!(lines[1].starts_with("DISABLE at 0 m") && lines[2].starts_with("LEFT at "), "{out}");
     assert!(lines[2].ends_with("of the left turn on 111") && lines[3].ends_with("on 111 is over"), "{out}");
@@ -78,8 +70,7 @@ fn a_way_between_two_lanelets_needs_no_scenario() {
         (&["--from", "101"], 2, "--to"),
         (&["turn.toml", "--from", "101", "--to", "402"], 2, "cannot be used with"),
     ] {
-        let (exit, out, error) = decide(args);
-        assert!(exit == Some(code) && error.contains(expected), "{args:?}: {exit:?} {out} {error}");
+        decide(args).assert(code, expected);
     }
 }
 
@@ -94,12 +85,8 @@ fn copied_map(name: &str, change: impl Fn(&str) -> String) -> tempfile::TempDir 
     bench
 }
 
-/// Exit code, standard output and standard error of `decide --map map.osm` there.
-fn survey(bench: &tempfile::TempDir, args: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    let output = command.current_dir(bench).args(["decide", "--map", "map.osm"]).args(args).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code(), text(output.stdout), text(output.stderr))
+fn survey(bench: &tempfile::TempDir, args: &[&str]) -> Ran {
+    run(bench, &[&["decide", "--map", "map.osm"], args].concat())
 }
 
 /// On a map as it is, with the two tags of a crossing exchanged, and without tags.
@@ -107,8 +94,8 @@ fn survey(bench: &tempfile::TempDir, args: &[&str]) -> (Option<i32>, String, Str
 fn turns_that_were_made_wrong_on_purpose_are_found_and_are_the_map_s() {
     let crossing = |change: fn(&str) -> String| copied_map("crossing", change);
     let plain = crossing(str::to_owned);
-    let (code, out, _) = survey(&plain, &["--all-routes", "60"]);
-    assert!(code == Some(0) && out.ends_with(" 0 missed, 0 short, 0 opposite, 0 flickering\n"), "{out}");
+    let Ran { code, out, .. } = survey(&plain, &["--all-routes", "60"]);
+    assert!(code == 0 && out.ends_with(" 0 missed, 0 short, 0 opposite, 0 flickering\n"), "{out}");
     assert!(out.starts_with("improved: 60 routes, ") && !out.contains(", 0 turns"), "{out}");
 
     let exchanged = crossing(|map| {
@@ -120,18 +107,15 @@ fn turns_that_were_made_wrong_on_purpose_are_found_and_are_the_map_s() {
         };
         exchange(exchange(map.to_owned(), 0), 1)
     });
-    let (code, out, _) = survey(&exchanged, &["--all-routes", "60"]);
+    let Ran { code, out, .. } = survey(&exchanged, &["--all-routes", "60"]);
     let last = out.lines().last().unwrap();
-    assert!(
-        code == Some(5) && out.contains("has the signal to the other side; by the map: tagged "),
-        "{out}"
-    );
+    assert!(code == 5 && out.contains("has the signal to the other side; by the map: tagged "), "{out}");
     assert!(last.contains(" 0 missed, 0 short, 0 opposite, 0 flickering; by the map: "), "{last}");
     assert!(last.ends_with(" opposite"), "{last}");
 
     let untagged = crossing(|map| map.replace("turn_direction", "turn_direction_of_nobody"));
-    let (code, out, _) = survey(&untagged, &["--all-routes", "60", "--json"]);
-    assert_eq!(code, Some(5));
+    let Ran { code, out, .. } = survey(&untagged, &["--all-routes", "60", "--json"]);
+    assert_eq!(code, 5);
     let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let (row, wrong) = lines.split_last().unwrap();
     assert!(wrong.iter().all(|turn| turn["fault"] == "missed" && turn["map_flaw"].is_string()), "{out}");
@@ -144,7 +128,7 @@ fn turns_that_were_made_wrong_on_purpose_are_found_and_are_the_map_s() {
 fn a_sweep_shows_what_a_parameter_does() {
     let plain = copied_map("crossing", str::to_owned);
     let args = ["--all-routes", "30", "--sweep", "forward_path_length=1..41:20"];
-    let (code, out, _) = survey(&plain, &args);
+    let Ran { code, out, .. } = survey(&plain, &args);
     let rows: Vec<Vec<&str>> = out.lines().map(|line| line.split_whitespace().collect()).collect();
     assert_eq!(rows[0], ["improved,", "forward_path_length"]);
     assert_eq!(
@@ -154,8 +138,8 @@ fn a_sweep_shows_what_a_parameter_does() {
     let values: Vec<&str> = rows[2..].iter().map(|row| row[0]).collect();
     assert_eq!(values, ["1", "21", "41"]);
     let short = |row: usize| rows[row][4].parse::<usize>().unwrap();
-    assert!(code == Some(5) && short(2) > 0 && (short(3), short(4)) == (0, 0), "{out}");
-    let (_, out, _) = survey(&plain, &[&args[..], &["--json"]].concat());
+    assert!(code == 5 && short(2) > 0 && (short(3), short(4)) == (0, 0), "{out}");
+    let Ran { out, .. } = survey(&plain, &[&args[..], &["--json"]].concat());
     let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(
         (lines.len(), &lines[0]["sweep"], &lines[0]["value"]),
@@ -163,19 +147,19 @@ fn a_sweep_shows_what_a_parameter_does() {
     );
     assert_eq!(lines[0]["by_decider"]["short"], short(2));
 
-    let (code, out, _) = survey(&plain, &["--all-routes", "20", "--sweep", "country"]);
+    let Ran { code, out, .. } = survey(&plain, &["--all-routes", "20", "--sweep", "country"]);
     let codes: Vec<&str> = out.lines().skip(2).filter_map(|line| line.split_whitespace().next()).collect();
-    assert!(code == Some(0) && codes.contains(&"JP") && codes.contains(&"US-CA"), "{out}");
+    assert!(code == 0 && codes.contains(&"JP") && codes.contains(&"US-CA"), "{out}");
 }
 
 #[test]
 fn loops_are_the_routes_that_meet_themselves() {
     let around = copied_map("helix", str::to_owned);
-    let (code, out, _) = survey(&around, &["--all-routes", "20", "--loops"]);
-    assert!(code == Some(0) && !out.contains(" 0 routes"), "{out}");
+    let Ran { code, out, .. } = survey(&around, &["--all-routes", "20", "--loops"]);
+    assert!(code == 0 && !out.contains(" 0 routes"), "{out}");
     let straight = copied_map("lane_change_road", str::to_owned);
-    let (code, out, _) = survey(&straight, &["--all-routes", "20", "--loops"]);
-    assert!(code == Some(0) && out.starts_with("improved: 0 routes, 0 turns"), "{out}");
+    let Ran { code, out, .. } = survey(&straight, &["--all-routes", "20", "--loops"]);
+    assert!(code == 0 && out.starts_with("improved: 0 routes, 0 turns"), "{out}");
 }
 
 #[test]
@@ -187,12 +171,12 @@ fn a_sweep_that_cannot_be_made_is_refused_with_a_remedy() {
         ("turn_signal_search_time=5..1", "is not a range that ascends; give FROM..TO"),
         ("turn_signal_search_time=-4..4", "cannot be -4; give seconds, 0 to 3600"),
     ] {
-        let (code, out, error) = survey(&plain, &["--all-routes", "9", "--sweep", sweep]);
-        assert!(code == Some(2) && out.is_empty(), "{sweep}: {code:?} {out}");
+        let Ran { code, out, error } = survey(&plain, &["--all-routes", "9", "--sweep", sweep]);
+        assert!(code == 2 && out.is_empty(), "{sweep}: {code:?} {out}");
         assert!(error.contains("--sweep") && error.contains(expected), "{sweep}: {error}");
     }
-    let (code, ..) = survey(&plain, &["--from", "101", "--to", "402", "--sweep", "country"]);
-    assert_eq!(code, Some(2), "a sweep is of all routes");
+    let Ran { code, .. } = survey(&plain, &["--from", "101", "--to", "402", "--sweep", "country"]);
+    assert_eq!(code, 2, "a sweep is of all routes");
 }
 
 #[test]
@@ -200,7 +184,7 @@ fn json_holds_every_cycle_with_its_reasons() {
     let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
     let lines = |args: &[&str]| -> Vec<Value> {
         let (text, code) = bench.out(&[args, &["--json", "--compat", "upstream"]].concat());
-        assert_eq!(code, Some(0));
+        assert_eq!(code, 0);
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
     let changes = lines(&[]);
@@ -241,7 +225,7 @@ tolerance_m = 0
     let text = TURN.replace("mps = 10", "mps = 8").replace("until_m = 130", "until_m = 90") + more;
     let bench = Bench::new("avoid.toml", &text);
     let (out, code) = bench.out(&["--compat", "upstream"]);
-    assert_eq!(code, Some(0), "{out}");
+    assert_eq!(code, 0, "{out}");
     let (json, _) = bench.out(&["--json", "--every", "step", "--compat", "upstream"]);
     let ys: Vec<f64> = json
         .lines()
@@ -277,7 +261,7 @@ fn disturbances_are_findings_and_never_signalled() {
     ]
     .concat();
     let (out, code) = Bench::new("disturbances.toml", &text).out(&["--compat", "upstream"]);
-    assert_eq!(code, Some(0), "{out}");
+    assert_eq!(code, 0, "{out}");
 }
 
 #[test]
@@ -370,8 +354,5 @@ fn a_drive_decides_as_the_gateway_whose_settings_it_takes() {
     assert_eq!([9.0, 10.0, 14.0].map(|at_s| turn_at(&by_gateway, at_s)), ["LEFT", "DISABLE", "DISABLE"]);
     assert_eq!(turn_at(&by_default, 14.0), "LEFT");
 
-    let refused = bench.run(&["--config", "none.toml"]);
-    assert_eq!(refused.status.code(), Some(3));
-    let refusal = String::from_utf8_lossy(&refused.stderr);
-    assert!(refusal.contains("none.toml"), "{refusal}");
+    bench.run(&["--config", "none.toml"]).assert(3, "none.toml");
 }

@@ -2,18 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use crate::support::prerequisite::{peer_python, require};
-
-fn gateway(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.current_dir(folder).env_remove("RUST_LOG").args(args).output().unwrap()
-}
-
-fn text(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
+use crate::support::program::{Ran, run};
 
 /// Two rounds: the time of each request, s, and the driver's action of the simulated vehicle.
 const ROUNDS: [(u32, &str, &str); 12] = [
@@ -40,31 +32,30 @@ fn recorded(profile: &str) -> tempfile::TempDir {
     fs::write(folder.path().join("script"), lines(&|at, _, request| format!("{at}.6 {request}\n"))).unwrap();
     fs::write(folder.path().join("marks"), lines(&|at, mark, _| format!("{at} {mark}\n"))).unwrap();
     let args = ["vehicle", "--profile", profile, "--candump", "--until", "65", "--script", "script"];
-    let log = gateway(folder.path(), &args);
-    assert!(log.status.success(), "{}", text(&log));
-    fs::write(folder.path().join("drive.log"), log.stdout).unwrap();
+    fs::write(folder.path().join("drive.log"), run(&folder, &args).succeeded()).unwrap();
     folder
+}
+
+const INTO_CAR: [&str; 6] = ["discover", "drive.log", "--marks", "marks", "--output", "car"];
+
+/// Accepted, with 4 for warnings about what the simulated vehicle does not send.
+fn assert_found(found: &Ran, part: &str) {
+    found.assert(if found.code == 4 { 4 } else { 0 }, part);
 }
 
 #[test]
 fn a_marked_recording_becomes_a_configuration_that_check_accepts() {
     let folder = recorded("mazda_2017");
     let args = ["discover", "drive.log", "--marks", "marks", "--name", "My car"];
-    let found = gateway(folder.path(), &args);
-    // 4: accepted, with warnings about what the simulated vehicle does not send.
-    assert!(matches!(found.status.code(), Some(0 | 4)), "{}", text(&found));
-    assert!(text(&found).contains("followed 2 of 2 requests to the left"), "{}", text(&found));
+    assert_found(&run(&folder, &args), "followed 2 of 2 requests to the left");
     for file in ["my_car.dbc", "my_car.toml", "gateway.toml"] {
         assert!(folder.path().join("my_car").join(file).exists(), "{file}");
     }
-    let replayed = gateway(folder.path(), &["replay", "drive.log", "--config", "my_car/gateway.toml"]);
-    let text_of = text(&replayed);
+    let replayed = run(&folder, &["replay", "drive.log", "--config", "my_car/gateway.toml"]).text();
     for state in ["ENABLE_LEFT", "ENABLE_RIGHT"] {
-        assert_eq!(text_of.matches(state).count(), 2, "{text_of}");
+        assert_eq!(replayed.matches(state).count(), 2, "{replayed}");
     }
-    let again = gateway(folder.path(), &args);
-    assert_eq!(again.status.code(), Some(1));
-    assert!(text(&again).contains("nothing is overwritten unasked"), "{}", text(&again));
+    run(&folder, &args).assert(1, "nothing is overwritten unasked");
 }
 
 /// Two messages, of which the one with the indicators pauses for six seconds: it is not taken for one that is sent when
@@ -79,8 +70,7 @@ fn a_message_that_paused_once_is_still_sent_regularly() {
     let kept = log.lines().filter(|line| !(2.0..8.0).contains(&(seconds(line) - begin)));
     let kept: Vec<_> = kept.collect();
     fs::write(&path, kept.join("\n") + "\n").unwrap();
-    let found = gateway(folder.path(), &["discover", "drive.log", "--marks", "marks", "--output", "car"]);
-    assert!(matches!(found.status.code(), Some(0 | 4)), "{}", text(&found));
+    assert_found(&run(&folder, &INTO_CAR), "");
     let profile = fs::read_to_string(folder.path().join("car/new_car.toml")).unwrap();
     assert!(profile.contains("timeout_ms = ") && !profile.contains("timing = \"event\""), "{profile}");
 }
@@ -89,15 +79,13 @@ fn a_message_that_paused_once_is_still_sent_regularly() {
 fn the_written_dbc_is_read_by_cantools() {
     let python = require!(peer_python());
     let folder = recorded("mazda_2017");
-    let found = gateway(folder.path(), &["discover", "drive.log", "--marks", "marks", "--output", "car"]);
-    assert!(matches!(found.status.code(), Some(0 | 4)), "{}", text(&found));
-    let checked = gateway(folder.path(), &["check", "--config", "car/gateway.toml"]);
-    assert_eq!(checked.status.code(), Some(0), "{}", text(&checked));
+    assert_found(&run(&folder, &INTO_CAR), "");
+    run(&folder, &["check", "--config", "car/gateway.toml"]).succeeded();
     fs::write(folder.path().join("requests"), "file car/new_car.dbc\n").unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/cantools_decode.py");
     let mut decode = Command::new(python);
     let read = decode.current_dir(folder.path()).arg(script).arg("requests").output().unwrap();
-    assert_eq!(text(&read), "file whole\n");
+    assert_eq!(Ran::from(read).text(), "file whole\n");
 }
 
 #[test]
@@ -105,33 +93,24 @@ fn what_is_not_sure_is_not_written() {
     let folder = recorded("mazda_2017");
     let marks: String = (1..7).map(|at| format!("{} left\n{} off\n", at * 9, at * 9 + 5)).collect();
     fs::write(folder.path().join("marks"), marks).unwrap();
-    let found = gateway(folder.path(), &["discover", "drive.log", "--marks", "marks", "--output", "car"]);
-    assert_eq!(found.status.code(), Some(4), "{}", text(&found));
-    assert!(text(&found).contains("Nothing is written"), "{}", text(&found));
+    run(&folder, &INTO_CAR).assert(4, "Nothing is written");
     assert_eq!(fs::read_dir(folder.path().join("car")).unwrap().count(), 0);
-    let unmarked = gateway(folder.path(), &["discover", "drive.log", "--output", "other"]);
-    assert_eq!(unmarked.status.code(), Some(2));
-    assert!(text(&unmarked).contains("no mark says what the driver did"), "{}", text(&unmarked));
+    let unmarked = run(&folder, &["discover", "drive.log", "--output", "other"]);
+    unmarked.assert(2, "no mark says what the driver did");
 }
 
 #[test]
 fn init_writes_a_configuration_that_check_accepts_and_overwrites_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["init", "--interface", "can3", "--profile", "hyundai_kia", "--output", "gateway.toml"];
-    let written = gateway(folder.path(), &args);
-    assert!(written.status.success(), "{}", text(&written));
-    let checked = gateway(folder.path(), &["check", "--config", "gateway.toml"]);
-    assert_eq!(checked.status.code(), Some(0), "{}", text(&checked));
-    assert!(text(&checked).contains("powertrain on can3"), "{}", text(&checked));
+    run(&folder, &args).succeeded();
+    run(&folder, &["check", "--config", "gateway.toml"]).assert(0, "powertrain on can3");
     let before = fs::read(folder.path().join("gateway.toml")).unwrap();
-    let again = gateway(folder.path(), &["init", "-i", "can0", "-p", "vw_mqb"]);
-    assert_eq!(again.status.code(), Some(2));
-    assert!(text(&again).contains("gateway.toml exists"), "{}", text(&again));
+    run(&folder, &["init", "-i", "can0", "-p", "vw_mqb"]).assert(2, "gateway.toml exists");
     assert_eq!(fs::read(folder.path().join("gateway.toml")).unwrap(), before);
-    let forced = gateway(folder.path(), &["init", "-i", "body=can0", "-p", "vw_mqb", "--force"]);
-    assert!(forced.status.success(), "{}", text(&forced));
-    let wrong = gateway(folder.path(), &["init", "-i", "x=can0", "-p", "vw_mqb", "-o", "other.toml"]);
-    assert!(text(&wrong).contains("the profile has no bus x; it has body"), "{}", text(&wrong));
-    let lacking = gateway(folder.path(), &["init", "-i", "can0", "-o", "other.toml"]);
-    assert!(text(&lacking).contains("no answer on standard input: give --profile"), "{}", text(&lacking));
+    run(&folder, &["init", "-i", "body=can0", "-p", "vw_mqb", "--force"]).succeeded();
+    let wrong = run(&folder, &["init", "-i", "x=can0", "-p", "vw_mqb", "-o", "other.toml"]);
+    wrong.assert(2, "the profile has no bus x; it has body");
+    let lacking = run(&folder, &["init", "-i", "can0", "-o", "other.toml"]);
+    lacking.assert(2, "no answer on standard input: give --profile");
 }

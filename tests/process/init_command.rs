@@ -3,19 +3,14 @@
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 
+use crate::support::program::{Ran, program, run};
 use crate::support::terminal::OnTerminal;
 
-fn init(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.current_dir(folder).env_remove("RUST_LOG").arg("init").args(args);
-    command
-}
-
 /// Answers through a pipe, one a line.
-fn answered(folder: &Path, args: &[&str], answers: &[&str]) -> Output {
-    let mut command = init(folder, args);
+fn answered(folder: &Path, args: &[&str], answers: &[&str]) -> Ran {
+    let mut command = program(folder, &[&["init"], args].concat());
     let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     let mut input = child.stdin.take().unwrap();
@@ -23,11 +18,7 @@ fn answered(folder: &Path, args: &[&str], answers: &[&str]) -> Output {
     // It may end before it has read all.
     drop(input.write_all(lines.as_bytes()));
     drop(input);
-    child.wait_with_output().unwrap()
-}
-
-fn text(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+    child.wait_with_output().unwrap().into()
 }
 
 fn folder_with_recording() -> tempfile::TempDir {
@@ -42,18 +33,14 @@ fn assert_sound(folder: &Path, profile: &str, interface: &str) {
     let written = fs::read_to_string(folder.join("gateway.toml")).unwrap();
     assert!(written.contains(&format!("\nprofile = \"{profile}\"\n")), "{written}");
     assert!(written.contains(&format!("\ninterface = \"{interface}\" ")), "{written}");
-    let mut check = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    let checked = check.current_dir(folder).args(["check", "--config", "gateway.toml"]).output().unwrap();
-    assert_eq!(checked.status.code(), Some(0), "{}", text(&checked));
+    run(folder, &["check", "--config", "gateway.toml"]).succeeded();
 }
 
 #[test]
 fn a_vehicle_is_identified_by_a_recording_and_wrong_answers_are_asked_again() {
     let folder = folder_with_recording();
     let answers = ["can 7", "can7", "hyundai_ki", "identify", "drvie.log.gz", "drive.log.gz", "1"];
-    let output = answered(folder.path(), &[], &answers);
-    let text = text(&output);
-    assert!(output.status.success(), "{text}");
+    let answered = answered(folder.path(), &[], &answers);
     for part in [
         "\"can 7\" is not an interface name",
         "did you mean the built-in profile hyundai_kia?",
@@ -63,7 +50,7 @@ fn a_vehicle_is_identified_by_a_recording_and_wrong_answers_are_asked_again() {
         "Vehicle [demo_vehicle]: ",
         "next: signal-gateway check --config gateway.toml",
     ] {
-        assert!(text.contains(part), "{part}: {text}");
+        answered.assert(0, part);
     }
     assert_sound(folder.path(), "demo_vehicle", "can7");
 }
@@ -72,12 +59,11 @@ fn a_vehicle_is_identified_by_a_recording_and_wrong_answers_are_asked_again() {
 fn a_question_is_asked_three_times_at_most_and_nothing_is_written_then() {
     let folder = folder_with_recording();
     let output = answered(folder.path(), &["-i", "can7"], &["x", "y", "z", "hyundai_kia"]);
-    assert_eq!(output.status.code(), Some(3), "{}", text(&output));
-    assert_eq!(text(&output).matches("Vehicle [identify]: ").count(), 3);
+    output.assert(3, "");
+    assert_eq!(output.text().matches("Vehicle [identify]: ").count(), 3);
     let ended = answered(folder.path(), &["-i", "can7"], &["list"]);
-    assert_eq!(ended.status.code(), Some(2), "{}", text(&ended));
-    assert!(text(&ended).contains("\nhyundai_kia "), "{}", text(&ended));
-    assert!(text(&ended).contains("there is no answer on standard input: give --profile"));
+    ended.assert(2, "\nhyundai_kia ");
+    ended.assert(2, "there is no answer on standard input: give --profile");
     assert!(!folder.path().join("gateway.toml").exists());
 }
 
@@ -88,12 +74,10 @@ fn a_file_is_overwritten_only_after_yes() {
     let args = ["-i", "can7", "-p", "hyundai_kia"];
     for answers in [&["no"][..], &[""], &["perhaps", "maybe", "later"], &[]] {
         fs::write(&path, "mine").unwrap();
-        let output = answered(folder.path(), &args, answers);
-        assert_eq!(output.status.code(), Some(2), "{answers:?}: {}", text(&output));
+        answered(folder.path(), &args, answers).assert(2, "");
         assert_eq!(fs::read_to_string(&path).unwrap(), "mine", "{answers:?}");
     }
-    let output = answered(folder.path(), &args, &["yes"]);
-    assert!(output.status.success(), "{}", text(&output));
+    answered(folder.path(), &args, &["yes"]).succeeded();
     assert_sound(folder.path(), "hyundai_kia", "can7");
 }
 
@@ -104,15 +88,15 @@ fn a_profile_file_is_named_relative_to_the_configuration() {
     let profile = fs::read_to_string(project.join("config/vehicles/demo_vehicle.toml")).unwrap();
     fs::write(folder.path().join("car.toml"), profile.replace("../../dbc/", "")).unwrap();
     fs::copy(project.join("dbc/demo_vehicle.dbc"), folder.path().join("demo_vehicle.dbc")).unwrap();
-    let output = answered(folder.path(), &["-i", "can7", "-p", "./car.toml"], &[]);
-    assert!(output.status.success(), "{}", text(&output));
+    answered(folder.path(), &["-i", "can7", "-p", "./car.toml"], &[]).succeeded();
     assert_sound(folder.path(), "car.toml", "can7");
 }
 
 #[test]
 fn on_a_terminal_enter_takes_what_is_proposed() {
     let folder = folder_with_recording();
-    let mut terminal = OnTerminal::start(&mut init(folder.path(), &["-i", "can7", "-p", "identify"]));
+    let mut init = program(folder.path(), &["init", "-i", "can7", "-p", "identify"]);
+    let mut terminal = OnTerminal::start(&mut init);
     terminal.type_in("drive.log.gz\n\n");
     let (code, shown) = terminal.end();
     assert_eq!(code, Some(0), "{shown}");

@@ -5,12 +5,13 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output};
 
 use serde_json::{Value, json};
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::traffic_light::command::parse_command;
 use signal_gateway::core::traffic_light::scenario::{Phase, TrafficSignalController};
+
+use crate::support::program::{Ran, run};
 
 const GROUPS: &str = "[groups]\n100 = [11, 12]\n200 = [21]\n[[controller]]\nname = \"A\"\n";
 const BY_THE_SECOND: [&str; 6] = ["--frame-rate", "1", "--first-frame", "0", "--v2i-rate", "1"];
@@ -40,19 +41,16 @@ impl Bench {
         Self::new("bench.toml", &format!("{GROUPS}{phases}{more}"))
     }
 
-    fn run(&self, args: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        command.arg("lights").arg(&self.file).args(args).output().unwrap()
+    fn run(&self, args: &[&str]) -> Ran {
+        run(&self.folder, &[&["lights", self.file.to_str().unwrap()], args].concat())
     }
 
     fn out(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
+        self.run(args).succeeded()
     }
 
     fn json(&self, args: &[&str]) -> Vec<Value> {
-        self.out(args).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+        self.run(args).json()
     }
 
     fn picture(&self, args: &[&str]) -> String {
@@ -300,13 +298,12 @@ fn a_verdict_that_cannot_be_decided_is_said_in_text_json_and_exit_code() {
     fs::write(map.join("lanelet2_map.osm"), "<osm/>").unwrap();
     let args = ["--until", "1", "--map", map.to_str().unwrap()];
     let text = bench.run(&args);
-    assert_eq!(text.status.code(), Some(6), "{}", String::from_utf8_lossy(&text.stderr));
-    let last = String::from_utf8(text.stdout).unwrap().lines().last().unwrap().to_owned();
+    text.assert(6, "");
+    let last = text.out.lines().last().unwrap();
     assert!(last.contains("end") && last.contains("undecided: the event \"collision\" would end"), "{last}");
     let json = bench.run(&[&args[..], &["--json"]].concat());
-    let last: Value =
-        serde_json::from_str(String::from_utf8(json.stdout).unwrap().lines().last().unwrap()).unwrap();
-    assert_eq!((json.status.code(), &last["events"][0]["verdict"]), (Some(6), &json!("undecided")));
+    let lines = json.json();
+    assert_eq!((json.code, &lines.last().unwrap()["events"][0]["verdict"]), (6, &json!("undecided")));
 }
 
 #[test]
@@ -325,6 +322,6 @@ fn a_timeout_is_no_failure_when_the_success_before_it_was_left_out() {
             "<OpenSCENARIO><Storyboard><Story><Act><ManeuverGroup><Maneuver>{events}</Maneuver></ManeuverGroup></Act></Story>\
              </Storyboard></OpenSCENARIO>"
         );
-        assert_eq!(Bench::new("s.xosc", &text).run(&["--without-map"]).status.code(), Some(code), "{before}");
+        assert_eq!(Bench::new("s.xosc", &text).run(&["--without-map"]).code, code, "{before}");
     }
 }

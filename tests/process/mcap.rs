@@ -3,12 +3,13 @@
 use std::fs;
 use std::io::Read as _;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::{Value, json};
 
 use crate::support::mcap::McapReaders;
 use crate::support::prerequisite::require;
+use crate::support::program::run;
+use crate::support::sources::project;
 
 /// The first lines of the demo's recording.
 fn demo_lines(count: usize) -> Vec<String> {
@@ -35,12 +36,10 @@ fn candump(message: &Value) -> String {
 }
 
 fn replay(log: &Path, arguments: &[&str]) -> Vec<Value> {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.arg("replay").arg(log).args(["--profile", "demo_vehicle", "--json"]).args(arguments);
-    let output = command.output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    let replay = ["replay", log.to_str().unwrap(), "--profile", "demo_vehicle", "--json"];
+    let replayed = run(project(), &[&replay, arguments].concat());
+    replayed.assert(0, "");
+    replayed.json()
 }
 
 #[test]
@@ -88,14 +87,8 @@ fn file_and_bag_have_the_same_messages_and_a_bag_that_exists_is_left_alone() {
     assert_eq!(fs::read(bag.join("bag_0.mcap")).unwrap(), fs::read(&file).unwrap());
     let metadata = fs::read_to_string(bag.join("metadata.yaml")).unwrap();
     assert!(metadata.contains("    - bag_0.mcap\n") && metadata.contains("storage_identifier: mcap\n"));
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.arg("replay").arg(&log).args(["--profile", "demo_vehicle", "--mcap"]).arg(&bag);
-    let output = command.output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
-    assert!(
-        String::from_utf8_lossy(&output.stderr).contains("bag: cannot write it: it exists already"),
-        "{output:?}"
-    );
+    let replay = ["replay", "drive.log", "--profile", "demo_vehicle", "--mcap", "bag"];
+    run(&folder, &replay).assert(1, "bag: cannot write it: it exists already");
 }
 
 #[test]
@@ -114,14 +107,11 @@ fn frames_that_a_replay_would_send_are_not_recorded_as_sent() {
         "gateway.toml",
         "profile = \"bench.toml\"\n[can.body]\ninterface = \"can0\"\n[command]\ntx = \"on\"\ncontrol_mode = \"signal\"\n",
     );
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.current_dir(folder.path());
-    command.args(["replay", "drive.log", "--config", "gateway.toml", "--json", "--mcap", "bag"]);
-    let output = command.output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    let text = String::from_utf8(output.stdout).unwrap();
-    let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-    let sent: Vec<_> = lines.filter(|line| line["topic"] == "command_frame").collect();
+    let replayed =
+        run(&folder, &["replay", "drive.log", "--config", "gateway.toml", "--json", "--mcap", "bag"]);
+    replayed.assert(0, "");
+    let mut sent = replayed.json();
+    sent.retain(|line| line["topic"] == "command_frame");
     let messages = readers.messages(&folder.path().join("bag"));
     let dry: Vec<_> =
         messages.iter().filter(|message| message["topic"] == "/body/to_can_bus_dry_run").collect();

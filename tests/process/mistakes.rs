@@ -2,10 +2,10 @@
 //! the message is followed. `UPDATE_DOCS=1 cargo test --test process mistakes` renews what is printed.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use crate::support::cases;
 use crate::support::files::MemoryFiles;
+use crate::support::program::{self, Ran};
 
 const GATEWAY: &str =
     "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n[diagnostics]\nperiod_ms = 250\n";
@@ -32,12 +32,10 @@ fn sound() -> MemoryFiles {
     MemoryFiles::new(texts).with("drive.log.gz", std::fs::read(project.join("config/demo.log.gz")).unwrap())
 }
 
-fn run(files: &MemoryFiles, command: &str) -> Output {
+fn run(files: &MemoryFiles, command: &str) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     files.write_into(folder.path());
-    let mut program = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    program.current_dir(folder.path()).env_remove("RUST_LOG").env("COLUMNS", "100");
-    program.args(command.split(' ')).output().unwrap()
+    program::run(&folder, &command.split(' ').collect::<Vec<_>>())
 }
 
 /// The document as cases, line by line: its headings, the blocks with changes of files, and those with commands.
@@ -64,10 +62,9 @@ fn translated(document: &str) -> String {
 #[test]
 fn mistakes_are_answered_as_the_document_says() {
     cases::check_document(&document(), translated, &sound(), |case| {
-        let output = run(&case.files, case.command);
-        assert!((1..=3).contains(&output.status.code().unwrap()), "{}: {}", case.command, output.status);
-        let text = String::from_utf8(output.stderr).unwrap();
-        text.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+        let Ran { code, error, .. } = run(&case.files, case.command);
+        assert!((1..=3).contains(&code), "{}: {code}", case.command);
+        error.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
     });
 }
 
@@ -80,7 +77,6 @@ fn mistakes_are_gone_when_the_message_is_followed() {
     for mistake in mistakes {
         let (_, right) = mistake.split_once("This works: `").unwrap_or(("", mistake));
         let (_, command) = right.split_once("signal-gateway ").unwrap();
-        let output = run(&sound(), command.split(['`', '\n']).next().unwrap());
-        assert!(output.status.success(), "{mistake}: {}", String::from_utf8_lossy(&output.stderr));
+        run(&sound(), command.split(['`', '\n']).next().unwrap()).succeeded();
     }
 }

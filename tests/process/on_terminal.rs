@@ -3,11 +3,13 @@
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
+use crate::support::program::program;
+use crate::support::sources::project;
 use crate::support::terminal::{COLUMNS, OnTerminal, plain};
 
 fn gateway(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("RUST_LOG").args(args);
+    let mut command = program(project(), args);
+    command.env_remove("COLUMNS");
     command
 }
 

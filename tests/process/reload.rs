@@ -1,11 +1,12 @@
 //! SIGHUP: a changed configuration is put into effect, a bad one refused, and both can be seen.
 
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
 
 use crate::support::process::{Folder, Process};
+use crate::support::program::{Ran, run};
 use crate::support::service_manager::ServiceManager;
 use crate::support::waiting::{described, wait_for, wait_until};
 
@@ -35,27 +36,21 @@ impl Gateway {
         self.status()["process"]["configuration"].take()
     }
 
-    fn command(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        command.current_dir(self.folder.path()).args(arguments).output().unwrap()
-    }
-
     /// The output of a command that asks the gateway, once it is answered in the time that the command gives it.
-    fn ask(&self, arguments: &[&str]) -> Output {
+    fn ask(&self, arguments: &[&str]) -> Ran {
         let what = described(|| format!("an answer to {arguments:?}: {:?}", self.process.log()));
-        wait_for(what, || Some(self.command(arguments)).filter(|output| output.status.code() != Some(8)))
+        wait_for(what, || Some(run(self.folder.path(), arguments)).filter(|ran| ran.code != 8))
     }
 
     fn status(&self) -> Value {
-        let output = self.ask(&["status", "--json", "--socket", "status.sock"]);
-        serde_json::from_slice(&output.stdout).unwrap()
+        serde_json::from_str(&self.ask(&["status", "--json", "--socket", "status.sock"]).out).unwrap()
     }
 
     /// The exit code and the text of a comparison with the configuration in the folder.
-    fn compare(&self, arguments: &[&str]) -> (Option<i32>, String) {
+    fn compare(&self, arguments: &[&str]) -> (i32, String) {
         let comparison = ["check", "--config", "gateway.toml", "--against-running=status.sock"];
-        let output = self.ask(&[&comparison, arguments].concat());
-        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+        let Ran { code, out, .. } = self.ask(&[&comparison, arguments].concat());
+        (code, out)
     }
 
     fn edit(&self, from: &str, to: &str) {
@@ -72,11 +67,11 @@ fn changed_configuration_is_in_effect_and_a_bad_one_is_refused() {
     let before = gateway.status()["process"]["configuration"].take();
     assert_eq!((&before["reloads"], &before["last_reload"]), (&0.into(), &Value::Null));
     assert_eq!(before["in_effect"]["fixed"]["[can.body] interface"], "no-such-can");
-    assert_eq!(gateway.compare(&[]).0, Some(0), "nothing is different");
+    assert_eq!(gateway.compare(&[]).0, 0, "nothing is different");
 
     gateway.folder.append("gateway.toml", "[reports]\nrate_hz = 50.0\n");
     let (code, text) = gateway.compare(&[]);
-    assert_eq!(code, Some(0));
+    assert_eq!(code, 0);
     assert_eq!(text, "a reload changes:\n  [reports] rate_hz: 10 → 50\n");
     let after = gateway.reload();
     assert_eq!((&after["reloads"], &after["refused"]), (&1.into(), &0.into()));
@@ -92,19 +87,19 @@ fn changed_configuration_is_in_effect_and_a_bad_one_is_refused() {
     assert_eq!(refused["in_effect"], after["in_effect"], "the one before goes on");
     gateway.process.wait_for_log("configuration not reloaded, the one before goes on: ");
     gateway.process.wait_for_log("configuration: reload refused, the one before goes on: ");
-    assert_eq!(gateway.compare(&[]).0, Some(3), "a bad file is refused here, too");
+    assert_eq!(gateway.compare(&[]).0, 3, "a bad file is refused here, too");
 
     gateway.edit("rate_hz = 3\n", "");
     gateway.edit("no-such-can", "no-such-can7");
     let (code, text) = gateway.compare(&["--json"]);
-    assert_eq!(code, Some(9));
+    assert_eq!(code, 9);
     let plan: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(plan["restart"][0]["part"], "[can.body] interface");
     assert_eq!(plan["restart"][0]["after"], "no-such-can7");
     let refused = gateway.reload();
     let reason = refused["last_reload"]["reason"].as_str().unwrap();
     assert_eq!(reason, "restart needed for [can.body] interface: no-such-can → no-such-can7");
-    let text = String::from_utf8(gateway.ask(&["status", "--socket", "status.sock"]).stdout).unwrap();
+    let text = gateway.ask(&["status", "--socket", "status.sock"]).out;
     assert!(text.contains("configuration (1 reload, 2 refused)"), "{text}");
     gateway.edit("no-such-can7", "no-such-can");
     let after = gateway.reload();
@@ -136,12 +131,8 @@ fn a_gateway_that_plays_a_recording_says_by_its_process_alone_that_it_does_not_r
     let mut playing = Process::start(folder.path(), |command| {
         command.args(["demo", "--plain", "--repeat"]);
     });
-    let reload = |pid: u32| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
-        let arguments = format!("reload --socket none.sock --pid {pid}");
-        command.current_dir(folder.path()).args(arguments.split(' '));
-        command.output().unwrap()
-    };
+    let reload =
+        |pid: u32| run(folder.path(), &["reload", "--socket", "none.sock", "--pid", &pid.to_string()]);
     // Before, a SIGHUP that the test's own parent ignores is ignored as well.
     let status = format!("/proc/{}/status", playing.id());
     wait_until("its handlers of signals", || {
@@ -150,18 +141,17 @@ fn a_gateway_that_plays_a_recording_says_by_its_process_alone_that_it_does_not_r
         u64::from_str_radix(caught, 16).unwrap() & (1 << (libc::SIGTERM - 1)) != 0
     });
     wait_until("a reload that is refused", || {
-        let output = reload(playing.id());
-        let text = String::from_utf8(output.stderr).unwrap();
-        output.status.code() == Some(8) && text.contains("does not reload: it plays a recording")
+        let refused = reload(playing.id());
+        refused.code == 8 && refused.error.contains("does not reload: it plays a recording")
     });
     playing.stop("TERM");
 
     let live = Gateway::run();
-    assert_eq!(reload(live.process.id()).status.code(), Some(0));
+    reload(live.process.id()).succeeded();
     live.manager.wait_for("RELOADING=1\nMONOTONIC_USEC=");
     // A process without a handler would end.
     let mut sleeper = Command::new("sleep").arg("600").spawn().unwrap();
-    wait_until("a refusal for its sake", || reload(sleeper.id()).status.code() == Some(8));
+    wait_until("a refusal for its sake", || reload(sleeper.id()).code == 8);
     assert!(sleeper.try_wait().unwrap().is_none());
     sleeper.kill().unwrap();
     sleeper.wait().unwrap();
@@ -170,11 +160,6 @@ fn a_gateway_that_plays_a_recording_says_by_its_process_alone_that_it_does_not_r
 #[test]
 fn without_a_gateway_a_comparison_says_so() {
     let folder = Folder::with_demo_vehicle("no-such-can", KEYS);
-    let output = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
-        .current_dir(folder.path())
-        .args(["check", "--config", "gateway.toml", "--against-running=status.sock"])
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(8));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("start the service"));
+    let compared = ["check", "--config", "gateway.toml", "--against-running=status.sock"];
+    run(folder.path(), &compared).assert(8, "start the service");
 }

@@ -15,6 +15,7 @@ pub(crate) mod peer;
 pub(crate) mod prerequisite;
 pub(crate) mod process;
 pub(crate) mod processor;
+pub(crate) mod program;
 pub(crate) mod property;
 pub(crate) mod rows;
 pub(crate) mod rtps;

@@ -53,29 +53,12 @@ pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>)
     let reception = BusReception { settings, inputs, reported: None };
     tokio::select! {
         () = consumer.closed() => {}
-        ConsumerGone = reception.run() => {}
+        () = reception.run() => {}
     }
 }
 
-struct ConsumerGone;
-
-/// Why receiving ended.
-enum Lost {
-    Link(LinkState),
-    Consumer,
-}
-
-impl From<ConsumerGone> for Lost {
-    fn from(_: ConsumerGone) -> Self {
-        Self::Consumer
-    }
-}
-
-impl From<LinkState> for Lost {
-    fn from(state: LinkState) -> Self {
-        Self::Link(state)
-    }
-}
+/// The state of the link that was lost; `None` if the receiver of the inputs is gone.
+type Lost = Option<LinkState>;
 
 struct BusReception {
     settings: BusSocketSettings,
@@ -84,15 +67,15 @@ struct BusReception {
 }
 
 impl BusReception {
-    async fn run(mut self) -> ConsumerGone {
+    async fn run(mut self) {
         let mut watch = LinkWatch::new(&self.settings.interface);
         let mut pause = RETRY.0;
         loop {
             let link = watch.look();
             let Err(lost) = self.receive_on(link, &mut watch).await;
-            let Lost::Link(state) = lost else { return ConsumerGone };
-            if let Err(gone) = self.report(state).await {
-                return gone;
+            let Some(state) = lost else { return };
+            if self.report(state).await.is_err() {
+                return;
             }
             if let LinkState::Failed(_) = state {
                 let _in_vain = timeout(pause, watch.changed_from(link)).await;
@@ -111,7 +94,7 @@ impl BusReception {
     async fn receive_on(&mut self, link: Link, watch: &mut LinkWatch) -> Result<Infallible, Lost> {
         let index = link?;
         if !is_can(&self.settings.interface) {
-            return Err(Lost::Link(watch.look().err().unwrap_or(LinkState::NotCan)));
+            return Err(Some(watch.look().err().unwrap_or(LinkState::NotCan)));
         }
         let opened = self.open(index);
         // The interface may have just gone away.
@@ -206,7 +189,7 @@ impl BusReception {
         let count = match socket.receive(self.settings.bus, &mut batch) {
             Ok(count) => count,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
-            Err(error) => return Err(Lost::Link(monitor.link.look().err().unwrap_or(lost(&error)))),
+            Err(error) => return Err(Some(monitor.link.look().err().unwrap_or(lost(&error)))),
         };
         if batch.iter().any(|input| matches!(input, CanInput::ErrorFrame { .. })) {
             monitor.controller.hurry();
@@ -217,13 +200,13 @@ impl BusReception {
         Ok(count)
     }
 
-    async fn tell(&self, news: Option<ControllerReport>) -> Result<(), ConsumerGone> {
+    async fn tell(&self, news: Option<ControllerReport>) -> Result<(), Lost> {
         let Some(report) = news else { return Ok(()) };
         self.send(vec![CanInput::Controller { bus: self.settings.bus, report }]).await
     }
 
     /// Passes on a link state that differs from the last one.
-    async fn report(&mut self, state: LinkState) -> Result<(), ConsumerGone> {
+    async fn report(&mut self, state: LinkState) -> Result<(), Lost> {
         let before = self.reported.replace(state);
         if before == Some(state) {
             return Ok(());
@@ -234,8 +217,8 @@ impl BusReception {
         self.send(vec![CanInput::Link { bus: *bus, state }]).await
     }
 
-    async fn send(&self, inputs: Vec<CanInput>) -> Result<(), ConsumerGone> {
-        self.inputs.send(inputs).await.map_err(|_| ConsumerGone)
+    async fn send(&self, inputs: Vec<CanInput>) -> Result<(), Lost> {
+        self.inputs.send(inputs).await.map_err(|_| None)
     }
 }
 

@@ -123,7 +123,8 @@ fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::
 #[allow(unsafe_code)]
 fn link_announcements() -> io::Result<AsyncFd<OwnedFd>> {
     let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-    let fd = socket_with(AddressFamily::NETLINK, SocketType::RAW, flags, Some(netlink::ROUTE))?;
+    // Without a protocol, which is `NETLINK_ROUTE`.
+    let fd = socket_with(AddressFamily::NETLINK, SocketType::RAW, flags, None)?;
     let groups = libc::RTMGRP_LINK.try_into().unwrap_or_default();
     bind(&fd, &netlink::SocketAddrNetlink::new(0, groups))?;
     // SAFETY: the descriptor is owned, and an OwnedFd never changes it.

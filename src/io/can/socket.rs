@@ -2,11 +2,16 @@
 
 use std::io;
 use std::mem::{size_of, size_of_val, zeroed};
-use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd, RawFd};
+use std::num::NonZero;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd, RawFd};
 use std::ptr::null_mut;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use libc::{c_int, c_uint, c_void, socklen_t};
+use libc::{c_int, c_uint, socklen_t};
+use rustix::net::sockopt::{
+    set_socket_recv_buffer_size, set_socket_recv_buffer_size_force, socket_recv_buffer_size,
+};
+use rustix::net::{AddressFamily, Protocol, SocketFlags, SocketType, socket_with};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
@@ -49,13 +54,13 @@ impl CanSocket {
         set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[libc::CAN_ERR_MASK])?;
         // A kernel without CAN FD has no FD frames to miss.
         let _no_fd = set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, &[1]);
-        let requested = [c_int::try_from(receive_buffer).unwrap_or(c_int::MAX)];
-        set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, &requested)
-            .or_else(|_not_privileged| set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUF, &requested))?;
+        let requested = receive_buffer.min(i32::MAX.unsigned_abs() as usize);
+        set_socket_recv_buffer_size_force(&fd, requested)
+            .or_else(|_not_privileged| set_socket_recv_buffer_size(&fd, requested))?;
         set_option(&fd, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW, &[1])?;
         set_option(&fd, libc::SOL_SOCKET, libc::SO_RXQ_OVFL, &[1])?;
         bind(&fd, interface)?;
-        let receive_buffer = receive_buffer_of(&fd)?;
+        let receive_buffer = socket_recv_buffer_size(&fd)?;
         let empty = Buffer { control: [0; CONTROL_SPACE], message: [0; libc::CANFD_MTU] };
         Ok(Self { fd, buffers: Box::new([empty; BATCH]), losses: LossCount::default(), receive_buffer })
     }
@@ -125,14 +130,10 @@ struct Lengths {
     message: usize,
 }
 
-#[allow(unsafe_code)]
 fn raw_can_socket() -> io::Result<OwnedFd> {
-    let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
-    // SAFETY: no pointers are passed.
-    let fd = unsafe { libc::socket(libc::AF_CAN, kind, libc::CAN_RAW) };
-    checked(fd)?;
-    // SAFETY: the kernel has just given us this descriptor, and nothing else uses it.
-    Ok(unsafe { OwnedFd::from_raw_fd(fd) })
+    let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+    let protocol = NonZero::new(libc::CAN_RAW.cast_unsigned()).map(Protocol::from_raw);
+    Ok(socket_with(AddressFamily::CAN, SocketType::RAW, flags, protocol)?)
 }
 
 /// Sets an option whose value is a sequence of kernel structures or integers.
@@ -141,18 +142,6 @@ fn set_option<T: Copy>(fd: &OwnedFd, level: c_int, name: c_int, value: &[T]) -> 
     let len = length(size_of_val(value));
     // SAFETY: pointer and length describe `value`, which the kernel only reads.
     checked(unsafe { libc::setsockopt(fd.as_raw_fd(), level, name, value.as_ptr().cast(), len) })
-}
-
-#[allow(unsafe_code)]
-fn receive_buffer_of(fd: &OwnedFd) -> io::Result<usize> {
-    let mut bytes: c_int = 0;
-    let mut len = length(size_of::<c_int>());
-    let value: *mut c_void = (&raw mut bytes).cast();
-    // SAFETY: `value` and `len` describe `bytes`; both outlive the call.
-    checked(unsafe {
-        libc::getsockopt(fd.as_raw_fd(), libc::SOL_SOCKET, libc::SO_RCVBUF, value, &raw mut len)
-    })?;
-    Ok(usize::try_from(bytes).unwrap_or(0))
 }
 
 #[allow(unsafe_code)]

@@ -227,11 +227,7 @@ impl Day<'_> {
 
     /// Waits until the newest frame since then requests this.
     fn wait(&self, mark: BusTime, request: &str) {
-        let vehicle = self.setup.vehicle;
-        let is_it = |frames: &[&super::recording::RecordedFrame]| {
-            frames.last().is_some_and(|frame| vehicle.request(&frame.data) == request)
-        };
-        self.recording.wait(mark, vehicle.command(), request, is_it);
+        self.setup.vehicle.wait_for(&self.recording, mark, request);
     }
 
     /// Sends commands, waits until they are on the bus, and gives the requests meanwhile.

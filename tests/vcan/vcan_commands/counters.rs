@@ -6,11 +6,11 @@ use super::bytes;
 use super::commander::{Commander, Durability};
 use super::recording::{BusTime, Recording};
 use super::rhythm::measured;
-use super::vehicles::{Change, NEW_EAGLE, PATIENT};
+use super::vehicles::{Change, NEW_EAGLE};
 use crate::support::json_process::Mark;
-use crate::support::peer::{Cyclone, domain};
+use crate::support::peer::Cyclone;
 use crate::support::prerequisite::require;
-use crate::support::process::{self, Process};
+use crate::support::process::Process;
 use crate::support::vcan::Vcan;
 use crate::support::waiting::wait_until;
 
@@ -35,11 +35,8 @@ mod slow {
 }
 
 fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
-    let domain = domain();
-    let ros = process::ros_in(domain);
-    let keys = format!("{PATIENT}{ros}");
     let change = Change { profile: &[FASTEST], ..Change::NONE };
-    let folder = NEW_EAGLE.folder(vcan.name, &keys, &change);
+    let (folder, domain) = NEW_EAGLE.patient_folder(vcan.name, &change);
     let mut recording = Recording::of(vcan.name);
     let commander = Commander::start(cyclone, domain, Durability::Volatile);
     let mut gateway = Process::run(&folder);
@@ -64,14 +61,7 @@ fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
     recording.finish();
 
     let frames = recording.since(BusTime::START, NEW_EAGLE.command());
-    for (index, frame) in frames.iter().enumerate() {
-        assert_eq!(
-            usize::from(NEW_EAGLE.counter(&frame.data).unwrap()),
-            index % 16,
-            "frame {index} of {}",
-            frames.len()
-        );
-    }
+    NEW_EAGLE.assert_counted(frames.iter().map(|frame| frame.data.as_slice()));
     let changes = NEW_EAGLE.runs(&frames).len() - 1;
     assert!(changes > least / 100, "only {changes} changes");
     println!("{} frames, {changes} changes", frames.len());

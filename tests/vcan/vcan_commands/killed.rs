@@ -7,7 +7,7 @@ use super::car::Car;
 use super::commander::{Commander, Durability, HAZARD, OK, TRANSMISSION, TURN, WARN};
 use super::recording::{BusTime, RecordedFrame, Recording};
 use super::rhythm::ms;
-use super::vehicles::{Change, NEW_EAGLE, PACMOD, PATIENT, Vehicle};
+use super::vehicles::{Change, NEW_EAGLE, PACMOD, Vehicle};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
@@ -57,16 +57,11 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
     assert_eq!(PACMOD.runs(&frames), ["none"]);
     let mark = BusTime::now();
     commander.send("turn 2 10");
-    let requests_left =
-        |frames: &[&RecordedFrame]| frames.last().is_some_and(|frame| PACMOD.request(&frame.data) == "left");
-    recording.wait(mark, PACMOD.command(), "the turn", requests_left);
+    PACMOD.wait_for(&recording, mark, "left");
 }
 
 fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
-    let domain = domain();
-    let ros = process::ros_in(domain);
-    let keys = format!("{PATIENT}{ros}");
-    let folder = vehicle.folder(vcan.name, &keys, &Change::NONE);
+    let (folder, domain) = vehicle.patient_folder(vcan.name, &Change::NONE);
     let mut recording = Recording::of(vcan.name);
     let car = Car::start(&folder, vcan.name, &[]);
     let commander = Commander::start(cyclone, domain, Durability::Volatile);
@@ -82,9 +77,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     // Long over on a machine that is not busy.
     wait_until("a command that is no longer received", || car.has_dropped_a_command(lights));
     let mut gateway = Process::run(&folder);
-    let requests_left =
-        |frames: &[&RecordedFrame]| frames.last().is_some_and(|frame| vehicle.request(&frame.data) == "left");
-    recording.wait(before, vehicle.command(), "the turn", requests_left);
+    vehicle.wait_for(&recording, before, "left");
     let states = car.wait_for_lights(lights, "left", "command");
     let dark = car.seconds_of_lights(lights);
     gateway.stop("TERM");

@@ -1,11 +1,11 @@
 //! A queue of the kernel that is really full: frames wait, and none is lost or counted twice.
 
 use super::commander::{Commander, Durability, ERROR, OK, TRANSMISSION, WARN};
-use super::vehicles::{Change, NEW_EAGLE, PATIENT};
+use super::vehicles::{Change, NEW_EAGLE};
 use crate::support::json_process::Mark;
-use crate::support::peer::{Cyclone, domain};
+use crate::support::peer::Cyclone;
 use crate::support::prerequisite::require;
-use crate::support::process::{self, Process};
+use crate::support::process::Process;
 use crate::support::slcan::Adapter;
 use crate::support::waiting::wait_until;
 
@@ -16,11 +16,8 @@ const SLOWLY_AGAIN: (&str, &str) = ("period_ms = 50", "period_ms = 50\nmin_send_
 fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_counter_continues() {
     let adapter = require!(Adapter::plug_in());
     let cyclone = require!(Cyclone::on_loopback());
-    let domain = domain();
-    let ros = process::ros_in(domain);
-    let keys = format!("{PATIENT}{ros}");
     let change = Change { profile: &[SLOWLY_AGAIN], ..Change::NONE };
-    let folder = NEW_EAGLE.folder(&adapter.name, &keys, &change);
+    let (folder, domain) = NEW_EAGLE.patient_folder(&adapter.name, &change);
     let commander = Commander::start(&cyclone, domain, Durability::Volatile);
     let mut gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
@@ -55,14 +52,7 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     );
     let frames = adapter.frames(NEW_EAGLE.command());
     println!("{failed} times full, {others} frames of others in front, {} frames on the bus", frames.len());
-    for (index, data) in frames.iter().enumerate() {
-        assert_eq!(
-            usize::from(NEW_EAGLE.counter(data).unwrap()),
-            index % 16,
-            "frame {index} of {}",
-            frames.len()
-        );
-    }
+    NEW_EAGLE.assert_counted(frames.iter().map(Vec::as_slice));
     let mut requests: Vec<_> = frames.iter().map(|data| NEW_EAGLE.request(data)).collect();
     requests.dedup();
     assert_eq!(requests[..4], ["off", "left", "hazard", "left"]);

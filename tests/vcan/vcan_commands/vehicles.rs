@@ -3,7 +3,9 @@
 
 use std::path::Path;
 
-use crate::support::process::Folder;
+use super::recording::{BusTime, RecordedFrame, Recording};
+use crate::support::peer::domain;
+use crate::support::process::{self, Folder};
 use crate::support::vehicle_facts::{CommandFacts, VEHICLES};
 
 /// A shipped vehicle, by the name of profile and DBC.
@@ -91,11 +93,29 @@ impl Vehicle {
         folder
     }
 
+    /// [`folder`](Self::folder) with [`PATIENT`] keys, in a domain that no other test uses.
+    pub(crate) fn patient_folder(&self, interface: &str, change: &Change) -> (Folder, u16) {
+        let domain = domain();
+        (self.folder(interface, &format!("{PATIENT}{}", process::ros_in(domain)), change), domain)
+    }
+
+    /// Waits until the newest frame since `mark` requests this.
+    pub(crate) fn wait_for(&self, recording: &Recording, mark: BusTime, request: &str) {
+        recording.wait(mark, self.command(), request, |frames| {
+            frames.last().is_some_and(|frame| self.request(&frame.data) == request)
+        });
+    }
+
+    /// Asserts that the counter of the frames begins at 0 and has no gap.
+    pub(crate) fn assert_counted<'a>(&self, frames: impl ExactSizeIterator<Item = &'a [u8]>) {
+        let all = frames.len();
+        for (index, data) in frames.enumerate() {
+            assert_eq!(usize::from(self.counter(data).unwrap()), index % 16, "frame {index} of {all}");
+        }
+    }
+
     /// The requests of the frames, one for each run of equal requests.
-    pub(crate) fn runs<'a>(
-        &self,
-        frames: impl IntoIterator<Item = &'a super::recording::RecordedFrame>,
-    ) -> Vec<&'static str> {
+    pub(crate) fn runs<'a>(&self, frames: impl IntoIterator<Item = &'a RecordedFrame>) -> Vec<&'static str> {
         let mut runs: Vec<_> = frames.into_iter().map(|frame| self.request(&frame.data)).collect();
         runs.dedup();
         runs

@@ -4,16 +4,16 @@ use std::time::Duration;
 
 use super::step_clock;
 use crate::support::json_process::Mark;
-use crate::support::peer::{Cyclone, domain};
+use crate::support::peer::Cyclone;
 use crate::support::prerequisite::{Missing, require};
-use crate::support::process::{self, Process};
+use crate::support::process::Process;
 use crate::support::processor::waited;
 use crate::support::vcan::Vcan;
 use crate::support::waiting::{Bystander, let_pass};
 use crate::vcan::vcan_commands::car::Car;
 use crate::vcan::vcan_commands::commander::{Commander, Durability};
 use crate::vcan::vcan_commands::recording::{BusTime, Recording};
-use crate::vcan::vcan_commands::vehicles::{Change, PACMOD, PATIENT};
+use crate::vcan::vcan_commands::vehicles::{Change, PACMOD};
 
 /// Together they lead back to the true time.
 const STEPS_S: [i64; 6] = [-40, 40, -3600, -5, 1800, 1805];
@@ -62,17 +62,14 @@ mod slow {
 fn follow_after(steps: impl Iterator<Item = (i64, Duration)>) -> Result<(), Missing> {
     let vcan = Vcan::new("vcan-set-back")?;
     let cyclone = Cyclone::on_loopback()?;
-    let domain = domain();
-    let folder = PACMOD.folder(vcan.name, &format!("{PATIENT}{}", process::ros_in(domain)), &Change::NONE);
+    let (folder, domain) = PACMOD.patient_folder(vcan.name, &Change::NONE);
     let recording = Recording::of(vcan.name);
     let commander = Commander::start(&cyclone, domain, Durability::Volatile);
     let _car = Car::start(&folder, vcan.name, &[]);
     let gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
     commander.send("mode 1 10; turn 2 10; hazard 1 10");
-    recording.wait(BusTime::START, PACMOD.command(), "left", |frames| {
-        frames.iter().any(|frame| PACMOD.request(&frame.data) == "left")
-    });
+    PACMOD.wait_for(&recording, BusTime::START, "left");
     // Frames have times of the clock that is set, so their number tells which are new.
     let follow = |step_s: i64, command: &str, lights: &str| {
         let (before, waited_before) = (recording.count(PACMOD.command()), waited(gateway.id()));

@@ -33,7 +33,7 @@ mod unrecognised;
 use std::io;
 
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
-pub use unrecognised::known_magic;
+pub use unrecognised::{known_magic, remedy_for};
 
 /// Longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
 pub(super) const MAX_LINE: usize = 1024;
@@ -125,17 +125,29 @@ pub(super) fn not_supported() -> io::Error {
     )
 }
 
+/// Why a file is not a recording, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[error("{reason}{}{remedy}", if .remedy.is_empty() { "" } else { "; " })]
+pub struct NotRecording {
+    /// The format that the file seems to have.
+    pub reason: String,
+    /// Empty if there is none.
+    pub remedy: String,
+}
+
 /// Returns the error for a file that begins with `head` and fits no format.
 pub(super) fn not_recognised(head: &[u8]) -> io::Error {
-    let text = if head.is_empty() {
-        "the file is empty".to_owned()
-    } else {
+    let (mut reason, mut remedy) = ("the file is empty".to_owned(), String::new());
+    if !head.is_empty() {
         let (looks, names) = (unrecognised::looks_like(head), names().join(", "));
-        format!(
-            "format not recognised: it looks like {looks}; these are read, plain or as gzip, xz or zstd: {names}"
-        )
-    };
-    io::Error::new(io::ErrorKind::InvalidData, text)
+        let formats = format!("these are read, plain or as gzip, xz or zstd: {names}");
+        remedy = match remedy_for(&looks) {
+            "" => formats,
+            first => format!("{first}; {formats}"),
+        };
+        reason = format!("format not recognised: it looks like {looks}");
+    }
+    io::Error::new(io::ErrorKind::InvalidData, NotRecording { reason, remedy })
 }
 
 /// Shared by the tests of the formats.

@@ -11,12 +11,9 @@ const MAGIC: [(&[u8], &str); 26] = [
     (b"BZh", "a bzip2 file"),
     (b"\x04\x22\x4D\x18", "an LZ4 file"),
     (b"\x1F\x9D", "a compress (.Z) file"),
-    (b"\xFF\xFE", "text in UTF-16; save it as UTF-8"),
-    (b"\xFE\xFF", "text in UTF-16; save it as UTF-8"),
-    (
-        b"version https://git-lfs.github.com/",
-        "a pointer of Git LFS, not the file itself; fetch it with git lfs pull",
-    ),
+    (b"\xFF\xFE", "text in UTF-16"),
+    (b"\xFE\xFF", "text in UTF-16"),
+    (b"version https://git-lfs.github.com/", "a pointer of Git LFS, not the file itself"),
     (b"SQLite format 3\0", "an SQLite database"),
     (b"\x89PNG", "a picture (PNG)"),
     (b"\xFF\xD8\xFF", "a picture (JPEG)"),
@@ -37,6 +34,16 @@ const MAGIC: [(&[u8], &str); 26] = [
 
 const QUOTED: usize = 40;
 
+/// Returns the remedy for a file that looks like this; empty if there is none.
+pub fn remedy_for(looks: &str) -> &'static str {
+    match looks {
+        "text in UTF-16" => "save it as UTF-8",
+        "a pointer of Git LFS, not the file itself" => "fetch it with git lfs pull",
+        "the output of candump without times" => "record it with candump -L",
+        _ => "",
+    }
+}
+
 /// Returns the kind of a file by its first bytes, e.g. `a zip archive`; `None` if they are not known.
 pub fn known_magic(head: &[u8]) -> Option<&'static str> {
     let begin = head.trim_ascii_start();
@@ -55,13 +62,11 @@ pub(super) fn looks_like(head: &[u8]) -> String {
     let zeros = head.split(|byte| *byte == 0).count() - 1;
     let alternates = |first| head.iter().skip(first).step_by(2).filter(|byte| **byte == 0).count() == zeros;
     if zeros * 5 > head.len() * 2 && (alternates(0) || alternates(1)) {
-        return "text in UTF-16; save it as UTF-8".to_owned();
+        return "text in UTF-16".to_owned();
     }
     let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
     match str::from_utf8(line) {
-        Ok(line) if zeros == 0 && is_without_times(line) => {
-            "the output of candump without times; record it with candump -L".to_owned()
-        }
+        Ok(line) if zeros == 0 && is_without_times(line) => "the output of candump without times".to_owned(),
         Ok(line) if zeros == 0 => quoted(line.trim_end()),
         _ => "binary data".to_owned(),
     }
@@ -103,19 +108,16 @@ mod tests {
         let tar = [&[b'x'; 257][..], b"ustar"].concat();
         for (head, expected) in [
             (&b"PK\x03\x04rest"[..], "a zip archive"),
-            (&[b"\xFF\xFE", &utf16[..]].concat(), "text in UTF-16; save it as UTF-8"),
-            (&utf16, "text in UTF-16; save it as UTF-8"),
-            (
-                b"version https://git-lfs.github.com/spec/v1\n",
-                "a pointer of Git LFS, not the file itself; fetch it with git lfs pull",
-            ),
+            (&[b"\xFF\xFE", &utf16[..]].concat(), "text in UTF-16"),
+            (&utf16, "text in UTF-16"),
+            (b"version https://git-lfs.github.com/spec/v1\n", "a pointer of Git LFS, not the file itself"),
             (b"SQLite format 3\0\x10", "an SQLite database"),
             (b"\x89PNG\r\n", "a picture (PNG)"),
             (b"\n <svg xmlns", "a picture (SVG)"),
             (b"VERSION \"\"\n", "a DBC file, not a recording"),
             (&tar, "a tar archive"),
             (b"\n  speed,\x1B[31mtime  \nmore", "text that begins with \"speed,\\u{1b}[31mtime\""),
-            (b"  can0  123   [2]  01 02\n", "the output of candump without times; record it with candump -L"),
+            (b"  can0  123   [2]  01 02\n", "the output of candump without times"),
             (b"\x00\x01\xFF\xFE\xFD", "binary data"),
             (b"\xC3\x28", "binary data"),
         ] {
