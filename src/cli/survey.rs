@@ -76,8 +76,10 @@ fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
 
 /// Formats a row for each value. Faults that the map causes are in the last column only.
 fn table(rows: &[(String, TurnSurvey)]) -> String {
-    let heading =
-        ["value", "routes", "turns"].into_iter().chain(SignalFault::ALL.map(SignalFault::name)).chain(["by the map"]);
+    let heading = ["value", "routes", "turns"]
+        .into_iter()
+        .chain(SignalFault::ALL.map(SignalFault::name))
+        .chain(["by the map"]);
     let heading: Vec<String> = heading.map(str::to_owned).collect();
     let row = |(value, survey): &(String, TurnSurvey)| {
         let by_map: usize = survey.counts(true).into_iter().sum();
