@@ -22,7 +22,7 @@ pub enum SpeedProfile {
 pub struct Stop {
     /// Position, metres along the route path.
     pub at_m: f64,
-    /// Duration, seconds.
+    /// Time that the vehicle stands, seconds.
     pub for_s: f64,
 }
 

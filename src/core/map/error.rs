@@ -1,4 +1,4 @@
-//! Errors of maps.
+//! Errors of maps, each with the element that has it, and the tags in which they are found.
 
 use super::osm::{OsmElement, OsmKind, Tags};
 

@@ -13,16 +13,16 @@ use crate::core::time::WallStamp;
 /// One message for the decider.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlannerInput {
-    /// A message `nav_msgs/Odometry`.
+    /// The message `nav_msgs/Odometry` of the localisation.
     Odometry {
         /// Pose and speed; numbers may be none.
         odometry: Odometry,
         /// Time of the measurement.
         stamp: WallStamp,
     },
-    /// A message `autoware_planning_msgs/LaneletRoute`.
+    /// The message `autoware_planning_msgs/LaneletRoute` of the mission planner.
     Route(Arc<PlannerRoute>),
-    /// A message `autoware_internal_planning_msgs/PathWithLaneId`.
+    /// The message `autoware_internal_planning_msgs/PathWithLaneId` of the behavior planner.
     PlannedPath(Arc<[PlannedPathPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors {
@@ -38,7 +38,7 @@ pub enum PlannerInput {
         /// The goal that replaces the route's.
         goal: Pose,
     },
-    /// A message `autoware_adapi_v1_msgs/OperationModeState`.
+    /// The message `autoware_adapi_v1_msgs/OperationModeState` of the system.
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.
     LaneDriving(bool),
@@ -87,7 +87,7 @@ pub struct PlannedPathPoint {
 /// order in which the planner runs them (docs/spec/turn-signal-decider.md, "Joining records").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FactorTopic {
-    /// Pull-outs, topic `start_planner`.
+    /// Pull-outs from the roadside, topic `start_planner`.
     StartPlanner,
     /// Lane changes around obstacles, topic `avoidance_by_lane_change`.
     AvoidanceByLaneChange,
@@ -101,7 +101,7 @@ pub enum FactorTopic {
     ExternalLaneChangeLeft,
     /// Requested lane changes, topic `external_request_lane_change_right`.
     ExternalLaneChangeRight,
-    /// Pull-overs, topic `goal_planner`.
+    /// Pull-overs to the roadside, topic `goal_planner`.
     GoalPlanner,
 }
 

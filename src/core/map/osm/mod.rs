@@ -1,4 +1,4 @@
-//! OSM XML files.
+//! Reads OSM XML files into their primitives.
 
 mod primitives;
 mod reader;
