@@ -113,7 +113,7 @@ key_rows! {
         .doc("AT, CH, DE, GB, JP, KR, US-CA, or a file like config/countries/JP.toml; default: none, the parameters that Autoware is deployed with");
 }
 
-/// Rows of `[turn_signal.parameters]`.
+/// Returns the rows of the section `[turn_signal.parameters]`.
 pub(super) fn parameter_keys() -> Vec<&'static dyn KeyRow> {
     PARAMETERS.iter().map(|row| -> &'static dyn KeyRow { row }).collect()
 }

@@ -43,7 +43,7 @@ pub(super) mod age_limits {
         millis(name, 10, 60_000).or_time(default)
     }
 
-    /// Reads the section.
+    /// Reads the section; keys that are absent have their defaults.
     pub(super) fn read(fields: Fields<'_>) -> AgeLimits {
         let limits = AgeLimits {
             odometry: fields.read(&ODOMETRY_MS),

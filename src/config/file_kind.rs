@@ -15,9 +15,9 @@ const HEAD: usize = 16 << 10;
 /// The kinds of files that are given to this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
-    /// `gateway.toml`.
+    /// A configuration of the gateway.
     Gateway,
-    /// A vehicle profile.
+    /// A profile that describes a vehicle.
     Profile,
     /// A drive of the turn signal decider.
     Drive,
@@ -25,9 +25,9 @@ pub enum FileKind {
     Scenario,
     /// The rules of a country.
     Country,
-    /// A lanelet2 map.
+    /// A map in the lanelet2 format.
     Map,
-    /// A DBC file.
+    /// A DBC file of CAN messages.
     Dbc,
     /// A recording of CAN frames.
     Recording,

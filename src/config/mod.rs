@@ -6,7 +6,7 @@
 //! | room | contents |
 //! |---|---|
 //! | [`gateway`] | `gateway.toml`, a file for each section |
-//! | `vehicle` | vehicle profiles, likewise, bound to the DBCs |
+//! | `vehicle` | vehicle profiles, a file for each section, bound to the DBCs |
 //! | [`scenario`] | scenarios of traffic lights: OpenSCENARIO and the bench form |
 //! | [`drive`] | drives of the turn signal decider |
 //! | `map` | the lanelet2 maps that sections and drives name |

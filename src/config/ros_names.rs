@@ -9,7 +9,7 @@ pub struct RosOverrides {
     pub namespace: Option<String>,
     /// Topics under other names; the first that matches applies.
     pub remappings: Vec<Remapping>,
-    /// The parameter `use_sim_time`.
+    /// Value of the parameter `use_sim_time`.
     pub use_sim_time: Option<bool>,
     /// True if warnings and errors go to `/rosout`.
     pub rosout: Option<bool>,
@@ -20,7 +20,7 @@ pub struct RosOverrides {
 pub struct Remapping {
     /// Topic as this node names it; absolute, relative or private.
     pub from: String,
-    /// The name instead, likewise.
+    /// The name instead; absolute, relative or private.
     pub to: String,
 }
 

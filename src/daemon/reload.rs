@@ -53,7 +53,7 @@ impl Reloader {
                 let parts = settings.in_effect.clone();
                 Box::new((settings, parts))
             });
-            // Nobody waits for it once the gateway stops.
+            // The receiver is gone once the gateway stops.
             let _ = sender.send(read);
         };
         // Without a thread the sender is dropped, which `finished` reports.

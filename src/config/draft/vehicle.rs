@@ -25,7 +25,7 @@ pub struct VehicleDraft<'a> {
 
 /// Longest silence of a message that is taken for cyclic.
 const MAX_CYCLIC: Duration = Duration::from_secs(3);
-/// Shortest timeout.
+/// Shortest timeout of a message.
 const MIN_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// When a message is sent.

@@ -35,7 +35,7 @@ pub struct CommandConfig {
 pub struct CommandTopics {
     /// `TurnIndicatorsCommand`; not read when the decider is the source.
     pub turn_indicators_cmd: String,
-    /// `HazardLightsCommand`; always read.
+    /// Topic of `HazardLightsCommand`, which is always read.
     pub hazard_lights_cmd: String,
     /// `ControlModeReport`; not read when the mode comes from a signal.
     pub control_mode: String,
@@ -80,7 +80,7 @@ pub(super) mod topics {
             .doc("ControlModeReport; not read when the mode comes from a signal");
     }
 
-    /// Reads the section.
+    /// Reads the topics of commands and control mode.
     pub(super) fn read(fields: super::Fields<'_>) -> super::CommandTopics {
         let topics = super::CommandTopics {
             turn_indicators_cmd: fields.read(&TURN_INDICATORS_CMD),
@@ -92,7 +92,7 @@ pub(super) mod topics {
     }
 }
 
-/// Reads the section. `binding` is that of the vehicle profile, unless the profile was refused; `decides` is
+/// Reads the section. `binding` comes from the vehicle profile, unless the profile was refused; `decides` is
 /// true if the decider publishes commands.
 pub(super) fn command(
     fields: Fields<'_>,

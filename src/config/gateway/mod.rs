@@ -58,10 +58,10 @@ use turn_signal::{TurnSignalConfig, turn_signal};
 /// The origin of frames in `run`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SourceKind {
-    /// The configured interfaces.
+    /// Frames come from the configured interfaces.
     #[default]
     Socketcan,
-    /// The configured recording.
+    /// Frames come from the configured recording.
     Recording,
 }
 
@@ -102,13 +102,13 @@ pub struct Settings {
     pub dbcs: Vec<LoadedDbc>,
     /// The recording, if one is named.
     pub recording: Option<Recording>,
-    /// `DiagnosticStatus.hardware_id`.
+    /// Text for `hardware_id` in every `DiagnosticStatus`.
     pub hardware_id: String,
-    /// Recordings around faults.
+    /// Settings of the recordings around faults.
     pub black_box: BlackBoxConfig,
     /// The socket on which the present state is served.
     pub status: StatusConfig,
-    /// The HTTP server.
+    /// Settings of the HTTP server.
     pub http: HttpConfig,
     /// The recording of all that is received and published.
     pub mcap: McapConfig,
@@ -146,7 +146,7 @@ impl Settings {
     }
 }
 
-/// Settings of the command line that replace those of the file.
+/// Settings of the command line that replace settings of the file.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
     /// Another vehicle profile, by its path relative to the working directory, or the name of a built-in one.

@@ -11,15 +11,15 @@ use crate::config::{country, decider, dimensions};
 /// A section of `gateway.toml`.
 #[derive(Debug, Clone)]
 pub struct KeySection {
-    /// Its path, with a star for a name of the user's choice; empty for the top of the file.
+    /// Path of the section, with a star for a name of the user's choice; empty for the top of the file.
     pub path: &'static str,
     /// The name that the documented file shows for the star.
     pub shown: &'static str,
-    /// Its meaning.
+    /// Meaning of the section, shown behind its name.
     pub doc: &'static str,
     /// True if it is shown as a comment, since its presence alone has an effect.
     pub is_optional: bool,
-    /// Its rows.
+    /// Rows of its keys, in the order of the documented file.
     pub keys: Vec<&'static dyn KeyRow>,
 }
 

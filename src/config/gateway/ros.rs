@@ -55,7 +55,7 @@ pub(super) mod zenoh {
             .doc("Jazzy and later; \"not_supported\": Humble");
     }
 
-    /// Reads the section.
+    /// Reads the path of Zenoh's configuration, and the hashes of types.
     pub(super) fn read(fields: &super::Fields<'_>) -> (Option<PathBuf>, TypeHashes) {
         (fields.given(&CONFIG), fields.read(&TYPE_HASHES))
     }
@@ -105,15 +105,15 @@ pub struct RosConfig {
     pub transport: Transport,
     /// Durability of the two reports.
     pub durability: Durability,
-    /// Topic of `TurnIndicatorsReport`.
+    /// Topic on which `TurnIndicatorsReport` is published.
     pub turn_indicators_status: String,
-    /// Topic of `HazardLightsReport`.
+    /// Topic on which `HazardLightsReport` is published.
     pub hazard_lights_status: String,
-    /// Topic of `DiagnosticArray`.
+    /// Topic on which `DiagnosticArray` is published.
     pub diagnostics: String,
 }
 
-/// True for Zenoh.
+/// Transports by keyword; true for Zenoh.
 const TRANSPORTS: Keywords<bool> = &[("dds", false), ("zenoh", true)];
 const HASHES: Keywords<TypeHashes> =
     &[("rihs01", TypeHashes::Rihs01), ("not_supported", TypeHashes::NotSupported)];
@@ -167,7 +167,7 @@ fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<
     .ok()
 }
 
-/// Reads the section: the name of the node, and the rest; `durability` is that of the two reports.
+/// Reads the section: the name of the node, and the rest; `durability` is for the two reports.
 pub(super) fn ros(
     files: &dyn Files,
     fields: Fields<'_>,

@@ -1,5 +1,5 @@
 //! Collects the problems of one file, and reads single values: a value that cannot be used is refused at its
-//! location, and reading goes on.
+//! location, and reading continues.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -117,7 +117,7 @@ impl Checker {
     /// The value, which must exist when no problem was noted.
     ///
     /// # Errors
-    /// Every problem: those of other files first, then those of this file in the order of their locations.
+    /// Returns every problem: first of other files, then of this file in the order of their locations.
     pub(crate) fn finish<T>(self, value: Option<T>) -> Result<T, Vec<Problem>> {
         let problems = self.problems.into_inner();
         match value {

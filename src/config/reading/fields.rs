@@ -1,4 +1,4 @@
-//! Reads a table key by key; a key that nobody read is refused in the end.
+//! Reads a table key by key; a key that was not read is refused in the end.
 
 use std::cell::{Cell, RefCell};
 use std::fmt::Display;

@@ -18,11 +18,11 @@ pub enum ValueShape {
     Whole(i64, i64, &'static str),
     /// Numbers of a range, with the unit.
     Number(f64, f64, &'static str),
-    /// `true` or `false`.
+    /// The key takes `true` or `false`.
     Flag,
     /// One of several texts.
     Keyword(Vec<&'static str>),
-    /// A text.
+    /// The key takes any text.
     Text,
     /// A path, relative to the file.
     Path,

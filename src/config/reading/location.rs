@@ -49,7 +49,7 @@ impl SourceLocation {
     }
 }
 
-/// Written `file:line:column: key`.
+/// Writes the location as `file:line:column: key`.
 impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (line, column) = self.position;

@@ -18,7 +18,7 @@ pub struct Problem {
     pub key: Box<str>,
     /// The problem, in plain text without a full stop.
     pub reason: String,
-    /// The remedy, likewise; may be empty.
+    /// The remedy, in plain text without a full stop; may be empty.
     pub remedy: String,
     /// The message without a timeout that this is about; `None` = something else.
     pub missing_timeout: Option<Box<MissingTimeout>>,

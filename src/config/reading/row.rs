@@ -38,7 +38,7 @@ enum KeyType<T: 'static> {
 enum KeyDefault {
     /// There is none: the key stays absent, or the default depends on other keys or on the environment.
     Absent,
-    /// `true` or `false`.
+    /// The default is `true` or `false`.
     Flag(bool),
     /// A whole number in the unit of the key.
     Whole(i64),
@@ -108,7 +108,7 @@ pub(crate) const fn seconds(name: &'static str, min: i64, max: i64) -> ConfigKey
     row(name, KeyType::Whole(min, max, "s", |s| Some(Duration::from_secs(s.try_into().ok()?))))
 }
 
-/// `true` or `false`.
+/// Returns a row for `true` or `false`.
 pub(crate) const fn flag(name: &'static str, default: bool) -> ConfigKey<bool> {
     ConfigKey { default: KeyDefault::Flag(default), ..row(name, KeyType::Flag(|flag| flag)) }
 }
@@ -128,7 +128,7 @@ pub(crate) const fn path(name: &'static str) -> ConfigKey<PathBuf> {
     other(name, || ValueShape::Path, read_path, |_| None)
 }
 
-/// A topic.
+/// Returns a row for a topic.
 pub(crate) const fn topic(name: &'static str, default: &'static str) -> ConfigKey<String> {
     other(name, || ValueShape::Text, read_topic, owned).or_text(default).restart()
 }

@@ -1,4 +1,4 @@
-//! TOML as values.
+//! Reads TOML as values with their locations.
 
 use std::ops::Range;
 use std::rc::Rc;

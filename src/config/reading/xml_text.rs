@@ -1,4 +1,4 @@
-//! XML as elements.
+//! Reads XML as elements with their locations.
 
 use std::borrow::Cow;
 use std::cell::Cell;

@@ -41,7 +41,7 @@ pub(super) struct Binder<'a> {
     pub(super) signals: Vec<BoundSignal>,
 }
 
-/// Raw values with their meaning, e.g. those of `left`.
+/// Raw values with their meaning, e.g. the values of `left`.
 pub(super) type Meanings<T> = Vec<(RawValues, Meaning<T>)>;
 
 impl<'a> Binder<'a> {
@@ -111,7 +111,7 @@ impl<'a> Binder<'a> {
         (reason, rejected.is_some())
     }
 
-    /// Binds `[bus:]MESSAGE.SIGNAL`.
+    /// Binds a signal that is named `[bus:]MESSAGE.SIGNAL`.
     pub(super) fn signal(&mut self, given: &LocatedText) -> Option<(SignalIndex, &'a Signal)> {
         let at = &given.location;
         let (bus, rest) = split_bus(&given.text);

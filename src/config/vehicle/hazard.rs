@@ -24,7 +24,7 @@ enum HazardFrom {
     Reason,
     /// Both turn sides on at once.
     BothSides,
-    /// A momentary button.
+    /// A momentary button, which toggles.
     Button,
     /// The vehicle has no hazard lights.
     NotFitted,
@@ -64,7 +64,7 @@ pub(super) fn is_from_both_sides(fields: &Fields<'_>) -> bool {
     fields.is("from", "both_sides")
 }
 
-/// Reads one source.
+/// Reads one source of the hazard lights.
 fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBinding>) -> Option<HazardSource> {
     fields.require(&["from"], "");
     let Some(from) = fields.keyword("from", FROM) else {

@@ -75,7 +75,7 @@ impl Vehicle {
 
 /// A profile that was refused.
 pub(super) struct RefusedVehicle {
-    /// Every problem found.
+    /// Every problem that was found.
     pub(super) problems: Vec<Problem>,
     /// Names of its buses, ascending; `None` when the file is not TOML.
     pub(super) buses: Option<Vec<String>>,
@@ -197,7 +197,7 @@ fn lights(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<LightsBinding> {
     })
 }
 
-/// The signals, with those of `messages` that carry them.
+/// Joins the signals with the `messages` that carry them.
 fn table(messages: &[BoundMessage], mut signals: Vec<BoundSignal>) -> SignalTable {
     let mut carriers: Vec<_> = signals.iter().map(|signal| signal.message).collect();
     carriers.sort_unstable();

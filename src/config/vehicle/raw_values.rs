@@ -52,7 +52,7 @@ fn range(checker: &Checker, value: &Value) -> Option<RawRange> {
     range
 }
 
-/// `"4..=7"`, `"0x96"`, `"-1"`.
+/// Reads a text such as `"4..=7"`, `"0x96"` or `"-1"`.
 fn raw_range(text: &str) -> Option<RawRange> {
     let number = |text: &str| match text.trim().strip_prefix("0x") {
         Some(hex) => i128::from_str_radix(hex, 16).ok(),

@@ -76,7 +76,7 @@ fn id(fields: &Fields<'_>, ids: &mut Vec<i64>) -> Option<i64> {
     Some(number)
 }
 
-/// Reads the state signal with its values; `arrow` is that of a protected movement.
+/// Reads the state signal with its values; `arrow` is for a protected movement.
 fn states(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,

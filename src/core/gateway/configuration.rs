@@ -57,7 +57,7 @@ pub struct ConfigurationState {
 pub struct Reload {
     /// When it ended, nanoseconds since 1970.
     pub stamp_ns: i64,
-    /// True if the new configuration is in effect; false if it was refused, and the one before goes on.
+    /// True if the new configuration is in effect; false if it was refused, and the previous one stays in effect.
     pub is_applied: bool,
     /// Why it was refused; `None` if it is in effect.
     pub reason: Option<String>,

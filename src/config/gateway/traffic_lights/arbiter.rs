@@ -26,7 +26,7 @@ const fn tolerance(name: &'static str, default: f64) -> ConfigKey<Duration> {
     number_as(name, (0.0, 3600.0), "s", |s| Some(Duration::from_secs_f64(s))).or_number(default)
 }
 
-/// Reads the section.
+/// Reads the section; keys that are absent have their defaults.
 pub(super) fn arbiter(fields: Fields<'_>) -> ArbiterSettings {
     let settings = ArbiterSettings {
         external_delay_tolerance: fields.read(&EXTERNAL_DELAY_TOLERANCE_S),

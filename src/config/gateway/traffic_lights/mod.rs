@@ -82,13 +82,13 @@ pub struct LightTopics {
     pub camera: Option<String>,
     /// Topic from which actions are read.
     pub command: Option<String>,
-    /// True when the time is that of a simulator, on `/clock`.
+    /// True when a simulator gives the time on `/clock`.
     pub use_sim_time: bool,
     /// Parts of the scenario that have no effect.
     pub not_interpreted: Vec<NotInterpreted>,
 }
 
-/// Reads the section; `None` when it has a problem. `use_sim_time` is that of the command line, which comes first.
+/// Reads the section; `None` when it has a problem. `use_sim_time` from the command line comes first.
 pub(super) fn traffic_lights(
     files: &dyn Files,
     fields: Fields<'_>,

@@ -34,7 +34,7 @@ pub(in crate::config::gateway) mod written {
             .doc("e.g. \"/planning/planning_factors/signal_gateway\": what is signalled, as a planning factor; also in shadow mode");
     }
 
-    /// Reads the section.
+    /// Reads the topics that the decider writes.
     pub(super) fn read(fields: &super::Fields<'_>) -> super::DeciderOutputs {
         super::DeciderOutputs {
             turn_command: fields.read(&TURN),

@@ -9,7 +9,7 @@ const OPPOSITE: Keywords<OppositePress> =
 const REPEATED: Keywords<RepeatedPress> =
     &[("cancels", RepeatedPress::Cancels), ("keeps", RepeatedPress::Keeps)];
 
-/// Reads the rules and times; the defaults are those of most cars.
+/// Reads the rules and times; the defaults fit most cars.
 pub(super) fn stalk_settings(fields: Fields<'_>) -> StalkSettings {
     let default = StalkSettings::default();
     let comfort = comfort(&fields, default.comfort);

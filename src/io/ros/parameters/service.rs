@@ -21,17 +21,17 @@ const READ_ONLY: &str = "read-only: change the configuration file and reload";
 /// A service of a node for its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterService {
-    /// `describe_parameters`
+    /// The service `describe_parameters`.
     Describe,
-    /// `get_parameter_types`
+    /// The service `get_parameter_types`.
     GetTypes,
-    /// `get_parameters`
+    /// The service `get_parameters`.
     Get,
-    /// `list_parameters`
+    /// The service `list_parameters`.
     List,
-    /// `set_parameters`
+    /// The service `set_parameters`.
     Set,
-    /// `set_parameters_atomically`
+    /// The service `set_parameters_atomically`.
     SetAtomically,
 }
 
@@ -42,7 +42,7 @@ struct ListMessage<T> {
 }
 
 impl ParameterService {
-    /// All of them.
+    /// All services of a node for its parameters.
     pub const ALL: [Self; 6] =
         [Self::Describe, Self::GetTypes, Self::Get, Self::List, Self::Set, Self::SetAtomically];
 

@@ -7,21 +7,21 @@ use crate::io::ros::messages::ParameterValue as Message;
 /// A value of one of the types that parameters have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ParameterValue {
-    /// A truth value.
+    /// The parameter is true or false.
     Bool(bool),
-    /// A whole number.
+    /// The parameter is a whole number.
     Integer(i64),
-    /// A number.
+    /// The parameter is a floating-point number.
     Double(f64),
-    /// A text.
+    /// The parameter is a text.
     Text(String),
-    /// Truth values.
+    /// The parameter is a list of truth values.
     Bools(Vec<bool>),
-    /// Whole numbers.
+    /// The parameter is a list of whole numbers.
     Integers(Vec<i64>),
-    /// Numbers.
+    /// The parameter is a list of floating-point numbers.
     Doubles(Vec<f64>),
-    /// Texts.
+    /// The parameter is a list of texts.
     Texts(Vec<String>),
 }
 
