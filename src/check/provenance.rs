@@ -1,7 +1,7 @@
 //! The part of a check on the provenance of a profile: what has verified its facts, and which are unverified.
 
 use super::report::CheckReport;
-use crate::core::provenance::{Provenance, Record, Verification};
+use crate::core::provenance::{Provenance, ProvenanceRecord, Verification};
 
 /// Lists the records of a profile that verify something, then the facts that nothing has verified.
 pub(super) fn provenance(provenance: &Provenance, report: &mut CheckReport) {
@@ -31,7 +31,7 @@ pub fn records(provenance: &Provenance) -> CheckReport {
 }
 
 /// Returns the evidence of a record, its source and its date after `facts`.
-fn record_text(facts: &str, record: &Record) -> String {
+fn record_text(facts: &str, record: &ProvenanceRecord) -> String {
     let (source, since) = (&record.source, record.since);
     match record.verified {
         Verification::Nothing => format!("{facts}: {source}; since {since}"),

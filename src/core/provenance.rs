@@ -12,14 +12,14 @@ pub struct Provenance {
     /// Models, platforms and years; empty when the profile names none.
     pub models: String,
     /// Facts of the profile, in the order turn indicators, hazard lights, messages, buses, V2I, commands.
-    pub facts: Vec<Fact>,
+    pub facts: Vec<ProfileFact>,
     /// What is recorded about the facts, in the order of the file.
-    pub records: Vec<Record>,
+    pub records: Vec<ProvenanceRecord>,
 }
 
 /// A fact that a profile states.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fact {
+pub struct ProfileFact {
     /// Name, which is the path of a key of the profile: `turn.left`, `message.LIGHTS.counter`.
     pub name: String,
     /// Indices into [`Provenance::records`]; empty when the profile gives no source.
@@ -28,11 +28,11 @@ pub struct Fact {
 
 /// The source of some facts, and what has verified them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Record {
+pub struct ProvenanceRecord {
     /// Names of facts, or of groups of facts such as `turn`, as the profile writes them.
     pub facts: Vec<String>,
     /// Source of the facts.
-    pub source: Source,
+    pub source: FactSource,
     /// What has verified the facts.
     pub verified: Verification,
     /// What the verification has shown; empty when nothing has verified the facts.
@@ -43,9 +43,9 @@ pub struct Record {
 
 /// A source of facts.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Source {
-    /// Its kind.
-    pub kind: SourceKind,
+pub struct FactSource {
+    /// Kind of the source, e.g. a DBC.
+    pub kind: FactSourceKind,
     /// Path in the repository, or title of a document or standard.
     pub file: Option<String>,
     /// Repository on GitHub that has the file, `owner/name`.
@@ -58,18 +58,18 @@ pub struct Source {
     pub note: Option<String>,
 }
 
-/// Kinds of sources.
+/// Kinds of the sources of facts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SourceKind {
-    /// A DBC.
+pub enum FactSourceKind {
+    /// A public DBC, or the DBC of a maker.
     Dbc,
     /// Source code that reads or writes the same message.
     Code,
     /// Frames that were captured on such a vehicle.
     Capture,
-    /// A standard.
+    /// A standard, such as SAE J1939.
     Standard,
-    /// A published document.
+    /// A published document about the vehicle.
     Document,
     /// Nothing but likelihood; to be checked on a car.
     Assumption,
@@ -115,14 +115,14 @@ pub struct ProvenanceSummary {
 }
 
 /// The kinds of sources by the keyword of the profile.
-pub const SOURCES: &[(&str, SourceKind)] = &[
-    ("dbc", SourceKind::Dbc),
-    ("code", SourceKind::Code),
-    ("capture", SourceKind::Capture),
-    ("standard", SourceKind::Standard),
-    ("document", SourceKind::Document),
-    ("assumption", SourceKind::Assumption),
-    ("invention", SourceKind::Invention),
+pub const SOURCES: &[(&str, FactSourceKind)] = &[
+    ("dbc", FactSourceKind::Dbc),
+    ("code", FactSourceKind::Code),
+    ("capture", FactSourceKind::Capture),
+    ("standard", FactSourceKind::Standard),
+    ("document", FactSourceKind::Document),
+    ("assumption", FactSourceKind::Assumption),
+    ("invention", FactSourceKind::Invention),
 ];
 
 /// The verifications by the keyword of the profile.
@@ -139,7 +139,7 @@ fn write_keyword<T: PartialEq>(f: &mut fmt::Formatter<'_>, keywords: &[(&str, T)
     f.write_str(keyword.map_or("", |(keyword, _)| keyword))
 }
 
-impl fmt::Display for SourceKind {
+impl fmt::Display for FactSourceKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write_keyword(f, SOURCES, self)
     }
@@ -175,7 +175,7 @@ impl Date {
     }
 }
 
-impl fmt::Display for Source {
+impl fmt::Display for FactSource {
     /// Writes the kind, then as much of the rest as is known.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.kind)?;
@@ -202,7 +202,7 @@ impl Provenance {
     }
 
     /// Returns the strongest verification of a fact.
-    pub fn verification(&self, fact: &Fact) -> Verification {
+    pub fn verification(&self, fact: &ProfileFact) -> Verification {
         let records = fact.records.iter().filter_map(|index| self.records.get(*index));
         records.map(|record| record.verified).max().unwrap_or(Verification::Nothing)
     }
@@ -244,10 +244,10 @@ mod tests {
 
     #[test]
     fn a_fact_has_its_strongest_verification() {
-        let record = |verified| Record {
+        let record = |verified| ProvenanceRecord {
             facts: vec!["turn".to_owned()],
-            source: Source {
-                kind: SourceKind::Dbc,
+            source: FactSource {
+                kind: FactSourceKind::Dbc,
                 file: Some("a.dbc".to_owned()),
                 repository: Some("b/c".to_owned()),
                 commit: Some("0123abc".to_owned()),
@@ -258,7 +258,8 @@ mod tests {
             evidence: String::new(),
             since: Date::parse("2026-11-21").unwrap(),
         };
-        let fact = |name: &str, records: &[usize]| Fact { name: name.to_owned(), records: records.to_vec() };
+        let fact =
+            |name: &str, records: &[usize]| ProfileFact { name: name.to_owned(), records: records.to_vec() };
         let provenance = Provenance {
             facts: vec![fact("turn.off", &[0, 1]), fact("turn.left", &[0]), fact("hazard.on", &[])],
             records: vec![record(Verification::Nothing), record(Verification::Recording)],

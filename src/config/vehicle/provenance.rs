@@ -6,7 +6,9 @@ use crate::config::reading::fields::Fields;
 use crate::core::can::frame::CanId;
 use crate::core::command::settings::CommandBinding;
 use crate::core::near_miss::did_you_mean;
-use crate::core::provenance::{Date, Fact, Provenance, Record, SOURCES, Source, VERIFICATIONS, Verification};
+use crate::core::provenance::{
+    Date, FactSource, ProfileFact, Provenance, ProvenanceRecord, SOURCES, VERIFICATIONS, Verification,
+};
 use crate::core::traffic_light::v2i_reception::binding::V2iSource;
 use crate::core::validation::integrity::Protection;
 use crate::core::validation::table::BoundMessage;
@@ -85,9 +87,10 @@ pub(super) fn provenance(top: &Fields<'_>, parts: Option<&BoundParts<'_>>) -> Pr
         records.extend(record(fields, facts));
     }
     let facts = names.into_iter().map(|name| {
-        let covers = |record: &Record| record.facts.iter().any(|fact| Provenance::covers(fact, &name));
+        let covers =
+            |record: &ProvenanceRecord| record.facts.iter().any(|fact| Provenance::covers(fact, &name));
         let covering = (0..).zip(&records).filter(|(_, record)| covers(record));
-        Fact { records: covering.map(|(index, _)| index).collect(), name }
+        ProfileFact { records: covering.map(|(index, _)| index).collect(), name }
     });
     Provenance { makes, models, facts: facts.collect(), records }
 }
@@ -102,7 +105,7 @@ fn expect_fact(top: &Fields<'_>, given: &LocatedText, names: &[String]) {
     }
 }
 
-fn record(fields: Fields<'_>, facts: Vec<LocatedText>) -> Option<Record> {
+fn record(fields: Fields<'_>, facts: Vec<LocatedText>) -> Option<ProvenanceRecord> {
     let required = fields.require(&["facts", "source", "verified", "since"], "");
     let source = fields.table("source").and_then(source);
     let verified = fields.keyword("verified", VERIFICATIONS);
@@ -126,10 +129,10 @@ fn record(fields: Fields<'_>, facts: Vec<LocatedText>) -> Option<Record> {
     fields.done();
     required?;
     let facts = facts.into_iter().map(|fact| fact.text).collect();
-    Some(Record { facts, source: source?, verified: verified?, evidence, since: since? })
+    Some(ProvenanceRecord { facts, source: source?, verified: verified?, evidence, since: since? })
 }
 
-fn source(fields: Fields<'_>) -> Option<Source> {
+fn source(fields: Fields<'_>) -> Option<FactSource> {
     let required = fields.require(&["kind"], "");
     let kind = fields.keyword("kind", SOURCES);
     let [file, repository, commit, version, note] = ["file", "repository", "commit", "version", "note"]
@@ -142,5 +145,5 @@ fn source(fields: Fields<'_>) -> Option<Source> {
     }
     fields.done();
     required?;
-    Some(Source { kind: kind?, file, repository, commit, version, note })
+    Some(FactSource { kind: kind?, file, repository, commit, version, note })
 }

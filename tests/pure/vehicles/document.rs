@@ -3,7 +3,7 @@
 use std::fs;
 
 use signal_gateway::config::Settings;
-use signal_gateway::core::provenance::{Provenance, Source, Verification};
+use signal_gateway::core::provenance::{FactSource, Provenance, Verification};
 use signal_gateway::core::validation::integrity::Protection;
 use signal_gateway::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 
@@ -88,7 +88,7 @@ fn overview(name: &str) -> String {
     )
 }
 
-fn source(source: &Source) -> String {
+fn source(source: &FactSource) -> String {
     let mut text = source.kind.to_string();
     if let Some(file) = &source.file {
         text += &format!(" `{file}`");
