@@ -9,6 +9,7 @@ use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::dbc::model::{Database, Message, Number, Signal};
+use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::report::terminal::message_table::MessageRow;
 use crate::report::terminal::picture::{BusLine, Picture};
@@ -203,7 +204,7 @@ impl LiveBus {
             self.rate_hz = f64::from(std::mem::take(&mut self.counted)) / time.as_secs_f64();
             self.since = now;
         }
-        let link = self.link.map_or_else(|| "no link yet".to_owned(), |link| format!("link {}", link.name()));
+        let link = self.link.map_or_else(|| "no link yet".to_owned(), |link| format!("link {link}"));
         let more = match self.not_shown {
             0 => String::new(),
             frames => format!(", {frames} frames of more than {MAX_ROWS} identifiers not shown"),
@@ -211,7 +212,7 @@ impl LiveBus {
         BusLine {
             name: self.interface.clone(),
             state: link + &more,
-            is_sound: self.link == Some(LinkState::Up),
+            level: if self.link == Some(LinkState::Up) { Level::Ok } else { Level::Error },
             rate_hz: self.rate_hz,
             load_percent: None,
             drops: self.drops,
@@ -267,10 +268,10 @@ mod tests {
         }
         let picture = messages.picture(at(1_000).mono);
         let [bus] = picture.buses.as_slice() else { panic!("{picture:?}") };
-        assert!((bus.rate_hz - 100.0).abs() < 0.1 && bus.is_sound, "{bus:?}");
+        assert!((bus.rate_hz - 100.0).abs() < 0.1 && bus.level == Level::Ok, "{bus:?}");
         messages.take(&CanInput::Link { bus: BODY, state: LinkState::Down }, at(1_000));
         let picture = messages.picture(at(1_000).mono);
-        assert_eq!((picture.buses[0].state.as_str(), picture.buses[0].is_sound), ("link down", false));
+        assert_eq!((picture.buses[0].state.as_str(), picture.buses[0].level), ("link down", Level::Error));
     }
 
     #[test]

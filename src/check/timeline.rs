@@ -5,13 +5,11 @@ use std::collections::BTreeMap;
 use super::decode::{FrameReader, ReadFrame, signals_in};
 use crate::config::Settings;
 use crate::core::can::bus_status::link_text;
-use crate::core::can::controller::ControllerReport;
-use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 use crate::core::can::frame::Frame;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::command::output::CommandOutput;
-use crate::core::diagnostics::{Diagnostics, Level};
+use crate::core::diagnostics::Diagnostics;
 use crate::core::gateway::event::Output;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -86,7 +84,7 @@ impl TimelineCollector {
             }
             CanInput::Controller { bus, report } => {
                 let label = format!("{} controller", self.interface(*bus));
-                let (tone, text) = controller(*report);
+                let (tone, text) = (Tone::from(report.state.level()), report.to_string());
                 self.begin((Group::Links, 2, label), at, tone, &text, false);
             }
             CanInput::Drops { bus, lost } => {
@@ -179,11 +177,7 @@ impl TimelineCollector {
 
     fn diagnostics(&mut self, diagnostics: &Diagnostics, at: MonoTime) {
         for (position, status) in diagnostics.statuses.iter().enumerate() {
-            let tone = match status.level {
-                Level::Ok => Tone::Ok,
-                Level::Warn => Tone::Warn,
-                Level::Error | Level::Stale => Tone::Error,
-            };
+            let tone = Tone::from(status.level);
             let label = task_of(&status.name);
             let known =
                 self.lanes.keys().find(|(group, _, name)| *group == Group::Diagnostics && name == label);
@@ -309,26 +303,6 @@ const fn tone_of(state: RawState) -> Tone {
     }
 }
 
-/// Returns the colour and the text of a controller's state, e.g. `error-passive, 130 errors sending and 12
-/// receiving`.
-fn controller(report: ControllerReport) -> (Tone, String) {
-    let ControllerReport { state, counters, restart_ms } = report;
-    let tone = match state {
-        ControllerState::ErrorActive => Tone::Ok,
-        ControllerState::Warning | ControllerState::Passive | ControllerState::Restarted => Tone::Warn,
-        ControllerState::BusOff | ControllerState::Stopped => Tone::Error,
-    };
-    let counted = counters
-        .map(|ErrorCounters { tx, rx }| format!(", {tx} errors sending and {rx} receiving"))
-        .unwrap_or_default();
-    let restart = match (state, restart_ms) {
-        (ControllerState::BusOff, Some(0)) => ", needs a manual restart".to_owned(),
-        (ControllerState::BusOff, Some(ms)) => format!(", restarts by itself after {ms} ms"),
-        _ => String::new(),
-    };
-    (tone, format!("{}{counted}{restart}", state.name()))
-}
-
 /// Converts to seconds, exact to the nanosecond for 104 days.
 #[allow(clippy::cast_precision_loss)]
 fn seconds(at: MonoTime) -> f64 {
@@ -380,28 +354,5 @@ mod tests {
             }
         }
         assert!(signals_for_each_side > 20, "{signals_for_each_side}");
-    }
-
-    #[test]
-    fn the_state_of_a_controller_has_a_colour_and_a_text() {
-        let report =
-            |state, counters, restart_ms| controller(ControllerReport { state, counters, restart_ms });
-        let counters = Some(ErrorCounters { tx: 130, rx: 12 });
-        for (found, tone, text) in [
-            (report(ControllerState::ErrorActive, None, None), Tone::Ok, "error-active"),
-            (
-                report(ControllerState::Passive, counters, Some(0)),
-                Tone::Warn,
-                "error-passive, 130 errors sending and 12 receiving",
-            ),
-            (report(ControllerState::BusOff, None, Some(0)), Tone::Error, "bus-off, needs a manual restart"),
-            (
-                report(ControllerState::BusOff, None, Some(100)),
-                Tone::Error,
-                "bus-off, restarts by itself after 100 ms",
-            ),
-        ] {
-            assert_eq!(found, (tone, text.to_owned()));
-        }
     }
 }

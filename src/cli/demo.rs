@@ -161,6 +161,7 @@ fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(),
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::command::snapshot::LightsValue;
     use crate::core::diagnostics::Level;
 
     /// What is commanded and what is reported when each caption of `demo commands` has been read for a while.
@@ -195,7 +196,8 @@ mod tests {
             }
             let snapshot = rehearsal.gateway().snapshot(rehearsal.now());
             let turn = snapshot.commands.unwrap().turn_indicators;
-            let found = (turn.commanded.unwrap(), turn.reported.unwrap(), turn.level);
+            let name = |value: Option<LightsValue>| value.unwrap().to_string();
+            let found = (name(turn.commanded), name(turn.reported), turn.level);
             shown.push((*caption, found.clone()));
             if found != (commanded.to_owned(), reported.to_owned(), level) {
                 wrong.push((*caption, found));

@@ -9,6 +9,7 @@ use crate::core::can::link::LinkState;
 use crate::core::near_miss::nearest;
 use crate::daemon::DaemonError;
 use crate::io::can::interfaces::can_interfaces;
+use crate::io::can::traffic::is_virtual;
 
 /// Writes the reason, and the remedy if one is known.
 pub(super) fn show(failure: &Failure) {
@@ -46,10 +47,6 @@ fn remedy(interface: &str, state: LinkState) -> String {
 fn bring_up(interface: &str, is_virtual: bool) -> String {
     let rate = if is_virtual { "" } else { " type can bitrate 500000" };
     format!("bring it up first: ip link set {interface} up{rate}")
-}
-
-fn is_virtual(interface: &str) -> bool {
-    Path::new("/sys/devices/virtual/net").join(interface).exists()
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use super::failure::Failure;
 use super::messages;
 use crate::core::diagnostics::Level;
 use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::report::schema;
 use crate::report::status::text;
 
 pub(super) const HELP: &str = "\
@@ -22,7 +23,7 @@ Examples:
   signal-gateway status --quiet || echo \"look at the vehicle\"
 
 The socket belongs to the user and the group of the service: sudo usermod -aG signal-gateway $USER
-docs/status.md describes the JSON.
+docs/status.md describes the JSON, and --schema prints its JSON Schema.
 
 Exit codes:
   0  everything is OK
@@ -43,12 +44,19 @@ pub(super) struct StatusArgs {
     /// Print a line of JSON
     #[arg(long)]
     json: bool,
+    /// Print the JSON Schema of that line; no gateway is needed
+    #[arg(long, conflicts_with_all = ["json", "watch"])]
+    schema: bool,
     /// Print twice a second until Ctrl-C, and wait for a gateway that has ended
     #[arg(long)]
     watch: bool,
 }
 
 pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
+    if args.schema {
+        print(&format!("{:#}\n", schema::status()), args)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut client = match StatusClient::connect(&args.socket) {
         Ok(client) => client,
         Err(error) => return Ok(unreachable(&args.socket, &error)),

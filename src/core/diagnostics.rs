@@ -1,19 +1,23 @@
 //! Diagnostic statuses with levels and values (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
 
 use std::collections::VecDeque;
-use std::fmt;
 use std::time::Duration;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::names::display_by_name;
 use super::time::MonoTime;
 
-/// `DiagnosticStatus.level`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+/// Severity of a status, `DiagnosticStatus.level` of ROS.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "UPPERCASE")]
 #[repr(u8)]
 pub enum Level {
     /// Works without a problem (0).
+    #[default]
     Ok = 0,
     /// Works with a problem (1).
     Warn = 1,
@@ -23,16 +27,7 @@ pub enum Level {
     Stale = 3,
 }
 
-impl fmt::Display for Level {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Ok => "OK",
-            Self::Warn => "WARN",
-            Self::Error => "ERROR",
-            Self::Stale => "STALE",
-        })
-    }
-}
+display_by_name!(Level);
 
 /// One `DiagnosticStatus` without the hardware id, which is common to all.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,7 +59,7 @@ pub struct RateMeter {
 
 impl RateMeter {
     /// Long enough for a 1 Hz message to show about 1 Hz.
-    const WINDOW: Duration = Duration::from_secs(5);
+    pub const WINDOW: Duration = Duration::from_secs(5);
     /// Bounds memory when refreshes come often.
     const MAX_SAMPLES: usize = 64;
 

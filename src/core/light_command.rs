@@ -2,8 +2,16 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::names::display_by_name;
+
 /// `TurnIndicatorsCommand.command`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 #[repr(u8)]
 pub enum TurnCommand {
     /// `NO_COMMAND`, 0: nothing is known or requested.
@@ -18,7 +26,10 @@ pub enum TurnCommand {
 }
 
 /// `HazardLightsCommand.command`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 #[repr(u8)]
 pub enum HazardCommand {
     /// `NO_COMMAND`, 0: nothing is known or requested.
@@ -60,26 +71,7 @@ impl<T: Numbered> From<u8> for EnumOrUnknown<T> {
     }
 }
 
-impl fmt::Display for TurnCommand {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoCommand => "NO_COMMAND",
-            Self::Disable => "DISABLE",
-            Self::Left => "LEFT",
-            Self::Right => "RIGHT",
-        })
-    }
-}
-
-impl fmt::Display for HazardCommand {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoCommand => "NO_COMMAND",
-            Self::Disable => "DISABLE",
-            Self::Enable => "ENABLE",
-        })
-    }
-}
+display_by_name!(TurnCommand, HazardCommand);
 
 impl<T: fmt::Display> fmt::Display for EnumOrUnknown<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -12,6 +12,7 @@ pub mod discovery;
 pub mod gateway;
 pub mod light_command;
 pub mod map;
+pub mod names;
 pub mod near_miss;
 pub mod plausibility;
 pub mod provenance;

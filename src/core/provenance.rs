@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The vehicles that a profile describes, its facts, and where these come from.
@@ -102,7 +103,7 @@ pub struct Date {
 }
 
 /// How much of a profile has been verified, for the snapshot of the process.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct ProvenanceSummary {
     /// Number of facts that were tried on a car.
     pub car: usize,

@@ -14,9 +14,11 @@ use axum::{Extension, Router};
 use futures_util::stream::unfold;
 use tokio::time::sleep;
 
+use crate::core::gateway::snapshot::Snapshot;
 use crate::io::http::Connection;
 use crate::io::snapshots::feed::SnapshotSource;
 use crate::report::live_page::LivePage;
+use crate::report::live_view::Feed;
 use crate::report::metrics::{CLASSIC, OPENMETRICS, classic, openmetrics};
 
 /// Time from one event of a stream to the next.
@@ -53,6 +55,10 @@ fn live_page(page: &LivePage) -> Response {
     (policy, Html(page.html.clone())).into_response()
 }
 
+fn feed_json(snapshot: &Snapshot) -> String {
+    serde_json::to_string(&Feed::new(snapshot)).unwrap_or_default()
+}
+
 /// A snapshot as an event every [`EVENT_INTERVAL`]. A client that is slow gets fewer of them, each of them present when it is taken.
 async fn events(
     State(source): State<SnapshotSource>,
@@ -72,7 +78,7 @@ async fn events(
         };
         let taken = source.next().await?;
         connection.extend();
-        Some((Ok::<_, Infallible>(event.data(taken.json_line().trim_end())), (source, connection, None)))
+        Some((Ok::<_, Infallible>(event.data(taken.event(feed_json))), (source, connection, None)))
     });
     Sse::new(stream).into_response()
 }

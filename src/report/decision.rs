@@ -25,7 +25,7 @@ pub fn fields(decision: &Decision) -> Value {
     let mut fields = json!({
         "turn": decision.turn.to_string(),
         "hazard": decision.hazard.to_string(),
-        "basis": decision.basis.name(),
+        "basis": decision.basis.kind(),
         "winner": text(decision.winner()),
         "case": text(decision.case()),
         "held": text(decision.held),

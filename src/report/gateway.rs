@@ -141,7 +141,7 @@ fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
 /// A change for people: of a report or of a status.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// Severity: that of a status; WARN where a report ends.
+    /// Severity of the status; WARN where a report ends.
     pub level: Level,
     /// Subject: `turn_indicators`, `hazard_lights` or an interface.
     pub task: String,
@@ -181,17 +181,10 @@ impl EventKind {
 }
 
 impl Event {
-    /// The reason in the message of a status that is not OK, e.g. `BLINK is stale`; empty for other events.
+    /// Returns the message of a status that is not OK; empty for other events.
     pub fn cause(&self) -> &str {
-        match self.kind {
-            EventKind::Status(Level::Warn | Level::Error | Level::Stale) => {
-                self.text.split_once(": ").map_or(self.text.as_str(), |(_, cause)| cause)
-            }
-            EventKind::Status(Level::Ok)
-            | EventKind::ReportPublished
-            | EventKind::ReportWithdrawn
-            | EventKind::CommandSent => "",
-        }
+        let is_bad = matches!(self.kind, EventKind::Status(level) if level > Level::Ok);
+        if is_bad { &self.text } else { "" }
     }
 }
 

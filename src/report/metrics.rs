@@ -10,10 +10,12 @@ use prometheus_client::encoding::{DescriptorEncoder, NoLabelSet, text};
 use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::{Registry, Unit};
 
+use super::counts::{self, Count};
+use crate::core::can::link::LinkState;
 use crate::core::can::snapshot::BusSnapshot;
-use crate::core::command::snapshot::FunctionSnapshot;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
+use crate::core::names::variant_name;
 use crate::core::vehicle_lights::FailureCounts;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
@@ -78,10 +80,7 @@ impl Collector for Metrics {
     }
 }
 
-/// Name and help of a counter, and its value.
-type Count<T> = (&'static str, &'static str, fn(&T) -> u64);
-
-/// Labels and value.
+/// Labels of a sample, and its value.
 type Sample<'a, const N: usize, V> = ([(&'static str, &'a str); N], V);
 
 struct Writer<'a>(DescriptorEncoder<'a>);
@@ -165,7 +164,7 @@ impl Writer<'_> {
                 let labels = [
                     ("signal", signal.name.as_str()),
                     ("bus", signal.bus.as_str()),
-                    ("used_by", signal.used_by.as_str()),
+                    ("used_by", variant_name(&signal.used_by)),
                 ];
                 (labels, signal)
             })
@@ -179,7 +178,7 @@ impl Writer<'_> {
                 let labels = [
                     ("message", message.name.as_str()),
                     ("bus", message.bus.as_str()),
-                    ("used_by", message.used_by.as_str()),
+                    ("used_by", variant_name(&message.used_by)),
                 ];
                 (labels, message)
             })
@@ -203,23 +202,14 @@ impl Writer<'_> {
                 .map(|(bus, interface)| [("bus", bus.as_str()), ("interface", interface.as_str())]);
             labels.zip(buses)
         };
-        let up = each().map(|(labels, bus)| (labels, flag(bus.link == "up")));
+        let up = each().map(|(labels, bus)| (labels, flag(bus.link == LinkState::Up)));
         self.gauges("bus_link_up", "1 while the link of a bus is up", None, up)?;
-        let receiving = each()
-            .map(|(labels, bus)| (labels, flag(["receiving", "losing"].contains(&bus.reception.as_str()))));
+        let receiving = each().map(|(labels, bus)| (labels, flag(bus.is_receiving())));
         self.gauges("bus_receiving", "1 while frames of the vehicle profile are received", None, receiving)?;
         let load = each().filter_map(|(labels, bus)| Some((labels, bus.traffic?.load_percent? / 100.0)));
         self.gauges("bus_load_ratio", "Estimated share of the time in which a bus is busy", None, load)?;
-        let counts: [Count<BusSnapshot>; 6] = [
-            ("bus_frames", "Frames of the vehicle profile", |bus| bus.frames),
-            ("bus_dropped_frames", "Frames dropped by the kernel or by the gateway", |bus| bus.drops),
-            ("bus_error_frames", "Error frames", |bus| bus.error_frames),
-            ("bus_link_losses", "Times that the link was lost", |bus| bus.link_losses),
-            ("bus_controller_bus_off", "Times that the controller went bus-off", |bus| bus.bus_offs),
-            ("bus_bad_records", "Unreadable records of a recording", |bus| bus.bad_records),
-        ];
-        for (name, help, count) in counts {
-            self.counters(name, help, each().map(|(labels, bus)| (labels, count(bus))))?;
+        for Count { metric, help, value, .. } in counts::BUS {
+            self.counters(metric, help, each().map(|(labels, bus)| (labels, value(bus))))?;
         }
         Ok(())
     }
@@ -228,23 +218,9 @@ impl Writer<'_> {
         let Some(commands) = &snapshot.commands else { return Ok(()) };
         let functions =
             [("turn_indicators", &commands.turn_indicators), ("hazard_lights", &commands.hazard_lights)];
-        let counts: [Count<FunctionSnapshot>; 3] = [
-            ("commands_received", "Commands received", |function| function.commands),
-            ("command_driver_overrides", "Times that the driver did something else", |function| {
-                function.driver_overrides
-            }),
-            (
-                "command_feedback_mismatches",
-                "Times that the report differed from the command for too long",
-                |function| function.feedback_mismatches,
-            ),
-        ];
-        for (name, help, count) in counts {
-            self.counters(
-                name,
-                help,
-                functions.map(|(name, function)| ([("function", name)], count(function))),
-            )?;
+        for Count { metric, help, value, .. } in counts::FUNCTION {
+            let samples = functions.map(|(name, function)| ([("function", name)], value(function)));
+            self.counters(metric, help, samples)?;
         }
         let sent =
             commands.messages.iter().map(|message| ([("message", message.name.as_str())], message.sent));
@@ -258,28 +234,18 @@ impl Writer<'_> {
     fn lights_and_decider(&mut self, snapshot: &Snapshot) -> fmt::Result {
         let channels = || snapshot.traffic_lights.iter().flat_map(|lights| &lights.channels);
         let lights =
-            channels().map(|channel| ([("channel", channel.channel.as_str())], f64::from(channel.lights)));
+            channels().map(|channel| ([("channel", channel.channel.name())], f64::from(channel.lights)));
         self.gauges("traffic_lights", "Traffic lights with a known state", None, lights)?;
-        let rejected = channels().map(|channel| ([("channel", channel.channel.as_str())], channel.rejected));
+        let rejected = channels().map(|channel| ([("channel", channel.channel.name())], channel.rejected));
         self.counters(
             "traffic_light_rejected_inputs",
             "Inputs of traffic lights that were rejected",
             rejected,
         )?;
-        let decider = snapshot.decider.as_ref();
-        self.counters(
-            "decider_cycles",
-            "Cycles of the turn signal decider",
-            decider.map(|decider| ([], decider.cycles)),
-        )?;
-        let changes = decider.map(|decider| ([], decider.changes));
-        self.counters("decider_changes", "Decisions that differed from the one before", changes)?;
-        let shortened = decider.map(|decider| ([], decider.shortened_signals));
-        self.counters(
-            "decider_shortened_signals",
-            "Signals that waited until a junction was passed which offers their side",
-            shortened,
-        )
+        for Count { metric, help, value, .. } in counts::DECIDER {
+            self.counters(metric, help, snapshot.decider.as_ref().map(|decider| ([], value(decider))))?;
+        }
+        Ok(())
     }
 
     fn process(&mut self, process: &ProcessSnapshot) -> fmt::Result {

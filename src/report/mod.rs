@@ -11,7 +11,9 @@
 //! | [`view`] | what happens while a command runs: lines, log records, or the next one |
 //! | [`terminal`] | the present state, on a terminal |
 //! | [`live_page`] | the same in a browser |
+//! | [`live_view`] | the levels, words and sentences of both |
 //! | [`metrics`] | the same for Prometheus |
+//! | [`schema`] | JSON Schemas of the status and of the page's feed |
 //! | [`story`] | captions and the summary of the demo |
 //! | [`status`] | the present state of a running gateway |
 //! | [`timeline`] | a recording: states over time, each with the frame behind it |
@@ -23,14 +25,17 @@
 //! has a [`chart::Bar`] in a chart for as long as it lasts.
 
 pub mod chart;
+mod counts;
 pub mod decision;
 pub mod discovery;
 pub mod drive;
 pub mod gateway;
 pub mod lights;
 pub mod live_page;
+pub mod live_view;
 pub mod metrics;
 pub mod refusal;
+pub mod schema;
 pub mod status;
 pub mod story;
 pub mod terminal;
@@ -76,7 +81,7 @@ impl Entry {
     }
 }
 
-/// The fields of an object, then those of another.
+/// Returns an object with the fields of both.
 fn joined(mut object: Value, more: Value) -> Value {
     if let (Value::Object(fields), Value::Object(more)) = (&mut object, more) {
         fields.extend(more);

@@ -2,15 +2,19 @@
 
 use std::fmt::Write as _;
 
+use super::counts;
+use super::live_view::{integrity_text, message_of};
 use super::text::{counted, escaped, wrapped};
 use crate::core::can::snapshot::BusSnapshot;
-use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot};
+use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot, LightsValue};
 use crate::core::diagnostics::Level;
 use crate::core::gateway::configuration::ConfigurationState;
 use crate::core::gateway::network::ZenohLinks;
 use crate::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, Snapshot};
+use crate::core::names::words;
 use crate::core::provenance::ProvenanceSummary;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
+use crate::core::traffic_light::target::StoreLayer;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 use crate::core::validation::snapshot::{IntegritySnapshot, SignalSnapshot};
 use crate::core::vehicle_lights::ReportSnapshot;
@@ -137,18 +141,19 @@ impl Text {
     }
 
     fn reports(&mut self, snapshot: &Snapshot) {
-        let turn = snapshot.turn_indicators.as_ref();
-        let turn = turn
-            .map(|report| ("turn_indicators", turn_name(report), report.source.as_ref(), &report.message));
-        let hazard = snapshot.hazard_lights.as_ref();
-        let hazard = hazard
-            .map(|report| ("hazard_lights", hazard_name(report), report.source.as_ref(), &report.message));
         self.line("reports");
-        for (name, published, source, message) in turn.into_iter().chain(hazard) {
-            let source = source.map_or_else(String::new, |source| format!(" from {source}"));
-            let message = if message == "publishing" { String::new() } else { format!(": {message}") };
-            self.row(name, &format!("{}{source}{message}", published.unwrap_or("withheld")));
+        if let Some(report) = &snapshot.turn_indicators {
+            self.report("turn_indicators", report, turn_name(report));
         }
+        if let Some(report) = &snapshot.hazard_lights {
+            self.report("hazard_lights", report, hazard_name(report));
+        }
+    }
+
+    fn report<T>(&mut self, name: &str, report: &ReportSnapshot<T>, published: Option<&str>) {
+        let source = report.source.as_ref().map_or_else(String::new, |source| format!(" from {source}"));
+        let message = if report.level == Level::Ok { String::new() } else { format!(": {}", report.message) };
+        self.row(name, &format!("{}{source}{message}", published.unwrap_or("withheld")));
     }
 
     fn signals(&mut self, snapshot: &Snapshot) {
@@ -157,23 +162,20 @@ impl Text {
         }
         self.line("signals");
         for signal in &snapshot.signals {
-            let integrity = snapshot.messages.iter().find(|message| {
-                (&message.name, &message.bus, &message.used_by)
-                    == (&signal.message, &signal.bus, &signal.used_by)
-            });
-            let integrity = integrity.and_then(|message| message.integrity.as_ref());
-            let integrity =
-                integrity.map_or_else(String::new, |integrity| format!(", {}", integrity_text(integrity)));
+            let integrity = message_of(snapshot, signal).and_then(|message| message.integrity.as_ref());
+            let integrity = integrity.map_or_else(String::new, checked_text);
             self.row(&signal.name, &format!("{}{integrity}", signal_text(signal)));
         }
     }
 
     fn commands(&mut self, commands: &CommandSnapshot) {
         let dry = if commands.is_transmitting { "" } else { ", dry run: nothing is sent" };
-        self.line(&format!(
-            "commands (from {}, control mode {}{dry})",
-            commands.source, commands.control_mode
-        ));
+        let mode = match (commands.control_mode, commands.undefined_control_mode) {
+            (Some(mode), _) => mode.name().to_owned(),
+            (None, Some(raw)) => format!("undefined ({raw})"),
+            (None, None) => "unknown".to_owned(),
+        };
+        self.line(&format!("commands (from {}, control mode {mode}{dry})", words(&commands.source)));
         for (name, function) in
             [("turn_indicators", &commands.turn_indicators), ("hazard_lights", &commands.hazard_lights)]
         {
@@ -203,11 +205,10 @@ impl Text {
                 [("dark", channel.dark), ("unknown", channel.unknown), ("detected", channel.detected)];
             let parts =
                 parts.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!(", {count} {name}"));
-            self.row(&channel.channel, &format!("{known}{}", parts.collect::<String>()));
+            self.row(channel.channel.name(), &format!("{known}{}", parts.collect::<String>()));
             for light in &channel.states {
-                let state = if light.state.is_empty() { "dark" } else { &light.state };
-                let layer = if light.layer == "detected" { " (detected)" } else { "" };
-                self.row(&format!("  {}{layer}", light.id), state);
+                let layer = if light.layer == StoreLayer::Detected { " (detected)" } else { "" };
+                self.row(&format!("  {}{layer}", light.id), &light.text());
             }
         }
         for controller in &lights.controllers {
@@ -219,18 +220,19 @@ impl Text {
         self.line(&format!("turn signal decider ({})", decider.role));
         self.row("state", &decider.message);
         let Some(decision) = &decider.decision else { return };
-        let winner = decision.winner.as_ref().map(|winner| format!(", {winner}"));
-        let rule = decision.rule.as_ref().map(|rule| format!(" by rule {rule}"));
-        let held = decision.held.as_ref().map(|held| format!(", held: {held}"));
+        let winner = decision.winner.map(|winner| format!(", {winner}"));
+        let rule = decision.rule.map(|rule| format!(" by rule {rule}"));
+        let held = decision.held.map(|held| format!(", held: {held}"));
         let reason = [winner, rule, held].into_iter().flatten().collect::<String>();
         self.row("decision", &format!("turn {}, hazard {}{reason}", decision.turn, decision.hazard));
         for candidate in &decision.candidates {
             let subject =
                 candidate.subject.as_ref().map_or_else(String::new, |subject| format!(" ({subject})"));
-            self.row(&candidate.source, &format!("{}{subject}", candidate.outcome));
+            self.row(candidate.source.name(), &format!("{}{subject}", candidate.outcome));
         }
-        for finding in decision.findings.iter().chain(&decision.manoeuvres) {
-            self.row("", finding);
+        let manoeuvres = decision.manoeuvres.iter().map(ToString::to_string);
+        for text in decision.findings.iter().cloned().chain(manoeuvres) {
+            self.row("", &text);
         }
     }
 
@@ -309,53 +311,45 @@ impl Text {
 
 fn signal_text(signal: &SignalSnapshot) -> String {
     let Some(raw) = signal.raw else {
-        return format!("unknown: {}", signal.missing.as_deref().unwrap_or("unknown"));
+        return format!("unknown: {}", signal.missing.as_ref().map_or("unknown", |missing| &missing.text));
     };
     let meanings =
         if signal.meanings.is_empty() { String::new() } else { format!(" ({})", signal.meanings.join(", ")) };
     let age = signal.age_ms.map_or_else(String::new, |age| format!(", {age} ms old"));
-    let missing = signal.missing.as_ref().map_or_else(String::new, |reason| format!(", not valid: {reason}"));
+    let missing =
+        signal.missing.as_ref().map_or_else(String::new, |missing| format!(", not valid: {}", missing.text));
     format!("{raw}{meanings}{age}{missing}")
 }
 
-fn integrity_text(integrity: &IntegritySnapshot) -> String {
-    let verdict = match integrity.is_trusted {
-        None => "not checked yet",
-        Some(true) => "trusted",
-        Some(false) => integrity.last_reject.as_deref().unwrap_or("rejected"),
-    };
+fn checked_text(integrity: &IntegritySnapshot) -> String {
     let rejected =
         if integrity.rejected > 0 { format!(" ({} rejected)", integrity.rejected) } else { String::new() };
-    format!("integrity: {verdict}{rejected}")
+    format!(", integrity: {}{rejected}", integrity_text(integrity))
 }
 
 fn function_text(function: &FunctionSnapshot) -> String {
-    let or = |value: &Option<String>, other: &str| value.clone().unwrap_or_else(|| other.to_owned());
+    let or = |value: Option<LightsValue>, other: &str| {
+        value.map_or_else(|| other.to_owned(), |value| value.to_string())
+    };
     let age = function.command_age_ms.map_or_else(String::new, |age| format!(" {age} ms ago"));
     format!(
         "command {}{age}, requested {} ({}), reported {}",
-        function.command,
-        or(&function.requested, "nothing"),
-        function.reason,
-        or(&function.reported, "unknown"),
+        words(&function.command),
+        or(function.requested, "nothing"),
+        function.reason.text(),
+        or(function.reported, "unknown"),
     )
 }
 
 fn bus_text(bus: &BusSnapshot) -> String {
-    let mut parts = vec![format!("link {}", bus.link), bus.reception.replace('_', " ")];
-    if let Some(controller) = &bus.controller {
-        let errors = controller.tx_errors.zip(controller.rx_errors);
-        let errors = errors.map_or_else(String::new, |(tx, rx)| format!(" (tx {tx}, rx {rx})"));
-        parts.push(format!("{}{errors}", controller.state));
-    }
+    let mut parts: Vec<_> = bus.parts().map(|(_, text)| text).collect();
     parts.push(format!("{} frames of the profile/s", bus.rate_hz));
     if let Some(traffic) = bus.traffic {
         let load = traffic.load_percent.map_or_else(String::new, |load| format!(", load {load} %"));
         parts.push(format!("{} frames/s in all{load}", traffic.rate_hz));
     }
-    let counts = [("drops", bus.drops), ("error frames", bus.error_frames), ("bus-offs", bus.bus_offs)];
-    parts
-        .extend(counts.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")));
+    let counts = counts::BUS.iter().filter_map(|count| Some((count.label?, (count.value)(bus))));
+    parts.extend(counts.filter(|(_, count)| *count > 0).map(|(label, count)| format!("{count} {label}")));
     parts.join(", ")
 }
 

@@ -79,7 +79,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts an event.
+    /// Counts an event for the summary.
     pub fn count(&mut self, event: &Event) {
         match event.kind {
             EventKind::ReportPublished | EventKind::ReportWithdrawn => {

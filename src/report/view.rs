@@ -15,7 +15,7 @@ use crate::io::process_log;
 use crate::report::gateway::{Changes, Event};
 use crate::report::text::escaped;
 
-/// Shows what happens.
+/// Shows what happens while a command runs.
 pub struct View {
     destination: Destination,
     changes: Changes,
@@ -177,7 +177,7 @@ impl View {
     }
 }
 
-/// Writes without waiting for the reader; an error is that of an earlier text.
+/// Writes without waiting for the reader; an error concerns an earlier text.
 fn write(out: &OutputQueue, text: &str) -> io::Result<()> {
     out.push(text.as_bytes());
     match out.losses() {

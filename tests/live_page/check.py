@@ -25,23 +25,26 @@ WAIT_MS = 150_000
 DECIDER = {
     "role": "command", "level": "OK", "message": "LEFT: left turn on 111", "route": "0" * 31 + "1", "odometry_age_ms": 20,
     "cycles": 1200, "changes": 4, "turn_agreement_percent": 98.2, "hazard_agreement_percent": None,
-    "decision": {
-        "turn": "LEFT", "hazard": "DISABLE", "basis": "candidates", "winner": "intersection", "rule": "A2", "held": None,
-        "candidates": [
-            {"source": "intersection", "subject": "left turn on 111", "turn": "LEFT", "outcome": "won",
-             "distances_m": [-12.5, 48.2, 5.0, 40.0]},
-            {"source": "manoeuvre", "subject": "lane change", "turn": "RIGHT", "outcome": "desired start not reached",
-             "distances_m": [30.0, 90.0, 55.0, 90.0]},
-        ],
-        "manoeuvres": ["lane change right: approaching, 55 m"], "findings": [],
-    },
+    "decision": None,
+}
+DECISION = {
+    "turn": "left", "reason": "basis: candidates · winner: intersection · rule A2 · hazard lights: off",
+    "candidates": [
+        {"subject": "left turn on 111", "turn": "left", "outcome": "won", "has_won": True, "distances_m": [-12.5, 48.2, 5.0, 40.0]},
+        {"subject": "lane change", "turn": "right", "outcome": "desired start not reached", "has_won": False,
+         "distances_m": [30.0, 90.0, 55.0, 90.0]},
+    ],
+    "remarks": ["lane change right: approaching, 55 m"],
 }
 ADD_TO_EVENTS = """
 const Plain = EventSource;
 window.EventSource = class extends Plain {
   addEventListener(type, listener) {
-    super.addEventListener(type, type !== "message" ? listener : (event) =>
-      listener({ data: JSON.stringify(Object.assign(JSON.parse(event.data), %s)) }));
+    super.addEventListener(type, type !== "message" ? listener : (event) => {
+      const snapshot = JSON.parse(event.data);
+      [snapshot.decider, snapshot.view.decision] = %s;
+      listener({ data: JSON.stringify(snapshot) });
+    });
   }
 };
 """
@@ -172,7 +175,7 @@ def every_look(browser, url, pictures, axe):
     for scheme in ("light", "dark"):
         for width, height in ((1280, 900), (390, 844)):
             page = new_page(browser, viewport={"width": width, "height": height}, color_scheme=scheme)
-            page.add_init_script(ADD_TO_EVENTS % json.dumps({"decider": DECIDER}))
+            page.add_init_script(ADD_TO_EVENTS % json.dumps([DECIDER, DECISION]))
             page.goto(url)
             expect(page.locator(".candidates li")).to_have_count(2)
             expect(page.locator(".decided")).to_contain_text("left")

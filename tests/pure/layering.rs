@@ -28,11 +28,22 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["dbc"],
     &["can", "map"],
     &["diagnostics"],
-    &["time", "compat", "light_command", "near_miss", "provenance"],
+    &["time", "compat", "light_command", "names", "near_miss", "provenance"],
 ];
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
-const PURE_CRATES: &[&str] =
-    &["can_dbc", "crc", "encoding_rs", "quick_xml", "rand_distr", "rand_pcg", "serde", "strsim", "thiserror"];
+const PURE_CRATES: &[&str] = &[
+    "can_dbc",
+    "crc",
+    "encoding_rs",
+    "quick_xml",
+    "rand_distr",
+    "rand_pcg",
+    "schemars",
+    "serde",
+    "serde_variant",
+    "strsim",
+    "thiserror",
+];
 /// Parts of the standard library that reach outside the process, wait or share.
 const IMPURE_STD: &[&str] = &["env", "fs", "io", "net", "os", "process", "thread", "sync"];
 /// Names that mean a clock, a random order or a terminal, however they were imported.

@@ -3,10 +3,15 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::core::can::controller::{Controller, ControllerReport, is_sound};
 use crate::core::can::error_frame::{self, ControllerState, ErrorFrame};
 use crate::core::can::frame::CanId;
 use crate::core::can::link::LinkState;
+use crate::core::diagnostics::Level;
+use crate::core::names::display_by_name;
 use crate::core::time::{MonoTime, WallStamp, deadline_after};
 
 /// Settings of one bus.
@@ -75,6 +80,8 @@ pub struct BusCounts {
 /// Condition of a bus; diagnostics are published when it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BusFinding {
+    /// The link is not up.
+    NoLink(LinkState),
     /// The controller has left the bus, so nothing can be received.
     BusOff {
         /// Time to an automatic restart in ms, 0 = manual restart; `None` = unknown.
@@ -88,11 +95,10 @@ pub enum BusFinding {
     Sound(Reception),
 }
 
-/// Reception over a bus, worst first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Reception over a bus whose link is up, worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Reception {
-    /// The link is not up.
-    Link(LinkState),
     /// The link is up, but no frame has been received yet.
     NothingYet,
     /// The link is up, but no frame has been received within the timeout.
@@ -103,6 +109,18 @@ pub enum Reception {
     Losing,
     /// Frames are received without losses.
     Receiving,
+}
+
+display_by_name!(Reception);
+
+impl Reception {
+    /// Returns how bad it is by itself.
+    pub fn level(self) -> Level {
+        match self {
+            Self::NothingYet | Self::Silent | Self::Losing => Level::Warn,
+            Self::Asleep | Self::Receiving => Level::Ok,
+        }
+    }
 }
 
 impl Bus {
@@ -248,6 +266,9 @@ impl Bus {
 
     /// Condition of the bus now.
     pub fn finding(&self, now: MonoTime) -> BusFinding {
+        if self.link != LinkState::Up {
+            return BusFinding::NoLink(self.link);
+        }
         let reception = self.reception(now);
         match self.controller.shown(now) {
             Some(ControllerState::BusOff) => BusFinding::BusOff { restart_ms: self.controller.restart_ms },
@@ -260,9 +281,7 @@ impl Bus {
     }
 
     fn reception(&self, now: MonoTime) -> Reception {
-        if self.link != LinkState::Up {
-            Reception::Link(self.link)
-        } else if self.last_frame.is_none() {
+        if self.last_frame.is_none() {
             Reception::NothingYet
         } else if self.is_asleep(now) {
             Reception::Asleep
@@ -336,7 +355,7 @@ mod tests {
     #[test]
     fn silence_and_lost_link_are_distinguished() {
         let mut bus = bus();
-        assert_eq!(bus.reception(at(0)), Reception::Link(LinkState::Missing));
+        assert_eq!(bus.finding(at(0)), BusFinding::NoLink(LinkState::Missing));
         bus.set_link(LinkState::Up);
         assert_eq!(bus.reception(at(0)), Reception::NothingYet);
         bus.frame_arrived(at(10));
@@ -344,7 +363,7 @@ mod tests {
         let deadline = bus.next_deadline(at(110)).unwrap();
         assert_eq!(bus.reception(deadline), Reception::Silent);
         assert!(bus.set_link(LinkState::Down), "frames from before no longer count");
-        assert_eq!(bus.reception(deadline), Reception::Link(LinkState::Down));
+        assert_eq!(bus.finding(deadline), BusFinding::NoLink(LinkState::Down));
         bus.set_link(LinkState::Up);
         assert_eq!(bus.reception(deadline), Reception::NothingYet);
         assert_eq!(bus.counts.link_losses, 1);
@@ -429,7 +448,7 @@ mod tests {
         }
         let mut bus = sleeping_bus();
         bus.set_link(LinkState::Down);
-        assert_eq!(bus.reception(at(6_000)), Reception::Link(LinkState::Down));
+        assert_eq!(bus.finding(at(6_000)), BusFinding::NoLink(LinkState::Down));
         bus.set_link(LinkState::Up);
         assert_eq!(bus.reception(at(6_000)), Reception::NothingYet);
     }

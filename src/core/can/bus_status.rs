@@ -54,32 +54,34 @@ pub fn link_text(interface: &str, state: LinkState) -> String {
     }
 }
 
+/// Returns the level of a bus's diagnostic status.
+pub(super) fn level(bus: &Bus, now: MonoTime) -> Level {
+    level_and_message(bus, now).0
+}
+
 /// Level and message, the cause before its consequence and nothing that follows from it.
 fn level_and_message(bus: &Bus, now: MonoTime) -> (Level, String) {
     match bus.finding(now) {
+        BusFinding::NoLink(state) => (Level::Error, link_text(&bus.settings().interface, state)),
         BusFinding::BusOff { restart_ms } => (Level::Error, bus_off_text(bus, restart_ms)),
         BusFinding::Stopped => (Level::Error, "the controller has stopped: receives nothing".to_owned()),
-        BusFinding::Sound(reception) => reception_text(bus, reception),
-        BusFinding::Disturbed(state, reception) => match reception_text(bus, reception) {
-            (Level::Ok, _) => (Level::Warn, disturbed_text(state).to_owned()),
-            (level, text) => (level.max(Level::Warn), format!("{}; {text}", disturbed_text(state))),
-        },
+        BusFinding::Sound(reception) => (reception.level(), reception_text(bus, reception)),
+        BusFinding::Disturbed(state, reception) => {
+            let text = disturbed_text(state);
+            let more =
+                (reception.level() > Level::Ok).then(|| format!("; {}", reception_text(bus, reception)));
+            (Level::Warn, text + &more.unwrap_or_default())
+        }
     }
 }
 
-fn reception_text(bus: &Bus, reception: Reception) -> (Level, String) {
+fn reception_text(bus: &Bus, reception: Reception) -> String {
     let limit = bus.settings().alive_timeout.as_millis();
     match reception {
-        Reception::Link(state) => (Level::Error, link_text(&bus.settings().interface, state)),
-        Reception::NothingYet => (Level::Warn, "up, but no frame of the vehicle profile yet".to_owned()),
-        Reception::Silent => {
-            (Level::Warn, format!("up, but no frame of the vehicle profile for more than {limit} ms"))
-        }
-        Reception::Asleep => (Level::Ok, "asleep".to_owned()),
-        Reception::Losing => {
-            (Level::Warn, "receiving, with recent drops, error frames or bad lines".to_owned())
-        }
-        Reception::Receiving => (Level::Ok, "receiving".to_owned()),
+        Reception::NothingYet => "up, but no frame of the vehicle profile yet".to_owned(),
+        Reception::Silent => format!("up, but no frame of the vehicle profile for more than {limit} ms"),
+        Reception::Losing => "receiving, with recent drops, error frames or bad lines".to_owned(),
+        Reception::Asleep | Reception::Receiving => reception.to_string(),
     }
 }
 
@@ -96,20 +98,21 @@ fn bus_off_text(bus: &Bus, restart_ms: Option<u32>) -> String {
     }
 }
 
-fn disturbed_text(state: ControllerState) -> &'static str {
-    match state {
-        ControllerState::Warning => "error-warning: the bus is disturbed",
-        ControllerState::Passive => "error-passive: the bus is heavily disturbed",
-        ControllerState::Restarted => "restarted after bus-off",
-        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => state.name(),
-    }
+fn disturbed_text(state: ControllerState) -> String {
+    let more = match state {
+        ControllerState::Warning => ": the bus is disturbed",
+        ControllerState::Passive => ": the bus is heavily disturbed",
+        ControllerState::Restarted => " after bus-off",
+        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => "",
+    };
+    format!("{state}{more}")
 }
 
 /// Values of the controller; none for a bus without one, such as a virtual bus.
 fn controller_values(bus: &Bus, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
     let controller = bus.controller();
     if let Some((state, time)) = controller.state().zip(controller.time_in_state(now)) {
-        values.push(("controller", state.name().to_owned()));
+        values.push(("controller", state.to_string()));
         values.push(("controller_state_s", time.as_secs().to_string()));
         let (tx, rx) = controller.counters.map_or_else(
             || ("unknown".to_owned(), "unknown".to_owned()),
@@ -129,6 +132,6 @@ fn link_value(state: LinkState) -> String {
     match state {
         LinkState::Failed(errno) => format!("failed, errno {errno}"),
         LinkState::NotCan => "not a CAN interface".to_owned(),
-        LinkState::Up | LinkState::Down | LinkState::Missing | LinkState::Ended => state.name().to_owned(),
+        LinkState::Up | LinkState::Down | LinkState::Missing | LinkState::Ended => state.to_string(),
     }
 }

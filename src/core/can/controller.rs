@@ -4,6 +4,7 @@
 //! error-active. The kernel always knows the state, but is polled only now and then. The latest
 //! report counts.
 
+use std::fmt;
 use std::time::Duration;
 
 use crate::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
@@ -22,6 +23,22 @@ pub struct ControllerReport {
     pub counters: Option<ErrorCounters>,
     /// Time from bus-off to an automatic restart in ms, 0 = manual restart; `None` = unknown.
     pub restart_ms: Option<u32>,
+}
+
+impl fmt::Display for ControllerReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.state)?;
+        if let Some(ErrorCounters { tx, rx }) =
+            self.counters.filter(|counters| counters.tx > 0 || counters.rx > 0)
+        {
+            write!(f, " (tx {tx}, rx {rx})")?;
+        }
+        match (self.state, self.restart_ms) {
+            (ControllerState::BusOff, Some(0)) => f.write_str(", needs a manual restart"),
+            (ControllerState::BusOff, Some(ms)) => write!(f, ", restarts by itself after {ms} ms"),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// State, error counters and history of one controller.
@@ -218,6 +235,16 @@ mod tests {
         assert_eq!(controller.counters, None);
         let (error, when) = controller.last_error.unwrap();
         assert_eq!((error.to_string().as_str(), when), ("controller (tx warning), tx 96, rx 3", at(0)));
+    }
+
+    #[test]
+    fn report_is_a_text_with_counters_and_the_way_back_from_bus_off() {
+        let text = |state, counters, restart_ms| ControllerReport { state, counters, restart_ms }.to_string();
+        let counters = Some(ErrorCounters { tx: 130, rx: 12 });
+        assert_eq!(text(ErrorActive, Some(ErrorCounters { tx: 0, rx: 0 }), None), "error-active");
+        assert_eq!(text(Passive, counters, Some(0)), "error-passive (tx 130, rx 12)");
+        assert_eq!(text(BusOff, None, Some(0)), "bus-off, needs a manual restart");
+        assert_eq!(text(BusOff, None, Some(100)), "bus-off, restarts by itself after 100 ms");
     }
 
     #[test]

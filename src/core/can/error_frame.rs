@@ -4,6 +4,12 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::core::diagnostics::Level;
+use crate::core::names::display_by_name;
+
 /// Class bits of an error frame (`CAN_ERR_*`).
 pub mod class {
     /// A frame waited too long for a free mailbox or for the bus.
@@ -57,13 +63,16 @@ pub struct ErrorCounters {
 }
 
 /// Error state of a CAN controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum ControllerState {
     /// Both error counters are below 96.
     ErrorActive,
     /// An error counter is 96 or more.
+    #[serde(rename = "error-warning")]
     Warning,
     /// An error counter is 128 or more, so that it sends no active error flags.
+    #[serde(rename = "error-passive")]
     Passive,
     /// The transmit error counter exceeded 255 and the controller has left the bus.
     BusOff,
@@ -78,18 +87,18 @@ impl ControllerState {
     pub const ALL: [Self; 6] =
         [Self::ErrorActive, Self::Warning, Self::Passive, Self::BusOff, Self::Restarted, Self::Stopped];
 
-    /// Name in diagnostics and black-box files, as `ip -details link` shows it.
-    pub fn name(self) -> &'static str {
+    /// Returns how bad the state is by itself.
+    pub fn level(self) -> Level {
         match self {
-            Self::ErrorActive => "error-active",
-            Self::Warning => "error-warning",
-            Self::Passive => "error-passive",
-            Self::BusOff => "bus-off",
-            Self::Restarted => "restarted",
-            Self::Stopped => "stopped",
+            Self::ErrorActive => Level::Ok,
+            Self::Warning | Self::Passive | Self::Restarted => Level::Warn,
+            Self::BusOff | Self::Stopped => Level::Error,
         }
     }
 }
+
+// As `ip -details link` shows them.
+display_by_name!(ControllerState);
 
 impl ErrorFrame {
     /// An error frame with these class bits. Missing bytes are zero, bytes beyond eight are ignored.

@@ -1,11 +1,17 @@
 //! Index of a bus and state of the link below it.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::core::names::display_by_name;
+
 /// Index of a configured CAN bus in the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BusIndex(pub u8);
 
 /// State of the link below a bus.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum LinkState {
     /// Frames can arrive.
     Up,
@@ -21,16 +27,4 @@ pub enum LinkState {
     Ended,
 }
 
-impl LinkState {
-    /// Name in diagnostics and black-box files, without the `errno`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Up => "up",
-            Self::Down => "down",
-            Self::Missing => "missing",
-            Self::NotCan => "not_can",
-            Self::Failed(_) => "failed",
-            Self::Ended => "ended",
-        }
-    }
-}
+display_by_name!(LinkState);

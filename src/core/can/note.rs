@@ -6,10 +6,11 @@
 use std::fmt;
 
 use crate::core::can::controller::ControllerReport;
-use crate::core::can::error_frame::{ControllerState, ErrorCounters};
+use crate::core::can::error_frame::ErrorCounters;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::can::mark::Mark;
+use crate::core::names::variant;
 
 /// An event on a bus for which candump has no line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,16 +50,12 @@ impl Note {
     pub fn parse<'a>(fields: impl Iterator<Item = &'a str>) -> Option<Self> {
         let fields: Vec<_> = fields.take(9).collect();
         Some(match fields.as_slice() {
-            ["link", "up"] => Self::Link(LinkState::Up),
-            ["link", "down"] => Self::Link(LinkState::Down),
-            ["link", "missing"] => Self::Link(LinkState::Missing),
-            ["link", "not_can"] => Self::Link(LinkState::NotCan),
-            ["link", "ended"] => Self::Link(LinkState::Ended),
             ["link", "failed", errno] => Self::Link(LinkState::Failed(errno.parse().ok()?)),
+            ["link", name] => Self::Link(variant(name)?),
             ["drops", lost] => Self::Drops(lost.parse().ok()?),
             ["mark", name] => Self::Mark(Mark::from_name(name)?),
             ["controller", state, rest @ ..] => {
-                let state = ControllerState::ALL.into_iter().find(|known| known.name() == *state)?;
+                let state = variant(state)?;
                 let number = |key: &str| rest.windows(2).find(|pair| pair[0] == key).map(|pair| pair[1]);
                 let counter = |key: &str| number(key).and_then(|text| text.parse().ok());
                 let counters = counter("tx").zip(counter("rx")).map(|(tx, rx)| ErrorCounters { tx, rx });
@@ -74,11 +71,11 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Link(LinkState::Failed(errno)) => write!(f, "link failed {errno}"),
-            Self::Link(state) => write!(f, "link {}", state.name()),
+            Self::Link(state) => write!(f, "link {state}"),
             Self::Drops(lost) => write!(f, "drops {lost}"),
             Self::Mark(mark) => write!(f, "mark {mark}"),
             Self::Controller(report) => {
-                write!(f, "controller {}", report.state.name())?;
+                write!(f, "controller {}", report.state)?;
                 if let Some(ErrorCounters { tx, rx }) = report.counters {
                     write!(f, " tx {tx} rx {rx}")?;
                 }
@@ -91,6 +88,7 @@ impl fmt::Display for Note {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::can::error_frame::ControllerState;
     use proptest::prelude::*;
 
     fn note() -> impl Strategy<Value = Note> {

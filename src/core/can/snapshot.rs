@@ -1,31 +1,37 @@
 //! The present state of a bus, for people and programs that watch the gateway.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bus::{Bus, BusFinding, Reception};
+use super::bus_status::level;
+use super::controller::ControllerReport;
+use super::error_frame::{ControllerState, ErrorCounters};
 use super::link::LinkState;
+use crate::core::diagnostics::Level;
+use crate::core::names::words;
 use crate::core::time::{MonoTime, millis};
 
 /// The present state of one bus.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BusSnapshot {
     /// Name in the vehicle profile.
     pub name: String,
     /// SocketCAN interface.
     pub interface: String,
-    /// Link below it: `up`, `down`, `missing`, `not_can`, `failed` or `ended`.
-    pub link: String,
-    /// Error number of a link that failed; `None` for any other.
-    pub link_errno: Option<i32>,
-    /// Reception over it: `no_link`, `nothing_yet`, `silent`, `asleep`, `losing` or `receiving`.
-    pub reception: String,
+    /// Level of its diagnostic status.
+    pub level: Level,
+    /// Link below it.
+    pub link: LinkState,
+    /// Reception over it; `None` without a link.
+    pub reception: Option<Reception>,
     /// Its controller; `None` where none has been reported, as on a virtual bus.
     pub controller: Option<ControllerSnapshot>,
     /// Times that the controller went bus-off since start.
     pub bus_offs: u64,
     /// Frames of the vehicle profile since start.
     pub frames: u64,
-    /// Frames of the vehicle profile per second, to two decimals.
+    /// Frames of the vehicle profile per second over the last 5 s, to two decimals.
     pub rate_hz: f64,
     /// Time since the last of them, ms; `None` before the first, and without a link.
     pub silence_ms: Option<u64>,
@@ -42,24 +48,24 @@ pub struct BusSnapshot {
 }
 
 /// The present state of a controller.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ControllerSnapshot {
-    /// `error-active`, `error-warning`, `error-passive`, `bus-off`, `restarted` or `stopped`.
-    pub state: String,
+    /// Its state.
+    pub state: ControllerState,
     /// Time in this state, ms.
     pub state_ms: u64,
     /// Transmit error counter; `None` where the driver does not give it.
     pub tx_errors: Option<u16>,
-    /// Receive error counter, likewise.
+    /// Receive error counter; `None` where the driver does not give it.
     pub rx_errors: Option<u16>,
     /// Time from bus-off to an automatic restart, ms, 0 for none; `None` where it is unknown.
     pub restart_ms: Option<u32>,
 }
 
 /// All frames of an interface, those that the gateway does not need as well.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrafficSnapshot {
-    /// Frames per second, received and sent.
+    /// Frames per second over the last 5 s: received and sent, on a virtual interface received.
     pub rate_hz: f64,
     /// Share of the time in which the bus is busy, percent: an estimate from the number of frames and bytes, without
     /// stuff bits; `None` without a bit rate, as on a virtual bus.
@@ -68,25 +74,41 @@ pub struct TrafficSnapshot {
     pub bitrate_bps: Option<u32>,
 }
 
+impl ControllerSnapshot {
+    /// Returns the part that the controller reports.
+    pub fn report(&self) -> ControllerReport {
+        let counters = self.tx_errors.zip(self.rx_errors).map(|(tx, rx)| ErrorCounters { tx, rx });
+        ControllerReport { state: self.state, counters, restart_ms: self.restart_ms }
+    }
+}
+
 impl BusSnapshot {
+    /// Returns true while frames of the vehicle profile are received.
+    pub fn is_receiving(&self) -> bool {
+        matches!(self.reception, Some(Reception::Receiving | Reception::Losing))
+    }
+
+    /// Returns the link, the controller and the reception, each with its level and its text.
+    pub fn parts(&self) -> impl Iterator<Item = (Level, String)> {
+        let link = if self.link == LinkState::Up { Level::Ok } else { Level::Error };
+        let reception = self.reception.map(|reception| (reception.level(), words(&reception)));
+        let controller =
+            self.controller.as_ref().map(|found| (found.state.level(), found.report().to_string()));
+        [(link, format!("link {}", words(&self.link)))].into_iter().chain(controller).chain(reception)
+    }
+
     /// The state of a bus whose frames of the vehicle profile have a rate of `rate_hz`.
     pub(in crate::core) fn of(bus: &Bus, rate_hz: f64, now: MonoTime) -> Self {
         let (settings, counts, controller) = (bus.settings(), &bus.counts, bus.controller());
-        let link_errno = match bus.link() {
-            LinkState::Failed(errno) => Some(errno),
-            LinkState::Up | LinkState::Down | LinkState::Missing | LinkState::NotCan | LinkState::Ended => {
-                None
-            }
-        };
         let state = controller.state().zip(controller.time_in_state(now));
         Self {
             name: settings.name.clone(),
             interface: settings.interface.clone(),
-            link: bus.link().name().to_owned(),
-            link_errno,
-            reception: reception_name(bus.finding(now)).to_owned(),
+            level: level(bus, now),
+            link: bus.link(),
+            reception: reception(bus.finding(now)),
             controller: state.map(|(state, time)| ControllerSnapshot {
-                state: state.name().to_owned(),
+                state,
                 state_ms: millis(time),
                 tx_errors: controller.counters.map(|counters| counters.tx),
                 rx_errors: controller.counters.map(|counters| counters.rx),
@@ -106,16 +128,10 @@ impl BusSnapshot {
 }
 
 /// The reception in a finding; nothing is received without a working controller.
-fn reception_name(finding: BusFinding) -> &'static str {
+fn reception(finding: BusFinding) -> Option<Reception> {
     match finding {
-        BusFinding::BusOff { .. } | BusFinding::Stopped => "silent",
-        BusFinding::Disturbed(_, reception) | BusFinding::Sound(reception) => match reception {
-            Reception::Link(_) => "no_link",
-            Reception::NothingYet => "nothing_yet",
-            Reception::Silent => "silent",
-            Reception::Asleep => "asleep",
-            Reception::Losing => "losing",
-            Reception::Receiving => "receiving",
-        },
+        BusFinding::NoLink(_) => None,
+        BusFinding::BusOff { .. } | BusFinding::Stopped => Some(Reception::Silent),
+        BusFinding::Disturbed(_, reception) | BusFinding::Sound(reception) => Some(reception),
     }
 }

@@ -1,6 +1,9 @@
 //! Arbitration: which request goes to the vehicle now. Hazard lights come before turn indicators, within what
 //! the control mode grants, without fighting the driver, and with a defined state when a sender falls silent.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::Turn;
 use super::control_mode::{Grants, Mode};
 use super::intake::CommandState;
@@ -67,7 +70,8 @@ pub struct Situation {
 }
 
 /// Why this is requested of a function, or nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum DecisionReason {
     /// The command requests it.
     Commanded,

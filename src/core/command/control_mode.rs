@@ -1,9 +1,14 @@
 //! The commands that each control mode grants (docs/spec/vehicle-interface.md, "Control modes").
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::core::light_command::{EnumOrUnknown, Numbered};
+use crate::core::names::variant_name;
 
 /// `ControlModeReport.mode`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 #[repr(u8)]
 pub enum ControlMode {
     /// `NO_COMMAND`, 0: the vehicle follows no command.
@@ -46,15 +51,7 @@ pub struct Grants {
 impl ControlMode {
     /// The constant's name in the `.msg` file.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NoCommand => "NO_COMMAND",
-            Self::Autonomous => "AUTONOMOUS",
-            Self::AutonomousSteerOnly => "AUTONOMOUS_STEER_ONLY",
-            Self::AutonomousVelocityOnly => "AUTONOMOUS_VELOCITY_ONLY",
-            Self::Manual => "MANUAL",
-            Self::Disengaged => "DISENGAGED",
-            Self::NotReady => "NOT_READY",
-        }
+        variant_name(&self)
     }
 
     /// The functions it grants. Modes that the interface leaves undecided grant nothing.

@@ -5,6 +5,11 @@
 //! *grant* is what the control mode allows; a *request* goes to the vehicle with authority; *compliance* is the
 //! result of comparing the vehicle's report with it.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::core::names::variant_name;
+
 pub mod allow_list;
 pub mod arbitration;
 pub mod control_mode;
@@ -24,7 +29,10 @@ mod stale_message_filter;
 mod status;
 
 /// A request to the turn indicators.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
 pub enum Turn {
     /// Neither side is on.
     #[default]
@@ -38,11 +46,7 @@ pub enum Turn {
 impl Turn {
     /// The name in texts.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Left => "left",
-            Self::Right => "right",
-        }
+        variant_name(&self)
     }
 }
 

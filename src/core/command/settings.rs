@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::allow_list::AllowList;
 use super::arbitration::Rules;
 use super::control_mode::{ControlMode, Grants};
@@ -30,7 +33,8 @@ pub struct CommandSettings {
 }
 
 /// Whose commands are carried out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CommandSource {
     /// Those of Autoware's two command topics.
     #[default]

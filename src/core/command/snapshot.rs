@@ -1,24 +1,31 @@
 //! The present state of commands to the vehicle, for people and programs that watch the gateway.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::arbitration::DecisionReason;
+use super::control_mode::{ControlMode, Mode};
 use super::feedback_monitor::{Compliance, Lights};
 use super::flow::CommandFlow;
-use super::status::{FunctionView, StatusText, mode_text, source_name};
+use super::settings::CommandSource;
+use super::status::{FunctionView, StatusText};
 use crate::core::can::bus::Bus;
 use crate::core::diagnostics::Level;
+use crate::core::names::{display_by_name, variant};
 use crate::core::time::{MonoTime, millis};
-use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot};
+use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
 
 /// Commands to the vehicle.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct CommandSnapshot {
     /// True if frames are sent; false in a dry run.
     pub is_transmitting: bool,
-    /// Origin of the turn command: `topic` or `decider`.
-    pub source: String,
-    /// Control mode, e.g. `AUTONOMOUS`, `unknown` or `undefined (9)`.
-    pub control_mode: String,
+    /// Origin of the turn command.
+    pub source: CommandSource,
+    /// Control mode; `None` while it is unknown or undefined.
+    pub control_mode: Option<ControlMode>,
+    /// Number that stands for no control mode; `None` for a defined or unknown one.
+    pub undefined_control_mode: Option<i128>,
     /// Turn indicators; the values are `off`, `left` and `right`.
     pub turn_indicators: FunctionSnapshot,
     /// Hazard lights; the values are `off` and `on`.
@@ -28,20 +35,20 @@ pub struct CommandSnapshot {
 }
 
 /// One function that can be commanded.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FunctionSnapshot {
-    /// The command received: a value, `never`, `nothing requested` or `silent` after its timeout.
-    pub command: String,
+    /// The command received.
+    pub command: LatestCommand,
     /// Time since the last command that was used, ms; `None` before the first.
     pub command_age_ms: Option<u64>,
     /// Value to be requested, were there no driver; `None` where the vehicle is left alone.
-    pub commanded: Option<String>,
+    pub commanded: Option<LightsValue>,
     /// Value that is requested of the vehicle; `None` where it is left alone.
-    pub requested: Option<String>,
+    pub requested: Option<LightsValue>,
     /// Why this is requested.
-    pub reason: String,
+    pub reason: DecisionReason,
     /// Value that the vehicle reports; `None` while it is unknown.
-    pub reported: Option<String>,
+    pub reported: Option<LightsValue>,
     /// Result of comparing the report with the command.
     pub compliance: Compliance,
     /// Level of its diagnostic status.
@@ -56,8 +63,38 @@ pub struct FunctionSnapshot {
     pub feedback_mismatches: u64,
 }
 
+/// A value of the turn indicators or of the hazard lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
+pub enum LightsValue {
+    Off,
+    Left,
+    Right,
+    On,
+}
+
+display_by_name!(LightsValue);
+
+/// The latest command: a value, or why there is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
+pub enum LatestCommand {
+    /// None since start.
+    Never,
+    /// The sender requests nothing.
+    NothingRequested,
+    /// Its timeout has passed.
+    Silent,
+    Off,
+    Left,
+    Right,
+    On,
+}
+
 /// Frames of one message to the vehicle, since start.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct SentMessageSnapshot {
     /// Name in the DBC.
     pub name: String,
@@ -73,7 +110,7 @@ pub struct SentMessageSnapshot {
     pub refused: u64,
     /// Received back by loopback.
     pub echoed: u64,
-    /// Frames of this message from somebody else.
+    /// Frames of this message from another sender.
     pub foreign: u64,
 }
 
@@ -85,7 +122,7 @@ impl CommandFlow {
         now: MonoTime,
     ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
         let (table, observations) = (&self.binding.table, self.observations());
-        let received = Received { used_by: "command", table, observations, buses };
+        let received = Received { used_by: UsedBy::Command, table, observations, buses };
         (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
     }
 
@@ -105,10 +142,16 @@ impl CommandFlow {
                 foreign: counts.foreign,
             }
         });
+        let (control_mode, undefined_control_mode) = match self.finding().mode {
+            Mode::Known(mode) => (Some(mode), None),
+            Mode::Undefined(raw) => (None, Some(raw)),
+            Mode::Unknown => (None, None),
+        };
         CommandSnapshot {
             is_transmitting: self.is_live(),
-            source: source_name(self.settings.source).to_owned(),
-            control_mode: mode_text(self.finding().mode),
+            source: self.settings.source,
+            control_mode,
+            undefined_control_mode,
             turn_indicators: function_snapshot(&turn, turn.text(), now),
             hazard_lights: function_snapshot(&hazard, self.hazard_text(&hazard), now),
             messages: messages.collect(),
@@ -121,14 +164,14 @@ fn function_snapshot<T: Lights>(
     (level, message): StatusText,
     now: MonoTime,
 ) -> FunctionSnapshot {
-    let name = |value: Option<T>| value.map(|value| value.name().to_owned());
+    let value = |value: Option<T>| variant(value?.name());
     FunctionSnapshot {
-        command: view.command_text().to_owned(),
+        command: view.latest_command(),
         command_age_ms: view.intake.age(now).map(millis),
-        commanded: name(view.commanded),
-        requested: name(view.request),
-        reason: view.reason.text().to_owned(),
-        reported: name(view.finding.reported),
+        commanded: value(view.commanded),
+        requested: value(view.request),
+        reason: view.reason,
+        reported: value(view.finding.reported),
         compliance: view.finding.compliance,
         level,
         message,

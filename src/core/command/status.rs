@@ -7,9 +7,10 @@ use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
 use super::flow::{CommandFlow, Delivery, Finding, FunctionFinding};
 use super::intake::{CommandState, Intake};
 use super::sender::{SendCounts, SendProblem};
-use super::settings::CommandSource;
+use super::snapshot::LatestCommand;
 use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, Status};
+use crate::core::names::{variant, variant_name, words};
 use crate::core::time::MonoTime;
 
 /// Level and message of one status.
@@ -91,7 +92,7 @@ impl CommandFlow {
         };
         vec![
             ("tx", if self.is_live() { "on" } else { "off" }.to_owned()),
-            ("source", source_name(self.settings.source).to_owned()),
+            ("source", variant_name(&self.settings.source).to_owned()),
             ("control_mode", mode_text(self.finding().mode)),
             ("undefined_control_modes", self.undefined_modes.to_string()),
             ("frames", each(|counts| counts.sent)),
@@ -108,14 +109,7 @@ fn request_text<T: Lights>(request: Option<T>) -> &'static str {
     request.map_or("left to the vehicle", Lights::name)
 }
 
-pub(super) fn source_name(source: CommandSource) -> &'static str {
-    match source {
-        CommandSource::Topic => "topic",
-        CommandSource::Decider => "decider",
-    }
-}
-
-pub(super) fn mode_text(mode: Mode) -> String {
+fn mode_text(mode: Mode) -> String {
     match mode {
         Mode::Known(mode) => mode.name().to_owned(),
         Mode::Undefined(raw) => format!("undefined ({raw})"),
@@ -194,12 +188,13 @@ impl<T: Lights> FunctionView<'_, T> {
         }
     }
 
-    pub(super) fn command_text(&self) -> &'static str {
+    /// Returns the command; `Never` for one without a name of its own, which there is not.
+    pub(super) fn latest_command(&self) -> LatestCommand {
         match self.finding.command_state {
-            CommandState::NeverReceived => "never",
-            CommandState::NoCommand => "nothing requested",
-            CommandState::Requested(requested) => requested.name(),
-            CommandState::TimedOut(_) => "silent",
+            CommandState::NeverReceived => LatestCommand::Never,
+            CommandState::NoCommand => LatestCommand::NothingRequested,
+            CommandState::Requested(requested) => variant(requested.name()).unwrap_or(LatestCommand::Never),
+            CommandState::TimedOut(_) => LatestCommand::Silent,
         }
     }
 
@@ -207,7 +202,7 @@ impl<T: Lights> FunctionView<'_, T> {
         let age = self.intake.age(now).map_or("-".to_owned(), |age| format!("{:.1}", age.as_secs_f64()));
         let counts = self.intake.counts();
         vec![
-            ("command", self.command_text().to_owned()),
+            ("command", words(&self.latest_command())),
             ("requested", request_text(self.request).to_owned()),
             ("reason", self.reason.text().to_owned()),
             ("reported", self.finding.reported.map_or("unknown", Lights::name).to_owned()),

@@ -23,7 +23,7 @@ pub struct BlackBoxSettings {
     pub after: Duration,
     /// Most inputs kept, whatever time they cover; one needs about 100 bytes.
     pub most_inputs: usize,
-    /// Most outputs kept, likewise; one needs some hundred bytes, one with all statuses some 10,000.
+    /// Most outputs that are kept; one needs some hundred bytes, one with all statuses some 10,000.
     pub most_outputs: usize,
 }
 
@@ -166,14 +166,14 @@ impl Recording {
         self.inputs.iter().map(move |(input, at)| (input, wall(start, *at)))
     }
 
-    /// The outputs from the first input on, likewise.
+    /// Returns the outputs from the first input on.
     pub fn outputs(&self) -> impl Iterator<Item = (&Output, WallStamp)> {
         let start = self.start();
         let covered = self.outputs.iter().filter(move |(_, at)| at.mono >= start.mono);
         covered.map(move |(output, at)| (output, wall(start, *at)))
     }
 
-    /// The time of the first input, with which the log begins; without one, that of the fault.
+    /// The time of the first input, with which the log begins; without one, the time of the fault.
     fn start(&self) -> Now {
         self.inputs.first().map_or(self.fault, |(_, at)| *at)
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::core::time::WallStamp;
@@ -11,7 +12,7 @@ use crate::core::time::WallStamp;
 ///
 /// A value is text for people where it is short, else a digest. Values of two configurations compare where the same build
 /// made them.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct EffectiveConfiguration {
     /// Parts that a reload changes while the gateway runs.
     pub reloadable: BTreeMap<String, String>,
@@ -20,7 +21,7 @@ pub struct EffectiveConfiguration {
 }
 
 /// A part that two configurations do not have alike.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Change {
     /// Name of the part.
     pub part: String,
@@ -31,7 +32,7 @@ pub struct Change {
 }
 
 /// The changes that another configuration brings.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct ReloadPlan {
     /// Changes that a reload carries out.
     pub reloadable: Vec<Change>,
@@ -40,7 +41,7 @@ pub struct ReloadPlan {
 }
 
 /// The configuration that is in effect, and what became of the last other one.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct ConfigurationState {
     /// The parts in effect.
     pub in_effect: EffectiveConfiguration,
@@ -53,7 +54,7 @@ pub struct ConfigurationState {
 }
 
 /// A reload that was requested.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Reload {
     /// When it ended, nanoseconds since 1970.
     pub stamp_ns: i64,

@@ -8,7 +8,7 @@ use std::fmt;
 pub enum Layer {
     /// It has no capability.
     Capabilities,
-    /// It goes on when its parent ends, should it have been stopped.
+    /// It continues when its parent ends, should it have been stopped.
     ParentsEnd,
     /// It is the first to go when memory is short.
     OomScore,
@@ -75,7 +75,7 @@ impl Layers {
         Self(bits & Layer::ALL.into_iter().fold(0, |all, layer| all | layer.bit()))
     }
 
-    /// Those of both.
+    /// Returns the limits that both have.
     #[must_use]
     pub fn with(self, others: Self) -> Self {
         Self(self.0 | others.0)

@@ -40,11 +40,11 @@ pub enum Output {
     TurnSignal(TurnSignalOutput),
     /// Of the command machine.
     Command(CommandOutput),
-    /// Publish `DiagnosticArray`.
+    /// Publishes a `DiagnosticArray`.
     Diagnostics {
-        /// Statuses to publish.
+        /// The statuses that are published.
         diagnostics: Diagnostics,
-        /// Header stamp: now.
+        /// Stamp of the header, which is the present time.
         stamp: WallStamp,
     },
 }

@@ -25,7 +25,7 @@ pub struct LiveTime {
 }
 
 impl LiveTime {
-    /// Begins at `now`.
+    /// Creates a time that begins at `now`.
     pub fn starting_at(now: Now) -> Self {
         Self { offset: offset(now), reached: whole_micros(now.mono) }
     }

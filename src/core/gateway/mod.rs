@@ -128,7 +128,7 @@ impl Gateway {
         Self::with_links(settings, &links, now)
     }
 
-    /// Likewise, with the link of each bus in the order of the settings; [`LinkState::Missing`] for
+    /// The same, with the link of each bus in the order of the settings; [`LinkState::Missing`] for
     /// those that `links` leaves out.
     pub fn with_links(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let commands = settings.command.clone();
@@ -143,7 +143,7 @@ impl Gateway {
         gateway
     }
 
-    /// Goes on with other settings, at the time of the last call for perception or later. What was received, decided
+    /// Continues with other settings, at the time of the last call for perception or later. What was received, decided
     /// and counted stays as far as both settings have it, and all statuses are published.
     ///
     /// Node, buses and their interfaces, the flows that run and the commands must be the same: see
@@ -154,7 +154,7 @@ impl Gateway {
         self.diagnose(changed, now);
     }
 
-    /// Takes one input in both machines, on one clock; `now` never lies before that of an earlier call.
+    /// Takes one input in both machines, on one clock; `now` never lies before an earlier call's.
     pub fn handle(&mut self, input: impl Into<Input>, now: Now) {
         if self.take(input.into(), now) {
             self.settle(now);
@@ -173,7 +173,7 @@ impl Gateway {
         self.next_command_deadline().into_iter().fold(self.next_perception_deadline(), MonoTime::min)
     }
 
-    /// Takes one input in perception alone; `now`, in the order of stamps, never lies before that of an earlier
+    /// Takes one input in perception alone; `now`, in the order of stamps, never lies before an earlier
     /// call. Commands learn of it and act on it at [`Self::settle_commands`].
     pub fn handle_perception(&mut self, input: impl Into<Input>, now: Now) {
         if self.take(input.into(), now) {
@@ -194,7 +194,7 @@ impl Gateway {
         }
     }
 
-    /// Brings commands alone up to `now`, which in real time never lies before that of an earlier call.
+    /// Brings commands alone up to `now`, which in real time never lies before an earlier call's.
     pub fn settle_commands(&mut self, now: Now) {
         let changed = self.command(now);
         self.publish_changed(changed, now);
@@ -316,7 +316,7 @@ impl Gateway {
         self.command_headlines.changed(commands.statuses(&self.perception.node, buses, now.mono))
     }
 
-    /// Publishes the changed statuses, with those of the buses, and all of them when they are due.
+    /// Publishes the changed statuses, buses included, and all statuses when they are due.
     fn diagnose(&mut self, mut changed: Vec<Status>, now: Now) {
         changed.extend(self.perception.changed_buses(now.mono));
         self.publish_changed(changed, now);

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::confinement::Confinement;
@@ -46,7 +47,7 @@ pub struct NetworkState {
     pub peers: u32,
     /// Times since start that it ended within the last minute.
     pub recent_ends: usize,
-    /// Writers that went on below numbers that came under their identity, and were taken anew, since start.
+    /// Writers since start that were accepted again, as they continued below numbers that came under their identity.
     pub taken_anew: u64,
     /// Time since one was.
     pub since_taken_anew: Option<Duration>,
@@ -88,7 +89,7 @@ pub enum Burden {
 }
 
 /// The connections of a network side that speaks Zenoh.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct ZenohLinks {
     /// Routers that it is connected with.
     pub routers: u32,

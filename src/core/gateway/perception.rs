@@ -86,7 +86,7 @@ impl Headlines {
 }
 
 impl Perception {
-    /// Nothing received yet; `links` are those of the buses, and [`LinkState::Missing`] where it ends.
+    /// Nothing received yet; `links` has the link of each bus; a bus without one starts as [`LinkState::Missing`].
     pub(super) fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let bus_count = settings.buses.len();
         let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
@@ -110,7 +110,7 @@ impl Perception {
         }
     }
 
-    /// Goes on with other settings of the same buses and flows, with the memory of all that both have. Settle
+    /// Continues with other settings of the same buses and flows, with the memory of all that both have. Settle
     /// afterwards.
     pub(super) fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
         let indices = (0..=u8::MAX).map(BusIndex).take(settings.buses.len());
@@ -240,7 +240,7 @@ impl Perception {
         changed
     }
 
-    /// True if all statuses are to be published anew; samples the rates they show.
+    /// True if all statuses are to be published again; samples the rates they show.
     pub(super) fn refresh_statuses(&mut self, now: MonoTime) -> bool {
         if !self.timers.is_expired(Timer::Diagnostics, now) {
             return false;

@@ -1,13 +1,14 @@
 //! Statuses of the process itself, which no input tells the gateway of: its configuration, its black-box files, its
 //! recording and its log.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::configuration::{ConfigurationState, changes_text};
 use crate::core::diagnostics::{Level, Status};
 
 /// State of the black-box files.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RecorderState {
     /// Folder of the recordings.
     pub folder: String,
@@ -115,7 +116,7 @@ impl McapState {
 }
 
 /// State of the log on standard error.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct LogState {
     /// Number of lines left out since start because their kind came too often.
     pub suppressed: u64,

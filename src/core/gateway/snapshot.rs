@@ -3,6 +3,7 @@
 //!
 //! [`Gateway::snapshot`] takes it. It allocates, and is taken on demand or at a fixed rate, never for each frame.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Gateway;
@@ -22,16 +23,16 @@ use crate::core::vehicle_lights::ReportSnapshot;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Version of the JSON: it grows when a field changes its meaning or goes. New fields leave it as it is.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// The present state of the gateway.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Snapshot {
-    /// [`SCHEMA`].
+    /// Version of this form.
     pub schema: u32,
     /// ROS node name, which begins each diagnostic name.
     pub node: String,
-    /// When it was taken, nanoseconds since 1970; that of the recording where one is replayed.
+    /// When it was taken, nanoseconds since 1970; in a replay the time of the recording.
     pub stamp_ns: i64,
     /// The worst level of all diagnostics.
     pub level: Level,
@@ -39,7 +40,7 @@ pub struct Snapshot {
     pub process: Option<ProcessSnapshot>,
     /// Report on turn indicators; `None` when the profile leaves it out.
     pub turn_indicators: Option<ReportSnapshot<TurnIndicators>>,
-    /// Report on hazard lights, likewise.
+    /// Report on hazard lights; `None` when the profile leaves it out.
     pub hazard_lights: Option<ReportSnapshot<HazardLights>>,
     /// Commands to the vehicle; `None` unless configured.
     pub commands: Option<CommandSnapshot>,
@@ -58,17 +59,17 @@ pub struct Snapshot {
 }
 
 /// The process that the gateway runs in.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct ProcessSnapshot {
     /// Name of the vehicle profile.
     pub vehicle: String,
     /// How many facts of the vehicle profile have been verified, and which have not.
     pub provenance: ProvenanceSummary,
-    /// Its process id.
+    /// Id of the process.
     pub pid: u32,
     /// Time since its start, ms.
     pub uptime_ms: u64,
-    /// The build.
+    /// Version and origin of the binary.
     pub build: Build,
     /// The configuration; `None` where it cannot be reloaded.
     pub configuration: Option<ConfigurationState>,
@@ -81,7 +82,7 @@ pub struct ProcessSnapshot {
 }
 
 /// The origin of a binary.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Build {
     /// Version of the package.
     pub version: String,
@@ -92,9 +93,9 @@ pub struct Build {
 }
 
 /// The connection to ROS 2.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RosSnapshot {
-    /// Domain, `ROS_DOMAIN_ID`.
+    /// Number of the domain, `ROS_DOMAIN_ID`.
     pub domain_id: u16,
     /// True while the network side has joined the network and answers.
     pub is_up: bool,
@@ -118,39 +119,39 @@ pub struct RosSnapshot {
     pub write_errors: u64,
 }
 
-/// One topic.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+/// A topic, and who is on its other end.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct TopicSnapshot {
-    /// Absolute name.
+    /// Absolute name of the topic.
     pub name: String,
     /// Readers of a topic that is written, writers of one that is read.
     pub peers: u64,
 }
 
-/// One diagnostic status.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// A diagnostic status, as it is published.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct StatusSnapshot {
-    /// Name of the task, without that of the node.
+    /// Name of the task, without the name of the node.
     pub task: String,
-    /// Severity.
+    /// How severe the status is.
     pub level: Level,
-    /// Short text.
+    /// Text that says what is wrong.
     pub message: String,
     /// Details in a fixed order.
     pub values: Vec<KeyValue>,
 }
 
 /// One detail of a status.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct KeyValue {
     /// Name, which ends in its unit. A name may come more than once.
     pub key: String,
-    /// Value as text.
+    /// The value, as text.
     pub value: String,
 }
 
 impl Gateway {
-    /// The present state. `now` is that of the gateway's calls, or later.
+    /// Returns the present state. `now` is not before the last call of the gateway.
     pub fn snapshot(&self, now: Now) -> Snapshot {
         let (perception, mono) = (&self.perception, now.mono);
         let (lights, buses) = (&perception.lights, &perception.buses);
@@ -179,7 +180,7 @@ impl Gateway {
 }
 
 impl Snapshot {
-    /// The snapshot with the process, and with the statuses that the process adds to those of the gateway.
+    /// Adds the process, and its statuses to the statuses of the gateway.
     #[must_use]
     pub fn with_process(self, process: ProcessSnapshot, statuses: &[Status]) -> Self {
         Self { process: Some(process), ..self }.with_statuses(statuses)

@@ -42,7 +42,7 @@ impl WallClock {
         true
     }
 
-    /// The status `wall_clock`.
+    /// Returns the status `wall_clock`.
     #[allow(clippy::cast_precision_loss)] // a step to the millisecond
     pub(super) fn status(&self, node: &str, now: MonoTime) -> Status {
         let text = |step_ns: i64| format!("{:+.3}", step_ns as f64 / 1e9);

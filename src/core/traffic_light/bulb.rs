@@ -5,8 +5,12 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// The colour of a lamp. Its number counts from 0, and is the highest byte of the sort key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Color {
     /// Green, as for "go".
     Green,
@@ -21,7 +25,8 @@ pub enum Color {
 }
 
 /// The status of a lamp. Its number counts from 0, and is the second byte of the sort key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "camelCase")]
 pub enum BulbStatus {
     /// The lamp is on all the time.
     SolidOn,
@@ -35,7 +40,8 @@ pub enum BulbStatus {
 
 /// The shape of a lamp, with its number in the sort key: the directions of an arrow (left 8, down 4, up 2,
 /// right 1) in the high byte, the kind of shape (circle 0, cross 1, arrow 2, unknown 3) in the low one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "camelCase")]
 pub enum BulbShape {
     /// A disc, the usual shape.
     Circle = 0x0000,
@@ -99,7 +105,7 @@ impl BulbShape {
 }
 
 /// One lamp of a head. Lamps are ordered by their sort key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 pub struct Bulb {
     /// Colour of the light.
     pub color: Color,

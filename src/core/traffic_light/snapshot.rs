@@ -1,13 +1,15 @@
 //! The present state of the traffic lights, for people and programs that watch the gateway.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::bulb::Bulb;
 use super::flow::TrafficLightFlow;
 use super::scenario::ControllerIndex;
 use super::target::{LightChannel, StoreId, StoreLayer};
 use crate::core::can::bus::Bus;
 use crate::core::time::MonoTime;
-use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot};
+use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
 
 /// The number of lights that are listed of each store; a map can have thousands.
 pub const MAX_LISTED_LIGHTS: usize = 200;
@@ -15,7 +17,7 @@ pub const MAX_LISTED_LIGHTS: usize = 200;
 const MAX_LISTED_CONTROLLERS: usize = 100;
 
 /// The traffic lights of both channels.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrafficLightsSnapshot {
     /// The channels `conventional` and `v2i`.
     pub channels: Vec<ChannelSnapshot>,
@@ -26,10 +28,10 @@ pub struct TrafficLightsSnapshot {
 }
 
 /// The lights of one channel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelSnapshot {
-    /// `conventional` or `v2i`.
-    pub channel: String,
+    /// The channel.
+    pub channel: LightChannel,
     /// Lights in the ground truth.
     pub lights: u32,
     /// Those of them that show no light.
@@ -44,27 +46,35 @@ pub struct ChannelSnapshot {
     pub rejected: u64,
     /// Lights removed because no state was received for too long.
     pub stale: u64,
-    /// The lights with their states, at most [`MAX_LISTED_LIGHTS`] of each layer.
+    /// The lights with their states, at most 200 of each layer.
     pub states: Vec<LightSnapshot>,
 }
 
 /// The state of one light.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LightSnapshot {
     /// Way id of its head in the map.
     pub id: i64,
     /// Relation ids of the groups that it belongs to.
     pub groups: Vec<i64>,
-    /// `ground_truth` or `detected`.
-    pub layer: String,
-    /// Bulbs as colour, status and shape, with commas between them; empty when it is dark.
-    pub state: String,
+    /// Whether it is the light itself or the perception of it.
+    pub layer: StoreLayer,
+    /// Its bulbs; empty when it is dark.
+    pub bulbs: Vec<Bulb>,
     /// Confidence of the state, 0 to 1.
     pub confidence: f64,
 }
 
+impl LightSnapshot {
+    /// Returns the bulbs as text, such as `red solidOn circle`, or `dark`.
+    pub fn text(&self) -> String {
+        let bulbs: Vec<_> = self.bulbs.iter().map(Bulb::to_string).collect();
+        if bulbs.is_empty() { "dark".to_owned() } else { bulbs.join(", ") }
+    }
+}
+
 /// The phase of one controller.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ControllerPhaseSnapshot {
     /// Name of the controller.
     pub name: String,
@@ -99,12 +109,11 @@ impl TrafficLightFlow {
             LightChannel::Conventional => 0,
             LightChannel::V2i => engine.expiry.expired(),
         };
-        let layers = [(StoreLayer::GroundTruth, "ground_truth"), (StoreLayer::Detected, "detected")];
-        let states = layers.into_iter().flat_map(|(layer, name)| {
-            self.light_snapshots(StoreId { channel, layer }, name).take(MAX_LISTED_LIGHTS)
-        });
+        let states = [StoreLayer::GroundTruth, StoreLayer::Detected]
+            .into_iter()
+            .flat_map(|layer| self.light_snapshots(StoreId { channel, layer }).take(MAX_LISTED_LIGHTS));
         ChannelSnapshot {
-            channel: channel.name().to_owned(),
+            channel,
             lights: truth.lights,
             dark: truth.dark,
             unknown: truth.unknown + detected.unknown,
@@ -116,15 +125,15 @@ impl TrafficLightFlow {
         }
     }
 
-    fn light_snapshots(&self, store: StoreId, layer: &str) -> impl Iterator<Item = LightSnapshot> {
+    fn light_snapshots(&self, store: StoreId) -> impl Iterator<Item = LightSnapshot> {
         let map = self.engine().stores().map();
         self.engine().iter_states(store).map(move |(id, light)| {
             let head = map.head(id).and_then(|head| map.at(head));
             LightSnapshot {
                 id,
                 groups: head.map_or_else(Vec::new, |head| head.relation_ids.to_vec()),
-                layer: layer.to_owned(),
-                state: light.bulbs.to_string(),
+                layer: store.layer,
+                bulbs: light.bulbs.iter().collect(),
                 confidence: light.confidence,
             }
         })
@@ -137,7 +146,7 @@ impl TrafficLightFlow {
         now: MonoTime,
     ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
         let (table, observations) = self.v2i().received();
-        let received = Received { used_by: "v2i", table, observations, buses };
+        let received = Received { used_by: UsedBy::V2i, table, observations, buses };
         (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
     }
 }

@@ -1,7 +1,11 @@
 //! The four stores of light states (docs/spec/traffic-lights.md, "Stores and channels").
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// The equipment over which a state reaches the vehicle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum LightChannel {
     /// Lamps that a camera detects.
     Conventional,
@@ -20,7 +24,8 @@ impl LightChannel {
 }
 
 /// The origin of a state: the light itself, or the vehicle's perception of it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum StoreLayer {
     /// The state that the light has.
     GroundTruth,

@@ -1,5 +1,8 @@
 //! A decision with its reasons (docs/spec/turn-signal-decider.md, "Decision with reasons").
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::inputs::InputFinding;
 use super::intersection::TurnAhead;
 use super::junction::JunctionRemark;
@@ -50,15 +53,27 @@ pub enum Basis {
     Candidates(Box<Resolution>),
 }
 
+/// A [`Basis`] without its content.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // as those of `Basis`
+pub enum BasisKind {
+    NoInputs,
+    Hazard,
+    Manoeuvres,
+    PathGenerator,
+    Candidates,
+}
+
 impl Basis {
-    /// Returns the name in JSON.
-    pub const fn name(&self) -> &'static str {
+    /// Returns the basis without its content.
+    pub const fn kind(&self) -> BasisKind {
         match self {
-            Self::NoInputs => "no_inputs",
-            Self::Hazard => "hazard",
-            Self::ManoeuvreAlone(_) => "manoeuvres",
-            Self::PathGenerator(_) => "path_generator",
-            Self::Candidates(_) => "candidates",
+            Self::NoInputs => BasisKind::NoInputs,
+            Self::Hazard => BasisKind::Hazard,
+            Self::ManoeuvreAlone(_) => BasisKind::Manoeuvres,
+            Self::PathGenerator(_) => BasisKind::PathGenerator,
+            Self::Candidates(_) => BasisKind::Candidates,
         }
     }
 }

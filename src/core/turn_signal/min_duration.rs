@@ -4,6 +4,9 @@
 use std::fmt;
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::side::Side;
 use crate::core::light_command::TurnCommand;
 use crate::core::time::MonoTime;
@@ -18,7 +21,8 @@ pub struct MinDurations {
 }
 
 /// The minimum duration that keeps a signal from changing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Held {
     /// This side has not been on long enough.
     On(Side),

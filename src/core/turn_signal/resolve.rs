@@ -4,14 +4,19 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::section::{Distances, Section};
 use super::side::Side;
 use super::subject::SignalSubject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
+use crate::core::names::{display_by_name, variant_name};
 
 /// The source of a record, in the order that settles equal starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CandidateSource {
     /// A turn at an intersection.
     Intersection,
@@ -26,12 +31,8 @@ impl CandidateSource {
     pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
 
     /// Returns the name in reports, diagnostics and drives.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Intersection => "intersection",
-            Self::Roundabout => "roundabout",
-            Self::Manoeuvre => "manoeuvre",
-        }
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
     }
 }
 
@@ -73,7 +74,7 @@ pub struct PairwiseRules {
 }
 
 /// A branch of the pairwise rule (docs/spec/turn-signal-decider.md, "Pairwise rule").
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Case {
     /// Q's required section lies within P's: P.
     A1,
@@ -115,7 +116,8 @@ pub struct Contender {
 }
 
 /// The outcome of a source.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CandidateOutcome {
     /// It has no record.
     Absent,
@@ -335,18 +337,7 @@ impl Distances {
     }
 }
 
-impl fmt::Display for CandidateSource {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// The label in the specification is the name of the variant.
-impl fmt::Display for Case {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
+display_by_name!(CandidateSource, Case);
 
 impl fmt::Display for CandidateOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -366,14 +357,19 @@ impl fmt::Display for CandidateOutcome {
 
 impl fmt::Display for EvaluatedCandidate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.source, self.outcome)?;
-        let Some(distances) = self.distances else { return Ok(()) };
+        write!(f, "{}: {}", self.source, self.reason())
+    }
+}
+
+impl EvaluatedCandidate {
+    /// Returns the outcome with the command and the distances, as text.
+    pub fn reason(&self) -> String {
+        let Some(distances) = self.distances else { return self.outcome.to_string() };
         let Distances { desired_start_m, desired_end_m, required_start_m, required_end_m } = distances;
-        write!(
-            f,
-            " ({}, ds {desired_start_m:.2} de {desired_end_m:.2} rs {required_start_m:.2} re \
+        format!(
+            "{} ({}, ds {desired_start_m:.2} de {desired_end_m:.2} rs {required_start_m:.2} re \
              {required_end_m:.2} m)",
-            self.turn
+            self.outcome, self.turn
         )
     }
 }

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::decision_context::DecisionContext;
 use super::section::Section;
 use super::side::Side;
@@ -75,7 +78,8 @@ pub struct Shift<'a> {
 }
 
 /// The step of the rule that decided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ShiftVerdict {
     /// 0: backwards; hazard lights.
     Backwards,

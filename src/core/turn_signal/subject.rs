@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::core::light_command::TurnCommand;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::side::Side;
@@ -23,7 +26,8 @@ pub enum SignalSubject {
 }
 
 /// The kind of a manoeuvre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ManoeuvreKind {
     /// Pulling out from the roadside.
     PullOut,

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use serde::Serialize;
+
 use super::integrity::window::E2eState;
 use super::integrity::{IntegrityChecker, IntegrityCounts, IntegrityVerdict, Reject};
 use super::meaning::Meaning;
@@ -14,7 +16,8 @@ use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
 /// Reason why a signal has no valid value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum MissingReason {
     /// The link below the bus is not up.
     Link(LinkState),

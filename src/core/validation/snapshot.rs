@@ -1,5 +1,6 @@
 //! The present values of signals and states of messages, for people and programs that watch the gateway.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::display::{ValueText, missing_reason_text};
@@ -8,10 +9,11 @@ use super::observation::Observations;
 use super::table::{MessageIndex, SignalIndex, SignalTable};
 use crate::core::can::bus::Bus;
 use crate::core::can::frame::CanId;
+use crate::core::names::{variant, variant_name};
 use crate::core::time::{MonoTime, millis};
 
 /// The last value of a signal, with what it is worth now.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct SignalSnapshot {
     /// `MESSAGE.SIGNAL` of the DBC.
     pub name: String,
@@ -19,8 +21,8 @@ pub struct SignalSnapshot {
     pub bus: String,
     /// Message that carries it, by its name in the DBC.
     pub message: String,
-    /// Flow that uses it: `vehicle_lights`, `command` or `v2i`.
-    pub used_by: String,
+    /// Flow that uses it.
+    pub used_by: UsedBy,
     /// Last raw value, valid or not; `None` while there is none.
     pub raw: Option<i128>,
     /// Meanings of the raw value for the gateway, e.g. `turn left`; several when it is used in several ways.
@@ -32,18 +34,56 @@ pub struct SignalSnapshot {
     /// Longest valid age, ms; `None` for no limit.
     pub timeout_ms: Option<u64>,
     /// Why there is no valid value; `None` while the value is valid.
-    pub missing: Option<String>,
+    pub missing: Option<MissingValue>,
+}
+
+/// The flow that uses a signal or a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
+pub enum UsedBy {
+    VehicleLights,
+    Command,
+    V2i,
+}
+
+/// Why there is no valid value.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct MissingValue {
+    /// The kind of reason.
+    pub reason: MissingKind,
+    /// The reason in a sentence.
+    pub text: String,
+}
+
+/// A [`MissingReason`](super::observation::MissingReason) without its content.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // as those of `MissingReason`
+pub enum MissingKind {
+    Link,
+    NeverSeen,
+    NotAgain,
+    Stale,
+    NotTrusted,
+    TooShort,
+    WrongFormat,
+    NotCarried,
+    BusSilent,
+    BusOff,
+    BusQuiet,
+    BusAsleep,
 }
 
 /// The present state of a bound message.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct MessageSnapshot {
     /// Name in the DBC.
     pub name: String,
     /// Bus that carries it, by its name in the vehicle profile.
     pub bus: String,
-    /// Flow that uses it: `vehicle_lights`, `command` or `v2i`.
-    pub used_by: String,
+    /// Flow that uses it.
+    pub used_by: UsedBy,
     /// Identifier of its frames.
     pub id: u32,
     /// True if the identifier has 29 bits.
@@ -59,7 +99,7 @@ pub struct MessageSnapshot {
 }
 
 /// The integrity check of a message.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct IntegritySnapshot {
     /// True if frames carry a checksum that is checked.
     pub has_checksum: bool,
@@ -76,14 +116,14 @@ pub struct IntegritySnapshot {
     /// Frames missing before trusted ones, by the counter.
     pub lost: u64,
     /// Reason for the last rejection since the link came up; `None` without one.
-    pub last_reject: Option<String>,
+    pub last_reject: Option<Reject>,
 }
 
 /// The table of a flow with what was received of it.
 #[derive(Clone, Copy)]
 pub(in crate::core) struct Received<'a> {
     /// Name of the flow.
-    pub(in crate::core) used_by: &'static str,
+    pub(in crate::core) used_by: UsedBy,
     /// Messages and signals that it receives.
     pub(in crate::core) table: &'a SignalTable,
     /// Last values.
@@ -108,13 +148,16 @@ impl Received<'_> {
                 name: signal.name.clone(),
                 bus: self.bus_name(signal.message),
                 message: message.name.clone(),
-                used_by: self.used_by.to_owned(),
+                used_by: self.used_by,
                 raw: last.map(|last| last.raw),
                 is_defined: last.is_some() && texts.iter().all(|text| text.defined),
                 meanings: texts.into_iter().map(|text| text.text).collect(),
                 age_ms: last.map(|last| millis(now.since(last.received.at))),
                 timeout_ms: message.timing.timeout().map(millis),
-                missing: missing.map(|reason| missing_reason_text(self.table, self.buses, index, reason)),
+                missing: missing.and_then(|reason| {
+                    let text = missing_reason_text(self.table, self.buses, index, reason);
+                    Some(MissingValue { reason: variant(variant_name(&reason))?, text })
+                }),
             }
         })
     }
@@ -128,7 +171,7 @@ impl Received<'_> {
             MessageSnapshot {
                 name: message.name.clone(),
                 bus: self.bus_name(index),
-                used_by: self.used_by.to_owned(),
+                used_by: self.used_by,
                 id: message.id.number(),
                 is_extended: matches!(message.id, CanId::Extended(_)),
                 frames: counts.frames,
@@ -142,7 +185,7 @@ impl Received<'_> {
                     rejected: IntegrityCounts::rejected(&counts),
                     wrong_checksum: counts.wrong_checksum,
                     lost: counts.lost,
-                    last_reject: self.observations.last_reject(index).as_ref().map(Reject::to_string),
+                    last_reject: self.observations.last_reject(index),
                 }),
             }
         })

@@ -115,7 +115,7 @@ pub enum TurnSource {
     Pair {
         /// Signals of the sides.
         pair: SidePair,
-        /// As in [`Self::Enumerated`].
+        /// The same as in [`Self::Enumerated`].
         tap_hold: Option<Duration>,
     },
     /// One flashing lamp signal for each side.
@@ -184,7 +184,7 @@ pub enum BothOn {
 pub enum HazardSource {
     /// Both turn sides on at once, from the turn sources that can report it.
     BothSides,
-    /// A dedicated signal.
+    /// A signal of its own gives them.
     Signal {
         /// Signal of the hazard lights.
         role: Role<HazardCode>,
@@ -228,7 +228,7 @@ pub enum OnFault {
     /// Publishing continues, with ERROR in diagnostics.
     #[default]
     Report,
-    /// Publishing stops.
+    /// The report is no longer published.
     Withhold,
 }
 

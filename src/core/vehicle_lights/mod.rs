@@ -84,8 +84,8 @@ impl VehicleLights {
         }
     }
 
-    /// Goes on with another binding and publication scheme. What was received, published and found stays as far as both
-    /// bindings have it; a source that is another begins anew. Call [`Self::settle`] afterwards.
+    /// Continues with another binding and publication scheme. What was received, published and found stays as far as both
+    /// bindings have it; a source that is another starts without a memory. Call [`Self::settle`] afterwards.
     pub fn reconfigure(&mut self, binding: LightsBinding, publish: Publish, now: MonoTime) {
         let (before, table) = (&self.binding, &binding.table);
         let is_same_signal = |signal: SignalIndex| {
@@ -204,7 +204,7 @@ fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
     signals
 }
 
-/// Signals of a turn source with that of its condition.
+/// Returns the signals of a turn source and of its condition.
 fn turn_source_signals(named: &NamedSource<TurnSource>) -> impl Iterator<Item = SignalIndex> {
     named.source.signals().chain(named.condition_signal())
 }

@@ -14,11 +14,11 @@ pub enum RawState {
     Faulty,
     /// Both sides, or the hazard lights.
     Hazard,
-    /// The left side.
+    /// The left side is on.
     Left,
-    /// The right side.
+    /// The right side is on.
     Right,
-    /// Not available.
+    /// The vehicle reports "not available".
     NotAvailable,
     /// Off, at rest, or no fault.
     Off,

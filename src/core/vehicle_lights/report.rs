@@ -18,7 +18,7 @@ pub enum Publish {
 pub enum Step<T> {
     /// Publish the value with the stamp of the frame that carried it, the newest of several.
     Publish(T, WallStamp),
-    /// Stop publishing, so that nobody receives an older value as a current one.
+    /// Stop publishing, so that no reader takes an older value for a current one.
     Withdraw,
 }
 

@@ -257,7 +257,7 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         })
     }
 
-    /// Takes over the memory of the sources that two bindings have alike, and that of the fusion when all of them are.
+    /// Takes over the memory of the sources that two bindings have alike, and the memory of the fusion when all of them are.
     fn carry_over<S: PartialEq>(
         &mut self,
         was: &Self,

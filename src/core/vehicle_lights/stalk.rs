@@ -26,7 +26,7 @@ use visibility::{Gap, Visibility};
 /// Position of a stalk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StalkPosition {
-    /// Middle position.
+    /// The lever is in its middle position.
     Idle,
     /// First detent to the left.
     LeftHalf,
@@ -65,7 +65,7 @@ pub enum Comfort {
         /// Flashes per minute; 0 counts as 1.
         per_minute: u8,
     },
-    /// A fixed duration.
+    /// It lasts a fixed duration.
     For(Duration),
 }
 
@@ -84,7 +84,7 @@ impl Comfort {
 /// Effect of a press to the side opposite to the requested one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OppositePress {
-    /// The request ends.
+    /// The request ends with it.
     Cancels,
     /// The other side is requested.
     Switches,
@@ -93,9 +93,9 @@ pub enum OppositePress {
 /// Effect of a press to the side that is already latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RepeatedPress {
-    /// The request ends.
+    /// The request ends with it.
     Cancels,
-    /// The request stays.
+    /// The request stays after it.
     Keeps,
 }
 

@@ -1,5 +1,6 @@
 //! State of a light source, or the reason why it is unavailable.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::core::can::bus::Received;
@@ -85,7 +86,7 @@ pub enum UnavailableReason {
 }
 
 /// Kind of failure of a report (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// There is no valid value.

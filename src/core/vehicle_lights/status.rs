@@ -4,6 +4,8 @@ pub(super) mod snapshot;
 #[cfg(test)]
 mod tests;
 
+use serde::Serialize;
+
 use super::VehicleLights;
 use super::binding::{FaultBinding, HazardSource, LightsBinding};
 use super::sources::LightsContext;
@@ -12,6 +14,7 @@ use super::verdict::{ActiveFault, Reason, Verdict};
 use super::warning::Warnings;
 use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, RateMeter, Status};
+use crate::core::names::{variant_name, words};
 use crate::core::time::MonoTime;
 use crate::core::validation::display::{missing_reason_text, raw_text};
 use crate::core::validation::integrity::IntegrityCounts;
@@ -19,21 +22,19 @@ use crate::core::validation::observation::MessageCounts;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 
 /// Diagnostic task of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Task {
-    /// The task `turn_indicators`.
+    /// The report on turn indicators.
     TurnIndicators,
-    /// The task `hazard_lights`.
+    /// The report on hazard lights.
     HazardLights,
 }
 
 impl Task {
     /// Name of the task after `<node>: `.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::TurnIndicators => "turn_indicators",
-            Self::HazardLights => "hazard_lights",
-        }
+        variant_name(&self)
     }
 }
 
@@ -44,7 +45,7 @@ pub struct LightsFinding {
     fault: Option<ActiveFault>,
     withheld: bool,
     warnings: Warnings,
-    /// True if lamps or a stalk are observed anew after a permitted sleep of the bus, which is no failure.
+    /// True if lamps or a stalk are observed again after a permitted sleep of the bus, which is no failure.
     waking_up: bool,
 }
 
@@ -77,6 +78,15 @@ impl LightsFinding {
     }
 }
 
+/// A failure of a report.
+#[derive(Debug, Clone)]
+struct Failure {
+    kind: FaultKind,
+    text: String,
+    /// The instant at which it began.
+    at: MonoTime,
+}
+
 /// The finding of a task with its history.
 #[derive(Debug, Clone)]
 pub(super) struct LightsTask {
@@ -87,7 +97,7 @@ pub(super) struct LightsTask {
     source: usize,
     /// Number of failures since start, by [`FaultKind`].
     failures: [u64; 3],
-    last_error: Option<(String, MonoTime)>,
+    last_failure: Option<Failure>,
     rate: RateMeter,
 }
 
@@ -100,7 +110,7 @@ impl LightsTask {
             reason: None,
             source: 0,
             failures: [0; 3],
-            last_error: None,
+            last_failure: None,
             rate: RateMeter::default(),
         }
     }
@@ -129,7 +139,7 @@ impl LightsTask {
                 self.failures[kind as usize] += 1;
             }
             let text = message(context.binding, context.buses, self.task, &finding);
-            self.last_error = Some((text, context.now.mono));
+            self.last_failure = Some(Failure { kind, text, at: context.now.mono });
         }
         true
     }
@@ -162,9 +172,9 @@ impl VehicleLights {
         ]);
         values.push((
             "last_error",
-            match &task.last_error {
-                Some((text, _)) if bad => text.clone(),
-                Some((text, at)) => format!("{text} ({} s ago)", now.since(*at).as_secs()),
+            match &task.last_failure {
+                Some(failure) if bad => failure.text.clone(),
+                Some(Failure { text, at, .. }) => format!("{text} ({} s ago)", now.since(*at).as_secs()),
                 None => "none".to_owned(),
             },
         ));
@@ -262,13 +272,13 @@ fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsF
         Task::TurnIndicators => &binding.turn_faults,
         Task::HazardLights => &binding.hazard_faults,
     };
-    let reason = finding.reason.map(|reason| unavailable_text(binding, buses, reason));
-    // Lamps and stalks that are observed anew are unknown otherwise.
+    let text = |reason| unavailable_text(binding, buses, reason);
+    let waking_up = |reason| format!("waking up: {}", cause_text(binding, buses, reason));
     let reason =
-        reason.map(|text| if finding.waking_up { text.replacen("unknown:", "waking up:", 1) } else { text });
+        finding.reason.map(|reason| if finding.waking_up { waking_up(reason) } else { text(reason) });
     let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
     let source = |position| source_name(binding, task, position);
-    let warnings = finding.warnings.texts(binding, source, |reason| unavailable_text(binding, buses, reason));
+    let warnings = finding.warnings.texts(binding, source, text);
     match fault.into_iter().chain(reason).chain(warnings).collect::<Vec<_>>() {
         texts if texts.is_empty() => "publishing".to_owned(),
         texts => texts.join("; "),
@@ -304,35 +314,40 @@ fn fault_text(
     format!("hardware fault: {text} ({signal} = {}), {effect}", raw_text(fault.raw))
 }
 
+/// Why a state is unavailable: the kind and the cause.
 fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
+    let kind = if reason.is_sleep() { "asleep".to_owned() } else { words(&reason.kind()) };
+    format!("{kind}: {}", cause_text(binding, buses, reason))
+}
+
+fn cause_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     match reason {
-        UnavailableReason::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
+        UnavailableReason::Unbound => "the vehicle profile binds no signal for it".to_owned(),
         UnavailableReason::NotSelected(signal, raw) => {
-            format!("unknown: no source applies while {} = {}", name(signal), raw_text(raw))
+            format!("no source applies while {} = {}", name(signal), raw_text(raw))
         }
         UnavailableReason::Absent(signal, reason) => {
-            let kind = if reason.is_sleep() { "asleep" } else { "unknown" };
-            format!("{kind}: {}", missing_reason_text(&binding.table, buses, signal, reason))
+            missing_reason_text(&binding.table, buses, signal, reason)
         }
         UnavailableReason::NotAvailable(signal, raw) => {
-            format!("unknown: {} = {} means not available", name(signal), raw_text(raw))
+            format!("{} = {} means not available", name(signal), raw_text(raw))
         }
         UnavailableReason::Undefined(signal, raw) => {
-            format!("invalid: {} = {} is not a defined value", name(signal), raw_text(raw))
+            format!("{} = {} is not a defined value", name(signal), raw_text(raw))
         }
         UnavailableReason::BothOn(sides) => {
             let [left, right] = sides.map(|(signal, raw)| format!("{} = {}", name(signal), raw_text(raw)));
-            format!("invalid: {left} and {right} at once is not defined")
+            format!("{left} and {right} at once is not defined")
         }
         UnavailableReason::Fault(signal, raw) => {
-            format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))
+            format!("{} = {} means fault", name(signal), raw_text(raw))
         }
         UnavailableReason::WatchingLamps([left, right]) => {
-            format!("unknown: observing the lamps {} and {}", name(left), name(right))
+            format!("observing the lamps {} and {}", name(left), name(right))
         }
         UnavailableReason::Settling(signal) => {
-            format!("unknown: observing {}, which may have been pressed before", name(signal))
+            format!("observing {}, which may have been pressed before", name(signal))
         }
     }
 }

@@ -3,6 +3,7 @@
 //! This is the only place where the four fates of a value collapse into a report
 //! (docs/spec/vehicle-interface.md, "The four fates of a value" and "Report rules").
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::binding::{FaultBinding, OnFault, TurnWhileHazard};
@@ -10,12 +11,13 @@ use super::sources::{LightsContext, SourceMemory, SourceStates};
 use super::state::{HazardCode, Judged, TurnCode};
 use super::warning::Warnings;
 use crate::core::can::bus::Received;
+use crate::core::names::variant_name;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::Reading;
 use crate::core::validation::table::{FaultSignal, SignalIndex};
 
-/// `TurnIndicatorsReport.report`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// State of the turn indicators, `TurnIndicatorsReport.report` of Autoware.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum TurnIndicators {
     /// The constant `DISABLE` (1).
@@ -26,8 +28,8 @@ pub enum TurnIndicators {
     EnableRight,
 }
 
-/// `HazardLightsReport.report`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// State of the hazard lights, `HazardLightsReport.report` of Autoware.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum HazardLights {
     /// The constant `DISABLE` (1).
@@ -39,21 +41,14 @@ pub enum HazardLights {
 impl TurnIndicators {
     /// Name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Disable => "DISABLE",
-            Self::EnableLeft => "ENABLE_LEFT",
-            Self::EnableRight => "ENABLE_RIGHT",
-        }
+        variant_name(&self)
     }
 }
 
 impl HazardLights {
     /// Name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Disable => "DISABLE",
-            Self::Enable => "ENABLE",
-        }
+        variant_name(&self)
     }
 }
 

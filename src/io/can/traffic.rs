@@ -3,25 +3,30 @@
 //! The gateway's own sockets let only frames of the vehicle profile through, so the counts are taken from the interface
 //! (`/sys/class/net/…/statistics`).
 
+use std::collections::VecDeque;
 use std::fs;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::controller::bitrate;
 use crate::core::can::snapshot::TrafficSnapshot;
+use crate::core::diagnostics::RateMeter;
 
-const MIN_WINDOW: Duration = Duration::from_millis(900);
-/// Bits of a classic frame with an 11-bit identifier, without data: 44, and 3 between frames.
+/// Shortest time from one reading of the counts to the next.
+const MIN_INTERVAL: Duration = Duration::from_millis(900);
+/// Bits of a classical frame with an 11-bit identifier beside its data: 44, and 3 between frames.
 const FRAME_BITS: f64 = 47.0;
 
-/// Measures the traffic of one interface.
+/// Measures the traffic of one interface over [`RateMeter::WINDOW`], as the frames of the profile are measured.
 #[derive(Debug)]
 pub struct TrafficMeter {
     interface: String,
-    before: Option<(Instant, FrameCounts)>,
+    /// Oldest first: those within the window, and the one before them.
+    readings: VecDeque<(Instant, FrameCounts)>,
     last: Option<TrafficSnapshot>,
 }
 
-/// Received and sent frames and data bytes since the interface came up.
+/// Frames and data bytes since the interface came up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct FrameCounts {
     frames: u64,
@@ -31,33 +36,59 @@ struct FrameCounts {
 impl TrafficMeter {
     /// Creates a meter for an interface.
     pub fn new(interface: &str) -> Self {
-        Self { interface: interface.to_owned(), before: None, last: None }
+        Self { interface: interface.to_owned(), readings: VecDeque::new(), last: None }
     }
 
-    /// Returns the traffic of about the last second; `None` before that, or without the interface.
+    /// Returns the traffic up to now; `None` within the first second, and without the interface.
     pub fn measure(&mut self) -> Option<TrafficSnapshot> {
         let now = Instant::now();
-        let elapsed = self.before.map(|(before, _)| now - before);
-        if elapsed.is_some_and(|elapsed| elapsed < MIN_WINDOW) {
+        if self.readings.back().is_some_and(|(before, _)| now - *before < MIN_INTERVAL) {
             return self.last;
         }
-        let counts = counts(&self.interface);
-        let before = std::mem::replace(&mut self.before, counts.map(|counts| (now, counts)));
-        let (counts, (_, before)) = counts.zip(before)?;
-        self.last = Some(traffic(before, counts, elapsed?, bitrate(&self.interface)));
+        let before = self.take(now, counts(&self.interface));
+        let newest = self.readings.back().map(|(_, counts)| *counts);
+        self.last = before
+            .zip(newest)
+            .map(|((at, before), counts)| traffic(before, counts, now - at, bitrate(&self.interface)));
         self.last
+    }
+
+    /// Takes a reading, and returns the one from which rates are counted.
+    fn take(&mut self, now: Instant, counts: Option<FrameCounts>) -> Option<(Instant, FrameCounts)> {
+        let Some(counts) = counts else {
+            self.readings.clear();
+            return None;
+        };
+        while self.readings.get(1).is_some_and(|(at, _)| now - *at >= RateMeter::WINDOW) {
+            self.readings.pop_front();
+        }
+        let before = self.readings.front().copied();
+        self.readings.push_back((now, counts));
+        before
     }
 }
 
+/// True for an interface without hardware.
+pub fn is_virtual(interface: &str) -> bool {
+    Path::new("/sys/devices/virtual/net").join(interface).exists()
+}
+
 fn counts(interface: &str) -> Option<FrameCounts> {
-    let count = |name: &str| -> Option<u64> {
+    let read = |name: &str| -> Option<u64> {
         let text = fs::read_to_string(format!("/sys/class/net/{interface}/statistics/{name}")).ok()?;
         text.trim().parse().ok()
     };
-    Some(FrameCounts {
-        frames: count("rx_packets")?.saturating_add(count("tx_packets")?),
-        bytes: count("rx_bytes")?.saturating_add(count("tx_bytes")?),
-    })
+    counted(is_virtual(interface), read)
+}
+
+/// Received and sent frames. A frame that is sent on a virtual interface comes back, and the kernel counts it as
+/// received as well.
+fn counted(is_virtual: bool, read: impl Fn(&str) -> Option<u64>) -> Option<FrameCounts> {
+    let sum = |received: &str, sent: &str| {
+        let sent = if is_virtual { Some(0) } else { read(sent) };
+        Some(read(received)?.saturating_add(sent?))
+    };
+    Some(FrameCounts { frames: sum("rx_packets", "tx_packets")?, bytes: sum("rx_bytes", "tx_bytes")? })
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of a second are far below 2^52
@@ -95,6 +126,26 @@ mod tests {
         assert_eq!(traffic(before, now, two_seconds, None).load_percent, None);
         let restarted = traffic(now, before, two_seconds, None);
         assert!(restarted.rate_hz.abs() < 1e-9, "the counts started again: {restarted:?}");
+    }
+
+    #[test]
+    fn frame_that_a_virtual_interface_loops_is_counted_once() {
+        // 100 frames were sent, of which the kernel received each again.
+        let read = |name: &str| Some(if name.ends_with("packets") { 100 } else { 800 });
+        assert_eq!(counted(true, read), Some(FrameCounts { frames: 100, bytes: 800 }));
+        assert_eq!(counted(false, read), Some(FrameCounts { frames: 200, bytes: 1_600 }));
+    }
+
+    #[test]
+    fn rate_is_counted_over_the_window_of_the_other_rates() {
+        let (mut meter, start) = (TrafficMeter::new("can0"), Instant::now());
+        let mut taken = |second: u64, frames| {
+            let now = start + Duration::from_secs(second);
+            meter.take(now, Some(FrameCounts { frames, bytes: 0 })).map(|(at, _)| (now - at).as_secs())
+        };
+        let spans: Vec<_> = (0..8).map(|second| taken(second, second * 100)).collect();
+        assert_eq!(spans, [None, Some(1), Some(2), Some(3), Some(4), Some(5), Some(5), Some(5)]);
+        assert_eq!(meter.take(start + Duration::from_secs(9), None), None);
     }
 
     #[test]

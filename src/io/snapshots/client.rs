@@ -10,7 +10,7 @@ use crate::core::gateway::snapshot::Snapshot;
 
 /// Longest wait for a line.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Longest line.
+/// Longest line that is read, bytes.
 const MAX_LINE: u64 = 64 * 1024 * 1024;
 
 /// A connection to a running gateway.
@@ -20,7 +20,7 @@ pub struct StatusClient(BufReader<UnixStream>);
 /// Why no snapshot was received.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// Nobody serves the socket, or it may not be used, or it did not answer in time.
+    /// No process serves the socket, or it may not be used, or it did not answer in time.
     #[error("{0}")]
     Socket(#[from] io::Error),
     /// It serves too many clients already.
@@ -35,7 +35,7 @@ impl StatusClient {
     /// Connects to a socket.
     ///
     /// # Errors
-    /// Nobody serves it, or it may not be used.
+    /// No process serves it, or it may not be used.
     pub fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path)?;
         stream.set_read_timeout(Some(PATIENCE))?;

@@ -18,10 +18,11 @@ const PATIENCE: Duration = Duration::from_secs(3);
 pub struct Taken {
     snapshot: Snapshot,
     json: OnceLock<Arc<str>>,
+    event: OnceLock<Arc<str>>,
 }
 
 impl Taken {
-    /// The snapshot.
+    /// Returns the snapshot itself.
     pub fn snapshot(&self) -> &Snapshot {
         &self.snapshot
     }
@@ -32,6 +33,11 @@ impl Taken {
             serde_json::to_string(&self.snapshot).map_or_else(|_| "\n".into(), |json| (json + "\n").into())
         };
         Arc::clone(self.json.get_or_init(made))
+    }
+
+    /// Returns the event of the live page, which `make` makes for the first client that needs it.
+    pub fn event(&self, make: impl FnOnce(&Snapshot) -> String) -> Arc<str> {
+        Arc::clone(self.event.get_or_init(|| make(&self.snapshot).into()))
     }
 }
 
@@ -79,7 +85,11 @@ impl SnapshotFeed {
     pub fn hand_out(&mut self, snapshot: Snapshot) {
         self.is_demanded = false;
         self.next = Instant::now() + MIN_INTERVAL;
-        self.snapshots.send_replace(Some(Arc::new(Taken { snapshot, json: OnceLock::new() })));
+        self.snapshots.send_replace(Some(Arc::new(Taken {
+            snapshot,
+            json: OnceLock::new(),
+            event: OnceLock::new(),
+        })));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Values along a chart, seconds or metres: their positions, and those of the ticks.
+//! Values along a chart, seconds or metres: their positions, and the ticks.
 
 /// Steps of seconds on clocks; below and above them 1, 2, 5 times powers of ten.
 const CLOCK_STEPS_S: [f64; 17] = [
@@ -11,9 +11,9 @@ const LONG_S: f64 = 300.0;
 /// The quantity along a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Along {
-    /// Time, in seconds.
+    /// Time in seconds.
     Time,
-    /// Distance, metres.
+    /// Distance in metres.
     Distance,
 }
 

@@ -23,7 +23,7 @@ pub enum IndicatorState {
     Left,
     /// The right indicators blink.
     Right,
-    /// Neither side blinks.
+    /// Neither side of the vehicle blinks.
     Off,
     /// The hazard lights are on.
     Hazard,

@@ -83,7 +83,7 @@ pub struct Note {
     pub lines: Vec<String>,
 }
 
-/// Rows that belong together, such as those of one light.
+/// Rows that belong together, such as the rows of one light.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lane {
     /// Its name, left of all rows.

@@ -76,12 +76,12 @@ impl Display for Element {
     }
 }
 
-/// A rectangle, pixels.
+/// Draws a rectangle; the unit is pixels.
 pub(super) fn rect(x: f64, y: f64, width: f64, height: f64) -> Element {
     Element::new("rect").at("x", x).at("y", y).at("width", width).at("height", height)
 }
 
-/// A straight line.
+/// Draws a straight line.
 pub(super) fn line(from: (f64, f64), to: (f64, f64), stroke: &str) -> Element {
     let line = Element::new("line").at("x1", from.0).at("y1", from.1).at("x2", to.0).at("y2", to.1);
     line.with("stroke", stroke)

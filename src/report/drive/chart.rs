@@ -15,7 +15,7 @@ use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane,
 /// Records whose ends are nearer than this are one, metres; starts may move on.
 const SAME_M: f64 = 1.0;
 
-/// Collects what is drawn while a drive goes on, for one `compat` after the other.
+/// Collects what is drawn during a drive, for one `compat` after the other.
 #[derive(Debug, Clone)]
 pub struct DriveChart<'a> {
     file: &'a DriveFile,

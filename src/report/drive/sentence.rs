@@ -182,7 +182,7 @@ fn stretch(won: &EvaluatedCandidate) -> String {
     }
 }
 
-/// A candidate that lost, by what its sections are to those of the winner.
+/// A candidate that lost, by how its sections lie to the sections of the winner.
 fn rival(other: &EvaluatedCandidate, won: &EvaluatedCandidate) -> Option<String> {
     let (ours, theirs) = (won.distances?, other.distances.filter(|_| lost(other))?);
     let relation = if theirs.required_end_m < 0.0 {

@@ -53,7 +53,7 @@ impl LightsChart {
         for logged in snapshot.events {
             let text = || entry(&logged.event, snapshot.scenario).text;
             match &logged.event {
-                // Entering the phase that is on begins it anew.
+                // Entering the phase that is on begins it again.
                 ScenarioEvent::PhaseEntered { controller, .. } => {
                     self.rows.entry(Subject::Controller(controller.0)).or_default().end(at_s);
                 }

@@ -31,7 +31,7 @@ pub struct LightsWriter {
 }
 
 impl LightsWriter {
-    /// Creates a writer that has written nothing; `style` is that of text.
+    /// Creates a writer that has written nothing; `style` applies to text.
     pub fn new(form: Form, style: Style) -> Self {
         Self { form, columns: Columns::new(style), is_first: true }
     }

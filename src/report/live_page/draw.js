@@ -35,10 +35,7 @@ const keyed = (list, items, keyOf, make, update) => {
 };
 
 // Texts.
-const TONES = { OK: "ok", WARN: "warn", ERROR: "error" };
-const VALUES = { DISABLE: "off", ENABLE: "on", ENABLE_LEFT: "left", ENABLE_RIGHT: "right", LEFT: "left", RIGHT: "right", NO_COMMAND: "no command" };
-const valueText = (value) => VALUES[value] ?? String(value).replaceAll("_", " ").toLowerCase();
-const words = (text) => text.replaceAll("_", " ");
+const toneOf = (level) => level?.toLowerCase() ?? "none";
 const ageText = (ms) => {
   if (ms === null || ms === undefined) return "";
   if (ms < 1000) return `${Math.round(ms)} ms`;
@@ -107,11 +104,10 @@ const SHAPES = {
   cross: "✕", unknown: "?",
 };
 const LETTERS = { red: "R", yellow: "Y", green: "G", white: "W", unknown: "?" };
-const bulbsText = (state) => (state || "dark").replaceAll(" solidOn", "").replaceAll("solidOff", "off").replaceAll(" unknown", "").replaceAll(" circle", "");
-const bulbs = (state) => {
-  if (!state) return [element("span", "bulb dark", "")];
-  return state.split(", ").map((text) => {
-    const [color, status, shape] = text.split(" ");
-    return element("span", `bulb ${color} ${status}`, SHAPES[shape] ?? LETTERS[color] ?? "?");
-  });
+const bulbText = ({ color, status, shape }) => [color, status === "solidOn" ? "" : status.replace("solidOff", "off"),
+  ["circle", "unknown"].includes(shape) ? "" : shape].filter(Boolean).join(" ");
+const bulbsText = (list) => list.map(bulbText).join(", ") || "dark";
+const bulbs = (list) => {
+  if (!list.length) return [element("span", "bulb dark", "")];
+  return list.map(({ color, status, shape }) => element("span", `bulb ${color} ${status}`, SHAPES[shape] ?? LETTERS[color] ?? "?"));
 };

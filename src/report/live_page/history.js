@@ -32,21 +32,17 @@ const remember = (snapshot, at) => {
       begin(label, Math.max(at - report.last_failure.age_ms, at - 200), "error", report.last_failure.text);
     }
     if (report.published === null) begin(label, at, "error", report.withheld ?? "withheld");
-    else begin(label, at, REPORT_TONES[report.published] ?? "plain", valueText(report.published));
+    else begin(label, at, REPORT_TONES[report.published] ?? "plain", viewOf(snapshot, key).reported.value);
     const command = snapshot.commands?.[key];
-    if (command) begin(`${title}, command`, at, command.requested ?? "none", command.requested === null ? words(command.command) : words(command.requested));
+    if (command) begin(`${title}, command`, at, command.requested ?? "none", command.requested ?? viewOf(snapshot, key).commanded.value);
   }
   failures = {
     pid: snapshot.process?.pid, turn_indicators: failuresOf(snapshot.turn_indicators), hazard_lights: failuresOf(snapshot.hazard_lights),
   };
-  const turn = snapshot.decider?.decision?.turn;
-  if (turn) begin("Decider", at, valueText(turn).replace(" ", "-"), valueText(turn));
-  for (const bus of snapshot.buses) {
-    const isDown = bus.link !== "up";
-    const text = isDown ? `link ${words(bus.link)}` : bus.controller?.state === "bus-off" ? "bus-off" : words(bus.reception);
-    begin(`Bus ${bus.name}`, at, text === "bus-off" || isDown ? "error" : BUS_TONES[bus.reception] ?? "error", text);
-  }
-  begin("All statuses", at, TONES[snapshot.level], snapshot.level);
+  const turn = snapshot.view.decision?.turn;
+  if (turn) begin("Decider", at, turn.replace(" ", "-"), turn);
+  for (const bus of snapshot.view.buses) begin(`Bus ${bus.name}`, at, toneOf(bus.level), bus.state);
+  begin("All statuses", at, toneOf(snapshot.level), snapshot.level);
   noteChanges(snapshot);
 };
 
@@ -61,7 +57,7 @@ const noteChanges = (snapshot) => {
 const note = (level, text) => {
   const history = by("history");
   const time = element("time", "", clock(new Date()));
-  history.prepend(element("li", "", time, " ", badge(TONES[level], level), " ", text));
+  history.prepend(element("li", "", time, " ", badge(toneOf(level), level), " ", text));
   while (history.children.length > MAX_CHANGES) history.lastChild.remove();
 };
 
@@ -109,7 +105,7 @@ const announce = (text) => {
 };
 const announceChanges = (snapshot) => {
   const present = [["state", CAPTIONS[stateOf(snapshot)]], ["level", `all statuses: ${snapshot.level}`]];
-  for (const bus of snapshot.buses) present.push([`bus ${bus.name}`, `bus ${bus.name}: ${bus.controller?.state === "bus-off" ? "bus-off" : words(bus.reception)}`]);
+  for (const bus of snapshot.view.buses) present.push([`bus ${bus.name}`, `bus ${bus.name}: ${bus.state}`]);
   for (const [key, text] of present) {
     if (spoken.has(key) && spoken.get(key) !== text) announce(text);
     spoken.set(key, text);

@@ -17,7 +17,7 @@ const SCRIPTS: [&str; 4] = [
 /// The page, and the policy that allows its own style and script and nothing else.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LivePage {
-    /// The document.
+    /// The document, with style and script.
     pub html: String,
     /// Value of the header `Content-Security-Policy`.
     pub content_security_policy: String,
@@ -27,7 +27,7 @@ impl LivePage {
     /// Puts the page together.
     pub fn new() -> Self {
         let script = SCRIPTS.concat();
-        // Their hashes are those of everything between the tags.
+        // Their hashes cover everything between the tags.
         let html = TEMPLATE.replace("{{style}}", STYLE).replace("{{script}}", &script);
         let content_security_policy = format!(
             "default-src 'none'; style-src '{}'; script-src '{}'; connect-src 'self'; img-src data:; base-uri 'none'; \

@@ -10,9 +10,10 @@ use super::car;
 use super::draw_messages::draw_messages;
 use super::ink::{DIM, Ink};
 use super::parts::{bus_line, cut, draw_log, footer, header, lines_of};
-use super::picture::{Function, Mark, STAGES, Stage};
+use super::picture::{Function, Mark, More, STAGES, Stage};
 use super::view_model::{Keys, Model, STRIP_MS};
 use crate::core::diagnostics::Level;
+use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color as BulbColor};
 use crate::report::text::wrapped;
 
 /// The smallest terminal that the view is drawn on.
@@ -221,7 +222,7 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
         let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
         let mut last = Mark::Nothing;
         for mark in marks {
-            // A column without a state of its own goes on with the one before.
+            // A column without a state of its own continues the one before.
             let shown = mark.unwrap_or(last);
             last = shown;
             let sign = match shown {
@@ -243,17 +244,17 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
 /// Width of the names of further parts.
 const MORE_NAME: usize = 28;
 
-fn more_line(name: &str, text: &str, ink: Ink, width: usize) -> Line<'static> {
+fn more_line(name: &str, more: &More, ink: Ink, width: usize) -> Line<'static> {
     let name_width = if width < WIDE.0.into() { MORE_NAME - 8 } else { MORE_NAME };
     let room = width.saturating_sub(name_width + 2);
     let mut spans = vec![Span::styled(format!("  {:<name_width$}", cut(name, name_width - 1)), DIM)];
-    let lamps: Option<Vec<_>> = text.split(", ").map(|lamp| lamp_text(lamp, ink)).collect();
-    let Some(lamps) = lamps else {
-        spans.push(Span::raw(cut(text, room)));
-        return Line::from(spans);
+    let parts = match more {
+        More::Text(text) => vec![(text.clone(), Style::new())],
+        More::Bulbs(bulbs) if bulbs.is_empty() => vec![("dark".to_owned(), Style::new())],
+        More::Bulbs(bulbs) => bulbs.iter().map(|bulb| lamp_text(*bulb, ink)).collect(),
     };
     let mut used = 0;
-    for (text, style) in lamps {
+    for (text, style) in parts {
         let text = cut(&text, room.saturating_sub(used));
         used += text.chars().count();
         spans.push(Span::styled(text, style));
@@ -261,21 +262,20 @@ fn more_line(name: &str, text: &str, ink: Ink, width: usize) -> Line<'static> {
     Line::from(spans)
 }
 
-/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style; `None` for another text. What most lamps
-/// are, a circle and steadily on, is left out.
-fn lamp_text(lamp: &str, ink: Ink) -> Option<(String, Style)> {
-    let (color, rest) = lamp.split_once(' ')?;
-    let (mark, style) = match color {
-        "green" => ("●", ink.color(Color::Green)),
-        "red" => ("●", ink.color(Color::Red)),
-        "yellow" | "amber" => ("●", ink.amber()),
-        "white" => ("●", Style::new()),
-        "unknown" => return Some(("? unknown  ".to_owned(), ink.level(Level::Warn))),
-        _ => return None,
+/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style. What most lamps are, a circle and
+/// steadily on, is left out.
+fn lamp_text(bulb: Bulb, ink: Ink) -> (String, Style) {
+    let style = match bulb.color {
+        BulbColor::Green => ink.color(Color::Green),
+        BulbColor::Red => ink.color(Color::Red),
+        BulbColor::Yellow => ink.amber(),
+        BulbColor::White => Style::new(),
+        BulbColor::Unknown => return ("? unknown  ".to_owned(), ink.level(Level::Warn)),
     };
-    let rest = rest.split(' ').filter(|word| !["solidOn", "circle"].contains(word));
-    let text: String = [mark, color].into_iter().chain(rest).flat_map(|word| [word, " "]).collect();
-    Some((text + " ", style))
+    let status = (bulb.status != BulbStatus::SolidOn).then(|| bulb.status.name());
+    let shape = (bulb.shape != BulbShape::Circle).then(|| bulb.shape.name());
+    let words = ["●", bulb.color.name()].into_iter().chain(status).chain(shape);
+    (words.flat_map(|word| [word, " "]).collect::<String>() + " ", style)
 }
 
 const TABLE_HELP: [&str; 12] = [

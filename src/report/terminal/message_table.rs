@@ -105,7 +105,7 @@ impl MessageTable {
                 let step = |rate: f64| (rate.log2() * 3.0).round() as i64;
                 Reverse(row.rate_hz().map_or(i64::MIN, step))
             }),
-            // In seconds, likewise.
+            // In seconds, as above.
             Order::Change => {
                 rows.sort_by_key(|row| row.since_change().map_or(u64::MAX, |since| since.as_secs()));
             }

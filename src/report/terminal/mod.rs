@@ -3,12 +3,12 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`picture`] | the state of a gateway, as it is shown |
-//! | [`vehicle`] | that of a simulated vehicle |
+//! | [`vehicle`] | the state of a simulated vehicle |
 //! | [`message_table`] | the messages on the buses, in its place |
 //! | [`view_model`] | all that the view shows, and what its keys do |
 //! | [`mod@draw`] | the layout and its parts |
 //!
-//! The view has a thread of its own. It is fed through a bounded queue, into which nobody waits for room, and draws ten
+//! The view has a thread of its own. It is fed through a bounded queue, whose writers never wait for room, and draws ten
 //! times a second; so neither a slow terminal nor one that does not take anything concerns whoever feeds it.
 
 mod car;
@@ -88,7 +88,7 @@ impl TerminalView {
         self.send(Message::Line(Some(level), text));
     }
 
-    /// Changes the caption.
+    /// Shows another caption from now on.
     pub fn caption(&self, text: &str) {
         self.send(Message::Caption(text.to_owned()));
     }
@@ -104,7 +104,7 @@ impl TerminalView {
         self.send(Message::Snapshot(Box::new(snapshot)));
     }
 
-    /// Shows another state.
+    /// Shows another state from now on.
     pub fn picture(&mut self, picture: Picture) {
         self.next_picture = Instant::now() + FRAME_TIME;
         self.send(Message::Picture(Box::new(picture)));

@@ -49,10 +49,9 @@ pub(super) fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
 
 pub(super) fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
     let is_narrow = width < WIDE;
-    let level = if bus.is_sound { Level::Ok } else { Level::Error };
     let name = if is_narrow { 14 } else { 22 };
     let mut spans = vec![
-        Span::styled("● ", ink.level(level)),
+        Span::styled("● ", ink.level(bus.level)),
         Span::raw(format!("{:<name$}", cut(&bus.name, name - 1))),
         Span::raw(format!("{:>6.0}/s ", bus.rate_hz)),
     ];
@@ -76,7 +75,7 @@ pub(super) fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
         spans.push(Span::styled(format!("{} dropped  ", bus.drops), ink.level(Level::Error)));
     }
     let used: usize = spans.iter().map(Span::width).sum();
-    let style = if bus.is_sound { Style::new() } else { ink.level(Level::Error) };
+    let style = if bus.level == Level::Ok { Style::new() } else { ink.level(bus.level) };
     spans.push(Span::styled(cut(&bus.state, width.saturating_sub(used)), style));
     Line::from(spans)
 }

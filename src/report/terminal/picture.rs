@@ -1,13 +1,17 @@
 //! The present state as the view shows it: of a gateway, or of a simulated vehicle.
 
+use crate::core::can::link::LinkState;
 use crate::core::can::snapshot::BusSnapshot;
+use crate::core::command::snapshot::LightsValue;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
+use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
-use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
-use crate::core::validation::snapshot::{MessageSnapshot, SignalSnapshot};
+use crate::core::traffic_light::target::StoreLayer;
+use crate::core::validation::snapshot::SignalSnapshot;
 use crate::core::vehicle_lights::ReportSnapshot;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::report::live_view::{age_text, decider_text, message_of, signals_of};
 
 /// The stages between the bus and ROS, in the order in which trust is won.
 pub const STAGES: [&str; 5] = ["link", "frame", "checks", "value", "published"];
@@ -27,19 +31,28 @@ pub struct Picture {
     pub titles: [&'static str; 3],
     /// Turn indicators, hazard lights.
     pub functions: Vec<Function>,
-    /// Buses.
+    /// The buses, a line each.
     pub buses: Vec<BusLine>,
     /// Further parts, by name: decider, traffic lights, ROS 2.
-    pub more: Vec<(String, String)>,
+    pub more: Vec<(String, More)>,
+}
+
+/// The state of a further part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum More {
+    /// A text in words.
+    Text(String),
+    /// The bulbs of a traffic light; none when it is dark.
+    Bulbs(Vec<Bulb>),
 }
 
 /// A turn indicator of the car.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lamp {
-    /// Nobody knows.
+    /// It is not known whether it flashes.
     #[default]
     Unknown,
-    /// Not used.
+    /// It does not flash.
     Off,
     /// Flashes; the view lets it blink.
     Flashing,
@@ -50,11 +63,11 @@ pub enum Lamp {
 /// A function of the lights.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Function {
-    /// `turn` or `hazard`.
+    /// Its name, `turn` or `hazard`.
     pub name: &'static str,
     /// What stands under the titles; `None` where there is nothing.
     pub values: [Option<String>; 3],
-    /// For the strip.
+    /// What the strip shows of it.
     pub mark: Mark,
     /// The outcome of each of [`STAGES`]; empty where nothing is received.
     pub stages: Vec<Stage>,
@@ -68,41 +81,41 @@ pub enum Mark {
     /// There is no such report.
     #[default]
     Nothing,
-    /// Off.
+    /// The lights are off.
     Off,
     /// Turn indicators on the right.
     Right,
     /// Turn indicators on the left.
     Left,
-    /// Hazard lights.
+    /// The hazard lights are on.
     Hazard,
-    /// Nothing is published.
+    /// The report is not published.
     Withheld,
 }
 
 /// The outcome of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// Passed.
+    /// The stage is passed.
     Passed,
     /// There is nothing to pass, as without a checksum.
     Absent,
-    /// Failed here.
+    /// The way ends at this stage.
     Failed,
-    /// Not reached.
+    /// The way ended before this stage.
     NotReached,
 }
 
 /// A bus in one line.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BusLine {
-    /// Name and interface.
+    /// Name of the bus and its interface.
     pub name: String,
     /// Link, reception and controller, where one of them is worth a word.
     pub state: String,
-    /// True if it works.
-    pub is_sound: bool,
-    /// Frames a second.
+    /// How bad its state is.
+    pub level: Level,
+    /// Number of frames a second.
     pub rate_hz: f64,
     /// Load in percent; `None` without a bit rate.
     pub load_percent: Option<f64>,
@@ -119,12 +132,12 @@ impl Picture {
             turn.map(|report| {
                 let published = report.published.map(|value| (value.name(), turn_mark(value)));
                 function("turn", snapshot, report, published)
-                    .commanded(commands.and_then(|commands| commands.turn_indicators.requested.clone()))
+                    .commanded(commands.and_then(|commands| commands.turn_indicators.requested))
             }),
             hazard.map(|report| {
                 let published = report.published.map(|value| (value.name(), hazard_mark(value)));
                 function("hazard", snapshot, report, published)
-                    .commanded(commands.and_then(|commands| commands.hazard_lights.requested.clone()))
+                    .commanded(commands.and_then(|commands| commands.hazard_lights.requested))
             }),
         ];
         let functions: Vec<_> = functions.into_iter().flatten().collect();
@@ -143,8 +156,8 @@ impl Picture {
 }
 
 impl Function {
-    fn commanded(mut self, value: Option<String>) -> Self {
-        self.values[0] = value;
+    fn commanded(mut self, value: Option<LightsValue>) -> Self {
+        self.values[0] = value.map(|value| value.to_string());
         self
     }
 }
@@ -193,10 +206,7 @@ fn function<T>(
     report: &ReportSnapshot<T>,
     published: Option<(&'static str, Mark)>,
 ) -> Function {
-    let is_of_report = |signal: &&SignalSnapshot| {
-        signal.used_by == "vehicle_lights" && report.signals.contains(&signal.name)
-    };
-    let signals: Vec<_> = snapshot.signals.iter().filter(is_of_report).collect();
+    let signals: Vec<_> = signals_of(snapshot, report).collect();
     let raw: Vec<_> = signals.iter().map(|signal| raw_text(signal)).collect();
     let value = published.map_or("withheld", |(value, _)| value);
     Function {
@@ -205,16 +215,6 @@ fn function<T>(
         mark: published.map_or(Mark::Withheld, |(_, mark)| mark),
         stages: stages(snapshot, &signals, published.is_some()),
         reason: (report.level != Level::Ok).then(|| (report.level, report.message.clone())),
-    }
-}
-
-/// `12 ms`; from a second on `1.2 s`.
-#[allow(clippy::cast_precision_loss)] // far from the limits
-fn age_text(ms: u64) -> String {
-    match ms {
-        0..1_000 => format!("{ms} ms"),
-        1_000..10_000 => format!("{:.1} s", ms as f64 / 1_000.0),
-        _ => format!("{} s", ms / 1_000),
     }
 }
 
@@ -232,15 +232,10 @@ fn raw_text(signal: &SignalSnapshot) -> String {
 fn stages(snapshot: &Snapshot, signals: &[&SignalSnapshot], is_published: bool) -> Vec<Stage> {
     let buses: Vec<_> =
         snapshot.buses.iter().filter(|bus| signals.iter().any(|signal| signal.bus == bus.name)).collect();
-    let integrity = |signal: &&SignalSnapshot| {
-        let is_its = |message: &&MessageSnapshot| {
-            (&message.name, &message.bus, &message.used_by) == (&signal.message, &signal.bus, &signal.used_by)
-        };
-        snapshot.messages.iter().find(is_its).and_then(|message| message.integrity.as_ref())
-    };
-    let checks: Vec<_> = signals.iter().filter_map(integrity).collect();
+    let checks: Vec<_> =
+        signals.iter().filter_map(|signal| message_of(snapshot, signal)?.integrity.as_ref()).collect();
     let is_rejected = checks.iter().any(|check| check.is_trusted == Some(false));
-    let is_linked = buses.iter().all(|bus| is_sound(bus));
+    let is_linked = buses.iter().all(|bus| is_linked(bus));
     let has_frames =
         signals.iter().all(|signal| signal.raw.is_some() && (signal.missing.is_none() || is_rejected));
     let passed = [
@@ -266,65 +261,42 @@ fn stages(snapshot: &Snapshot, signals: &[&SignalSnapshot], is_published: bool) 
     if signals.is_empty() { Vec::new() } else { stages.to_vec() }
 }
 
-/// The state of a controller in which nothing is received.
-const SILENT: [&str; 2] = ["bus-off", "stopped"];
-
-fn is_sound(bus: &BusSnapshot) -> bool {
-    let controller = bus.controller.as_ref().map_or("", |controller| controller.state.as_str());
-    bus.link == "up" && !SILENT.contains(&controller)
+/// True if frames can be received.
+fn is_linked(bus: &BusSnapshot) -> bool {
+    bus.link == LinkState::Up
+        && bus.controller.as_ref().is_none_or(|found| found.state.level() < Level::Error)
 }
 
 fn bus(bus: &BusSnapshot) -> BusLine {
-    let controller =
-        bus.controller.as_ref().map(|controller| match controller.tx_errors.zip(controller.rx_errors) {
-            Some((tx, rx)) if controller.state != "error-active" => {
-                format!("{} tx {tx} rx {rx}", controller.state)
-            }
-            _ => controller.state.clone(),
-        });
-    let reception = match bus.reception.as_str() {
-        "receiving" | "no_link" => None,
-        other => Some(other.replace('_', " ")),
-    };
-    let parts = [Some(format!("link {}", bus.link)), controller, reception];
     BusLine {
         name: format!("{} ({})", bus.name, bus.interface),
-        state: parts.into_iter().flatten().collect::<Vec<_>>().join(", "),
-        is_sound: is_sound(bus) && ["receiving", "asleep"].contains(&bus.reception.as_str()),
+        state: bus.parts().map(|(_, text)| text).collect::<Vec<_>>().join(", "),
+        level: bus.level,
         rate_hz: bus.traffic.map_or(bus.rate_hz, |traffic| traffic.rate_hz.max(bus.rate_hz)),
         load_percent: bus.traffic.and_then(|traffic| traffic.load_percent),
         drops: bus.drops,
     }
 }
 
-fn more(snapshot: &Snapshot) -> Vec<(String, String)> {
+fn more(snapshot: &Snapshot) -> Vec<(String, More)> {
     let mut more = Vec::new();
-    more.extend(snapshot.decider.as_ref().map(|decider| ("decider".to_owned(), decider_text(decider))));
+    let decider = snapshot.decider.as_ref();
+    more.extend(decider.map(|decider| ("decider".to_owned(), More::Text(decider_text(decider)))));
     more.extend(snapshot.traffic_lights.iter().flat_map(lights_lines));
-    more.extend(snapshot.process.as_ref().map(|process| ("ROS 2".to_owned(), ros_text(process))));
+    more.extend(snapshot.process.as_ref().map(|process| ("ROS 2".to_owned(), More::Text(ros_text(process)))));
     more
 }
 
-fn decider_text(decider: &DeciderSnapshot) -> String {
-    let Some(decision) = &decider.decision else { return decider.message.clone() };
-    let won = decision.candidates.iter().find(|candidate| candidate.outcome.starts_with("won"));
-    let subject = won.and_then(|won| won.subject.clone()).or_else(|| decision.winner.clone());
-    let subject = subject.map_or_else(String::new, |subject| format!(": {subject}"));
-    let rule = decision.rule.as_ref().map_or_else(String::new, |rule| format!(", rule {rule}"));
-    let held = decision.held.as_ref().map_or_else(String::new, |held| format!(", held: {held}"));
-    format!("turn {}, hazard {}{subject}{rule}{held}", decision.turn, decision.hazard)
-}
-
-fn lights_lines(lights: &TrafficLightsSnapshot) -> impl Iterator<Item = (String, String)> {
+fn lights_lines(lights: &TrafficLightsSnapshot) -> impl Iterator<Item = (String, More)> {
     let states = lights.channels.iter().flat_map(|channel| {
         channel.states.iter().map(|light| {
-            let layer = if light.layer == "detected" { ", detected" } else { "" };
-            let state = if light.state.is_empty() { "dark" } else { &light.state };
-            (format!("{} {}{layer}", light.id, channel.channel), state.to_owned())
+            let layer = if light.layer == StoreLayer::Detected { ", detected" } else { "" };
+            (format!("{} {}{layer}", light.id, channel.channel.name()), More::Bulbs(light.bulbs.clone()))
         })
     });
     let phases = lights.controllers.iter().map(|controller| {
-        (controller.name.clone(), controller.phase.clone().unwrap_or_else(|| "no phase yet".to_owned()))
+        let phase = controller.phase.clone().unwrap_or_else(|| "no phase yet".to_owned());
+        (controller.name.clone(), More::Text(phase))
     });
     phases.chain(states)
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::picture::{BusLine, Function, Lamp, Mark, Picture};
 use crate::core::can::link::BusIndex;
 use crate::core::command::Turn;
+use crate::core::diagnostics::Level;
 use crate::core::simulated_vehicle::{Output, VehicleEvent, Who};
 use crate::core::time::{MonoTime, millis};
 use crate::core::vehicle_lights::state::TurnCode;
@@ -126,15 +127,15 @@ impl VehicleState {
     }
 
     fn bus(&self, bus: &SentFrames) -> BusLine {
-        let state = match (self.is_bus_off, bus.can_send) {
-            (true, _) => "bus-off",
-            (false, true) => "sends",
-            (false, false) => "cannot send",
+        let (level, state) = match (self.is_bus_off, bus.can_send) {
+            (true, _) => (Level::Error, "bus-off"),
+            (false, true) => (Level::Ok, "sends"),
+            (false, false) => (Level::Error, "cannot send"),
         };
         BusLine {
             name: bus.name.clone(),
             state: state.to_owned(),
-            is_sound: !self.is_bus_off && bus.can_send,
+            level,
             rate_hz: bus.rate_hz,
             load_percent: None,
             drops: 0,
@@ -152,12 +153,12 @@ mod tests {
         let mut state = VehicleState::new(["body (can0)".to_owned()]);
         let shown = |state: &VehicleState| {
             let bus = state.picture(MonoTime::ZERO).buses.remove(0);
-            (bus.state, bus.is_sound)
+            (bus.state, bus.level)
         };
         state.cannot_send(BusIndex(0));
-        assert_eq!(shown(&state), ("cannot send".to_owned(), false));
+        assert_eq!(shown(&state), ("cannot send".to_owned(), Level::Error));
         let frame = Frame::classic(CanId::Standard(1), &[0]).unwrap();
         state.update(&Output::Frame { bus: BusIndex(0), frame }, MonoTime::ZERO);
-        assert_eq!(shown(&state), ("sends".to_owned(), true));
+        assert_eq!(shown(&state), ("sends".to_owned(), Level::Ok));
     }
 }

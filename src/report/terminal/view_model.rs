@@ -33,7 +33,7 @@ pub struct Model {
     pub elapsed: Duration,
     /// What happens at present, in a sentence; empty without one.
     pub caption: String,
-    /// The present state, or that of the moment at which it was paused.
+    /// The present state, or the state at the moment of the pause.
     pub picture: Picture,
     /// Messages on the buses, which are shown in place of the vehicle; `None` where they are not.
     pub messages: Option<MessageTable>,
@@ -52,7 +52,7 @@ pub struct Model {
 /// What keys do beside those that every view has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Keys {
-    /// Nothing.
+    /// They do nothing else.
     #[default]
     View,
     /// They move the driver's stalk and button.
@@ -84,7 +84,7 @@ impl Model {
             return;
         }
         let at = picture.stamp_ms;
-        // A clock that was set back begins anew.
+        // A clock that was set back starts a new history.
         if self.history.back().is_some_and(|(last, _)| *last > at) {
             self.history.clear();
         }

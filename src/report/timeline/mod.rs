@@ -6,6 +6,8 @@ mod page;
 
 use serde::Serialize;
 
+use crate::core::diagnostics::Level;
+
 /// Most spans of a lane; short ones beyond are folded.
 const MAX_SPANS: usize = 1_500;
 /// A lane is folded when it has so many times [`MAX_SPANS`].
@@ -70,6 +72,16 @@ pub enum Tone {
     Plain,
     /// Several short spans in one.
     Folded,
+}
+
+impl From<Level> for Tone {
+    fn from(level: Level) -> Self {
+        match level {
+            Level::Ok => Self::Ok,
+            Level::Warn => Self::Warn,
+            Level::Error | Level::Stale => Self::Error,
+        }
+    }
 }
 
 /// The states of one thing, one after the other.

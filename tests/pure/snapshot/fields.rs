@@ -1,142 +1,115 @@
-//! The table of fields in docs/status.md is made of the types themselves.
+//! The shipped JSON Schemas, and the table of fields in docs/status.md, are made of the types themselves.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use proc_macro2::{Delimiter, TokenStream, TokenTree};
-use signal_gateway::core::traffic_light::snapshot::MAX_LISTED_LIGHTS;
+use serde_json::{Map, Value};
+use signal_gateway::report::schema;
 
-/// Files with the types of the snapshot.
-const FILES: [&str; 11] = [
-    "src/core/gateway/snapshot.rs",
-    "src/core/provenance.rs",
-    "src/core/gateway/network.rs",
-    "src/core/gateway/configuration.rs",
-    "src/core/gateway/process_status.rs",
-    "src/core/can/snapshot.rs",
-    "src/core/validation/snapshot.rs",
-    "src/core/vehicle_lights/status/snapshot.rs",
-    "src/core/command/snapshot.rs",
-    "src/core/traffic_light/snapshot.rs",
-    "src/core/turn_signal/flow/snapshot.rs",
-];
 const DOCUMENT: &str = "docs/status.md";
 const MARKS: [&str; 2] = ["<!-- begin fields -->\n", "<!-- end fields -->\n"];
+const AGAIN: &str = "UPDATE_DOCS=1 cargo test --test pure snapshot";
 
-struct Field {
-    name: String,
-    /// Its type, without blanks.
-    kind: String,
-    text: String,
-}
-
-fn project(path: &str) -> std::path::PathBuf {
+fn project(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// The public structs of a file, by name.
-fn structs(text: &str, found: &mut BTreeMap<String, Vec<Field>>) {
-    let tokens: Vec<TokenTree> = text.parse::<TokenStream>().unwrap().into_iter().collect();
-    for (index, token) in tokens.iter().enumerate() {
-        let is_struct = matches!(token, TokenTree::Ident(word) if word == "struct");
-        let body = tokens[index..].iter().find_map(|token| {
-            let TokenTree::Group(group) = token else { return None };
-            (group.delimiter() == Delimiter::Brace).then(|| group.stream())
-        });
-        if let (true, Some(body)) = (is_struct, body) {
-            found.insert(tokens[index + 1].to_string(), fields(body));
-        }
-    }
-}
-
-fn fields(body: TokenStream) -> Vec<Field> {
-    let (mut fields, mut text, mut depth) = (Vec::<Field>::new(), String::new(), 0);
-    let mut tokens = body.into_iter().peekable();
-    let mut in_type = false;
-    while let Some(token) = tokens.next() {
-        match &token {
-            TokenTree::Punct(mark) if mark.as_char() == '#' => {
-                let attribute = tokens.next().unwrap().to_string();
-                let doc = attribute.split_once('"').unwrap().1.rsplit_once('"').unwrap().0;
-                text = format!("{text} {}", doc.trim());
-            }
-            TokenTree::Punct(mark) if mark.as_char() == ',' && depth == 0 => in_type = false,
-            TokenTree::Ident(word) if word == "pub" && !in_type => {
-                let name = tokens.next().unwrap().to_string();
-                tokens.next();
-                fields.push(Field { name, kind: String::new(), text: std::mem::take(&mut text) });
-                in_type = true;
-            }
-            TokenTree::Punct(_) | TokenTree::Ident(_) | TokenTree::Group(_) | TokenTree::Literal(_) => {
-                depth += match token.to_string().as_str() {
-                    "<" => 1,
-                    ">" => -1,
-                    _ => 0,
-                };
-                fields.last_mut().unwrap().kind += &token.to_string();
-            }
-        }
-    }
-    fields
-}
-
-/// The inside of `Option<…>` or `Vec<…>`.
-fn inside<'a>(kind: &'a str, wrapper: &str) -> Option<&'a str> {
-    kind.strip_prefix(wrapper)?.strip_prefix('<')?.strip_suffix('>')
-}
-
-fn rows(path: &str, kind: &str, all: &BTreeMap<String, Vec<Field>>, table: &mut String) {
-    for field in &all[kind] {
-        let (kind, may_be_null) = match inside(&field.kind, "Option") {
-            Some(kind) => (kind, true),
-            None => (field.kind.as_str(), false),
-        };
-        let (kind, list) = inside(kind, "Vec").map_or((kind, ""), |kind| (kind, "[]"));
-        let name = kind.split('<').next().unwrap();
-        let json = match kind {
-            "bool" => "true, false",
-            "String" => "text",
-            "f64" => "number",
-            "[f64 ; 4]" => "4 numbers",
-            "Level" => "`OK`, `WARN`, `ERROR`",
-            "BTreeMap<String , String>" | "BTreeMap<String,String>" => "object of texts",
-            "T" => "`DISABLE`, `ENABLE_LEFT`, `ENABLE_RIGHT`; hazard lights: `DISABLE`, `ENABLE`",
-            "FaultKind" => "`unknown`, `invalid`, `hardware_fault`",
-            "Compliance" => {
-                "`not_requested`, `compliant`, `pending`, `overdue`, `mismatch`, `no_feedback`, `driver_override`"
-            }
-            _ if all.contains_key(name) => "object",
-            _ if kind.starts_with(['u', 'i']) => "integer",
-            _ => panic!("{path}{}: {kind}", field.name),
-        };
-        let null = if may_be_null { ", null" } else { "" };
-        let text = field.text.trim().replace("`None`", "null").replace("[`SCHEMA`]", "Version of this form");
-        let text = text.replace("[`MAX_LISTED_LIGHTS`]", &MAX_LISTED_LIGHTS.to_string());
-        *table += &format!("| `{path}{}{list}` | {json}{null} | {text} |\n", field.name);
-        let below = format!("{path}{}{list}.", field.name);
-        // The same object twice: once is enough.
-        if json == "object" && !matches!(field.name.as_str(), "hazard_lights" | "read") {
-            rows(&below, name, all, table);
-        }
+/// Compares a file with what it should hold, or writes it with `UPDATE_DOCS` set.
+fn compare(path: &str, text: &str) {
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(project(path), text).unwrap();
+    } else {
+        assert!(fs::read_to_string(project(path)).unwrap() == text, "{path}: {AGAIN}");
     }
 }
 
 #[test]
-fn document_has_every_field_of_the_types() {
-    let mut all = BTreeMap::new();
-    for file in FILES {
-        structs(&fs::read_to_string(project(file)).unwrap(), &mut all);
+fn shipped_schemas_are_those_of_the_types() {
+    for (name, schema) in [("status", schema::status()), ("feed", schema::feed())] {
+        compare(&format!("docs/schema/{name}.schema.json"), &(format!("{schema:#}") + "\n"));
     }
-    let mut table = "| field | value | |\n|---|---|---|\n".to_owned();
-    rows("", "Snapshot", &all, &mut table);
+}
+
+/// Table of the fields of a schema.
+struct Fields {
+    definitions: Map<String, Value>,
+    table: String,
+}
+
+impl Fields {
+    fn rows(&mut self, path: &str, object: &Value) {
+        for (name, field) in object["properties"].as_object().unwrap() {
+            let is_list = field["type"] == "array" && field.get("maxItems").is_none();
+            let (list, inside) = if is_list { ("[]", &field["items"]) } else { ("", field) };
+            let target = self.target(inside);
+            let null = if may_be_null(inside) { ", null" } else { "" };
+            let text = field["description"].as_str().unwrap_or_default();
+            let kind = kind(&target);
+            self.table += &format!("| `{path}{name}{list}` | {kind}{null} | {text} |\n");
+            // The same object twice: once is enough.
+            if kind == "object" && !matches!(name.as_str(), "hazard_lights" | "read") {
+                self.rows(&format!("{path}{name}{list}."), &target);
+            }
+        }
+    }
+
+    /// What a field refers to, or itself.
+    fn target(&self, field: &Value) -> Value {
+        let of =
+            |value: &Value| value["$ref"].as_str().map(|path| path.rsplit('/').next().unwrap().to_owned());
+        let alternatives = field["anyOf"].as_array().into_iter().flatten();
+        let name = of(field).or_else(|| alternatives.filter_map(of).next());
+        name.map_or_else(|| field.clone(), |name| self.definitions[&name].clone())
+    }
+}
+
+fn may_be_null(field: &Value) -> bool {
+    let is_null = |kind: &Value| kind == "null" || kind["type"] == "null";
+    ["type", "anyOf"].iter().any(|key| field[key].as_array().is_some_and(|kinds| kinds.iter().any(is_null)))
+}
+
+/// The values of a field in words.
+fn kind(field: &Value) -> String {
+    let names = names(field);
+    let types: Vec<_> =
+        field["type"].as_array().map_or_else(|| vec![&field["type"]], |types| types.iter().collect());
+    let has = |name: &str| types.iter().any(|kind| *kind == name);
+    match () {
+        () if !names.is_empty() => names.join(", "),
+        () if has("object") && field.get("properties").is_some() => "object".to_owned(),
+        () if has("object") => "object of texts".to_owned(),
+        () if has("boolean") => "true, false".to_owned(),
+        () if has("string") => "text".to_owned(),
+        () if has("integer") => "integer".to_owned(),
+        () if has("number") => "number".to_owned(),
+        () if has("array") => format!("{} numbers", field["maxItems"]),
+        () => panic!("{field}"),
+    }
+}
+
+/// Names of the variants of an enum; a variant with content is an object with one key.
+fn names(field: &Value) -> Vec<String> {
+    let variants = field["oneOf"].as_array().into_iter().flatten();
+    let nested = variants.flat_map(names);
+    let listed = field["enum"].as_array().into_iter().flatten().chain(field.get("const"));
+    let listed = listed.map(|name| format!("`{}`", name.as_str().unwrap()));
+    let keyed = field["properties"]
+        .as_object()
+        .filter(|fields| fields.len() == 1 && field["additionalProperties"] == false);
+    let keyed = keyed.into_iter().flat_map(|fields| fields.keys()).map(|key| format!("`{{\"{key}\": …}}`"));
+    nested.chain(listed).chain(keyed).collect()
+}
+
+#[test]
+fn document_has_every_field_of_the_types() {
+    let schema = schema::status();
+    let definitions = schema["$defs"].as_object().unwrap().clone();
+    let mut fields = Fields { definitions, table: "| field | value | |\n|---|---|---|\n".to_owned() };
+    fields.rows("", &schema);
+    let table = fields.table;
     assert!(table.lines().count() > 100, "{table}");
     let text = fs::read_to_string(project(DOCUMENT)).unwrap();
     let (before, rest) = text.split_once(MARKS[0]).unwrap();
-    let (written, after) = rest.split_once(MARKS[1]).unwrap();
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        fs::write(project(DOCUMENT), format!("{before}{}{table}{}{after}", MARKS[0], MARKS[1])).unwrap();
-    } else {
-        assert_eq!(written, table, "UPDATE_DOCS=1 cargo test --test pure snapshot");
-    }
+    let (_, after) = rest.split_once(MARKS[1]).unwrap();
+    compare(DOCUMENT, &format!("{before}{}{table}{}{after}", MARKS[0], MARKS[1]));
 }

@@ -6,6 +6,8 @@ use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
+use boon::{Compiler, SchemaIndex, Schemas};
+use serde::Serialize;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files as _};
 use signal_gateway::config::{Overrides, Settings, load};
 use signal_gateway::core::can::frame::{CanId, Frame};
@@ -17,6 +19,7 @@ use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::gateway::Changes;
+use signal_gateway::report::live_view::Feed;
 
 fn settings() -> Settings {
     load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap()
@@ -103,6 +106,57 @@ fn json_is_read_back_as_it_was() {
         }
     }
     assert!(steps > 1000, "{steps}");
+}
+
+/// Checks JSON against a shipped schema by a validator that is not ours.
+struct Validator(Schemas, SchemaIndex);
+
+impl Validator {
+    fn new(file: &str) -> Self {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/schema").join(file);
+        let mut schemas = Schemas::new();
+        let index = Compiler::new().compile(path.to_str().unwrap(), &mut schemas).unwrap();
+        Self(schemas, index)
+    }
+
+    fn check(&self, value: &impl Serialize) {
+        let json = serde_json::to_value(value).unwrap();
+        if let Err(error) = self.0.validate(&json, self.1) {
+            panic!("{error:#}: {json}");
+        }
+    }
+}
+
+#[test]
+fn snapshots_and_events_are_valid_by_the_shipped_schemas() {
+    let (status, feed) = (Validator::new("status.schema.json"), Validator::new("feed.schema.json"));
+    let wrong = serde_json::json!({ "schema": "2" });
+    assert!(status.0.validate(&wrong, status.1).is_err() && feed.0.validate(&wrong, feed.1).is_err());
+    let mut replay = replay();
+    let (mut steps, mut checked, mut lines) = (0, 0, BTreeSet::new());
+    while replay.step().unwrap() {
+        while replay.poll_output().is_some() {}
+        steps += 1;
+        if steps % 100 == 0 {
+            let snapshot = snapshot(&replay);
+            status.check(&snapshot);
+            let event = Feed::new(&snapshot);
+            feed.check(&event);
+            lines.extend(reported_lines(&serde_json::to_value(&event).unwrap()));
+            checked += 1;
+        }
+    }
+    assert!(checked > 5, "{checked}");
+    // The kind of a failure is said once.
+    assert!(lines.iter().any(|line| line.starts_with("hardware fault: ")), "{lines:?}");
+    assert!(!lines.iter().any(|line| line.matches("hardware fault").count() > 1), "{lines:?}");
+}
+
+/// The lines of the tiles that show what is reported.
+fn reported_lines(event: &serde_json::Value) -> Vec<String> {
+    let reports = event["view"]["reports"].as_array().unwrap();
+    let lines = reports.iter().flat_map(|report| report["reported"]["lines"].as_array().unwrap());
+    lines.map(|line| line.as_str().unwrap().to_owned()).collect()
 }
 
 #[test]

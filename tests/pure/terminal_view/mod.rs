@@ -19,8 +19,10 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
+use signal_gateway::core::traffic_light::bulb::Color::{Green, Red};
+use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus};
 use signal_gateway::report::terminal::draw::draw;
-use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, Picture};
+use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, More, Picture};
 use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
 
 use crate::support::virtual_gateway::VirtualGateway;
@@ -289,7 +291,7 @@ fn address_of_the_page_is_in_the_footer() {
 #[test]
 fn what_there_is_no_room_for_is_counted() {
     let mut model = Model::default();
-    let light = |id: usize| (format!("light {id}"), "red".to_owned());
+    let light = |id: usize| (format!("light {id}"), More::Text("red".to_owned()));
     model.show(Picture { more: (0..40).map(light).collect(), ..Picture::default() });
     let shown = text(&model, SIZES[1]);
     let visible = (0..40).filter(|id| shown.contains(&format!("light {id} "))).count();
@@ -315,10 +317,11 @@ fn vehicle_says_in_full_who_decides() {
 
 #[test]
 fn lamps_of_traffic_lights_have_their_own_colours_and_words() {
-    let state = "green solidOn left, red solidOn circle".to_owned();
+    let bulb = |color, shape| Bulb { color, status: BulbStatus::SolidOn, shape };
+    let state = More::Bulbs(vec![bulb(Green, BulbShape::Left), bulb(Red, BulbShape::Circle)]);
     let mut model = Model { has_color: true, ..Model::default() };
-    let more =
-        vec![("11 conventional".to_owned(), state), ("main road".to_owned(), "stop, then go".to_owned())];
+    let phase = More::Text("stop, then go".to_owned());
+    let more = vec![("11 conventional".to_owned(), state), ("main road".to_owned(), phase)];
     model.caption =
         "the camera loses light 11: what it detects is unknown, what the light shows is not".to_owned();
     model.show(Picture { more, ..Picture::default() });

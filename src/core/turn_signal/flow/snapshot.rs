@@ -1,19 +1,23 @@
 //! The present state of the decider, for people and programs that watch the gateway.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DeciderRole, TurnSignalFlow};
 use crate::core::diagnostics::Level;
+use crate::core::light_command::{HazardCommand, TurnCommand};
+use crate::core::names::display_by_name;
 use crate::core::time::{MonoTime, millis};
-use crate::core::turn_signal::decision::Decision;
+use crate::core::turn_signal::decision::{BasisKind, Decision};
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
-use crate::core::turn_signal::resolve::EvaluatedCandidate;
+use crate::core::turn_signal::min_duration::Held;
+use crate::core::turn_signal::resolve::{CandidateOutcome, CandidateSource, Case, EvaluatedCandidate};
 
 /// The decider.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DeciderSnapshot {
-    /// `command`, or `shadow` when its decisions are only compared.
-    pub role: String,
+    /// The use of its decisions.
+    pub role: DeciderUse,
     /// Level of its diagnostic status.
     pub level: Level,
     /// Message of its diagnostic status.
@@ -32,58 +36,77 @@ pub struct DeciderSnapshot {
     pub shortened_signals: u64,
     /// Agreement of turn commands with Autoware's own, percent; `None` unless compared.
     pub turn_agreement_percent: Option<f64>,
-    /// Agreement of hazard commands, likewise.
+    /// Agreement of hazard commands with Autoware's own, percent; `None` unless compared.
     pub hazard_agreement_percent: Option<f64>,
 }
 
+/// The use of the decider's decisions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DeciderUse {
+    /// They are commanded.
+    Command,
+    /// They are compared with Autoware's own commands.
+    Shadow,
+}
+
+display_by_name!(DeciderUse);
+
 /// A decision with its reason.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DecisionSnapshot {
-    /// `NO_COMMAND`, `DISABLE`, `LEFT` or `RIGHT`.
-    pub turn: String,
-    /// `NO_COMMAND`, `DISABLE` or `ENABLE`.
-    pub hazard: String,
-    /// The ground on which it was decided: `no_inputs`, `hazard`, `manoeuvres`, `path_generator` or `candidates`.
-    pub basis: String,
-    /// Source of the candidate that won: `intersection`, `roundabout` or `manoeuvre`; `None` without one.
-    pub winner: Option<String>,
-    /// Rule by which it won, e.g. `A2`; `None` when nothing was compared.
-    pub rule: Option<String>,
+    /// Command of the turn indicators.
+    pub turn: TurnCommand,
+    /// Command of the hazard lights.
+    pub hazard: HazardCommand,
+    /// The ground on which it was decided.
+    pub basis: BasisKind,
+    /// Source of the candidate that won; `None` without one.
+    pub winner: Option<CandidateSource>,
+    /// Rule by which it won; `None` when nothing was compared.
+    pub rule: Option<Case>,
     /// The minimum duration that keeps the command; `None` when none does.
-    pub held: Option<String>,
+    pub held: Option<Held>,
     /// The junction before the next turn that offers its side and is not taken, and what becomes of the signal; `None` without one.
     pub junction: Option<String>,
     /// The candidates with their outcomes.
     pub candidates: Vec<CandidateSnapshot>,
-    /// The outcome of each manoeuvre of the planner, in words.
-    pub manoeuvres: Vec<String>,
+    /// The outcome of each manoeuvre of the planner.
+    pub manoeuvres: Vec<ManoeuvreOutcome>,
     /// Everything wrong with the inputs, in words.
     pub findings: Vec<String>,
 }
 
 /// One candidate of a decision.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CandidateSnapshot {
-    /// `intersection`, `roundabout` or `manoeuvre`.
-    pub source: String,
+    /// Where its record comes from.
+    pub source: CandidateSource,
     /// What it is about, e.g. `left turn on 111`; `None` where that has no name.
     pub subject: Option<String>,
     /// Command that it requests.
-    pub turn: String,
-    /// The outcome in words, e.g. `won` or `desired end passed`.
-    pub outcome: String,
+    pub turn: TurnCommand,
+    /// What became of it.
+    pub outcome: CandidateOutcome,
     /// Distances to its desired start, desired end, required start and required end, m to the millimetre, negative behind the vehicle;
     /// `None` without a record, or where one is not a number.
     pub distances_m: Option<[f64; 4]>,
 }
 
 impl TurnSignalFlow {
+    /// The use of its decisions.
+    pub(super) fn role(&self) -> DeciderUse {
+        match self.settings.role {
+            DeciderRole::Command => DeciderUse::Command,
+            DeciderRole::Shadow { .. } => DeciderUse::Shadow,
+        }
+    }
+
     /// The present state.
     pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
         let (level, message) = self.summary();
-        let is_shadow = matches!(self.settings.role, DeciderRole::Shadow { .. });
         DeciderSnapshot {
-            role: if is_shadow { "shadow" } else { "command" }.to_owned(),
+            role: self.role(),
             level,
             message,
             decision: self.decision.as_deref().map(DecisionSnapshot::of),
@@ -102,15 +125,15 @@ impl DecisionSnapshot {
     /// The snapshot of a decision.
     pub fn of(decision: &Decision) -> Self {
         Self {
-            turn: decision.turn.to_string(),
-            hazard: decision.hazard.to_string(),
-            basis: decision.basis.name().to_owned(),
-            winner: decision.winner().map(|source| source.to_string()),
-            rule: decision.case().map(|case| case.to_string()),
-            held: decision.held.map(|held| held.to_string()),
+            turn: decision.turn,
+            hazard: decision.hazard,
+            basis: decision.basis.kind(),
+            winner: decision.winner(),
+            rule: decision.case(),
+            held: decision.held,
             junction: decision.junction.as_ref().map(ToString::to_string),
             candidates: decision.evaluated().iter().map(CandidateSnapshot::of).collect(),
-            manoeuvres: decision.remarks.iter().map(ManoeuvreOutcome::to_string).collect(),
+            manoeuvres: decision.remarks.clone(),
             findings: decision.findings.iter().map(ToString::to_string).collect(),
         }
     }
@@ -127,10 +150,10 @@ impl CandidateSnapshot {
             ]
         });
         Self {
-            source: candidate.source.to_string(),
+            source: candidate.source,
             subject: candidate.subject.name(candidate.turn),
-            turn: candidate.turn.to_string(),
-            outcome: candidate.outcome.to_string(),
+            turn: candidate.turn,
+            outcome: candidate.outcome,
             // JSON has no other numbers.
             distances_m: distances
                 .filter(|distances| distances.iter().all(|distance| distance.is_finite()))

@@ -3,8 +3,9 @@
 
 use std::fmt;
 
+use super::TurnSignalFlow;
 use super::shadow_comparison::{CommandDisagreement, ComparableCommand, ShadowComparison};
-use super::{DeciderRole, TurnSignalFlow};
+use super::snapshot::DeciderUse;
 use crate::core::diagnostics::Level;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::decision::{Basis, Decision};
@@ -45,13 +46,7 @@ impl TurnSignalFlow {
 
     /// Key/values in a fixed order.
     pub(super) fn values(&self, now: MonoTime) -> Vec<Value> {
-        let mut values = vec![(
-            "role",
-            match self.settings.role {
-                DeciderRole::Command => "command".to_owned(),
-                DeciderRole::Shadow { .. } => "shadow".to_owned(),
-            },
-        )];
+        let mut values = vec![("role", self.role().to_string())];
         if let Some(decision) = &self.decision {
             decided(decision, &mut values);
         }
@@ -63,7 +58,7 @@ impl TurnSignalFlow {
         values.push(("cycles", self.cycles.to_string()));
         values.push(("changes", self.changes.to_string()));
         values.push(("shortened_signals", self.decider.shortened().to_string()));
-        if matches!(self.settings.role, DeciderRole::Shadow { .. }) {
+        if self.role() == DeciderUse::Shadow {
             let keys = ["turn_agreement_percent", "turn_disagreement", "turn_compared"];
             compared(&self.turn_comparison, keys, now, &mut values);
             let keys = ["hazard_agreement_percent", "hazard_disagreement", "hazard_compared"];
@@ -124,9 +119,7 @@ fn evaluated(resolution: &Resolution, values: &mut Vec<Value>) {
         values.push(("required_end_m", metres(winner.distances.required_end_m)));
     }
     for evaluated in &resolution.evaluated {
-        let text = evaluated.to_string();
-        let why = text.split_once(": ").map_or(text.as_str(), |(_, why)| why);
-        values.push((evaluated.source.name(), why.to_owned()));
+        values.push((evaluated.source.name(), evaluated.reason()));
     }
 }
 

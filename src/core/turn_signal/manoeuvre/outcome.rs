@@ -2,11 +2,14 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::core::turn_signal::shift::ShiftVerdict;
 use crate::core::turn_signal::subject::ManoeuvreKind;
 
 /// The outcome of one manoeuvre, for the explanation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ManoeuvreOutcome {
     /// The kind of the manoeuvre.
     pub kind: ManoeuvreKind,
@@ -15,7 +18,8 @@ pub struct ManoeuvreOutcome {
 }
 
 /// The reason for the record of a manoeuvre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SignalReason {
     /// The shift rule decided.
     Shift(ShiftVerdict),

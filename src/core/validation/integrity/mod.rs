@@ -3,6 +3,9 @@
 //! The rules are set up once as a [`MessageIntegrity`]; an [`IntegrityChecker`] keeps the state and
 //! checks frame by frame. All signals of a trusted frame are used, and none of a rejected one.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 pub mod checksum;
 pub mod counter;
 mod display;
@@ -63,7 +66,8 @@ pub enum IntegrityVerdict {
 }
 
 /// Reason why a frame is rejected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Reject {
     /// The frame is too short for its fields or not of the required length; its length in bytes.
     WrongLength(usize),

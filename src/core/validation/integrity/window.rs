@@ -4,6 +4,9 @@
 //! valid, too many errors or too few good ones make it invalid. Each state has its own window and
 //! limits.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// Largest window, in results.
 pub const MAX_WINDOW: u8 = 64;
 
@@ -21,7 +24,8 @@ pub enum CheckStatus {
 }
 
 /// State of a message (AUTOSAR `E2E_SMStateType`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum E2eState {
     /// No usable frame yet.
     #[default]

@@ -101,7 +101,7 @@ impl Flashes {
         self.starts = [None; STARTS];
     }
 
-    /// Discards all frames.
+    /// Discards all frames received so far.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }

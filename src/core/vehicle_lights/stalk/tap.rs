@@ -118,7 +118,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against a model that looks at all positions anew at every step.
+        /// Against a model that looks at all positions again at every step.
         #[test]
         fn state_agrees_with_model(
             steps in prop::collection::vec(

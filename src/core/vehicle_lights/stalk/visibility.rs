@@ -45,7 +45,7 @@ impl Visibility {
         self.now
     }
 
-    /// Lets time pass.
+    /// Lets time pass without a frame.
     pub(super) fn advance(&mut self, now: MonoTime) {
         self.now = self.now.max(now);
     }

@@ -1,12 +1,13 @@
 //! The present state of the reports, for people and programs that watch the gateway.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{LightsFinding, LightsTask, reason_text, source_name};
 use crate::core::can::bus::Bus;
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, millis};
-use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot};
+use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
 use crate::core::validation::table::SignalIndex;
 use crate::core::vehicle_lights::report::ReportFlow;
 use crate::core::vehicle_lights::role_texts::texts;
@@ -14,7 +15,7 @@ use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_lights::{FaultKind, VehicleLights};
 
 /// The present state of a report with values of `T`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ReportSnapshot<T> {
     /// Value that is published; `None` while the report is withheld.
     pub published: Option<T>,
@@ -34,14 +35,14 @@ pub struct ReportSnapshot<T> {
     pub stamp_ns: Option<i64>,
     /// Signals on which it depends, by name.
     pub signals: Vec<String>,
-    /// Failures since start.
+    /// Number of failures since start.
     pub failures: FailureCounts,
     /// The last failure; `None` before the first.
     pub last_failure: Option<LastFailure>,
 }
 
 /// Number of failures of a report since start, by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct FailureCounts {
     /// There was no valid value.
     pub unknown: u64,
@@ -52,8 +53,10 @@ pub struct FailureCounts {
 }
 
 /// The last failure of a report.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct LastFailure {
+    /// The kind of failure.
+    pub kind: FaultKind,
     /// The reason in words.
     pub text: String,
     /// Time since it began, ms.
@@ -66,7 +69,7 @@ impl VehicleLights {
         self.report_snapshot(&self.turn_task, &self.turn, buses, now)
     }
 
-    /// The report on hazard lights, likewise.
+    /// The report on hazard lights; `None` when the profile leaves it out.
     pub fn hazard_snapshot(&self, buses: &[Bus], now: MonoTime) -> Option<ReportSnapshot<HazardLights>> {
         self.report_snapshot(&self.hazard_task, &self.hazard, buses, now)
     }
@@ -78,7 +81,7 @@ impl VehicleLights {
         now: MonoTime,
     ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
         let (table, observations) = (&self.binding.table, &self.observations);
-        let received = Received { used_by: "vehicle_lights", table, observations, buses };
+        let received = Received { used_by: UsedBy::VehicleLights, table, observations, buses };
         let signals = received.signals(now, |signal, raw| texts(&self.binding, signal, raw));
         (signals.collect(), received.messages().collect())
     }
@@ -111,10 +114,11 @@ impl VehicleLights {
                 invalid: count(FaultKind::Invalid),
                 hardware_fault: count(FaultKind::HardwareFault),
             },
-            last_failure: task
-                .last_error
-                .as_ref()
-                .map(|(text, at)| LastFailure { text: text.clone(), age_ms: millis(now.since(*at)) }),
+            last_failure: task.last_failure.as_ref().map(|failure| LastFailure {
+                kind: failure.kind,
+                text: failure.text.clone(),
+                age_ms: millis(now.since(failure.at)),
+            }),
         })
     }
 }
