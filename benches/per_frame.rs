@@ -22,13 +22,13 @@ use signal_gateway::config::{Overrides, load, load_profile};
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use signal_gateway::core::dbc::codec::{Layout, SignalCodec};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule, Sum};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
-use signal_gateway::core::validation::integrity::e2e::{DataIdMode, E2e, Profile};
+use signal_gateway::core::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
 use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
 use signal_gateway::core::validation::table::MessageIndex;
 
@@ -148,9 +148,7 @@ fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
 /// The cost of the integrity check of a message, by kind of check.
 fn time_of_a_check(criterion: &mut Criterion) {
     let id = CanId::Standard(0x318);
-    let field = |start, length| {
-        SignalCodec::new(Layout { start, length, order: ByteOrder::Intel, signed: false }, 8).unwrap()
-    };
+    let field = |start, length| SignalCodec::new(Layout::unsigned(start, length), 8).unwrap();
     let fields = |rule, checksum, counter| {
         let checksum = Checksum::new(rule, checksum).unwrap();
         let protect = checksum.clone();
@@ -172,13 +170,19 @@ fn time_of_a_check(criterion: &mut Criterion) {
                 as Box<dyn Fn(u32, &mut [u8]) -> bool>,
         )
     };
-    let p01 = Profile::P01 { data_id: 0x123, mode: DataIdMode::Both };
+    let p01 = E2eProfile::P01 { data_id: 0x123, mode: DataIdMode::Both };
     for (name, (protection, protect)) in [
-        ("check, Honda's nibble and counter", fields(Rule::Honda, field(56, 4), field(60, 2))),
-        ("check, Toyota's sum and a counter", fields(Rule::Sum(Sum::TOYOTA), field(56, 8), field(48, 2))),
-        ("check, J1850 and a counter", fields(Rule::Crc(CrcRule::j1850()), field(56, 8), field(48, 2))),
+        ("check, Honda's nibble and counter", fields(ChecksumRule::Honda, field(56, 4), field(60, 2))),
+        (
+            "check, Toyota's sum and a counter",
+            fields(ChecksumRule::Sum(Sum::TOYOTA), field(56, 8), field(48, 2)),
+        ),
+        (
+            "check, J1850 and a counter",
+            fields(ChecksumRule::Crc(CrcRule::j1850()), field(56, 8), field(48, 2)),
+        ),
         ("check, E2E profile 1", e2e(p01)),
-        ("check, E2E profile 5", e2e(Profile::P05 { data_id: 0x1234 })),
+        ("check, E2E profile 5", e2e(E2eProfile::P05 { data_id: 0x1234 })),
     ] {
         // As many frames as all their counters divide, so that they can go round.
         let frames: Vec<_> = (0..256 * 15)

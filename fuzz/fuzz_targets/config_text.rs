@@ -14,7 +14,7 @@ use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::command::Turn;
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::simulated_vehicle::request::Request;
+use signal_gateway::core::simulated_vehicle::request::SimulationRequest;
 use signal_gateway::core::simulated_vehicle::{SimulationSettings, SimulatedVehicle};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
@@ -69,8 +69,8 @@ fn simulate(settings: &Settings) {
     let Ok(plan) = settings.vehicle_plan() else { return };
     let mut now = MonoTime::ZERO;
     let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), now);
-    vehicle.schedule(MonoTime::from_millis(1), Request::Stalk(Turn::Left));
-    vehicle.schedule(MonoTime::from_millis(2), Request::Hazard(None));
+    vehicle.schedule(MonoTime::from_millis(1), SimulationRequest::Stalk(Turn::Left));
+    vehicle.schedule(MonoTime::from_millis(2), SimulationRequest::Hazard(None));
     for _ in 0..20 {
         let Some(next) = vehicle.next_deadline(now) else { break };
         assert!(next > now, "a deadline that does not move");

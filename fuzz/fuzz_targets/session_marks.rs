@@ -7,8 +7,8 @@ use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::discovery::capture::Capture;
-use signal_gateway::core::discovery::findings::Findings;
-use signal_gateway::core::discovery::timeline::Timeline;
+use signal_gateway::core::discovery::findings::DiscoveryFindings;
+use signal_gateway::core::discovery::timeline::ActionTimeline;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::desk::recorded_session::marks;
 
@@ -29,6 +29,6 @@ fuzz_target!(|bytes: &[u8]| {
         capture.add(BusIndex(0), &frame, MonoTime::from_millis(index as u64 * 300));
     }
     let Some(span) = capture.span() else { return };
-    let findings = Findings::new(&capture, &Timeline::new(&marks, span));
+    let findings = DiscoveryFindings::new(&capture, &ActionTimeline::new(&marks, span));
     assert!(!findings.is_usable() || !findings.turn.is_empty());
 });

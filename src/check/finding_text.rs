@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use super::patch::{Fix, timeout};
 use crate::core::plausibility::evidence::ProfileEvidence;
-use crate::core::plausibility::finding::{Coverage, FindingKind, Source};
+use crate::core::plausibility::finding::{Coverage, FindingKind, SourceIndex};
 use crate::core::plausibility::states::Implausible;
-use crate::core::validation::integrity::search::Parameter;
+use crate::core::validation::integrity::search::RuleParameter;
 use crate::core::validation::table::{SignalIndex, Timing};
 use crate::core::vehicle_lights::binding::HazardSource;
 use crate::report::text::{counted, times};
@@ -91,11 +91,11 @@ pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<F
         }
         FindingKind::TooSlow { message, median } => fix(*message, timeout(*median)?),
         FindingKind::UnusedChecksum { message, signal, found, .. } => {
-            let parameter = |(key, value): &(&str, Parameter)| match value {
-                Parameter::Number(number) => format!(", {key} = 0x{number:X}"),
-                Parameter::Flag(flag) => format!(", {key} = {flag}"),
-                Parameter::Text(text) => format!(", {key} = {text:?}"),
-                Parameter::Bytes(bytes) => format!(", {key} = {bytes:?}"),
+            let parameter = |(key, value): &(&str, RuleParameter)| match value {
+                RuleParameter::Number(number) => format!(", {key} = 0x{number:X}"),
+                RuleParameter::Flag(flag) => format!(", {key} = {flag}"),
+                RuleParameter::Text(text) => format!(", {key} = {text:?}"),
+                RuleParameter::Bytes(bytes) => format!(", {key} = {bytes:?}"),
             };
             let parameters: String = found.parameters.iter().map(parameter).collect();
             fix(
@@ -130,21 +130,21 @@ pub(super) fn millis(duration: Duration) -> String {
 }
 
 /// Returns the signals of a source, and its number of frames.
-fn source_text(evidence: &ProfileEvidence, source: Source) -> (String, u64) {
+fn source_text(evidence: &ProfileEvidence, source: SourceIndex) -> (String, u64) {
     let lights = evidence.lights();
     let name = |signal: SignalIndex| lights.table.signals[signal.0].name.as_str();
     match source {
-        Source::Turn(position) => {
+        SourceIndex::Turn(position) => {
             let signals: Vec<_> = lights.turn.sources()[position].source.signals().map(name).collect();
-            (signals.join(" and "), evidence.turn[position].frames())
+            (signals.join(" and "), evidence.turn[position].frames)
         }
-        Source::Hazard(position) => {
+        SourceIndex::Hazard(position) => {
             let signal = match &lights.hazard.sources()[position].source {
                 HazardSource::BothSides => "hazard",
                 HazardSource::Signal { role, .. } => name(role.signal),
                 HazardSource::Button { role, .. } => name(role.signal),
             };
-            (signal.to_owned(), evidence.hazard[position].frames())
+            (signal.to_owned(), evidence.hazard[position].frames)
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::config::{Refused, load_profile};
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::BusIndex;
 use crate::core::plausibility::evidence::ProfileEvidence;
-use crate::core::plausibility::fit::{Fit, Support, Verdict, fit};
+use crate::core::plausibility::fit::{Fit, FitVerdict, Support, fit};
 use crate::core::time::{MonoTime, WallStamp};
 
 /// Number of frames for which a checksum or counter must hold before it decides.
@@ -176,7 +176,7 @@ impl Identifier {
     /// Returns the candidates that nothing contradicts, best first.
     pub fn possible(&self) -> Vec<ProfileCandidate<'_>> {
         let mut candidates = self.candidates();
-        candidates.retain(|candidate| candidate.fit.verdict > Verdict::No);
+        candidates.retain(|candidate| candidate.fit.verdict > FitVerdict::No);
         candidates
     }
 }
@@ -184,7 +184,7 @@ impl Identifier {
 impl ProfileCandidate<'_> {
     /// Returns true if a period, a check or a behaviour of the profile holds.
     pub fn fits(&self) -> bool {
-        self.fit.verdict == Verdict::Fits
+        self.fit.verdict == FitVerdict::Fits
     }
 }
 

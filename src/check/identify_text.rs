@@ -9,7 +9,7 @@ use super::finding_text::{finding_text, millis};
 use super::identify::{Identifier, ProfileCandidate};
 use super::report::{RESET, color};
 use crate::core::plausibility::finding::Severity;
-use crate::core::plausibility::fit::{Support, Verdict};
+use crate::core::plausibility::fit::{FitVerdict, Support};
 use crate::report::text::{Layout, counted, escaped, wrapped};
 
 const LISTED: usize = 3;
@@ -30,11 +30,11 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     );
     let fitting = candidates.iter().filter(|candidate| candidate.fits()).count();
     let listed = if all { candidates.len() } else { LISTED.max(fitting.min(2 * LISTED)) };
-    let is_listed = |candidate: &&ProfileCandidate<'_>| all || candidate.fit.verdict > Verdict::No;
+    let is_listed = |candidate: &&ProfileCandidate<'_>| all || candidate.fit.verdict > FitVerdict::No;
     for candidate in candidates.iter().filter(is_listed).take(listed) {
         add(&mut text, candidate, layout);
     }
-    let refuted = candidates.iter().filter(|candidate| candidate.fit.verdict == Verdict::No).count();
+    let refuted = candidates.iter().filter(|candidate| candidate.fit.verdict == FitVerdict::No).count();
     let hidden = candidates.len().saturating_sub(if all {
         candidates.len()
     } else {
@@ -65,7 +65,7 @@ fn conclusion(candidates: &[ProfileCandidate<'_>], log: Option<&Path>, with_map:
             let map = if with_map { format!(" --map {}={}", argument(first.interface), first.bus) } else { String::new() };
             format!("{} fits{also}: signal-gateway check {log} --profile {}{map}", first.profile, first.profile)
         }
-        [first, ..] if first.fit.verdict == Verdict::Possible => {
+        [first, ..] if first.fit.verdict == FitVerdict::Possible => {
             "none: no profile is more than possible. Record left, right and hazard, and try again.".to_owned()
         }
         _ => "none: no profile fits. Was it recorded on the bus with the lights? `signal-gateway discover` makes a profile for a car \
@@ -110,11 +110,11 @@ fn add(text: &mut String, candidate: &ProfileCandidate<'_>, layout: Layout) {
     }
 }
 
-fn weighed(verdict: Verdict) -> (&'static str, Severity) {
+fn weighed(verdict: FitVerdict) -> (&'static str, Severity) {
     match verdict {
-        Verdict::Fits => ("fits", Severity::Note),
-        Verdict::Possible => ("possible", Severity::Warning),
-        Verdict::No => ("no", Severity::Error),
+        FitVerdict::Fits => ("fits", Severity::Note),
+        FitVerdict::Possible => ("possible", Severity::Warning),
+        FitVerdict::No => ("no", Severity::Error),
     }
 }
 

@@ -20,7 +20,7 @@ mod turn_signal;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
-use crate::core::dbc::model::Severity;
+use crate::core::dbc::model::DbcSeverity;
 use crate::core::plausibility::finding::Severity as Weight;
 use crate::core::validation::integrity::MessageIntegrity;
 use crate::core::validation::table::Timing;
@@ -57,7 +57,9 @@ pub fn binding(settings: &Settings) -> CheckReport {
                 bus.name, bus.interface
             ),
         );
-        for finding in dbc.database.findings.iter().filter(|finding| finding.severity == Severity::Rejected) {
+        for finding in
+            dbc.database.findings.iter().filter(|finding| finding.severity == DbcSeverity::Rejected)
+        {
             report.line("", format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
         }
     }

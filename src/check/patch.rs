@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 use crate::config::MissingTimeout;
 use crate::config::draft::toml_key;
 use crate::core::can::frame::CanId;
-use crate::core::plausibility::gaps::Gaps;
+use crate::core::plausibility::gaps::GapDistribution;
 use crate::core::time::MonoTime;
 use crate::io::can::formats::EntryContent;
 use crate::io::can::log::Log;
@@ -56,7 +56,7 @@ pub(super) fn timeout(median: Duration) -> Option<String> {
 /// Returns timeouts for the messages that lack one and whose period the recording shows. Fails if the recording
 /// cannot be read.
 pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fix>> {
-    let mut gaps: BTreeMap<(CanId, usize), (u64, Gaps)> = BTreeMap::new();
+    let mut gaps: BTreeMap<(CanId, usize), (u64, GapDistribution)> = BTreeMap::new();
     let (mut first, mut now) = (None, MonoTime::ZERO);
     while let Some(record) = log.next_record()? {
         let EntryContent::Data(frame) = record.content else { continue };

@@ -18,7 +18,7 @@ use crate::config::built_in::BuiltIn;
 use crate::config::drive;
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
 use crate::config::{Overrides, Refused, Settings, load};
-use crate::core::simulated_vehicle::request::{self, Request};
+use crate::core::simulated_vehicle::request::{self, SimulationRequest};
 use crate::core::time::MonoTime;
 use crate::daemon::rehearsal::rehearse;
 use crate::daemon::{self, DaemonError, Playback};
@@ -128,7 +128,7 @@ fn crossing() -> Result<DriveSimulation, Refused> {
 }
 
 /// Returns the actions of driver and vehicle in `demo commands`.
-fn script() -> Vec<(MonoTime, Request)> {
+fn script() -> Vec<(MonoTime, SimulationRequest)> {
     let request = |(at, text): &(MonoTime, &str)| Some((*at, request::line(text).ok()??.1));
     story::COMMANDS_SCRIPT.iter().filter_map(request).collect()
 }

@@ -13,12 +13,12 @@ use super::failure::Failure;
 use super::{inspect, messages};
 use crate::config::draft::VehicleDraft;
 use crate::core::can::input::CanInput;
-use crate::core::can::mark::Mark;
-use crate::core::can::note::Note;
+use crate::core::can::mark::DriverMark;
+use crate::core::can::note::LogNote;
 use crate::core::discovery::capture::Capture;
-use crate::core::discovery::findings::Findings;
+use crate::core::discovery::findings::DiscoveryFindings;
 use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
-use crate::core::discovery::session::SessionSettings;
+use crate::core::discovery::session::{DriverRequest, SessionSettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::daemon::discover::{self, LiveEvent};
 use crate::desk::recorded_session::{RecordedSession, marks};
@@ -166,7 +166,7 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
 fn finish(
     args: &DiscoverArgs,
     capture: &Capture,
-    findings: &Findings,
+    findings: &DiscoveryFindings,
     interfaces: &[String],
     new: &NewFiles,
     log: &Path,
@@ -196,7 +196,7 @@ fn finish(
 struct LiveSession {
     log: BufWriter<File>,
     /// The latest mark, which is written after the frames that were received before it.
-    mark: Option<(WallStamp, Mark)>,
+    mark: Option<(WallStamp, DriverMark)>,
     interfaces: Vec<String>,
     screen: DiscoveryScreen,
 }
@@ -214,7 +214,7 @@ impl LiveSession {
             LiveEvent::Input(_) => Ok(()),
             LiveEvent::Tick => self.screen.tick(now.mono),
             LiveEvent::Discovery(event) => {
-                if let DiscoveryEvent::Request { mark, .. } = event {
+                if let DiscoveryEvent::Request(DriverRequest { mark, .. }) = event {
                     self.write_mark()?;
                     self.mark = Some((now.wall, *mark));
                 }
@@ -226,7 +226,7 @@ impl LiveSession {
     fn write_mark(&mut self) -> io::Result<()> {
         let Some((stamp, mark)) = self.mark.take() else { return Ok(()) };
         let interface = self.interfaces.first().map_or("can0", String::as_str);
-        writeln!(self.log, "# ({}) {interface} {}", stamp.candump_text(), Note::Mark(mark))
+        writeln!(self.log, "# ({}) {interface} {}", stamp.candump_text(), LogNote::Mark(mark))
     }
 }
 
@@ -255,11 +255,11 @@ impl DiscoveryScreen {
             self.line(text.trim_end())?;
         }
         match event {
-            DiscoveryEvent::Request { mark, next, until } => {
+            DiscoveryEvent::Request(DriverRequest { mark, next, until }) => {
                 let (done, all) = discovery.progress();
                 let step = match mark {
-                    Mark::Quiet | Mark::Off => "     ".to_owned(),
-                    Mark::Left | Mark::Right | Mark::Hazard => format!("{done}/{all}  "),
+                    DriverMark::Quiet | DriverMark::Off => "     ".to_owned(),
+                    DriverMark::Left | DriverMark::Right | DriverMark::Hazard => format!("{done}/{all}  "),
                 };
                 let text = step + &texts::request(*mark, *next, Self::width());
                 if !self.is_terminal {

@@ -17,8 +17,8 @@ use crate::core::can::link::BusIndex;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::Level;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
-use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Output, SimulationSettings, VehicleEvent};
+use crate::core::simulated_vehicle::request::{self, SimulationRequest};
+use crate::core::simulated_vehicle::{SimulationSettings, VehicleEvent, VehicleOutput};
 use crate::core::time::WallStamp;
 use crate::daemon::vehicle::{RunEvent, VehicleRun, run_vehicle};
 use crate::desk;
@@ -146,11 +146,11 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
     let mut out = io::stdout().lock();
     run_vehicle(settings, run, |event, now| {
         match event {
-            RunEvent::Output(Output::Happened(event)) => {
+            RunEvent::Output(VehicleOutput::Happened(event)) => {
                 writeln!(out, "{}", line(form, event, now))?;
                 out.flush()?;
             }
-            RunEvent::Output(Output::Frame { .. } | Output::Error { .. }) => {}
+            RunEvent::Output(VehicleOutput::Frame { .. } | VehicleOutput::Error { .. }) => {}
             RunEvent::SendFailed(bus, why) => {
                 messages::warn(&not_sent(settings, bus, why));
             }
@@ -174,7 +174,7 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
         match event {
             RunEvent::Output(output) => {
                 state.update(output, now);
-                if let Output::Happened(event) = output
+                if let VehicleOutput::Happened(event) = output
                     && !matches!(event, VehicleEvent::Lamps { .. })
                 {
                     view.line(Level::Ok, line(Form::Text, event, now));
@@ -203,7 +203,7 @@ fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> 
         if let Some(line) = log.line(output, at) {
             return writeln!(out, "{line}");
         }
-        if let Output::Happened(VehicleEvent::NotPossible(why)) = output {
+        if let VehicleOutput::Happened(VehicleEvent::NotPossible(why)) = output {
             messages::warn(&format!("without effect on the bus: {why}"));
         }
         Ok(())
@@ -248,7 +248,7 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
 }
 
 /// Reads a script; requests without a time are for the start.
-fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
+fn read_script(path: &Path) -> Result<Vec<(Duration, SimulationRequest)>, Failure> {
     let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
     let mut script = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {

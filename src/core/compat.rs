@@ -1,12 +1,12 @@
 //! The two modes of the traffic lights where upstream has weaknesses.
 
-/// The mode for the weaknesses of upstream, `scenario_simulator_v2`: Q1 to Q23 in docs/spec/traffic-lights.md,
-/// "Improved and upstream-compatible mode".
+/// Treatment of the weaknesses of upstream, `scenario_simulator_v2`: Q1 to Q23 in
+/// docs/spec/traffic-lights.md, "Improved and upstream-compatible mode".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Compat {
-    /// Without the weaknesses of upstream.
+    /// The weaknesses of upstream are corrected.
     #[default]
     Improved,
-    /// As `scenario_simulator_v2`, release 25.0.20.
+    /// The behaviour of `scenario_simulator_v2`, release 25.0.20, is kept.
     Upstream,
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::names::display_by_name;
 
-/// `TurnIndicatorsCommand.command`.
+/// Command for the turn indicators (`TurnIndicatorsCommand.command`).
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
 )]
@@ -25,7 +25,7 @@ pub enum TurnCommand {
     Right = 3,
 }
 
-/// `HazardLightsCommand.command`.
+/// Command for the hazard lights (`HazardLightsCommand.command`).
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
 )]
@@ -41,8 +41,8 @@ pub enum HazardCommand {
     Enable = 2,
 }
 
-/// A number in a message that stands for a value of `T`, or for none: a sender may be newer than this
-/// gateway, or mistaken.
+/// A number in a message that stands for a value of `T`, or for none if the sender is newer than this gateway
+/// or mistaken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EnumOrUnknown<T> {
     /// A number that the message defines.
@@ -53,7 +53,7 @@ pub enum EnumOrUnknown<T> {
 
 /// A type whose values are numbered from 0 without a gap.
 pub trait Numbered: Copy + 'static {
-    /// The value with each number, from 0 on.
+    /// All values in the order of their numbers, from 0.
     const ALL: &'static [Self];
 }
 

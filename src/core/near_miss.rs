@@ -1,14 +1,14 @@
-//! The words that were probably meant by one that is not known: the only rule of similarity.
+//! Finds the known words that an unknown word probably means.
 
-/// The smallest similarity of a word to the one that was probably meant, from 0 to 1.
+/// Smallest similarity to the word that was probably meant, from 0 to 1.
 const MIN_SIMILARITY: f64 = 0.65;
-/// The number of letters by which a long word may be mistyped.
+/// Largest number of mistyped letters in a long word.
 const MAX_TYPOS: usize = 3;
-/// Length of the longest word that can be a mistyped one, bytes: comparing takes time with the square of it.
+/// Length in bytes of the longest word that is compared, since comparing takes quadratic time.
 const MAX_LENGTH: usize = 100;
 
-/// The known words that `given` is most like, equally so; none when none is like it. A word that was cut off, or goes on, is
-/// like the known one.
+/// Returns the known words that are most similar to `given`, all of them equally; empty if none is similar. A
+/// beginning of a word, or a longer word, is similar to it.
 pub fn near_misses<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     most_similar(given, known, |given, word| {
         let begins = |word: &str, other: &str| other.len() >= 5 && word.starts_with(other);
@@ -17,7 +17,7 @@ pub fn near_misses<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) ->
     })
 }
 
-/// The known word that `given` is with a few typos.
+/// Returns the known word that `given` is apart from a few typos.
 pub fn mistyped<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     most_similar(given, known, similarity).first().copied()
 }
@@ -42,12 +42,12 @@ fn most_similar<'a>(
     best.1
 }
 
-/// The known word that `given` is most like, the first of those that are equally so.
+/// Returns the known word that is most similar to `given`, the first of several.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     near_misses(given, known).first().copied()
 }
 
-/// The question for the known word that was probably meant; else `otherwise`.
+/// Returns a question with the known word that was probably meant, or `otherwise`.
 pub fn did_you_mean<'a>(
     given: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -56,12 +56,12 @@ pub fn did_you_mean<'a>(
     nearest(given, known).map_or_else(|| otherwise.into(), |word| format!("did you mean {word}?"))
 }
 
-/// A word without its capitals, hyphens, and version behind an `@`.
+/// Returns a word in lower case, without hyphens and without a version after `@`.
 fn plain(word: &str) -> String {
     word.split('@').next().unwrap_or_default().to_lowercase().replace('-', "_")
 }
 
-/// From 0 to 1; 0 with too many typos.
+/// Returns the similarity from 0 to 1; 0 with too many typos.
 fn similarity(given: &str, word: &str) -> f64 {
     let is_mistyped = strsim::damerau_levenshtein(given, word) <= MAX_TYPOS;
     if is_mistyped { strsim::normalized_damerau_levenshtein(given, word) } else { 0.0 }

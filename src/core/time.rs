@@ -12,42 +12,42 @@ pub mod timer_table;
 pub struct MonoTime(u64);
 
 impl MonoTime {
-    /// The arbitrary origin.
+    /// The arbitrary origin of all times.
     pub const ZERO: Self = Self(0);
     /// The end of time, 584 years after the origin.
     pub const MAX: Self = Self(u64::MAX);
 
-    /// A time `nanos` ns after the origin.
+    /// Creates a time `nanos` ns after the origin.
     pub const fn from_nanos(nanos: u64) -> Self {
         Self(nanos)
     }
 
-    /// A time `millis` ms after the origin; saturates.
+    /// Creates a time `millis` ms after the origin; saturates.
     pub const fn from_millis(millis: u64) -> Self {
         Self(millis.saturating_mul(1_000_000))
     }
 
-    /// Nanoseconds since the origin.
+    /// Returns the nanoseconds since the origin.
     pub const fn as_nanos(self) -> u64 {
         self.0
     }
 
-    /// Time elapsed since `earlier`; 0 when it lies ahead.
+    /// Returns the time elapsed since `earlier`; 0 when it lies ahead.
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
 
-    /// True if at most `limit` has passed since `earlier`.
+    /// Returns true if at most `limit` has passed since `earlier`.
     pub fn is_within(self, limit: Duration, earlier: Self) -> bool {
         earlier >= self.before(limit)
     }
 
-    /// This time plus `by`; saturates at the end of time (584 years).
+    /// Returns this time plus `by`; saturates at [`Self::MAX`].
     pub fn after(self, by: Duration) -> Self {
         Self(self.0.saturating_add(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
     }
 
-    /// The time before this one by a duration, at the earliest [`Self::ZERO`].
+    /// Returns this time minus `by`; saturates at [`Self::ZERO`].
     pub fn before(self, by: Duration) -> Self {
         Self(self.0.saturating_sub(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
     }
@@ -60,39 +60,39 @@ impl MonoTime {
 pub struct WallStamp(i64);
 
 impl WallStamp {
-    /// A stamp `nanos` ns after the epoch.
+    /// Creates a stamp `nanos` ns after the epoch.
     pub const fn from_nanos(nanos: i64) -> Self {
         Self(nanos)
     }
 
-    /// Nanoseconds since the epoch.
+    /// Returns the nanoseconds since the epoch.
     pub const fn as_nanos(self) -> i64 {
         self.0
     }
 
-    /// This stamp plus `by`; saturates.
+    /// Returns this stamp plus `by`; saturates.
     pub fn after(self, by: Duration) -> Self {
         Self(self.0.saturating_add(i64::try_from(by.as_nanos()).unwrap_or(i64::MAX)))
     }
 
-    /// `builtin_interfaces/Time.sec`: whole seconds, rounded down; saturates outside `int32`.
+    /// Returns `builtin_interfaces/Time.sec`: whole seconds, rounded down; saturates outside `int32`.
     pub fn sec(self) -> i32 {
         let sec = self.0.div_euclid(1_000_000_000);
         i32::try_from(sec).unwrap_or(if sec < 0 { i32::MIN } else { i32::MAX })
     }
 
-    /// `builtin_interfaces/Time.nanosec`: 0 to 999 999 999.
+    /// Returns `builtin_interfaces/Time.nanosec`: 0 to 999 999 999.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rem_euclid is in 0..10^9
     pub const fn nanosec(self) -> u32 {
         self.0.rem_euclid(1_000_000_000) as u32
     }
 
-    /// Seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`.
+    /// Returns seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`.
     pub fn candump_text(self) -> String {
         format!("{}.{:06}", self.sec(), self.nanosec() / 1000)
     }
 
-    /// Date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
+    /// Returns the date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
     pub fn utc_text(self) -> String {
         let seconds = self.0.div_euclid(1_000_000_000);
         let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
@@ -119,12 +119,12 @@ pub struct Now {
     pub wall: WallStamp,
 }
 
-/// Whole milliseconds of a duration; saturates.
+/// Returns whole milliseconds of a duration; saturates.
 pub fn millis(duration: Duration) -> u64 {
     u64::try_from(duration.as_millis()).unwrap_or(u64::MAX)
 }
 
-/// The first instant at which more than `limit` has passed since `start`.
+/// Returns the first instant at which more than `limit` has passed since `start`.
 pub fn deadline_after(start: MonoTime, limit: Duration) -> MonoTime {
     start.after(limit.saturating_add(Duration::from_nanos(1)))
 }

@@ -11,8 +11,8 @@ use super::runtime;
 use super::signals::StopSignals;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
-use crate::core::can::mark::Mark;
-use crate::core::discovery::findings::Findings;
+use crate::core::can::mark::DriverMark;
+use crate::core::discovery::findings::DiscoveryFindings;
 use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
 use crate::core::discovery::session::SessionSettings;
 use crate::core::time::Now;
@@ -33,7 +33,7 @@ const TICK: Duration = Duration::from_millis(100);
 
 /// Returns true for the end of the quiet time.
 fn is_first_action(event: &DiscoveryEvent) -> bool {
-    matches!(event, DiscoveryEvent::Request { mark, .. } if *mark != Mark::Quiet)
+    matches!(event, DiscoveryEvent::Request(request) if request.mark != DriverMark::Quiet)
 }
 
 /// Discovers signals on these interfaces, whose positions are their buses. Returns `None` if a stop signal arrives,
@@ -42,7 +42,7 @@ pub fn discover(
     interfaces: &[String],
     settings: SessionSettings,
     mut take: impl FnMut(LiveEvent<'_>, &Discovery, Now) -> io::Result<()>,
-) -> Result<Option<(Discovery, Findings)>, DaemonError> {
+) -> Result<Option<(Discovery, DiscoveryFindings)>, DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
         let mut receivers = Receivers::of_all_frames(interfaces);
@@ -59,7 +59,7 @@ pub fn discover(
             while let Some(event) = discovery.poll_event(now.mono) {
                 if is_first_action(&event) && discovery.capture().frames() == 0 {
                     // The driver's actions could not be seen.
-                    return Ok(Some((discovery, Findings::default())));
+                    return Ok(Some((discovery, DiscoveryFindings::default())));
                 }
                 take(LiveEvent::Discovery(&event), &discovery, now)?;
                 if let DiscoveryEvent::Finished(findings) = event {

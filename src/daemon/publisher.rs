@@ -389,8 +389,8 @@ mod tests {
     use crate::config::files::Files;
     use crate::config::gateway::command::CommandTopics;
     use crate::config::{Overrides, load};
-    use crate::core::command::arbitration::Rules;
-    use crate::core::command::feedback_monitor::Limits;
+    use crate::core::command::arbitration::ArbitrationRules;
+    use crate::core::command::feedback_monitor::FeedbackLimits;
     use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
 
     struct Texts(String);
@@ -437,8 +437,8 @@ mod tests {
                 mode_from,
                 turn_timeout: second,
                 hazard_timeout: second,
-                rules: Rules::default(),
-                limits: Limits { warn: second, error: second },
+                rules: ArbitrationRules::default(),
+                limits: FeedbackLimits { warn: second, error: second },
             };
             let topics = CommandTopics {
                 turn_indicators_cmd: "/turn".into(),

@@ -15,8 +15,8 @@ use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::command::sender::SendFailure;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
-use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
+use crate::core::simulated_vehicle::request::{self, SimulationRequest};
+use crate::core::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 use crate::core::time::MonoTime;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
@@ -28,7 +28,7 @@ pub struct VehicleRun {
     /// Reaction, timeouts, flash rate and seed.
     pub simulation: SimulationSettings,
     /// Requests with their times since the start.
-    pub script: Vec<(Duration, Request)>,
+    pub script: Vec<(Duration, SimulationRequest)>,
     /// End since the start; `None` runs until a stop signal arrives.
     pub until: Option<Duration>,
     /// Lines with further requests.
@@ -39,7 +39,7 @@ pub struct VehicleRun {
 #[derive(Debug)]
 pub enum RunEvent<'a> {
     /// The vehicle has an output; a frame has been sent.
-    Output(&'a Output),
+    Output(&'a VehicleOutput),
     /// A frame could not be sent. Repeated failures are not reported.
     SendFailed(BusIndex, SendFailure),
     /// A line is not a request.
@@ -109,17 +109,20 @@ struct BusChannel {
 }
 
 /// Sends a frame. A repeated failure is returned without its reason.
-fn send(transmitters: &mut [BusChannel], output: &Output) -> Result<(), Option<(BusIndex, SendFailure)>> {
+fn send(
+    transmitters: &mut [BusChannel],
+    output: &VehicleOutput,
+) -> Result<(), Option<(BusIndex, SendFailure)>> {
     let (bus, channel) = match output {
-        Output::Frame { bus, .. } | Output::Error { bus, .. } => {
+        VehicleOutput::Frame { bus, .. } | VehicleOutput::Error { bus, .. } => {
             (*bus, transmitters.get_mut(usize::from(bus.0)).ok_or(None)?)
         }
-        Output::Happened(_) => return Ok(()),
+        VehicleOutput::Happened(_) => return Ok(()),
     };
     let sent = match output {
-        Output::Frame { frame, .. } => channel.transmitter.send(frame),
-        Output::Error { error, .. } => channel.transmitter.send_error(*error),
-        Output::Happened(_) => Ok(()),
+        VehicleOutput::Frame { frame, .. } => channel.transmitter.send(frame),
+        VehicleOutput::Error { error, .. } => channel.transmitter.send_error(*error),
+        VehicleOutput::Happened(_) => Ok(()),
     };
     let was_refusing = std::mem::replace(&mut channel.is_refusing, sent.is_err());
     sent.map_err(|why| (!was_refusing).then_some((bus, why)))

@@ -4,11 +4,11 @@ use std::io;
 use std::time::Duration;
 
 use crate::core::can::link::BusIndex;
-use crate::core::can::mark::Mark;
-use crate::core::can::note::Note;
+use crate::core::can::mark::DriverMark;
+use crate::core::can::note::LogNote;
 use crate::core::discovery::capture::Capture;
-use crate::core::discovery::findings::Findings;
-use crate::core::discovery::timeline::Timeline;
+use crate::core::discovery::findings::DiscoveryFindings;
+use crate::core::discovery::timeline::ActionTimeline;
 use crate::core::time::MonoTime;
 use crate::io::can::formats::EntryContent;
 use crate::io::can::log::{Log, no_frame};
@@ -19,7 +19,7 @@ pub struct RecordedSession {
     /// The frames.
     pub capture: Capture,
     /// The driver's actions, ascending.
-    pub marks: Vec<(MonoTime, Mark)>,
+    pub marks: Vec<(MonoTime, DriverMark)>,
     /// Interfaces of the recording, by [`BusIndex`].
     pub interfaces: Vec<String>,
 }
@@ -35,7 +35,7 @@ impl RecordedSession {
     ///
     /// # Errors
     /// A recording that cannot be read, or of which not one frame was read.
-    pub fn read(mut log: Log, marks: &[(MarkTime, Mark)]) -> io::Result<Self> {
+    pub fn read(mut log: Log, marks: &[(MarkTime, DriverMark)]) -> io::Result<Self> {
         let (mut capture, mut noted) = (Capture::default(), Vec::new());
         let (mut first, mut first_s, mut now) = (None, 0.0, MonoTime::ZERO);
         while let Some(record) = log.next_record()? {
@@ -48,7 +48,7 @@ impl RecordedSession {
             let bus = BusIndex(u8::try_from(record.interface.0).unwrap_or(u8::MAX));
             match record.content {
                 EntryContent::Data(frame) => capture.add(bus, &frame, now),
-                EntryContent::Note(Note::Mark(mark)) => noted.push((now, mark)),
+                EntryContent::Note(LogNote::Mark(mark)) => noted.push((now, mark)),
                 EntryContent::Note(_) | EntryContent::Remote | EntryContent::Error(_) => {}
             }
         }
@@ -65,9 +65,9 @@ impl RecordedSession {
     }
 
     /// The signals that follow the marks.
-    pub fn findings(&self) -> Findings {
+    pub fn findings(&self) -> DiscoveryFindings {
         let span = self.capture.span().unwrap_or_default();
-        Findings::new(&self.capture, &Timeline::new(&self.marks, span))
+        DiscoveryFindings::new(&self.capture, &ActionTimeline::new(&self.marks, span))
     }
 }
 
@@ -75,7 +75,7 @@ impl RecordedSession {
 ///
 /// # Errors
 /// The number of the first line that is something else, with what is expected.
-pub fn marks(text: &str) -> Result<Vec<(MarkTime, Mark)>, String> {
+pub fn marks(text: &str) -> Result<Vec<(MarkTime, DriverMark)>, String> {
     let mut marks = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {
         let line = line.split_once('#').map_or(line, |(before, _)| before);
@@ -85,7 +85,7 @@ pub fn marks(text: &str) -> Result<Vec<(MarkTime, Mark)>, String> {
             [time, name] => {
                 let time = time.trim_matches(['(', ')']).parse().ok();
                 let time = time.filter(|time: &f64| time.is_finite() && *time >= 0.0);
-                time.zip(Mark::from_name(name))
+                time.zip(DriverMark::from_name(name))
             }
             _ => None,
         };
@@ -109,7 +109,7 @@ mod tests {
         let session = RecordedSession::read(log, &marks).unwrap();
         let times: Vec<_> =
             session.marks.iter().map(|(at, mark)| (at.as_nanos() / 1_000_000, *mark)).collect();
-        assert_eq!(times, [(1500, Mark::Left), (4000, Mark::Off), (6000, Mark::Right)]);
+        assert_eq!(times, [(1500, DriverMark::Left), (4000, DriverMark::Off), (6000, DriverMark::Right)]);
         assert_eq!((session.capture.frames(), session.interfaces.as_slice()), (2, &["can0".to_owned()][..]));
     }
 

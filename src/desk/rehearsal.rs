@@ -1,5 +1,5 @@
-//! A gateway with a world around it, in one process and on virtual time: a drive with its planner, a simulated vehicle that
-//! obeys the frames it gets and reports what it does.
+//! A gateway with simulated surroundings, in one process and on virtual time: a drive with its planner, and a
+//! simulated vehicle that obeys the frames and reports its lights.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,15 +16,14 @@ use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::light_command::EnumOrUnknown;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
-use crate::core::simulated_vehicle::request::Request;
-use crate::core::simulated_vehicle::{Output as VehicleOutput, SimulatedVehicle, SimulationSettings};
+use crate::core::simulated_vehicle::request::SimulationRequest;
+use crate::core::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::turn_signal::planner_input::{PlannerInput, PlannerRoute};
 
-/// Time from the last cycle of a lap to the first of the next one.
 const LAP_GAP: Duration = Duration::from_millis(100);
 
-/// A gateway in its world.
+/// A gateway in its simulated surroundings.
 pub struct Rehearsal<'a> {
     gateway: Gateway,
     surroundings: Option<Surroundings<'a>>,
@@ -34,23 +33,22 @@ pub struct Rehearsal<'a> {
     end: MonoTime,
 }
 
-/// What is simulated around the gateway: a vehicle, and the drive that its planner plans, lap by lap.
+/// Surroundings of the gateway: a vehicle, and a drive with its planner, lap by lap.
 pub struct Surroundings<'a> {
     vehicle: SimulatedVehicle,
     drive: &'a DriveSimulation,
     cycles: Cycles<'a>,
     next: Option<DriveCycle>,
-    /// Beginning of this lap.
     lap: MonoTime,
     laps_left: u32,
     samples: i64,
 }
 
 impl<'a> Surroundings<'a> {
-    /// A vehicle with requests to its driver, each at its time, and a drive that is driven so many times.
+    /// Creates a vehicle with timed requests, and a drive that is repeated `laps` times.
     pub fn new(
         plan: VehiclePlan,
-        script: impl IntoIterator<Item = (MonoTime, Request)>,
+        script: impl IntoIterator<Item = (MonoTime, SimulationRequest)>,
         drive: &'a DriveSimulation,
         laps: u32,
     ) -> Self {
@@ -78,7 +76,7 @@ impl<'a> Surroundings<'a> {
 }
 
 impl<'a> Rehearsal<'a> {
-    /// A gateway at time zero, whose links are up and whose stamps begin at `start`; it ends after `length`.
+    /// Creates a gateway at time zero with all links up. Its stamps begin at `start`, and it ends after `length`.
     pub fn new(
         settings: GatewaySettings,
         surroundings: Option<Surroundings<'a>>,
@@ -91,17 +89,17 @@ impl<'a> Rehearsal<'a> {
         Self { gateway, surroundings, outputs: VecDeque::new(), start, now, end }
     }
 
-    /// The gateway.
+    /// Returns the gateway.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }
 
-    /// The time of the last step.
+    /// Returns the time of the last step.
     pub fn now(&self) -> Now {
         self.now
     }
 
-    /// When the next step is due; `None` after the end.
+    /// Returns the time at which the next step is due; `None` after the end.
     pub fn next_time(&self) -> Option<MonoTime> {
         let vehicle =
             self.surroundings.as_ref().and_then(|around| around.vehicle.next_deadline(self.now.mono));
@@ -110,7 +108,7 @@ impl<'a> Rehearsal<'a> {
         Some(next.max(self.now.mono)).filter(|next| *next <= self.end)
     }
 
-    /// Does all that is due at [`Self::next_time`].
+    /// Performs everything that is due at [`Self::next_time`].
     pub fn step(&mut self) {
         let Some(mono) = self.next_time() else { return };
         self.now = Now { mono, wall: self.start.after(mono.since(MonoTime::ZERO)) };
@@ -129,14 +127,14 @@ impl<'a> Rehearsal<'a> {
         }
     }
 
-    /// The next output of the gateway, oldest first.
+    /// Returns the next output of the gateway, oldest first; `None` when there is none.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }
 }
 
 impl Surroundings<'_> {
-    /// The planner's cycle and the vehicle's frames that are due.
+    /// Passes the planner's cycles and the vehicle's frames that are due to the gateway.
     fn step(&mut self, gateway: &mut Gateway, now: Now) {
         while self.cycle_at().is_some_and(|at| at <= now.mono) {
             let Some(cycle) = self.next.take() else { break };
@@ -170,7 +168,7 @@ impl Surroundings<'_> {
     }
 }
 
-/// The messages of a planner at a cycle of the drive. The route comes at the first one.
+/// Returns the messages of the planner in a cycle of the drive; the route comes with the first one.
 fn planner_inputs(cycle: &DriveCycle, stamp: WallStamp) -> impl Iterator<Item = PlannerInput> {
     let route = (cycle.index == 0).then(|| {
         let (route, goal) = (&cycle.route, cycle.goal);

@@ -3,21 +3,21 @@
 use std::time::Duration;
 
 use crate::core::simulated_vehicle::plan::VehiclePlan;
-use crate::core::simulated_vehicle::request::Request;
-use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
+use crate::core::simulated_vehicle::request::SimulationRequest;
+use crate::core::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 use crate::core::time::MonoTime;
 
-/// Runs a vehicle for `length` and hands each output to `take`. The script holds requests with their times since
-/// the start.
+/// Runs a vehicle for `length` and passes each output to `take`. The script has requests with their times
+/// since the start.
 ///
 /// # Errors
-/// The first error of `take` ends the run.
+/// Returns the first error of `take`, which ends the run.
 pub fn run<E>(
     plan: VehiclePlan,
     simulation: SimulationSettings,
-    script: Vec<(Duration, Request)>,
+    script: Vec<(Duration, SimulationRequest)>,
     length: Duration,
-    mut take: impl FnMut(&Output, MonoTime) -> Result<(), E>,
+    mut take: impl FnMut(&VehicleOutput, MonoTime) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut vehicle = SimulatedVehicle::new(plan, simulation, MonoTime::ZERO);
     for (at, request) in script {

@@ -2,39 +2,39 @@
 
 use std::fmt::Write as _;
 
-use crate::core::can::mark::Mark;
+use crate::core::can::mark::DriverMark;
 use crate::core::discovery::capture::MessageKey;
-use crate::core::discovery::findings::{Certainty, Findings};
-use crate::core::discovery::timeline::Action;
+use crate::core::discovery::findings::{Certainty, DiscoveryFindings};
+use crate::core::discovery::timeline::DriverAction;
 use crate::core::time::MonoTime;
 
 /// Columns from which on a terminal shows a request in full, beside its countdown.
 const WIDE: usize = 80;
 
 /// What the driver is asked to do, and the action that comes next, in a line of a terminal of that width.
-pub fn request(mark: Mark, next: Option<Action>, width: usize) -> String {
+pub fn request(mark: DriverMark, next: Option<DriverAction>, width: usize) -> String {
     let next = next.map_or(String::new(), |action| format!("next: {}", action.to_string().to_uppercase()));
     let (room, request) = if width < WIDE { (30, short_request(mark)) } else { (60, long_request(mark)) };
     format!("{request:<room$}{next}")
 }
 
-fn short_request(mark: Mark) -> &'static str {
+fn short_request(mark: DriverMark) -> &'static str {
     match mark {
-        Mark::Quiet => "HANDS OFF  touch nothing",
-        Mark::Left => "LEFT       indicate, leave on",
-        Mark::Right => "RIGHT      indicate, leave on",
-        Mark::Hazard => "HAZARD     press, leave on",
-        Mark::Off => "OFF        all off again",
+        DriverMark::Quiet => "HANDS OFF  touch nothing",
+        DriverMark::Left => "LEFT       indicate, leave on",
+        DriverMark::Right => "RIGHT      indicate, leave on",
+        DriverMark::Hazard => "HAZARD     press, leave on",
+        DriverMark::Off => "OFF        all off again",
     }
 }
 
-fn long_request(mark: Mark) -> &'static str {
+fn long_request(mark: DriverMark) -> &'static str {
     match mark {
-        Mark::Quiet => "HANDS OFF  touch nothing: pedals, lever, wheel",
-        Mark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
-        Mark::Right => "RIGHT      indicate RIGHT now, all the way, and leave it on",
-        Mark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",
-        Mark::Off => "OFF        everything off again",
+        DriverMark::Quiet => "HANDS OFF  touch nothing: pedals, lever, wheel",
+        DriverMark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
+        DriverMark::Right => "RIGHT      indicate RIGHT now, all the way, and leave it on",
+        DriverMark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",
+        DriverMark::Off => "OFF        everything off again",
     }
 }
 
@@ -47,7 +47,7 @@ pub fn countdown(from: MonoTime, until: MonoTime, now: MonoTime) -> String {
 }
 
 /// What responded to an action: `4 bits of 2A5 and 1F0 responded`.
-pub fn seen(action: Action, messages: &[MessageKey], bits: usize) -> String {
+pub fn seen(action: DriverAction, messages: &[MessageKey], bits: usize) -> String {
     const LISTED: usize = 4;
     if messages.is_empty() {
         return format!("{action}: nothing responded");
@@ -60,7 +60,7 @@ pub fn seen(action: Action, messages: &[MessageKey], bits: usize) -> String {
 }
 
 /// Why actions are repeated.
-pub fn repeats(actions: &[Action]) -> String {
+pub fn repeats(actions: &[DriverAction]) -> String {
     let names: Vec<_> = actions.iter().map(|action| action.to_string().to_uppercase()).collect();
     let why = "Not every request was followed clearly, or too few were.";
     format!("Not sure about {} yet: once more.\n{why}", names.join(" and "))
@@ -70,17 +70,18 @@ pub fn repeats(actions: &[Action]) -> String {
 const MAX_RIVALS: usize = 3;
 
 /// The result, in lines.
-pub fn result(findings: &Findings) -> String {
+pub fn result(findings: &DiscoveryFindings) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
     let mut line = |heading: &str, content: &str| {
         let _ = writeln!(text, "{heading:<9} {content}");
     };
-    let sides = [Action::Left, Action::Right].map(|side| findings.certainty(side));
+    let sides = [DriverAction::Left, DriverAction::Right].map(|side| findings.certainty(side));
     match findings.turn.first() {
         Some(turn) if findings.is_usable() => {
             line("turn", &turn.form.to_string());
-            let [left, right] = [Action::Left, Action::Right].map(|side| turn.followed_text(side));
+            let [left, right] =
+                [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
             line("", &format!("followed {left} requests to the left, {right} to the right"));
             for rival in findings.turn.iter().skip(1).take(MAX_RIVALS) {
                 line("  rival", &rival.form.to_string());
@@ -91,7 +92,8 @@ pub fn result(findings: &Findings) -> String {
             let [left, right] = sides;
             line("turn", &format!("NOT SURE (left: {left}, right: {right}). The best candidate is"));
             line("", &turn.form.to_string());
-            let [left, right] = [Action::Left, Action::Right].map(|side| turn.followed_text(side));
+            let [left, right] =
+                [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
             let only = if findings.turn_doubt.is_some() { "" } else { "but only " };
             line("", &format!("{only}followed {left} requests to the left, {right} to the right"));
             if let Some(doubt) = findings.turn_doubt {
@@ -101,19 +103,22 @@ pub fn result(findings: &Findings) -> String {
         None => line("turn", "NOT FOUND: no signal on this bus follows both sides"),
     }
     match findings.hazard.first() {
-        Some(hazard) if findings.certainty(Action::Hazard) == Certainty::Sure => {
+        Some(hazard) if findings.certainty(DriverAction::Hazard) == Certainty::Sure => {
             line("hazard", &hazard.form.to_string());
-            line("", &format!("followed {} requests", hazard.followed_text(Action::Hazard)));
+            line("", &format!("followed {} requests", hazard.followed_text(DriverAction::Hazard)));
         }
         Some(hazard) => {
             line("hazard", &format!("NOT SURE: {}", hazard.form));
-            line("", &format!("followed {} requests; left unbound", hazard.followed_text(Action::Hazard)));
+            line(
+                "",
+                &format!("followed {} requests; left unbound", hazard.followed_text(DriverAction::Hazard)),
+            );
             if let Some(doubt) = findings.hazard_doubt {
                 line("", &format!("but {doubt}"));
             }
         }
         None => {
-            let certainty = findings.certainty(Action::Hazard);
+            let certainty = findings.certainty(DriverAction::Hazard);
             line("hazard", &format!("{certainty}; left unbound"));
         }
     }
@@ -144,15 +149,16 @@ mod tests {
         let at = MonoTime::from_millis;
         let countdown = countdown(at(0), at(10_000), at(0)).chars().count();
         for (width, mark) in [80, 50].into_iter().flat_map(|width| {
-            [Mark::Quiet, Mark::Left, Mark::Right, Mark::Hazard, Mark::Off].map(|mark| (width, mark))
+            [DriverMark::Quiet, DriverMark::Left, DriverMark::Right, DriverMark::Hazard, DriverMark::Off]
+                .map(|mark| (width, mark))
         }) {
             // The marker of the line, the number of the request, and two blanks before the countdown.
             let length = 2 + 5 + request(mark, None, width).trim_end().len() + 2 + countdown;
             // Only nothing is asked for so long.
-            let length = if mark == Mark::Quiet { length } else { length - 5 };
+            let length = if mark == DriverMark::Quiet { length } else { length - 5 };
             assert!(length <= width, "{mark:?} at {width}: {length}");
         }
-        assert!(request(Mark::Off, Some(Action::Right), 50).ends_with("next: RIGHT"));
+        assert!(request(DriverMark::Off, Some(DriverAction::Right), 50).ends_with("next: RIGHT"));
     }
 
     #[test]

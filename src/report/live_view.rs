@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::counts;
-use crate::core::can::bus::Reception;
+use crate::core::can::bus::BusReception;
 use crate::core::can::link::LinkState;
 use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::FunctionSnapshot;
@@ -402,14 +402,14 @@ fn steps(
     steps.into_iter().map(badge).collect()
 }
 
-fn reception_text(reception: Option<Reception>) -> String {
+fn reception_text(reception: Option<BusReception>) -> String {
     reception.map_or_else(|| "no link".to_owned(), |reception| words(&reception))
 }
 
 fn bus_view(bus: &BusSnapshot) -> BusView {
     let parts: Vec<_> = bus.parts().collect();
     let state = parts.iter().find(|(level, _)| *level > Level::Ok).or(parts.last());
-    let is_silent = bus.reception != Some(Reception::Receiving);
+    let is_silent = bus.reception != Some(BusReception::Receiving);
     BusView {
         name: bus.name.clone(),
         level: bus.level,

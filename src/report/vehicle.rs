@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::{Entry, Form, joined};
 use crate::core::command::Turn;
-use crate::core::simulated_vehicle::{Output, VehicleEvent};
+use crate::core::simulated_vehicle::{VehicleEvent, VehicleOutput};
 use crate::core::time::{MonoTime, WallStamp};
 use crate::core::vehicle_lights::state::TurnCode;
 
@@ -29,11 +29,11 @@ pub struct CandumpLog {
 
 impl CandumpLog {
     /// The line for an output; `None` when it is not a frame.
-    pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
+    pub fn line(&self, output: &VehicleOutput, at: MonoTime) -> Option<String> {
         let (bus, frame) = match output {
-            Output::Frame { bus, frame } => (bus, frame.to_string()),
-            Output::Error { bus, error } => (bus, error.log_text()),
-            Output::Happened(_) => return None,
+            VehicleOutput::Frame { bus, frame } => (bus, frame.to_string()),
+            VehicleOutput::Error { bus, error } => (bus, error.log_text()),
+            VehicleOutput::Happened(_) => return None,
         };
         let stamp = self.start.after(at.since(MonoTime::ZERO));
         let interface = self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str);

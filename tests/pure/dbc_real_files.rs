@@ -7,7 +7,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use signal_gateway::core::can::frame::{CanId, MAX_DATA};
-use signal_gateway::core::dbc::model::{Database, Message, Number, Severity};
+use signal_gateway::core::dbc::model::{Database, DbcSeverity, Message, Number};
 use signal_gateway::core::dbc::parse;
 
 use crate::support::prerequisite::{peer_python, require, shared_data};
@@ -105,7 +105,7 @@ fn no_rejected_statement_touches_a_turn_message() {
     for (file, message, _) in turn_signals(&folder) {
         let (database, number) = (&databases(&folder)[file], number_of(message).to_string());
         let lines = message.line..=message.signals.last().unwrap().line;
-        let rejected = database.findings.iter().filter(|finding| finding.severity == Severity::Rejected);
+        let rejected = database.findings.iter().filter(|finding| finding.severity == DbcSeverity::Rejected);
         for finding in rejected {
             let names_it = finding.excerpt.split(' ').any(|word| word == number);
             assert!(!names_it && !lines.contains(&finding.line), "{file} {}: {finding:?}", message.name);

@@ -7,10 +7,10 @@ use std::path::Path;
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule, Sum};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
 use signal_gateway::core::validation::integrity::{
-    IntegrityChecker, IntegrityCounts, IntegrityVerdict, MessageIntegrity, Protection,
+    IntegrityChecker, IntegrityCounts, MessageIntegrity, Protection, Reject,
 };
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
@@ -41,11 +41,11 @@ fn last_byte(length: usize) -> SignalCodec {
 
 /// The low half of the last byte.
 fn honda(length: usize) -> Checksum {
-    Checksum::new(Rule::Honda, field((length - 1) * 8, 4, ByteOrder::Intel)).unwrap()
+    Checksum::new(ChecksumRule::Honda, field((length - 1) * 8, 4, ByteOrder::Intel)).unwrap()
 }
 
 fn j1850(length: usize) -> Checksum {
-    Checksum::new(Rule::Crc(CrcRule::j1850()), last_byte(length)).unwrap()
+    Checksum::new(ChecksumRule::Crc(CrcRule::j1850()), last_byte(length)).unwrap()
 }
 
 fn holds(checksum: &Checksum, frame: &Frame) -> bool {
@@ -63,7 +63,7 @@ fn rate(frames: &[Frame], checksum: impl Fn(usize) -> Checksum) -> (usize, usize
 }
 
 /// The results of a checker for a message's frames: the first, then the rest counted.
-fn guarded(frames: &[Frame], checksum: Checksum, counter: Counter) -> (IntegrityVerdict, IntegrityCounts) {
+fn guarded(frames: &[Frame], checksum: Checksum, counter: Counter) -> (Result<(), Reject>, IntegrityCounts) {
     let mut checker = IntegrityChecker::new(MessageIntegrity {
         length: Some(frames[0].data().len()),
         protection: Protection::Fields { checksum: Some(checksum), counter: Some(counter) },
@@ -115,7 +115,7 @@ fn every_toyota_frame_of_the_checksummed_messages_is_whole() {
     let path = require!(shared_data()).join("can-logs/comma2k19-rav4-b0c9d232-seg40.candump.log.gz");
     let ids = [0x024, 0x025, 0x0B4, 0x1C4, 0x1D0, 0x1D2, 0x1D3, 0x223, 0x260, 0x2C1, 0x320, 0x3F9, 0x420];
     let messages = messages(&path);
-    let toyota = |length| Checksum::new(Rule::Sum(Sum::TOYOTA), last_byte(length)).unwrap();
+    let toyota = |length| Checksum::new(ChecksumRule::Sum(Sum::TOYOTA), last_byte(length)).unwrap();
     let mut frames = 0;
     for id in ids {
         let (good, all) = rate(&messages[&CanId::Standard(id)], toyota);
@@ -174,7 +174,7 @@ fn holds_as_it_is(checksum: &Checksum, id: CanId, data: &[u8], free: std::ops::R
 
 /// A checksum for each value that a message's constants may have.
 fn volkswagen_candidates() -> Vec<Checksum> {
-    let rule = |constant| Rule::Crc(CrcRule::volkswagen([constant; 16]));
+    let rule = |constant| ChecksumRule::Crc(CrcRule::volkswagen([constant; 16]));
     (0..=u8::MAX).map(|constant| Checksum::new(rule(constant), last_byte(1)).unwrap()).collect()
 }
 
@@ -195,7 +195,8 @@ fn the_known_good_frames_of_volkswagen_are_good() {
     let agreeing = constants.values().filter(|table| table.iter().all(|constant| *constant == table[0]));
     assert_eq!((constants.len(), agreeing.count()), (23, 12));
     for (message, id, data) in &frames {
-        let checksum = Checksum::new(Rule::Crc(CrcRule::volkswagen(table(message))), last_byte(1)).unwrap();
+        let checksum =
+            Checksum::new(ChecksumRule::Crc(CrcRule::volkswagen(table(message))), last_byte(1)).unwrap();
         assert!(holds_as_it_is(&checksum, *id, data, 8..12), "{message} {data:02X?}");
     }
     assert_eq!(frames.len(), 368);
@@ -212,7 +213,8 @@ fn the_known_good_frames_of_giorgio_are_good_but_for_a_damaged_one() {
             "EPS_3" => 0xF1,
             _ => 0x0A,
         };
-        let checksum = Checksum::new(Rule::Crc(CrcRule::giorgio(last_xor)), last_byte(data.len())).unwrap();
+        let checksum =
+            Checksum::new(ChecksumRule::Crc(CrcRule::giorgio(last_xor)), last_byte(data.len())).unwrap();
         if !holds_as_it_is(&checksum, *id, data, 0..0) {
             damaged.push((message.as_str(), data.as_slice()));
         }

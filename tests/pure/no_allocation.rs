@@ -30,13 +30,11 @@ use signal_gateway::core::traffic_light::scenario::{
     Action, Phase, PhaseEntry, Scenario, StateText, TrafficSignalController,
 };
 use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
-use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
-use signal_gateway::core::validation::integrity::e2e::{E2e, Profile};
-use signal_gateway::core::validation::integrity::window::{Limits, Window};
-use signal_gateway::core::validation::integrity::{
-    IntegrityChecker, IntegrityVerdict, MessageIntegrity, Protection,
-};
+use signal_gateway::core::validation::integrity::e2e::{E2e, E2eProfile};
+use signal_gateway::core::validation::integrity::window::{Window, WindowLimits};
+use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
@@ -291,15 +289,15 @@ fn decoding_allocates_nothing() {
 fn judging_a_frame_allocates_nothing_good_or_bad() {
     let byte = |start| SignalLayout { start, length: 8, order: ByteOrder::Intel, signed: false };
     let checksum = SignalCodec::new(byte(56), 8).unwrap();
-    let checksum = Checksum::new(Rule::Crc(CrcRule::j1850()), checksum).unwrap();
+    let checksum = Checksum::new(ChecksumRule::Crc(CrcRule::j1850()), checksum).unwrap();
     let counter = SignalCodec::new(byte(0), 8).unwrap();
     let rule = CounterRule::new(0, 255).unwrap().with_increments_on(IncrementsOn::Changes);
-    let limits = Limits { size: 3, min_ok: 2, max_error: 0 };
+    let limits = WindowLimits { size: 3, min_ok: 2, max_error: 0 };
     let own = Protection::Fields {
         checksum: Some(checksum.clone()),
         counter: Some(Counter::new(rule, counter).unwrap()),
     };
-    let e2e = E2e::new(Profile::P05 { data_id: 1 }, 0, 8).unwrap();
+    let e2e = E2e::new(E2eProfile::P05 { data_id: 1 }, 0, 8).unwrap();
     for protection in [own, Protection::e2e(e2e.clone(), 1).unwrap()] {
         let mut checker = IntegrityChecker::new(MessageIntegrity {
             length: None,
@@ -318,7 +316,7 @@ fn judging_a_frame_allocates_nothing_good_or_bad() {
                 let damaged = Frame::classic(TURN, &data[..usize::from(counter % 9).min(7)]).unwrap();
                 let frame = Frame::classic(TURN, &data).unwrap();
                 let verdict = checker.check(if counter > 80 { &damaged } else { &frame }, MonoTime::ZERO);
-                trusted += u32::from(verdict == IntegrityVerdict::Trusted);
+                trusted += u32::from(verdict.is_ok());
             }
         });
         assert_eq!((trusted, allocated), (79, 0));

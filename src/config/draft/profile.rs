@@ -7,11 +7,11 @@ use super::dbc::DraftMessage;
 use super::gateway::{key, quoted, schema};
 use super::vehicle::{Timing, VehicleDraft};
 use crate::core::can::link::BusIndex;
-use crate::core::discovery::candidate::{Candidate, FoundSignal, HazardForm, Switch, TurnForm};
+use crate::core::discovery::candidate::{FoundSignal, HazardForm, SignalCandidate, Switch, TurnForm};
 use crate::core::discovery::capture::MessageKey;
-use crate::core::discovery::findings::{Certainty, Findings};
-use crate::core::discovery::timeline::Action;
-use crate::core::validation::integrity::search::{FoundChecksum, FoundCounter, Parameter};
+use crate::core::discovery::findings::{Certainty, DiscoveryFindings};
+use crate::core::discovery::timeline::DriverAction;
+use crate::core::validation::integrity::search::{FoundChecksum, FoundCounter, RuleParameter};
 
 /// The largest number of rivals that a profile lists.
 const MAX_RIVALS: usize = 3;
@@ -21,8 +21,8 @@ const MAX_LAMP_PERIOD_MS: u32 = 200;
 /// The text of the profile. Writing to a String cannot fail.
 pub(super) fn profile_toml(
     draft: &VehicleDraft<'_>,
-    turn: &Candidate<TurnForm>,
-    hazard: Option<&Candidate<HazardForm>>,
+    turn: &SignalCandidate<TurnForm>,
+    hazard: Option<&SignalCandidate<HazardForm>>,
     messages: &BTreeMap<MessageKey, DraftMessage>,
     dbcs: &[(String, String)],
     heartbeats: &BTreeMap<BusIndex, String>,
@@ -57,12 +57,12 @@ pub(super) fn profile_toml(
 
 fn heading(
     name: &str,
-    findings: &Findings,
-    turn: &Candidate<TurnForm>,
-    hazard: Option<&Candidate<HazardForm>>,
+    findings: &DiscoveryFindings,
+    turn: &SignalCandidate<TurnForm>,
+    hazard: Option<&SignalCandidate<HazardForm>>,
 ) -> String {
     let mut text = format!("# {}, found by signal-gateway discover.\n", name.escape_debug());
-    let [left, right] = [Action::Left, Action::Right].map(|side| turn.followed_text(side));
+    let [left, right] = [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
     let _ = writeln!(
         text,
         "# Signal:   {}; it followed {left} requests to the left, {right} to the right.",
@@ -70,11 +70,11 @@ fn heading(
     );
     match hazard {
         Some(hazard) => {
-            let followed = hazard.followed_text(Action::Hazard);
+            let followed = hazard.followed_text(DriverAction::Hazard);
             let _ = writeln!(text, "# Hazard:   {}; {followed} requests.", hazard.form);
         }
         None => {
-            let found = findings.certainty(Action::Hazard);
+            let found = findings.certainty(DriverAction::Hazard);
             let why =
                 if found == Certainty::NotVisible { "no signal followed the requests" } else { "not sure" };
             let _ = writeln!(text, "# Open:     hazard: {why}.");
@@ -110,10 +110,10 @@ pub(super) fn checksum_toml(checksum: &FoundChecksum, signal: &str) -> String {
     let mut text = format!("{{ kind = {}, signal = {}", quoted(checksum.kind), quoted(signal));
     for (key, value) in &checksum.parameters {
         let _ = match value {
-            Parameter::Number(number) => write!(text, ", {key} = 0x{number:02X}"),
-            Parameter::Flag(flag) => write!(text, ", {key} = {flag}"),
-            Parameter::Text(keyword) => write!(text, ", {key} = {}", quoted(keyword)),
-            Parameter::Bytes(bytes) => write!(text, ", {key} = {bytes:?}"),
+            RuleParameter::Number(number) => write!(text, ", {key} = 0x{number:02X}"),
+            RuleParameter::Flag(flag) => write!(text, ", {key} = {flag}"),
+            RuleParameter::Text(keyword) => write!(text, ", {key} = {}", quoted(keyword)),
+            RuleParameter::Bytes(bytes) => write!(text, ", {key} = {bytes:?}"),
         };
     }
     text + " }"

@@ -7,8 +7,8 @@ use super::dbc::{DraftMessage, DraftSignal, message_name};
 use crate::core::can::link::BusIndex;
 use crate::core::dbc::codec::Layout;
 use crate::core::discovery::candidate::{Switch, TurnForm};
-use crate::core::discovery::capture::{Capture, Gaps, MessageKey, Track};
-use crate::core::discovery::findings::Findings;
+use crate::core::discovery::capture::{Capture, FrameTrack, MessageGaps, MessageKey};
+use crate::core::discovery::findings::DiscoveryFindings;
 
 /// A discovered vehicle, for which files are written.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ pub struct VehicleDraft<'a> {
     /// The frames of the session.
     pub capture: &'a Capture,
     /// The signals that were found.
-    pub findings: &'a Findings,
+    pub findings: &'a DiscoveryFindings,
 }
 
 /// Longest silence of a message that is taken for cyclic.
@@ -110,7 +110,7 @@ impl VehicleDraft<'_> {
             let of_bus = self.capture.tracks().filter(|(key, _)| key.bus == bus);
             // A message that has stopped for good has no long gap, but proves nothing any more.
             let (_, end) = self.capture.span().unwrap_or_default();
-            let silence = |track: &Track| track.times().last().map(|last| end.since(*last));
+            let silence = |track: &FrameTrack| track.times().last().map(|last| end.since(*last));
             let regular =
                 of_bus.filter_map(|(key, track)| Some((track.gaps()?.usual.max(silence(track)?), key)));
             if let Some((_, key)) = regular.min().filter(|(longest, _)| *longest < MAX_CYCLIC) {
@@ -139,9 +139,9 @@ impl VehicleDraft<'_> {
     }
 
     pub(super) fn timing(&self, key: MessageKey) -> Timing {
-        let gaps = self.capture.track(key).and_then(Track::gaps);
+        let gaps = self.capture.track(key).and_then(FrameTrack::gaps);
         match gaps {
-            Some(Gaps { median, usual, .. }) if usual < MAX_CYCLIC => {
+            Some(MessageGaps { median, usual, .. }) if usual < MAX_CYCLIC => {
                 let timeout = (median * 5).max(usual * 5 / 2).max(MIN_TIMEOUT);
                 let period_ms = u32::try_from((median.as_micros() + 500) / 1000).unwrap_or(u32::MAX).max(1);
                 Timing::Cyclic { period_ms, timeout_ms: timeout.as_millis().div_ceil(50) * 50 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::row::{key_rows, keyword, limit};
-use crate::core::command::arbitration::{Rules, ShutdownAction, TimeoutAction};
-use crate::core::command::feedback_monitor::Limits;
+use crate::core::command::arbitration::{ArbitrationRules, ShutdownAction, TimeoutAction};
+use crate::core::command::feedback_monitor::FeedbackLimits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
 
 const SOURCES: Keywords<CommandSource> =
@@ -122,12 +122,12 @@ pub(super) fn command(
         mode_from: mode_from(&fields, binding),
         turn_timeout: fields.read(&TURN_TIMEOUT_MS),
         hazard_timeout: fields.read(&HAZARD_TIMEOUT_MS),
-        rules: Rules {
+        rules: ArbitrationRules {
             on_turn_timeout: fields.read(&ON_TURN_TIMEOUT),
             on_hazard_timeout: fields.read(&ON_HAZARD_TIMEOUT),
             on_shutdown: fields.read(&ON_SHUTDOWN),
         },
-        limits: Limits { warn, error },
+        limits: FeedbackLimits { warn, error },
     };
     let topics = topics::read(fields.section("topics"));
     fields.done();

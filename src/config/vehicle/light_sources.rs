@@ -5,11 +5,20 @@ use std::time::Duration;
 use super::binder::{Binder, UNUSABLE};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
-use crate::core::validation::table::{FaultSignal, Role};
-use crate::core::vehicle_lights::binding::{FaultBinding, NamedSource, OnFault, Sources, TurnSource};
+use crate::core::validation::table::Role;
+use crate::core::vehicle_lights::binding::{
+    FaultBinding, FaultSignal, NamedSource, OnFault, Sources, TurnSource,
+};
 use crate::core::vehicle_lights::fusion::SourceSettings;
+use crate::core::vehicle_lights::lamp::Sides;
 
 const ON_FAULT: Keywords<OnFault> = &[("report", OnFault::Report), ("withhold", OnFault::Withhold)];
+
+const SIDE: Keywords<Sides> = &[
+    ("left", Sides { left: true, right: false }),
+    ("right", Sides { left: false, right: true }),
+    ("both", Sides { left: true, right: true }),
+];
 
 /// The time after the longest hold of a lamp from which disagreement is a finding.
 const BEYOND_HOLD: Duration = Duration::from_millis(500);
@@ -22,9 +31,10 @@ pub(super) fn faults(binder: &mut Binder<'_>, fields: &Fields<'_>) -> FaultBindi
     let fault = |fields: Fields<'_>| {
         fields.require(&["text"], "");
         let text = fields.string("text");
+        let sides = fields.keyword("side", SIDE).unwrap_or(Sides { left: true, right: true });
         let role = binder.switch(&fields, ["on", "off"], &[], "");
         fields.done();
-        Some(FaultSignal { role: role?, text: text?.text })
+        Some(FaultSignal { role: role?, sides, text: text?.text })
     };
     let signals = fields.tables("fault_signal").filter_map(fault).collect();
     FaultBinding { signals, on_fault: fields.keyword("on_fault", ON_FAULT).unwrap_or_default() }

@@ -31,7 +31,6 @@ pub struct BusSettings {
     pub may_sleep: bool,
 }
 
-/// A sleep that has ended.
 #[derive(Debug, Clone, Copy)]
 struct Sleep {
     /// Last frame before it.
@@ -54,9 +53,8 @@ pub struct Bus {
     last_disturbance: Option<MonoTime>,
     /// Last error frame or unsound controller state, after which silence is not sleep.
     last_error: Option<MonoTime>,
-    /// The latest sleep that has ended.
     last_sleep: Option<Sleep>,
-    /// Events since start.
+    /// Number of events since start, by kind.
     pub counts: BusCounts,
 }
 
@@ -90,15 +88,15 @@ pub enum BusFinding {
     /// The controller does not work, so nothing can be received.
     Stopped,
     /// The controller reports many errors.
-    Disturbed(ControllerState, Reception),
+    Disturbed(ControllerState, BusReception),
     /// The controller is sound, unknown or without a link.
-    Sound(Reception),
+    Sound(BusReception),
 }
 
 /// Reception over a bus whose link is up, worst first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Reception {
+pub enum BusReception {
     /// The link is up, but no frame has been received yet.
     NothingYet,
     /// The link is up, but no frame has been received within the timeout.
@@ -111,9 +109,9 @@ pub enum Reception {
     Receiving,
 }
 
-display_by_name!(Reception);
+display_by_name!(BusReception);
 
-impl Reception {
+impl BusReception {
     /// Returns how bad it is by itself.
     pub fn level(self) -> Level {
         match self {
@@ -124,7 +122,7 @@ impl Reception {
 }
 
 impl Bus {
-    /// A bus that has received no frame.
+    /// Creates a bus that has received no frame.
     pub fn new(settings: BusSettings, link: LinkState) -> Self {
         Self {
             settings,
@@ -138,7 +136,7 @@ impl Bus {
         }
     }
 
-    /// Settings of the bus.
+    /// Returns the settings of the bus.
     pub fn settings(&self) -> &BusSettings {
         &self.settings
     }
@@ -148,12 +146,12 @@ impl Bus {
         self.settings = settings;
     }
 
-    /// State of the link as last reported.
+    /// Returns the state of the link as last reported.
     pub fn link(&self) -> LinkState {
         self.link
     }
 
-    /// The controller of the bus.
+    /// Returns the controller of the bus.
     pub fn controller(&self) -> &Controller {
         &self.controller
     }
@@ -223,29 +221,28 @@ impl Bus {
         self.last_disturbance = Some(now);
     }
 
-    /// True if the link is up and a frame was received within the timeout.
+    /// Returns true if the link is up and a frame was received within the timeout.
     pub fn is_alive(&self, now: MonoTime) -> bool {
         self.link == LinkState::Up
             && self.last_frame.is_some_and(|last| now.is_within(self.settings.alive_timeout, last))
     }
 
-    /// Time since the last frame; `None` before the first.
+    /// Returns the time since the last frame; `None` before the first.
     pub fn silence(&self, now: MonoTime) -> Option<Duration> {
         self.last_frame.map(|last| now.since(last))
     }
 
-    /// True if the bus is silent as permitted and no error suggests that it is dead.
+    /// Returns true if the bus is silent as permitted and no error suggests that it is dead.
     fn is_asleep(&self, now: MonoTime) -> bool {
         self.permitted_silence(now).is_some_and(|last| now.since(last) > self.settings.alive_timeout)
     }
 
-    /// True if nothing has been received since `since`, and the silence, still too short for a sleep, may become
-    /// one as permitted.
+    /// Returns true if nothing has been received since `since`, and the silence may become a permitted sleep.
     pub fn may_be_falling_asleep(&self, since: MonoTime, now: MonoTime) -> bool {
         self.is_alive(now) && self.permitted_silence(now).is_some_and(|last| last <= since)
     }
 
-    /// The last frame, if the bus may sleep and no error suggests that it is dead.
+    /// Returns the last frame, if the bus may sleep and no error suggests that it is dead.
     fn permitted_silence(&self, now: MonoTime) -> Option<MonoTime> {
         let limit = self.settings.alive_timeout;
         let undisturbed = |last: &MonoTime| self.last_error.is_none_or(|at| last.since(at) > limit);
@@ -254,8 +251,8 @@ impl Bus {
         last.filter(|_| is_sound(self.controller.shown(now)))
     }
 
-    /// Receive time of the last frame before the current sleep, or before the latest one while
-    /// messages may still take until they come again; `None` otherwise.
+    /// Returns the receive time of the last frame before the current sleep, or before the latest one while
+    /// messages are still expected to return; `None` otherwise.
     pub fn fell_asleep(&self, now: MonoTime) -> Option<MonoTime> {
         if self.is_asleep(now) {
             return self.last_frame;
@@ -264,7 +261,7 @@ impl Bus {
         self.last_sleep.filter(is_waking).map(|sleep| sleep.fell_asleep)
     }
 
-    /// Condition of the bus now.
+    /// Returns the condition of the bus now.
     pub fn finding(&self, now: MonoTime) -> BusFinding {
         if self.link != LinkState::Up {
             return BusFinding::NoLink(self.link);
@@ -280,21 +277,21 @@ impl Bus {
         }
     }
 
-    fn reception(&self, now: MonoTime) -> Reception {
+    fn reception(&self, now: MonoTime) -> BusReception {
         if self.last_frame.is_none() {
-            Reception::NothingYet
+            BusReception::NothingYet
         } else if self.is_asleep(now) {
-            Reception::Asleep
+            BusReception::Asleep
         } else if !self.is_alive(now) {
-            Reception::Silent
+            BusReception::Silent
         } else if self.last_disturbance.is_some_and(|at| now.is_within(LOSS_MEMORY, at)) {
-            Reception::Losing
+            BusReception::Losing
         } else {
-            Reception::Receiving
+            BusReception::Receiving
         }
     }
 
-    /// The next instant at which [`Self::finding`] or [`Self::fell_asleep`] may change without an event.
+    /// Returns the next instant at which [`Self::finding`] or [`Self::fell_asleep`] may change without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let silent = self.last_frame.map(|last| deadline_after(last, self.settings.alive_timeout));
         let loss_forgotten = self.last_disturbance.map(|at| deadline_after(at, LOSS_MEMORY));
@@ -306,15 +303,15 @@ impl Bus {
 
 /// Receive time of a frame, monotonic and as a stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Received {
+pub struct ReceiveTime {
     /// Monotonic time, which decides age and order.
     pub at: MonoTime,
     /// Stamp for the published message.
     pub stamp: WallStamp,
 }
 
-impl Received {
-    /// The later of the two; `self` when both are equal.
+impl ReceiveTime {
+    /// Returns the later of the two; `self` when both are equal.
     pub fn newest(self, other: Self) -> Self {
         if other.at > self.at { other } else { self }
     }
@@ -357,15 +354,15 @@ mod tests {
         let mut bus = bus();
         assert_eq!(bus.finding(at(0)), BusFinding::NoLink(LinkState::Missing));
         bus.set_link(LinkState::Up);
-        assert_eq!(bus.reception(at(0)), Reception::NothingYet);
+        assert_eq!(bus.reception(at(0)), BusReception::NothingYet);
         bus.frame_arrived(at(10));
-        assert_eq!(bus.reception(at(110)), Reception::Receiving);
+        assert_eq!(bus.reception(at(110)), BusReception::Receiving);
         let deadline = bus.next_deadline(at(110)).unwrap();
-        assert_eq!(bus.reception(deadline), Reception::Silent);
+        assert_eq!(bus.reception(deadline), BusReception::Silent);
         assert!(bus.set_link(LinkState::Down), "frames from before no longer count");
         assert_eq!(bus.finding(deadline), BusFinding::NoLink(LinkState::Down));
         bus.set_link(LinkState::Up);
-        assert_eq!(bus.reception(deadline), Reception::NothingYet);
+        assert_eq!(bus.reception(deadline), BusReception::NothingYet);
         assert_eq!(bus.counts.link_losses, 1);
     }
 
@@ -375,21 +372,24 @@ mod tests {
         bus.set_link(LinkState::Up);
         bus.frame_arrived(MonoTime::ZERO);
         bus.frames_dropped(3, MonoTime::ZERO);
-        assert_eq!(bus.reception(MonoTime::ZERO), Reception::Losing);
+        assert_eq!(bus.reception(MonoTime::ZERO), BusReception::Losing);
         let later = deadline_after(MonoTime::ZERO, LOSS_MEMORY);
         bus.frame_arrived(later);
-        assert_eq!(bus.reception(later), Reception::Receiving);
+        assert_eq!(bus.reception(later), BusReception::Receiving);
         assert_eq!(bus.counts.drops, 3);
     }
 
     #[test]
     fn bus_that_may_sleep_falls_asleep_and_wakes_up() {
         let mut bus = sleeping_bus();
-        assert_eq!((bus.reception(at(110)), bus.fell_asleep(at(110))), (Reception::Receiving, None));
+        assert_eq!((bus.reception(at(110)), bus.fell_asleep(at(110))), (BusReception::Receiving, None));
         let deadline = bus.next_deadline(at(110)).unwrap();
-        assert_eq!((bus.reception(deadline), bus.fell_asleep(deadline)), (Reception::Asleep, Some(at(10))));
+        assert_eq!(
+            (bus.reception(deadline), bus.fell_asleep(deadline)),
+            (BusReception::Asleep, Some(at(10)))
+        );
         bus.frame_arrived(at(60_000));
-        assert_eq!(bus.reception(at(60_000)), Reception::Receiving);
+        assert_eq!(bus.reception(at(60_000)), BusReception::Receiving);
         assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "the last frame before the sleep");
         bus.frame_arrived(at(60_090));
         assert_eq!(bus.fell_asleep(at(60_100)), Some(at(10)), "still waking up");
@@ -442,7 +442,7 @@ mod tests {
         for (name, fail) in failures {
             let mut bus = sleeping_bus();
             fail(&mut bus);
-            assert_eq!(bus.reception(at(6_000)), Reception::Silent, "{name}");
+            assert_eq!(bus.reception(at(6_000)), BusReception::Silent, "{name}");
             bus.frame_arrived(at(6_000));
             assert_eq!(bus.fell_asleep(at(6_000)), None, "{name}");
         }
@@ -450,7 +450,7 @@ mod tests {
         bus.set_link(LinkState::Down);
         assert_eq!(bus.finding(at(6_000)), BusFinding::NoLink(LinkState::Down));
         bus.set_link(LinkState::Up);
-        assert_eq!(bus.reception(at(6_000)), Reception::NothingYet);
+        assert_eq!(bus.reception(at(6_000)), BusReception::NothingYet);
     }
 
     #[test]
@@ -459,17 +459,17 @@ mod tests {
         bus.error_frame(ErrorFrame::new(0x88, &[]), at(15));
         bus.frame_arrived(at(100));
         bus.frame_arrived(at(116));
-        assert_eq!(bus.reception(at(300)), Reception::Asleep);
+        assert_eq!(bus.reception(at(300)), BusReception::Asleep);
     }
 
     #[test]
     fn past_controller_state_is_not_a_loss() {
         let mut bus = sleeping_bus();
         bus.error_frame(ErrorFrame::new(0x204, &[0, 0x20, 0, 0, 0, 0, 130, 0]), at(20));
-        let passive = BusFinding::Disturbed(ControllerState::Passive, Reception::Receiving);
+        let passive = BusFinding::Disturbed(ControllerState::Passive, BusReception::Receiving);
         assert_eq!(bus.finding(at(20)), passive);
         bus.error_frame(ErrorFrame::new(0x204, &[0, 0x40]), at(2_000));
         bus.frame_arrived(at(2_000));
-        assert_eq!(bus.finding(at(2_000)), BusFinding::Sound(Reception::Receiving));
+        assert_eq!(bus.finding(at(2_000)), BusFinding::Sound(BusReception::Receiving));
     }
 }

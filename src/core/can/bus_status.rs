@@ -1,6 +1,6 @@
 //! Diagnostic status of one bus.
 
-use crate::core::can::bus::{Bus, BusFinding, Reception};
+use crate::core::can::bus::{Bus, BusFinding, BusReception};
 use crate::core::can::error_frame::{ControllerState, class_name};
 use crate::core::can::link::LinkState;
 use crate::core::diagnostics::{Level, Status};
@@ -75,13 +75,13 @@ fn level_and_message(bus: &Bus, now: MonoTime) -> (Level, String) {
     }
 }
 
-fn reception_text(bus: &Bus, reception: Reception) -> String {
+fn reception_text(bus: &Bus, reception: BusReception) -> String {
     let limit = bus.settings().alive_timeout.as_millis();
     match reception {
-        Reception::NothingYet => "up, but no frame of the vehicle profile yet".to_owned(),
-        Reception::Silent => format!("up, but no frame of the vehicle profile for more than {limit} ms"),
-        Reception::Losing => "receiving, with recent drops, error frames or bad lines".to_owned(),
-        Reception::Asleep | Reception::Receiving => reception.to_string(),
+        BusReception::NothingYet => "up, but no frame of the vehicle profile yet".to_owned(),
+        BusReception::Silent => format!("up, but no frame of the vehicle profile for more than {limit} ms"),
+        BusReception::Losing => "receiving, with recent drops, error frames or bad lines".to_owned(),
+        BusReception::Asleep | BusReception::Receiving => reception.to_string(),
     }
 }
 

@@ -1,8 +1,7 @@
 //! State machine of the CAN controller of a bus, fed by error frames and by the kernel.
 //!
-//! Error frames arrive in order with data frames, but not every driver sends one on the way back to
-//! error-active. The kernel always knows the state, but is polled only now and then. The latest
-//! report counts.
+//! Error frames arrive in order with data frames, but not every driver sends one on the way back to error-active. The
+//! kernel always knows the state, but is polled only now and then. The latest report counts.
 
 use std::fmt;
 use std::time::Duration;
@@ -99,23 +98,23 @@ impl Controller {
         *self = Self { bus_offs, last_error, ..Self::default() };
     }
 
-    /// The last reported state; `None` without a report, as with a virtual interface.
+    /// Returns the last reported state; `None` without a report, as with a virtual interface.
     pub fn state(&self) -> Option<ControllerState> {
         self.state.map(|(state, _)| state)
     }
 
-    /// Time in the current state; `None` without a report.
+    /// Returns the time in the current state; `None` without a report.
     pub fn time_in_state(&self, now: MonoTime) -> Option<Duration> {
         self.state.map(|(_, since)| now.since(since))
     }
 
-    /// The state to show: the last one, or a worse one within [`HOLD`].
+    /// Returns the state to show: the last one, or a worse one within [`HOLD`].
     pub fn shown(&self, now: MonoTime) -> Option<ControllerState> {
         let worst_recent = self.worst_recent.filter(|(_, at)| now.since(*at) <= HOLD).map(|(state, _)| state);
         if severity(worst_recent) > severity(self.state()) { worst_recent } else { self.state() }
     }
 
-    /// The next instant at which [`Self::shown`] changes without an event.
+    /// Returns the next instant at which [`Self::shown`] changes without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let (worst_recent, at) = self.worst_recent?;
         (severity(Some(worst_recent)) > severity(self.state()))
@@ -134,11 +133,11 @@ impl Controller {
         }
         self.bus_offs = self.bus_offs.saturating_add(u64::from(state == ControllerState::BusOff));
         self.state = Some((state, now));
-        self.counters = counters; // those of another state do not apply to this one
+        self.counters = counters; // counters of another state do not apply
     }
 }
 
-/// True if a state is error-active or unknown.
+/// Returns true if a state is error-active or unknown.
 pub fn is_sound(state: Option<ControllerState>) -> bool {
     severity(state) == 0
 }
@@ -278,7 +277,7 @@ mod tests {
         ]
     }
 
-    /// State and number of bus-offs after a history, without any intermediate state.
+    /// Returns the state and number of bus-offs after a history, without any intermediate state.
     fn reference(history: &[(u64, Event)]) -> (Option<ControllerState>, u64) {
         let (mut state, mut bus_offs, mut reported) = (None, 0, false);
         for (_, event) in history {

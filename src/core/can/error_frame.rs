@@ -20,7 +20,7 @@ pub mod class {
     pub const CONTROLLER: u32 = 0x4;
     /// A protocol violation on the wire.
     pub const PROTOCOL: u32 = 0x8;
-    /// A wiring fault detected by the transceiver.
+    /// The transceiver detected a wiring fault.
     pub const TRANSCEIVER: u32 = 0x10;
     /// A frame was not acknowledged.
     pub const NO_ACK: u32 = 0x20;
@@ -101,7 +101,7 @@ impl ControllerState {
 display_by_name!(ControllerState);
 
 impl ErrorFrame {
-    /// An error frame with these class bits. Missing bytes are zero, bytes beyond eight are ignored.
+    /// Creates an error frame with these class bits. Missing bytes are zero, bytes beyond eight are ignored.
     pub fn new(class: u32, data: &[u8]) -> Self {
         let mut bytes = [0; 8];
         for (to, from) in bytes.iter_mut().zip(data) {
@@ -110,17 +110,17 @@ impl ErrorFrame {
         Self { class, data: bytes }
     }
 
-    /// Class bits (`CAN_ERR_*`).
+    /// Returns the class bits (`CAN_ERR_*`).
     pub fn class(self) -> u32 {
         self.class
     }
 
-    /// All eight data bytes.
+    /// Returns all eight data bytes.
     pub fn data(self) -> [u8; 8] {
         self.data
     }
 
-    /// The notation of candump, `20000040#0000000000000000`.
+    /// Returns the notation of candump, `20000040#0000000000000000`.
     pub fn log_text(self) -> String {
         let data: String = self.data.iter().map(|byte| format!("{byte:02X}")).collect();
         format!("{:08X}#{data}", self.class | 0x2000_0000)
@@ -130,13 +130,13 @@ impl ErrorFrame {
         self.class & bit != 0
     }
 
-    /// The controller byte with the bits of [`controller`], 0 when unspecified; `None` without its class.
+    /// Returns the controller byte with the bits of [`controller`], 0 when unspecified; `None` without its class.
     pub fn controller(self) -> Option<u8> {
         self.has(class::CONTROLLER).then_some(self.data[1])
     }
 
-    /// Error counters of the controller; `None` when they are not given. Before Linux 6.0 drivers gave
-    /// them without the class bit; then two zeros mean that there are none.
+    /// Returns the error counters of the controller; `None` when they are not given. Before Linux 6.0 drivers
+    /// gave them without the class bit; then two zeros mean that there are none.
     pub fn counters(self) -> Option<ErrorCounters> {
         let [.., tx, rx] = self.data;
         let given = self.has(class::COUNTERS)
@@ -144,7 +144,7 @@ impl ErrorFrame {
         given.then_some(ErrorCounters { tx: tx.into(), rx: rx.into() })
     }
 
-    /// The announced state, the worse one when sending and receiving differ; `None` when none is.
+    /// Returns the announced state, the worse one when sending and receiving differ; `None` when none is.
     pub fn state(self) -> Option<ControllerState> {
         if self.has(class::BUS_OFF) {
             return Some(ControllerState::BusOff);
@@ -162,7 +162,7 @@ impl ErrorFrame {
         .find_map(|(mask, state)| (bits & mask != 0).then_some(state))
     }
 
-    /// True if it announces a state without an error on the wire or a lost frame.
+    /// Returns true if it announces a state without an error on the wire or a lost frame.
     pub fn is_state_alone(self) -> bool {
         let only = class::CONTROLLER | class::COUNTERS | class::BUS_OFF | class::RESTARTED;
         let overflow = self.controller().is_some_and(|bits| bits & controller::OVERFLOW != 0);
@@ -193,12 +193,12 @@ impl fmt::Display for ErrorFrame {
     }
 }
 
-/// The single bits of a class, lowest first.
+/// Returns the single bits of a class, lowest first.
 pub fn bits(class: u32) -> impl Iterator<Item = u32> {
     (0..u32::BITS).map(|shift| 1 << shift).filter(move |bit| class & bit != 0)
 }
 
-/// Name of a class bit in diagnostics.
+/// Returns the name of a class bit in diagnostics.
 pub fn class_name(bit: u32) -> &'static str {
     match bit {
         class::TX_TIMEOUT => "tx-timeout",
@@ -255,7 +255,7 @@ fn named(f: &mut fmt::Formatter<'_>, byte: u8, names: &[&str; 8], location: &str
     }
 }
 
-/// Location of a protocol error in a frame; empty when unspecified.
+/// Returns the location of a protocol error in a frame; empty when unspecified.
 fn location(code: u8) -> &'static str {
     match code {
         0x00 => "",

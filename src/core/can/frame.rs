@@ -15,17 +15,17 @@ pub enum CanId {
 }
 
 impl CanId {
-    /// An 11-bit identifier; `None` above 0x7FF.
+    /// Creates an 11-bit identifier; `None` above 0x7FF.
     pub fn standard(id: u32) -> Option<Self> {
         u16::try_from(id).ok().filter(|id| *id <= 0x7FF).map(Self::Standard)
     }
 
-    /// A 29-bit identifier; `None` above `0x1FFF_FFFF`.
+    /// Creates a 29-bit identifier; `None` above `0x1FFF_FFFF`.
     pub fn extended(id: u32) -> Option<Self> {
         (id <= 0x1FFF_FFFF).then_some(Self::Extended(id))
     }
 
-    /// The number without any flag bit.
+    /// Returns the number without any flag bit.
     pub fn number(self) -> u32 {
         match self {
             Self::Standard(id) => u32::from(id),
@@ -54,6 +54,14 @@ pub enum FrameFormat {
 }
 
 /// A data frame, classic or FD. Bytes beyond the length are zero.
+///
+/// ```
+/// use signal_gateway::core::can::frame::{CanId, Frame};
+///
+/// let frame = Frame::classic(CanId::Standard(0x128), &[0x00, 0xF1]).unwrap();
+/// assert_eq!((frame.data(), frame.to_string().as_str()), (&[0x00, 0xF1][..], "128#00F1"));
+/// assert_eq!(Frame::classic(CanId::Standard(0x128), &[0; 9]), None);
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
     id: CanId,
@@ -63,19 +71,19 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A classic frame (0 to 8 bytes); `None` when `data` is longer.
+    /// Creates a classic frame (0 to 8 bytes); `None` when `data` is longer.
     pub fn classic(id: CanId, data: &[u8]) -> Option<Self> {
         (data.len() <= 8).then(|| Self::filled(id, false, data))
     }
 
-    /// An FD frame; `None` unless `data` has a length that FD can send (0 to 8, 12, 16, 20, 24, 32, 48 or
-    /// 64).
+    /// Creates an FD frame; `None` unless `data` has a length that FD can send (0 to 8, 12, 16, 20, 24, 32,
+    /// 48 or 64).
     pub fn fd(id: CanId, data: &[u8]) -> Option<Self> {
         matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
     }
 
-    /// A frame of this format, or without one a classic frame for up to 8 bytes of `data` and an FD frame for
-    /// more; `None` for a length that the format cannot send.
+    /// Creates a frame of this format, or without one a classic frame for up to 8 bytes of `data` and an FD
+    /// frame for more; `None` for a length that the format cannot send.
     pub fn with_format(id: CanId, format: Option<FrameFormat>, data: &[u8]) -> Option<Self> {
         let default = if data.len() > 8 { FrameFormat::Fd } else { FrameFormat::Classic };
         match format.unwrap_or(default) {
@@ -92,27 +100,28 @@ impl Frame {
         Self { id, fd, len, data: bytes }
     }
 
-    /// Identifier of the frame.
+    /// Returns the identifier of the frame.
     pub fn id(&self) -> CanId {
         self.id
     }
 
-    /// Format of the frame.
+    /// Returns the format of the frame.
     pub fn format(&self) -> FrameFormat {
         if self.fd { FrameFormat::Fd } else { FrameFormat::Classic }
     }
 
-    /// True if it is a CAN FD frame.
+    /// Returns true if it is a CAN FD frame.
     pub fn is_fd(&self) -> bool {
         self.fd
     }
 
-    /// Payload in the length of the frame.
+    /// Returns the payload in the length of the frame.
     pub fn data(&self) -> &[u8] {
         &self.data[..usize::from(self.len)]
     }
 
-    /// Payload padded with zeros to [`MAX_DATA`], for [`SignalCodec`](crate::core::dbc::codec::SignalCodec).
+    /// Returns the payload padded with zeros to [`MAX_DATA`], for
+    /// [`SignalCodec`](crate::core::dbc::codec::SignalCodec).
     pub fn padded(&self) -> &[u8; MAX_DATA] {
         &self.data
     }

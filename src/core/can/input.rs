@@ -56,7 +56,7 @@ pub enum CanInput {
 }
 
 impl CanInput {
-    /// Bus of the event.
+    /// Returns the bus of the event.
     pub fn bus(&self) -> BusIndex {
         match *self {
             Self::Frame { bus, .. }
@@ -68,7 +68,7 @@ impl CanInput {
         }
     }
 
-    /// Receive time of a frame; `None` for other events, which happen when they are read.
+    /// Returns the receive time of a frame; `None` for other events, which happen when they are read.
     pub fn stamp(&self) -> Option<WallStamp> {
         match *self {
             Self::Frame { stamp, .. } => Some(stamp),

@@ -13,7 +13,7 @@ pub struct BusIndex(pub u8);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkState {
-    /// Frames can arrive.
+    /// The interface is up, so that frames can arrive.
     Up,
     /// The interface exists but is down (`ENETDOWN`).
     Down,

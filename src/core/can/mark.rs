@@ -4,8 +4,8 @@ use std::fmt;
 
 /// A change of the driver's action, noted at its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Mark {
-    /// From now on nothing is operated.
+pub enum DriverMark {
+    /// The driver operates nothing from now on.
     Quiet,
     /// Indicate to the left.
     Left,
@@ -17,11 +17,11 @@ pub enum Mark {
     Off,
 }
 
-impl Mark {
-    /// All marks.
+impl DriverMark {
+    /// All marks in the order of their declaration.
     pub const ALL: [Self; 5] = [Self::Quiet, Self::Left, Self::Right, Self::Hazard, Self::Off];
 
-    /// The mark in a file.
+    /// Returns the name of the mark in a file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quiet => "quiet",
@@ -32,13 +32,13 @@ impl Mark {
         }
     }
 
-    /// The mark of this name, in upper or lower case; `None` when there is none.
+    /// Returns the mark with this name, in upper or lower case; `None` when there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|mark| mark.name().eq_ignore_ascii_case(name))
     }
 }
 
-impl fmt::Display for Mark {
+impl fmt::Display for DriverMark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }

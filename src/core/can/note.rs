@@ -1,7 +1,7 @@
-//! Changes of links and controllers, losses of frames and marks of the driver's actions in a candump log.
+//! Notes in a candump log: changes of links and controllers, lost frames, and marks of the driver's actions.
 //!
-//! The black box and `discover` write them after a `#`, which other tools take for a comment, and a replay reads
-//! them back: `# (1436509052.249713) can0 link down`.
+//! The black box and `discover` write them after a `#`, which other tools treat as a comment, and a replay
+//! reads them back: `# (1436509052.249713) can0 link down`.
 
 use std::fmt;
 
@@ -9,12 +9,12 @@ use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::ErrorCounters;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
-use crate::core::can::mark::Mark;
+use crate::core::can::mark::DriverMark;
 use crate::core::names::variant;
 
 /// An event on a bus for which candump has no line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Note {
+pub enum LogNote {
     /// The link changed to this state.
     Link(LinkState),
     /// The kernel reported the state of the controller.
@@ -22,11 +22,11 @@ pub enum Note {
     /// The kernel dropped this many frames.
     Drops(u32),
     /// The driver's action changed.
-    Mark(Mark),
+    Mark(DriverMark),
 }
 
-impl Note {
-    /// The bus and note of an input; `None` for an input with a candump line of its own or without one.
+impl LogNote {
+    /// Returns the bus and note of an input; `None` for an input that has a candump line, or that is not recorded.
     pub fn of(input: &CanInput) -> Option<(BusIndex, Self)> {
         match *input {
             CanInput::Link { bus, state } => Some((bus, Self::Link(state))),
@@ -36,7 +36,7 @@ impl Note {
         }
     }
 
-    /// The input that the note records; `None` for a mark, which is not an event on the bus.
+    /// Returns the input that the note records; `None` for a mark, which is not an event on the bus.
     pub fn input(self, bus: BusIndex) -> Option<CanInput> {
         match self {
             Self::Link(state) => Some(CanInput::Link { bus, state }),
@@ -53,7 +53,7 @@ impl Note {
             ["link", "failed", errno] => Self::Link(LinkState::Failed(errno.parse().ok()?)),
             ["link", name] => Self::Link(variant(name)?),
             ["drops", lost] => Self::Drops(lost.parse().ok()?),
-            ["mark", name] => Self::Mark(Mark::from_name(name)?),
+            ["mark", name] => Self::Mark(DriverMark::from_name(name)?),
             ["controller", state, rest @ ..] => {
                 let state = variant(state)?;
                 let number = |key: &str| rest.windows(2).find(|pair| pair[0] == key).map(|pair| pair[1]);
@@ -67,7 +67,7 @@ impl Note {
     }
 }
 
-impl fmt::Display for Note {
+impl fmt::Display for LogNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Link(LinkState::Failed(errno)) => write!(f, "link failed {errno}"),
@@ -91,7 +91,7 @@ mod tests {
     use crate::core::can::error_frame::ControllerState;
     use proptest::prelude::*;
 
-    fn note() -> impl Strategy<Value = Note> {
+    fn note() -> impl Strategy<Value = LogNote> {
         let link = prop_oneof![
             Just(LinkState::Up),
             Just(LinkState::Down),
@@ -104,11 +104,11 @@ mod tests {
             proptest::option::of(any::<(u16, u16)>().prop_map(|(tx, rx)| ErrorCounters { tx, rx }));
         let controller = (prop::sample::select(&ControllerState::ALL), counters, any::<Option<u32>>());
         prop_oneof![
-            link.prop_map(Note::Link),
-            any::<u32>().prop_map(Note::Drops),
-            prop::sample::select(&Mark::ALL).prop_map(Note::Mark),
+            link.prop_map(LogNote::Link),
+            any::<u32>().prop_map(LogNote::Drops),
+            prop::sample::select(&DriverMark::ALL).prop_map(LogNote::Mark),
             controller.prop_map(|(state, counters, restart_ms)| {
-                Note::Controller(ControllerReport { state, counters, restart_ms })
+                LogNote::Controller(ControllerReport { state, counters, restart_ms })
             }),
         ]
     }
@@ -116,15 +116,15 @@ mod tests {
     proptest! {
         #[test]
         fn written_note_is_read_back(note in note()) {
-            prop_assert_eq!(Note::parse(note.to_string().split(' ')), Some(note));
-            let of_input = note.input(BusIndex(3)).map(|input| Note::of(&input));
-            prop_assert_eq!(of_input.is_none(), matches!(note, Note::Mark(_)));
+            prop_assert_eq!(LogNote::parse(note.to_string().split(' ')), Some(note));
+            let of_input = note.input(BusIndex(3)).map(|input| LogNote::of(&input));
+            prop_assert_eq!(of_input.is_none(), matches!(note, LogNote::Mark(_)));
             prop_assert!(of_input.is_none_or(|read| read == Some((BusIndex(3), note))));
         }
 
         #[test]
         fn any_fields_are_parsed_without_panic(text in "[a-z0-9 -]{0,60}") {
-            let _outcome = Note::parse(text.split(' '));
+            let _outcome = LogNote::parse(text.split(' '));
         }
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::bus::{Bus, BusFinding, Reception};
+use super::bus::{Bus, BusFinding, BusReception};
 use super::bus_status::level;
 use super::controller::ControllerReport;
 use super::error_frame::{ControllerState, ErrorCounters};
@@ -24,7 +24,7 @@ pub struct BusSnapshot {
     /// Link below it.
     pub link: LinkState,
     /// Reception over it; `None` without a link.
-    pub reception: Option<Reception>,
+    pub reception: Option<BusReception>,
     /// Its controller; `None` where none has been reported, as on a virtual bus.
     pub controller: Option<ControllerSnapshot>,
     /// Times that the controller went bus-off since start.
@@ -85,7 +85,7 @@ impl ControllerSnapshot {
 impl BusSnapshot {
     /// Returns true while frames of the vehicle profile are received.
     pub fn is_receiving(&self) -> bool {
-        matches!(self.reception, Some(Reception::Receiving | Reception::Losing))
+        matches!(self.reception, Some(BusReception::Receiving | BusReception::Losing))
     }
 
     /// Returns the link, the controller and the reception, each with its level and its text.
@@ -128,10 +128,10 @@ impl BusSnapshot {
 }
 
 /// The reception in a finding; nothing is received without a working controller.
-fn reception(finding: BusFinding) -> Option<Reception> {
+fn reception(finding: BusFinding) -> Option<BusReception> {
     match finding {
         BusFinding::NoLink(_) => None,
-        BusFinding::BusOff { .. } | BusFinding::Stopped => Some(Reception::Silent),
+        BusFinding::BusOff { .. } | BusFinding::Stopped => Some(BusReception::Silent),
         BusFinding::Disturbed(_, reception) | BusFinding::Sound(reception) => Some(reception),
     }
 }

@@ -1,16 +1,17 @@
-//! The only frames that can be sent: those of the profile's command messages.
+//! The allow-list of command messages: only their frames can be sent.
 //!
-//! A [`CommandFrame`] is made by a [`SendPermission`] only, and a permission by the [`AllowList`] only, which the
-//! configuration builds from the profile. So a frame with another identifier, or on another bus, cannot be made.
+//! Only a [`SendPermission`] makes a [`CommandFrame`], and only the [`AllowList`] makes a permission. The
+//! configuration builds the list from the profile, so that a frame with another identifier or on another bus
+//! cannot be made.
 
 use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
 use crate::core::can::link::BusIndex;
 
-/// The messages that may be sent.
+/// The messages that may be sent, by bus and identifier.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AllowList(Vec<(BusIndex, CanId)>);
 
-/// The permission to send one of these messages.
+/// Permission to send one message of the list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SendPermission {
     bus: BusIndex,
@@ -26,13 +27,13 @@ pub struct CommandFrame {
     frame: Frame,
 }
 
-/// Why a message cannot be sent.
+/// Reason why a message cannot be sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NotSendable {
-    /// The list has it already.
+    /// The list already contains the message.
     #[error("another command message of this bus has the identifier {0}")]
     Twice(CanId),
-    /// No frame has that length.
+    /// No CAN frame has this length.
     #[error("no frame has {0} bytes: 1 to 8, 12, 16, 20, 24, 32, 48 or 64")]
     Length(usize),
 }
@@ -57,34 +58,34 @@ impl AllowList {
         Ok(permission)
     }
 
-    /// True if the message is in the list.
+    /// Returns true if the message is in the list.
     pub fn contains(&self, bus: BusIndex, id: CanId) -> bool {
         self.0.contains(&(bus, id))
     }
 
-    /// The messages, in the order of the profile.
+    /// Returns the messages, in the order of the profile.
     pub fn entries(&self) -> &[(BusIndex, CanId)] {
         &self.0
     }
 }
 
 impl SendPermission {
-    /// The bus of the message.
+    /// Returns the bus of the message.
     pub fn bus(&self) -> BusIndex {
         self.bus
     }
 
-    /// The identifier of the message.
+    /// Returns the identifier of the message.
     pub fn id(&self) -> CanId {
         self.id
     }
 
-    /// The length of the message, bytes.
+    /// Returns the length of the message in bytes.
     pub fn length(&self) -> usize {
         self.length
     }
 
-    /// A frame of the message; never `None` for a permission that the list has given.
+    /// Builds a frame of the message; never `None` for a permission that the list has granted.
     pub(super) fn frame(&self, data: &[u8; MAX_DATA]) -> Option<CommandFrame> {
         let frame = Frame::with_format(self.id, self.format, data.get(..self.length)?)?;
         Some(CommandFrame { bus: self.bus, frame })
@@ -92,12 +93,12 @@ impl SendPermission {
 }
 
 impl CommandFrame {
-    /// The bus it is for.
+    /// Returns the bus of the frame.
     pub fn bus(&self) -> BusIndex {
         self.bus
     }
 
-    /// The frame itself.
+    /// Returns the frame itself.
     pub fn frame(&self) -> &Frame {
         &self.frame
     }

@@ -1,49 +1,49 @@
-//! Arbitration: which request goes to the vehicle now. Hazard lights come before turn indicators, within what
-//! the control mode grants, without fighting the driver, and with a defined state when a sender falls silent.
+//! Arbitration: decides which request goes to the vehicle now. Hazard lights come before turn indicators, the control
+//! mode limits what is requested, the driver has priority, and a sender that falls silent has a defined effect.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Turn;
-use super::control_mode::{Grants, Mode};
+use super::control_mode::{Grants, ModeState};
 use super::intake::CommandState;
 
-/// A request to the vehicle, with authority; `None` = this function is left to the vehicle.
+/// A request to the vehicle with authority; `None` leaves the function to the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct VehicleRequest {
-    /// Turn indicators.
+    /// Requested state of the turn indicators.
     pub turn: Option<Turn>,
     /// Hazard lights, `true` = on.
     pub hazard: Option<bool>,
 }
 
-/// The request instead of the last one of a sender that has fallen silent.
+/// The request that replaces the commands of a sender that has fallen silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TimeoutAction {
-    /// Its lights off.
+    /// The lights of the sender are switched off.
     #[default]
     Off,
-    /// Its last request.
+    /// The last request of the sender is kept.
     Hold,
-    /// Hazard lights on.
+    /// The hazard lights are switched on.
     Hazard,
 }
 
-/// The request in the last frames before the gateway ends.
+/// The request in the last frames before the gateway stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ShutdownAction {
-    /// Nothing: authority is given back.
+    /// Nothing is requested, so that the vehicle has authority again.
     #[default]
     Release,
-    /// Its lights are switched off.
+    /// All lights are switched off.
     Off,
-    /// Hazard lights on.
+    /// The hazard lights are switched on.
     Hazard,
 }
 
-/// The rules of arbitration that the configuration sets.
+/// Rules of the arbitration, as configured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Rules {
+pub struct ArbitrationRules {
     /// The request after a timeout of the turn command.
     pub on_turn_timeout: TimeoutAction,
     /// The request after a timeout of the hazard command.
@@ -52,32 +52,32 @@ pub struct Rules {
     pub on_shutdown: ShutdownAction,
 }
 
-/// Everything that arbitration decides on.
+/// All inputs of the arbitration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Situation {
     /// State of the turn command.
     pub turn: CommandState<Turn>,
     /// State of the hazard command.
     pub hazard: CommandState<bool>,
-    /// The control mode.
-    pub mode: Mode,
+    /// Control mode of the vehicle, as far as it is known.
+    pub mode: ModeState,
     /// Functions that the driver has taken over.
     pub driver: Grants,
-    /// True if no report shows the hazard lights, so that they may be on by the driver.
+    /// True if no report shows the hazard lights, so that the driver may have switched them on.
     pub hazard_without_feedback: bool,
-    /// True if the gateway is about to end.
+    /// True if the gateway is about to stop.
     pub stopping: bool,
 }
 
-/// Why this is requested of a function, or nothing.
+/// Reason for the request to a function, or for its absence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DecisionReason {
     /// The command requests it.
     Commanded,
-    /// The hazard lights are on, which come before turn indicators.
+    /// The hazard lights are on and come before turn indicators.
     HazardFirst,
-    /// The command has timed out, and this is the state for that.
+    /// The command has timed out; the configured action applies.
     TimedOut,
     /// The command requests nothing.
     NoCommand,
@@ -86,20 +86,20 @@ pub enum DecisionReason {
     /// The control mode does not allow it.
     #[default]
     NotGranted,
-    /// The driver does something else.
+    /// The driver has taken over the function.
     Driver,
-    /// No report shows the hazard lights, so that they may be on by the driver.
+    /// No report shows the hazard lights, so that the driver may have switched them on.
     NoFeedback,
-    /// The gateway is about to end.
+    /// The gateway is about to stop.
     Stopping,
 }
 
-/// The request to the vehicle and its reasons; by default nothing, since no control mode is known.
+/// The request to the vehicle with its reasons; empty by default, since no control mode is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Decision {
-    /// The request that goes into the frames.
+pub struct CommandDecision {
+    /// Request that goes into the frames.
     pub request: VehicleRequest,
-    /// The request as if there were no driver, which the report is compared with.
+    /// Request without regard to the driver, with which the report is compared.
     pub commanded: VehicleRequest,
     /// The reason for the turn indicators.
     pub turn: DecisionReason,
@@ -108,7 +108,7 @@ pub struct Decision {
 }
 
 impl DecisionReason {
-    /// Text of the reason for diagnostics.
+    /// Returns the text of the reason for diagnostics.
     pub fn text(self) -> &'static str {
         match self {
             Self::Commanded => "as commanded",
@@ -124,8 +124,8 @@ impl DecisionReason {
     }
 }
 
-/// Decides the request to the vehicle; the rules and their order are those of docs/spec/vehicle-interface.md.
-pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
+/// Decides the request to the vehicle, with the rules of docs/spec/vehicle-interface.md in their order.
+pub fn arbitrate(rules: ArbitrationRules, situation: &Situation) -> CommandDecision {
     let (mut turn, mut turn_reason) = requested(situation.turn, |last| match rules.on_turn_timeout {
         TimeoutAction::Hold => last,
         TimeoutAction::Off | TimeoutAction::Hazard => Turn::Off,
@@ -169,10 +169,10 @@ pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
             (request.hazard, hazard_reason) = (None, DecisionReason::NoFeedback);
         }
     }
-    Decision { request, commanded, turn: turn_reason, hazard: hazard_reason }
+    CommandDecision { request, commanded, turn: turn_reason, hazard: hazard_reason }
 }
 
-/// The request of a command state; `on_timeout` makes it of the last request of a sender that fell silent.
+/// Returns the request of a command state; `on_timeout` converts the last request of a sender that fell silent.
 fn requested<T>(
     command_state: CommandState<T>,
     on_timeout: impl FnOnce(T) -> T,

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use crate::core::light_command::{EnumOrUnknown, Numbered};
 use crate::core::names::variant_name;
 
-/// `ControlModeReport.mode`.
+/// Control mode of the vehicle, as in `ControlModeReport.mode`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 #[repr(u8)]
 pub enum ControlMode {
-    /// `NO_COMMAND`, 0: the vehicle follows no command.
+    /// `NO_COMMAND`, 0: the vehicle follows no commands.
     NoCommand = 0,
     /// `AUTONOMOUS`, 1: Autoware drives.
     Autonomous = 1,
@@ -29,32 +29,32 @@ pub enum ControlMode {
 
 /// The control mode, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Mode {
-    /// A defined mode.
+pub enum ModeState {
+    /// The vehicle is in a defined mode.
     Known(ControlMode),
-    /// A value that stands for no mode.
+    /// The value is not a defined mode.
     Undefined(i128),
-    /// Nothing has been received, or nothing for longer than the timeout.
+    /// Nothing has been received within the timeout.
     #[default]
     Unknown,
 }
 
-/// The functions that may be requested.
+/// Functions that may be requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Grants {
-    /// Turn indicators: the steering group.
+    /// Turn indicators, which belong to the steering group.
     pub turn: bool,
-    /// Hazard lights: the group of all else.
+    /// Hazard lights, which belong to the remaining group.
     pub hazard: bool,
 }
 
 impl ControlMode {
-    /// The constant's name in the `.msg` file.
+    /// Returns the name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
         variant_name(&self)
     }
 
-    /// The functions it grants. Modes that the interface leaves undecided grant nothing.
+    /// Returns the functions that the mode grants; modes that the interface leaves undecided grant none.
     pub fn grants(self) -> Grants {
         match self {
             Self::Autonomous | Self::AutonomousSteerOnly => Grants { turn: true, hazard: true },
@@ -76,7 +76,7 @@ impl Numbered for ControlMode {
     ];
 }
 
-impl From<EnumOrUnknown<ControlMode>> for Mode {
+impl From<EnumOrUnknown<ControlMode>> for ModeState {
     fn from(mode: EnumOrUnknown<ControlMode>) -> Self {
         match mode {
             EnumOrUnknown::Known(mode) => Self::Known(mode),
@@ -85,8 +85,8 @@ impl From<EnumOrUnknown<ControlMode>> for Mode {
     }
 }
 
-impl Mode {
-    /// The functions it grants: none while it is not known.
+impl ModeState {
+    /// Returns the functions that the mode grants: none while it is unknown.
     pub fn grants(self) -> Grants {
         match self {
             Self::Known(mode) => mode.grants(),
@@ -104,10 +104,13 @@ mod tests {
         let table = [(false, false), (true, true), (true, true), (false, true)];
         let table = table.into_iter().chain([(false, false); 3]);
         for (raw, (mode, (turn, hazard))) in (0_u8..).zip(ControlMode::ALL.iter().zip(table)) {
-            assert_eq!((*mode as u8, Mode::from(EnumOrUnknown::from(raw))), (raw, Mode::Known(*mode)));
+            assert_eq!(
+                (*mode as u8, ModeState::from(EnumOrUnknown::from(raw))),
+                (raw, ModeState::Known(*mode))
+            );
             assert_eq!(mode.grants(), Grants { turn, hazard }, "{}", mode.name());
         }
-        assert_eq!(Mode::from(EnumOrUnknown::from(7)), Mode::Undefined(7));
-        assert_eq!(Mode::Undefined(1).grants(), Grants::default());
+        assert_eq!(ModeState::from(EnumOrUnknown::from(7)), ModeState::Undefined(7));
+        assert_eq!(ModeState::Undefined(1).grants(), Grants::default());
     }
 }

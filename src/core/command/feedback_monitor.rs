@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::Turn;
 use crate::core::time::{MonoTime, deadline_after};
 
-/// The time the vehicle may take to show a request.
+/// Time that the vehicle may take to show a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Limits {
+pub struct FeedbackLimits {
     /// Time until a difference is a warning.
     pub warn: Duration,
     /// Time until it is an error; not below `warn`.
@@ -20,11 +20,11 @@ pub struct Limits {
 
 /// A state of lights that can be compared with a report.
 pub trait Lights: Copy + Eq {
-    /// True if a light is on.
+    /// Returns true if a light is on.
     fn is_lit(self) -> bool;
-    /// True for hazard lights on, a request that is carried out whatever its stamp.
+    /// Returns true for hazard lights on, a request that is obeyed whatever its stamp.
     fn is_hazard_on(self) -> bool;
-    /// The name in texts.
+    /// Returns the name in texts.
     fn name(self) -> &'static str;
 }
 
@@ -61,30 +61,30 @@ impl Lights for bool {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Compliance {
-    /// Nothing is requested.
+    /// No state is requested, so that nothing is compared.
     #[default]
     NotRequested,
     /// The report shows the request.
     Compliant,
-    /// It does not, for no longer than the first limit.
+    /// The report differs, but not for longer than the first limit.
     Pending,
-    /// It has not for longer than the first limit.
+    /// The report has differed for longer than the first limit.
     Overdue,
-    /// It has not for longer than the second limit.
+    /// The report has differed for longer than the second limit.
     Mismatch,
     /// There has been no report for longer than the first limit.
     NoFeedback,
-    /// It shows what the driver does, or what was on before the gateway requested anything.
+    /// The report shows what the driver does, or a light that was on before the first request.
     DriverOverride,
 }
 
-/// The lights in coming reports that were switched on by request. Reports lag behind, so that a short request
+/// Lights in later reports that the gateway has switched on. Reports lag behind, so that a short request
 /// shows after it has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum OwnLights {
-    /// A light that is reported on is somebody else's.
+    /// A light that is reported on is not the gateway's.
     None,
-    /// The report shows, or will show, so many requested lights one after the other.
+    /// The report shows or will show this many requested lights, one after the other.
     Expected(NonZeroU8),
 }
 
@@ -108,37 +108,38 @@ impl OwnLights {
     }
 }
 
-/// Monitors one function: turn indicators or hazard lights.
+/// Monitor of one function: turn indicators or hazard lights.
 #[derive(Debug, Clone)]
 pub struct FeedbackMonitor<T> {
-    limits: Limits,
+    limits: FeedbackLimits,
     requested: Option<T>,
     requested_since: MonoTime,
-    /// Since when the report has not shown the request.
+    /// Time since which the report differs from the request.
     mismatch_since: Option<MonoTime>,
-    /// True if the report has shown the present request.
     complied_once: bool,
     own_lights: OwnLights,
-    /// True if a light was on by the last report.
+    /// True if the last report shows a light on.
     reported_lit: bool,
-    /// The light that was the driver's by the last report.
+    /// Light of the driver in the last report.
     driver_light: Option<T>,
-    compliance: Compliance,
-    counts: FeedbackCounts,
+    /// Compliance after the last update.
+    pub compliance: Compliance,
+    /// Number of changes of compliance since start.
+    pub counts: FeedbackCounts,
 }
 
-/// Changes of compliance since start.
+/// Number of changes of compliance since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FeedbackCounts {
-    /// Changes to [`Compliance::DriverOverride`].
+    /// Number of changes to [`Compliance::DriverOverride`].
     pub driver_overrides: u64,
-    /// Changes to [`Compliance::Mismatch`].
+    /// Number of changes to [`Compliance::Mismatch`].
     pub mismatches: u64,
 }
 
 impl<T: Lights> FeedbackMonitor<T> {
-    /// A monitor without a request and without a report.
-    pub fn new(limits: Limits) -> Self {
+    /// Creates a monitor without a request and without a report.
+    pub fn new(limits: FeedbackLimits) -> Self {
         Self {
             limits,
             requested: None,
@@ -153,8 +154,7 @@ impl<T: Lights> FeedbackMonitor<T> {
         }
     }
 
-    /// Compares the report with the request. `driver`: whether the vehicle signals that the driver has taken
-    /// over this function.
+    /// Compares the report with the request. `driver` is true if the vehicle signals that the driver has taken over.
     pub fn update(&mut self, requested: Option<T>, reported: Option<T>, driver: bool, now: MonoTime) {
         let requests_light = requested.is_some_and(Lights::is_lit);
         if requested != self.requested {
@@ -186,8 +186,8 @@ impl<T: Lights> FeedbackMonitor<T> {
         self.set_compliance(compliance);
     }
 
-    /// Compares nothing for now, because the report cannot show this function. A light that is requested
-    /// meanwhile may be on when it can, and is ours then. `driver` as for [`Self::update`].
+    /// Suspends the comparison, because the report cannot show this function. A light that is requested meanwhile
+    /// counts as the gateway's when the report can show it again. For `driver` see [`Self::update`].
     pub fn suspend(&mut self, requested: Option<T>, driver: bool) {
         self.requested = None;
         self.mismatch_since = None;
@@ -204,27 +204,17 @@ impl<T: Lights> FeedbackMonitor<T> {
         });
     }
 
-    /// The compliance as updated last.
-    pub fn compliance(&self) -> Compliance {
-        self.compliance
-    }
-
-    /// True if the driver has this function.
+    /// Returns true if the driver has taken over this function.
     pub fn is_driver_override(&self) -> bool {
         self.compliance == Compliance::DriverOverride
     }
 
-    /// True if a light that is on, or may be, was switched on by request.
+    /// Returns true if the gateway has switched on a light that is or may be on.
     pub fn is_own_light(&self) -> bool {
         self.own_lights != OwnLights::None
     }
 
-    /// Changes of compliance since start.
-    pub fn counts(&self) -> FeedbackCounts {
-        self.counts
-    }
-
-    /// When the compliance changes without a new request or report.
+    /// Returns the time at which the compliance changes without a new request or report.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let since = self.mismatch_since?;
         [deadline_after(since, self.limits.warn), deadline_after(since, self.limits.error)]
@@ -268,8 +258,8 @@ impl<T: Lights> FeedbackMonitor<T> {
         }
     }
 
-    /// A light that is not requested is the driver's if it was before, if it was on before anything was
-    /// requested, or if it came on after the vehicle had shown the request and had time to settle.
+    /// Returns true for a light of the driver: one that was the driver's before, was on before the first
+    /// request, or came on after the vehicle had shown the request and had time to settle.
     fn is_driver_light(&self, requested: T, shown: T, now: MonoTime) -> bool {
         if shown == requested || !shown.is_lit() {
             return false;
@@ -286,16 +276,16 @@ mod tests {
     /// A vehicle that takes 150 ms shows the first request when the second one comes and ends.
     #[test]
     fn a_report_that_lags_behind_several_requests_shows_no_driver_override() {
-        let limits = Limits { warn: Duration::from_millis(1500), error: Duration::from_secs(3) };
+        let limits = FeedbackLimits { warn: Duration::from_millis(1500), error: Duration::from_secs(3) };
         let mut monitor = FeedbackMonitor::new(limits);
         let requested = |ms: i64| (0..200).contains(&ms) || (220..240).contains(&ms);
         for ms in (0..700).step_by(10) {
             let at = MonoTime::from_millis(u64::try_from(ms).unwrap());
             monitor.update(Some(requested(ms)), Some(requested(ms - 150)), false, at);
-            assert_ne!(monitor.compliance(), Compliance::DriverOverride, "at {ms} ms");
+            assert_ne!(monitor.compliance, Compliance::DriverOverride, "at {ms} ms");
         }
         assert!(!monitor.is_own_light());
         monitor.update(Some(false), Some(true), false, MonoTime::from_millis(700));
-        assert_eq!(monitor.compliance(), Compliance::DriverOverride);
+        assert_eq!(monitor.compliance, Compliance::DriverOverride);
     }
 }

@@ -1,17 +1,17 @@
 //! The command machine: commands, control mode, reports and sent frames in; frames to send and statuses out.
 //!
-//! It runs in real time. Hand it every input with [`CommandFlow::handle_input`], [`CommandFlow::handle_report`]
+//! It runs in real time. Pass every input to [`CommandFlow::handle_input`], [`CommandFlow::handle_report`]
 //! and the methods for frames, then call [`CommandFlow::settle`], and again at
-//! [`CommandFlow::next_deadline`]; drain [`CommandFlow::poll_output`] after each settling.
+//! [`CommandFlow::next_deadline`]. Drain [`CommandFlow::poll_output`] after each call of `settle`.
 
 use std::collections::VecDeque;
 
-use super::arbitration::{Decision, Situation, arbitrate};
-use super::control_mode::{Grants, Mode};
+use super::arbitration::{CommandDecision, Situation, arbitrate};
+use super::control_mode::{Grants, ModeState};
 use super::feedback_monitor::{Compliance, FeedbackMonitor};
 use super::input::CommandInput;
 use super::intake::{CommandState, Intake, merged_hazard};
-use super::message::{CommandMessage, Contents};
+use super::message::{CommandMessage, FrameContents};
 use super::origin::{CommandOrigin, SampleId};
 use super::output::CommandOutput;
 use super::push_button::PushButton;
@@ -29,7 +29,7 @@ use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{Observations, Reading};
 use crate::core::validation::table::MessageIndex;
 
-/// The command machine.
+/// State machine of the commands to the vehicle.
 #[derive(Debug, Clone)]
 pub struct CommandFlow {
     pub(super) settings: CommandSettings,
@@ -37,10 +37,9 @@ pub struct CommandFlow {
     observations: Observations,
     pub(super) turn: Intake<Turn>,
     pub(super) hazard: Intake<bool>,
-    /// Hazard commands of this gateway's own decider, where it is the source.
+    /// Hazard commands of the gateway's decider, if it is the source.
     decider_hazard: Intake<bool>,
-    /// The last mode of the topic, and when it was received.
-    reported_mode: Option<(Mode, MonoTime)>,
+    reported_mode: Option<(ModeState, MonoTime)>,
     stale_mode_filter: StaleMessageFilter,
     pub(super) undefined_modes: u64,
     pub(super) reported: Reported,
@@ -48,78 +47,71 @@ pub struct CommandFlow {
     pub(super) hazard_feedback: FeedbackMonitor<bool>,
     /// The last value of each signal for a driver override.
     driver_signals: Vec<bool>,
-    /// The sender of each message of the profile.
     outputs: Vec<MessageOutput>,
     stopping: bool,
-    finding: Finding,
-    timers: TimerTable<Timer>,
+    finding: CommandFinding,
+    timers: TimerTable<CommandTimer>,
     ready: VecDeque<CommandOutput>,
 }
 
-/// The deadlines of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Timer {
+enum CommandTimer {
     TurnCommand,
     HazardCommand,
     DeciderHazard,
     ControlMode,
     TurnFeedback,
     HazardFeedback,
-    /// The signals that are received for commands become too old.
+    /// A signal that is received for commands becomes stale.
     Signals,
     Button,
     /// A frame is due, or a foreign one is no longer shown.
     Frame,
 }
 
-/// One message of the profile on its way out.
+/// Transmission state of one message of the profile.
 #[derive(Debug, Clone)]
 struct MessageOutput {
     sender: Sender,
     button: Option<PushButton>,
-    /// Frames sent before the gateway began to end.
+    /// Frames sent before [`CommandInput::Stop`].
     sent_before_stop: u64,
-    /// The contents of its last frame.
-    last_contents: Option<Contents>,
+    last_contents: Option<FrameContents>,
 }
 
-/// The present state as the statuses show it; a change of it is news.
+/// The state that the statuses show; they are published when it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Finding {
-    pub(super) decision: Decision,
-    pub(super) mode: Mode,
+pub(super) struct CommandFinding {
+    pub(super) decision: CommandDecision,
+    pub(super) mode: ModeState,
     pub(super) turn: FunctionFinding<Turn>,
     pub(super) hazard: FunctionFinding<bool>,
     /// True if all attempts with a button were without response.
     pub(super) button_given_up: bool,
-    /// The first bus that commands cannot be sent on.
+    /// The first bus on which no command can be sent.
     pub(super) cut_off: Option<BusIndex>,
-    /// The worst of all messages.
+    /// The worst problem of all messages.
     pub(super) problem: Option<SendProblem>,
-    /// The first message that somebody else sends as well.
+    /// Position of the first message that another sender sends too.
     pub(super) conflicting_sender: Option<usize>,
 }
 
-/// What has become of a function's request on the bus, at its worst of all messages that carry the function.
+/// Delivery of a request on the bus, the worst of all messages that carry the function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) enum Delivery {
-    /// It was sent, as far as the sockets know.
+pub(super) enum RequestDelivery {
+    /// The sockets have accepted the frames.
     #[default]
     Sent,
-    /// It is not sent: a dry run.
     DryRun,
-    /// The last frame could not be sent.
     Failing,
-    /// Nothing can be sent on the bus.
     CutOff,
 }
 
-/// The finding about one function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FunctionFinding<T> {
-    pub(super) delivery: Delivery,
+    pub(super) delivery: RequestDelivery,
     pub(super) command_state: CommandState<T>,
-    /// The undefined number of a command within the last second.
+    /// Undefined number of a command within the last second.
     pub(super) undefined_number: Option<u8>,
     pub(super) is_oscillating: bool,
     pub(super) compliance: Compliance,
@@ -127,7 +119,7 @@ pub(super) struct FunctionFinding<T> {
 }
 
 impl CommandFlow {
-    /// A machine that has received and sent nothing. The first frames come out of the first [`Self::settle`].
+    /// Creates a machine that has received and sent nothing. The first [`Self::settle`] queues the first frames.
     pub fn new(settings: CommandSettings, binding: CommandBinding, now: Now) -> Self {
         let output = |message: &CommandMessage| MessageOutput {
             sender: Sender::new(message),
@@ -149,7 +141,7 @@ impl CommandFlow {
             driver_signals: vec![false; binding.driver.len()],
             outputs: binding.messages.iter().map(output).collect(),
             stopping: false,
-            finding: Finding::default(),
+            finding: CommandFinding::default(),
             timers: TimerTable::default(),
             ready: VecDeque::new(),
             settings,
@@ -157,8 +149,8 @@ impl CommandFlow {
         }
     }
 
-    /// Takes an input. Turn commands count only from the configured source; hazard commands of the decider,
-    /// where it is the source, count beside those of the topic.
+    /// Handles an input. Turn commands count only from the configured source; if that is the decider, its
+    /// hazard commands count as well as the topic's.
     pub fn handle_input(&mut self, input: CommandInput, now: Now) {
         match input {
             CommandInput::Turn { origin, command, stamp } => {
@@ -186,25 +178,25 @@ impl CommandFlow {
                 if let Some((output, message)) = self.output_of(frame.bus(), frame.frame().id()) {
                     output.sender.handle_failure(message, frame.frame(), failure, now.mono);
                 }
-                self.timers.set(Timer::Frame, self.next_frame(now.mono));
+                self.timers.set(CommandTimer::Frame, self.next_frame(now.mono));
             }
             CommandInput::Stop => {
                 if !std::mem::replace(&mut self.stopping, true) {
                     for output in &mut self.outputs {
-                        output.sent_before_stop = output.sender.counts().sent;
+                        output.sent_before_stop = output.sender.counts.sent;
                     }
                 }
             }
         }
     }
 
-    /// Takes the present reports of the vehicle's lights.
+    /// Sets the current reports of the vehicle's lights.
     pub fn handle_report(&mut self, reported: Reported) {
         self.reported = reported;
     }
 
-    /// Takes a frame of the vehicle after its bus has; false for a message that is not of [`CommandBinding::table`],
-    /// which is ignored.
+    /// Handles a frame of the vehicle after its bus has handled it. Returns false for a message that is not
+    /// in [`CommandBinding::table`]; it is ignored.
     pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
         let mut messages = self.binding.table.messages.iter();
         let at = messages.position(|message| message.bus == bus && message.id == frame.id());
@@ -216,7 +208,7 @@ impl CommandFlow {
         at.is_some()
     }
 
-    /// Tells whose frame was received, before any other flow takes it: only a frame of
+    /// Returns the origin of a received frame. Call it before any other flow handles the frame: only
     /// [`FrameOrigin::Vehicle`] may count as the vehicle's.
     pub fn classify_frame(&mut self, bus: BusIndex, frame: &Frame, now: Now) -> FrameOrigin {
         self.output_of(bus, frame.id())
@@ -233,12 +225,12 @@ impl CommandFlow {
         self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// True if nothing is left to be sent after [`CommandInput::Stop`].
+    /// Returns true if all frames after [`CommandInput::Stop`] have been sent.
     pub fn is_finished(&self) -> bool {
         self.stopping && self.outputs.iter().all(|output| !output.sender.is_waiting())
     }
 
-    /// Brings everything up to now, and queues the frames that are due. True when the statuses have changed.
+    /// Updates the state to `now` and queues the frames that are due. Returns true if the statuses have changed.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let mono = now.mono;
         let turn = self.turn.command_state(mono);
@@ -253,7 +245,7 @@ impl CommandFlow {
             self.is_live() && self.reported.hazard.is_none() && !self.hazard_feedback.is_own_light();
         let decision = arbitrate(rules, &Situation { driver, hazard_without_feedback, ..situation });
         let cut_off = self.send(decision, buses, mono);
-        let finding = Finding {
+        let finding = CommandFinding {
             decision,
             mode,
             turn: FunctionFinding {
@@ -261,7 +253,7 @@ impl CommandFlow {
                 command_state: turn,
                 undefined_number: self.turn.undefined_number(mono),
                 is_oscillating: self.turn.is_oscillating(mono),
-                compliance: self.turn_feedback.compliance(),
+                compliance: self.turn_feedback.compliance,
                 reported: self.reported.turn,
             },
             hazard: FunctionFinding {
@@ -269,7 +261,7 @@ impl CommandFlow {
                 command_state: hazard,
                 undefined_number: self.hazard.undefined_number(mono),
                 is_oscillating: self.hazard.is_oscillating(mono),
-                compliance: self.hazard_feedback.compliance(),
+                compliance: self.hazard_feedback.compliance,
                 reported: self.reported.hazard,
             },
             button_given_up: self.is_live() && self.buttons().any(PushButton::has_given_up),
@@ -284,33 +276,32 @@ impl CommandFlow {
         std::mem::replace(&mut self.finding, finding) != finding
     }
 
-    /// The next frame, oldest first; `None` when all were taken.
+    /// Returns the next queued frame, oldest first; `None` when the queue is empty.
     pub fn poll_output(&mut self) -> Option<CommandOutput> {
         self.ready.pop_front()
     }
 
-    /// When to call [`Self::settle`] without an input; `None` while nothing is due.
+    /// Returns the time at which [`Self::settle`] is due without an input; `None` while nothing is due.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         self.timers.next_deadline()
     }
 
-    /// The request to the vehicle and its reasons, as settled last.
-    pub fn decision(&self) -> Decision {
+    /// Returns the request to the vehicle with its reasons, as of the last [`Self::settle`].
+    pub fn decision(&self) -> CommandDecision {
         self.finding.decision
     }
 
-    /// Frames of each message since start, in the order of the profile.
+    /// Returns the frames of each message since start, in the order of the profile.
     pub fn send_counts(&self) -> impl Iterator<Item = (&str, SendCounts)> {
         let names = self.binding.messages.iter().map(|message| message.name.as_str());
-        names.zip(self.outputs.iter().map(|output| output.sender.counts()))
+        names.zip(self.outputs.iter().map(|output| output.sender.counts))
     }
 
-    /// Last values of the signals that are received for commands.
     pub(super) fn observations(&self) -> &Observations {
         &self.observations
     }
 
-    pub(super) fn finding(&self) -> &Finding {
+    pub(super) fn finding(&self) -> &CommandFinding {
         &self.finding
     }
 
@@ -318,17 +309,17 @@ impl CommandFlow {
         self.settings.transmit == Transmit::On
     }
 
-    /// A control mode of the topic. Ignored when the mode comes from a signal, and when it is stale.
-    fn handle_control_mode(&mut self, mode: Mode, sample: SampleId, stamp: WallStamp, now: Now) {
+    /// Handles a control mode of the topic, which is ignored when it is stale or the mode comes from a signal.
+    fn handle_control_mode(&mut self, mode: ModeState, sample: SampleId, stamp: WallStamp, now: Now) {
         let is_from_topic = self.settings.mode_timeout().is_some();
         if !is_from_topic || self.stale_mode_filter.check(sample, stamp, false, now).is_err() {
             return;
         }
         self.reported_mode = Some((mode, now.mono));
-        self.undefined_modes += u64::from(matches!(mode, Mode::Undefined(_)));
+        self.undefined_modes += u64::from(matches!(mode, ModeState::Undefined(_)));
     }
 
-    /// The way out of a message that the gateway sends, with its description.
+    /// Returns the transmission state of a message that the gateway sends, with its description.
     fn output_of(&mut self, bus: BusIndex, id: CanId) -> Option<(&mut MessageOutput, &CommandMessage)> {
         let is_it =
             |message: &CommandMessage| message.permission.bus() == bus && message.permission.id() == id;
@@ -339,39 +330,43 @@ impl CommandFlow {
         self.outputs.iter().filter_map(|output| output.sender.next_deadline(now)).min()
     }
 
-    /// Sets all timers by what was settled at `now`.
     fn set_timers(&mut self, now: MonoTime) {
         let reported_mode = self.reported_mode.zip(self.settings.mode_timeout());
         let mode = reported_mode.map(|((_, at), timeout)| deadline_after(at, timeout));
         let button = self.buttons().filter_map(PushButton::next_deadline).min();
         let deadlines = [
-            (Timer::TurnCommand, self.turn.next_deadline(now)),
-            (Timer::HazardCommand, self.hazard.next_deadline(now)),
-            (Timer::DeciderHazard, self.decider_hazard.next_deadline(now)),
-            (Timer::ControlMode, mode.filter(|at| *at > now)),
-            (Timer::TurnFeedback, self.turn_feedback.next_deadline(now)),
-            (Timer::HazardFeedback, self.hazard_feedback.next_deadline(now)),
-            (Timer::Signals, self.observations.next_deadline(&self.binding.table, now)),
-            (Timer::Button, button.filter(|at| *at > now)),
-            (Timer::Frame, self.next_frame(now)),
+            (CommandTimer::TurnCommand, self.turn.next_deadline(now)),
+            (CommandTimer::HazardCommand, self.hazard.next_deadline(now)),
+            (CommandTimer::DeciderHazard, self.decider_hazard.next_deadline(now)),
+            (CommandTimer::ControlMode, mode.filter(|at| *at > now)),
+            (CommandTimer::TurnFeedback, self.turn_feedback.next_deadline(now)),
+            (CommandTimer::HazardFeedback, self.hazard_feedback.next_deadline(now)),
+            (CommandTimer::Signals, self.observations.next_deadline(&self.binding.table, now)),
+            (CommandTimer::Button, button.filter(|at| *at > now)),
+            (CommandTimer::Frame, self.next_frame(now)),
         ];
         for (timer, at) in deadlines {
             self.timers.set(timer, at);
         }
     }
 
-    /// What has become of the request of the function that these messages carry.
-    fn delivery(&self, buses: &[Bus], now: MonoTime, carries: impl Fn(&CommandMessage) -> bool) -> Delivery {
+    /// Returns the worst delivery among the messages that carry a function.
+    fn delivery(
+        &self,
+        buses: &[Bus],
+        now: MonoTime,
+        carries: impl Fn(&CommandMessage) -> bool,
+    ) -> RequestDelivery {
         let of_message = |(output, message): (&MessageOutput, &CommandMessage)| {
             let bus = buses.get(usize::from(message.permission.bus().0));
             if !bus.is_some_and(|bus| can_send(bus, now)) {
-                Delivery::CutOff
+                RequestDelivery::CutOff
             } else if output.sender.problem().is_some() {
-                Delivery::Failing
+                RequestDelivery::Failing
             } else if self.is_live() {
-                Delivery::Sent
+                RequestDelivery::Sent
             } else {
-                Delivery::DryRun
+                RequestDelivery::DryRun
             }
         };
         let messages = self.outputs.iter().zip(&self.binding.messages);
@@ -382,27 +377,27 @@ impl CommandFlow {
         self.outputs.iter().filter_map(|output| output.button.as_ref())
     }
 
-    fn mode(&self, buses: &[Bus], now: MonoTime) -> Mode {
+    fn mode(&self, buses: &[Bus], now: MonoTime) -> ModeState {
         let signal = self.binding.control_mode.as_ref();
         match (self.settings.mode_from, signal) {
             (ModeFrom::Topic { timeout }, _) => match self.reported_mode {
                 Some((mode, at)) if now.since(at) <= timeout => mode,
-                Some(_) | None => Mode::Unknown,
+                Some(_) | None => ModeState::Unknown,
             },
             (ModeFrom::Signal, Some(role)) => {
                 match self.observations.read(&self.binding.table, role, buses, now) {
-                    Reading::Observed { meaning: Meaning::Defined(mode), .. } => Mode::Known(mode),
-                    Reading::Observed { meaning: Meaning::Undefined, raw, .. } => Mode::Undefined(raw),
+                    Reading::Observed { meaning: Meaning::Defined(mode), .. } => ModeState::Known(mode),
+                    Reading::Observed { meaning: Meaning::Undefined, raw, .. } => ModeState::Undefined(raw),
                     Reading::Observed { meaning: Meaning::NotAvailable | Meaning::Fault, .. }
-                    | Reading::Missing(_) => Mode::Unknown,
+                    | Reading::Missing(_) => ModeState::Unknown,
                 }
             }
-            (ModeFrom::Signal, None) => Mode::Unknown,
+            (ModeFrom::Signal, None) => ModeState::Unknown,
         }
     }
 
-    /// The functions that the vehicle signals the driver has taken over. A signal that is lost keeps its last
-    /// value.
+    /// Returns the functions that the driver has taken over, as the vehicle signals it. A lost signal keeps
+    /// its last value.
     fn driver_overrides(&mut self, buses: &[Bus], now: MonoTime) -> Grants {
         let mut overrides = Grants::default();
         for (signal, last) in self.binding.driver.iter().zip(&mut self.driver_signals) {
@@ -416,9 +411,9 @@ impl CommandFlow {
         overrides
     }
 
-    /// Compares the report with the request; gives the functions that are the driver's. A dry run requests
-    /// nothing of the vehicle. While the hazard lights are on, reports of turn indicators show nothing.
-    fn supervise(&mut self, decision: Decision, overrides: Grants, now: MonoTime) -> Grants {
+    /// Compares the report with the request and returns the functions of the driver. A dry run requests
+    /// nothing. While the hazard lights are on, reports of turn indicators are not compared.
+    fn supervise(&mut self, decision: CommandDecision, overrides: Grants, now: MonoTime) -> Grants {
         let Reported { turn, hazard } = self.reported;
         let commanded = Some(decision.commanded).filter(|_| self.is_live()).unwrap_or_default();
         let is_hazard = commanded.hazard == Some(true) || hazard == Some(true);
@@ -442,8 +437,8 @@ impl CommandFlow {
         Grants { turn: self.turn_feedback.is_driver_override() || would_end, hazard: drivers }
     }
 
-    /// Queues the frames that are due; gives the first bus on which none can be sent.
-    fn send(&mut self, decision: Decision, buses: &[Bus], now: MonoTime) -> Option<BusIndex> {
+    /// Queues the frames that are due and returns the first bus on which none can be sent.
+    fn send(&mut self, decision: CommandDecision, buses: &[Bus], now: MonoTime) -> Option<BusIndex> {
         let mut cut_off = None;
         for (output, message) in self.outputs.iter_mut().zip(&self.binding.messages) {
             let bus = message.permission.bus();
@@ -458,7 +453,7 @@ impl CommandFlow {
             let requested = decision.request.hazard.filter(|_| !self.stopping);
             let press = |button: &mut PushButton| button.update(requested, self.reported.hazard, now);
             let pressed = output.button.as_mut().is_some_and(press);
-            let has_ended = self.stopping && output.sender.counts().sent > output.sent_before_stop;
+            let has_ended = self.stopping && output.sender.counts.sent > output.sent_before_stop;
             let contents = message.contents(decision.request, pressed).filter(|_| !has_ended);
             if let Some(frame) = output.sender.settle(message, contents, now) {
                 let is_news = std::mem::replace(&mut output.last_contents, contents) != contents;
@@ -475,12 +470,11 @@ impl CommandFlow {
     }
 }
 
-/// True if a message requests hazard lights, by a part of its own or together with the turn indicators.
+/// Returns true if a message requests hazard lights, by a part of its own or together with the turn indicators.
 fn carries_hazard(message: &CommandMessage) -> bool {
     message.hazard.is_some() || message.turn.as_ref().is_some_and(|turn| turn.hazard.is_some())
 }
 
-/// True if frames can be sent on a bus.
 fn can_send(bus: &Bus, now: MonoTime) -> bool {
     bus.link() == LinkState::Up && bus.controller().shown(now) != Some(ControllerState::BusOff)
 }

@@ -1,4 +1,4 @@
-//! The inputs of the command machine: commands, the control mode, and the fate of its frames.
+//! Inputs of the command machine: commands, the control mode, and the results of sending.
 
 use super::allow_list::CommandFrame;
 use super::control_mode::ControlMode;
@@ -14,7 +14,7 @@ pub enum CommandInput {
     Turn {
         /// Origin of the command.
         origin: CommandOrigin,
-        /// Command as received.
+        /// The command, or a number that the message does not define.
         command: EnumOrUnknown<TurnCommand>,
         /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
@@ -23,7 +23,7 @@ pub enum CommandInput {
     Hazard {
         /// Origin of the command.
         origin: CommandOrigin,
-        /// Command as received.
+        /// The command, or a number that the message does not define.
         command: EnumOrUnknown<HazardCommand>,
         /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
@@ -37,8 +37,7 @@ pub enum CommandInput {
         /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
     },
-    /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) was sent now, which may be
-    /// later than it was given out.
+    /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) was sent now.
     Sent(CommandFrame),
     /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) could not be sent.
     SendFailed {
@@ -47,6 +46,6 @@ pub enum CommandInput {
         /// Reason for the failure.
         failure: SendFailure,
     },
-    /// The gateway is about to end: one last frame of each message, then none.
+    /// The gateway is about to stop: each message is sent once more.
     Stop,
 }

@@ -1,4 +1,4 @@
-//! One command topic: which of its messages are used, and what its sender requests now.
+//! Messages of one command topic: which of them are used, and what the sender requests now.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -10,12 +10,11 @@ use super::stale_message_filter::{StaleMessageFilter, Untimely};
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// The time for which an undefined number is shown.
 const UNDEFINED_SHOWN: Duration = Duration::from_secs(1);
-/// So many changes of the request within so long come from more than one sender, as a rule.
+/// Number of changes within a time that indicates more than one sender.
 const OSCILLATION: (usize, Duration) = (5, Duration::from_secs(1));
 
-/// The request in a command; `None` for `NO_COMMAND`.
+/// Converts a command to its request; `None` for `NO_COMMAND`.
 impl From<TurnCommand> for Option<Turn> {
     fn from(command: TurnCommand) -> Self {
         match command {
@@ -27,7 +26,7 @@ impl From<TurnCommand> for Option<Turn> {
     }
 }
 
-/// The request in a command, `true` = on; `None` for `NO_COMMAND`.
+/// Converts a command to its request, `true` = on; `None` for `NO_COMMAND`.
 impl From<HazardCommand> for Option<bool> {
     fn from(command: HazardCommand) -> Self {
         match command {
@@ -38,56 +37,53 @@ impl From<HazardCommand> for Option<bool> {
     }
 }
 
-/// The present command of a sender.
+/// Current command of a sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CommandState<T> {
     /// Nothing has been received since start.
     #[default]
     NeverReceived,
-    /// The sender sends `NO_COMMAND`, and its request before has timed out.
+    /// The sender sends `NO_COMMAND`, and its earlier request has timed out.
     NoCommand,
-    /// It requests this.
+    /// The sender requests this state.
     Requested(T),
-    /// Nothing has been received for longer than the limit; the last message requested this, or was
-    /// `NO_COMMAND`.
+    /// Nothing has been received for longer than the limit; the last message requested this, or was `NO_COMMAND`.
     TimedOut(Option<T>),
 }
 
-/// Messages since start.
+/// Number of messages since start, by use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct IntakeCounts {
     /// Messages of all writers.
     pub received: u64,
-    /// Those with `NO_COMMAND` that were used.
+    /// Messages with `NO_COMMAND` that were used.
     pub no_command: u64,
-    /// Those with an undefined number.
+    /// Messages with an undefined number.
     pub undefined: u64,
-    /// Those that a later one of the same writer had overtaken.
+    /// Messages that a later one of the same writer had overtaken.
     pub overtaken: u64,
-    /// Stale ones. They are not shown otherwise: a sender that is alive sends again at once, and one that is not
-    /// has no effect.
+    /// Stale messages. Only this count shows them, since an active sender soon sends again.
     pub stale: u64,
 }
 
-/// Commands of one topic, from all of its writers.
+/// State of one command topic, with all its writers.
 #[derive(Debug, Clone)]
 pub struct Intake<T> {
     timeout: Duration,
-    /// The last request, and when it was received last.
+    /// Last request with its latest receive time.
     requested: Option<(T, MonoTime)>,
-    /// The receive time of the last message that was used.
     last_used: Option<MonoTime>,
-    /// The last undefined number, and its receive time.
     undefined: Option<(u8, MonoTime)>,
-    /// When the request changed last, the oldest change first.
+    /// Times of the latest changes of the request, oldest first.
     changes: VecDeque<MonoTime>,
     stale_filter: StaleMessageFilter,
-    counts: IntakeCounts,
+    /// Number of messages since start, by use.
+    pub counts: IntakeCounts,
 }
 
 impl<T: Lights> Intake<T> {
-    /// A topic that is subscribed to since `started`, and whose sender has timed out after more than `timeout`
-    /// without a message.
+    /// Creates the state of a topic that is subscribed to since `started`; its sender times out after
+    /// `timeout` without a message.
     pub fn new(timeout: Duration, started: WallStamp) -> Self {
         Self {
             timeout,
@@ -100,8 +96,8 @@ impl<T: Lights> Intake<T> {
         }
     }
 
-    /// Takes a message. Commands of all writers count in the order in which they are received; one that was meant
-    /// for another time does not, unless it requests hazard lights on and only its stamp speaks against it.
+    /// Handles a message. Commands of all writers count in the order of reception. A stale or overtaken one
+    /// is only counted, but stamps are ignored for hazard lights on.
     pub fn handle_command(
         &mut self,
         command: EnumOrUnknown<impl Into<Option<T>>>,
@@ -148,14 +144,14 @@ impl<T: Lights> Intake<T> {
         }
     }
 
-    /// True if the request changes faster than one sender would change it.
+    /// Returns true if the request changes faster than a single sender changes it.
     pub fn is_oscillating(&self, now: MonoTime) -> bool {
         self.changes.len() == OSCILLATION.0
             && self.changes.front().is_some_and(|at| now.since(*at) <= OSCILLATION.1)
     }
 
-    /// The present command of the sender. `NO_COMMAND` takes no request back: it holds until its own timeout, but no
-    /// longer, also when the sender falls silent.
+    /// Returns the current command of the sender. `NO_COMMAND` does not cancel a request, which holds until
+    /// its own timeout even if the sender falls silent.
     pub fn command_state(&self, now: MonoTime) -> CommandState<T> {
         let Some(last_used) = self.last_used else { return CommandState::NeverReceived };
         let last = self.requested.filter(|(_, at)| *at == last_used).map(|(requested, _)| requested);
@@ -166,22 +162,17 @@ impl<T: Lights> Intake<T> {
         }
     }
 
-    /// The undefined number that was received last, for a second after it.
+    /// Returns the undefined number of a command within the last second.
     pub fn undefined_number(&self, now: MonoTime) -> Option<u8> {
         self.undefined.filter(|(_, at)| now.since(*at) <= UNDEFINED_SHOWN).map(|(number, _)| number)
     }
 
-    /// Messages since start.
-    pub fn counts(&self) -> IntakeCounts {
-        self.counts
-    }
-
-    /// The time since the last message that was used; `None` before the first.
+    /// Returns the time since the last message that was used; `None` before the first.
     pub fn age(&self, now: MonoTime) -> Option<Duration> {
         self.last_used.map(|at| now.since(at))
     }
 
-    /// When command state, undefined number or oscillation change without another message.
+    /// Returns the time at which command state, undefined number or oscillation change without another message.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let requested = self.requested.map(|(_, at)| deadline_after(at, self.timeout));
         let last_used = self.last_used.map(|at| deadline_after(at, self.timeout));
@@ -195,22 +186,16 @@ impl<T: Lights> Intake<T> {
     }
 }
 
-/// The command state of two senders on the hazard lights: the topic's, unless it requests nothing, or the
-/// decider requests on. A decider that is silent or never sent anything changes nothing.
+/// Merges the hazard commands of topic and decider: the topic's count, unless it requests nothing or the
+/// decider requests on. A silent decider has no effect.
 pub fn merged_hazard(topic: CommandState<bool>, decider: CommandState<bool>) -> CommandState<bool> {
     match (topic, decider) {
-        (_, CommandState::Requested(true)) => CommandState::Requested(true),
-        (
+        (_, CommandState::Requested(true))
+        | (
             CommandState::NeverReceived | CommandState::NoCommand,
             CommandState::NoCommand | CommandState::Requested(false),
         ) => decider,
-        (
-            _,
-            CommandState::NeverReceived
-            | CommandState::NoCommand
-            | CommandState::Requested(false)
-            | CommandState::TimedOut(_),
-        ) => topic,
+        _ => topic,
     }
 }
 
@@ -262,7 +247,7 @@ mod tests {
             CommandState::TimedOut(None),
             "its last command requested nothing"
         );
-        assert_eq!((turns.counts().no_command, turns.undefined_number(at(600))), (3, None));
+        assert_eq!((turns.counts.no_command, turns.undefined_number(at(600))), (3, None));
     }
 
     #[test]
@@ -274,7 +259,7 @@ mod tests {
             assert_eq!(turns.command_state(at(10)), CommandState::Requested(Turn::Right), "{raw}");
             assert_eq!(turns.undefined_number(at(1010)), Some(raw));
         }
-        assert_eq!((turns.counts().undefined, turns.undefined_number(at(1011))), (252, None));
+        assert_eq!((turns.counts.undefined, turns.undefined_number(at(1011))), (252, None));
     }
 
     #[test]
@@ -287,7 +272,7 @@ mod tests {
             let side = if number == 2 { Turn::Left } else { Turn::Right };
             assert_eq!(turns.command_state(at(step * 100)), CommandState::Requested(side), "{stamp_ms}");
         }
-        assert_eq!((turns.counts().overtaken, turns.counts().stale), (0, 0));
+        assert_eq!((turns.counts.overtaken, turns.counts.stale), (0, 0));
     }
 
     #[test]
@@ -298,7 +283,7 @@ mod tests {
         let command = EnumOrUnknown::Known(TurnCommand::Right);
         turns.handle_command(command, CommandOrigin::Topic(sample), stamp(0), now(110));
         assert_eq!(turns.command_state(at(110)), CommandState::Requested(Turn::Left));
-        assert_eq!(turns.counts().overtaken, 1);
+        assert_eq!(turns.counts.overtaken, 1);
     }
 
     #[test]
@@ -333,7 +318,7 @@ mod tests {
     fn what_a_sender_keeps_for_late_readers_is_not_carried_out() {
         let mut turns = turns(500);
         take(&mut turns, 2, -1, 10);
-        assert_eq!((turns.command_state(at(10)), turns.counts().stale), (CommandState::NeverReceived, 1));
+        assert_eq!((turns.command_state(at(10)), turns.counts.stale), (CommandState::NeverReceived, 1));
         assert_eq!(
             turns.command_state(at(5000)),
             CommandState::NeverReceived,
@@ -341,7 +326,7 @@ mod tests {
         );
         take(&mut turns, 3, -1, 110);
         assert_eq!(
-            (turns.command_state(at(110)), turns.counts().stale),
+            (turns.command_state(at(110)), turns.counts.stale),
             (CommandState::Requested(Turn::Right), 1)
         );
     }

@@ -1,4 +1,4 @@
-//! One command message, compiled from the profile: the bits of each request.
+//! A command message, compiled from the profile: the bits of each request.
 
 use std::time::Duration;
 
@@ -13,23 +13,23 @@ use crate::core::validation::integrity::Protection;
 /// A message the gateway sends.
 #[derive(Debug, Clone)]
 pub struct CommandMessage {
-    /// DBC name, for texts.
+    /// Name in the DBC, for texts.
     pub name: String,
     /// The permission of the allow-list to send it.
     pub permission: SendPermission,
-    /// Every bit that no part below sets.
+    /// Bits that none of the parts below sets.
     pub background: [u8; MAX_DATA],
-    /// Its turn-indicator part.
+    /// Bits for the turn indicators; `None` = the message has none.
     pub turn: Option<TurnPart>,
-    /// Its hazard part.
+    /// Bits for the hazard lights; `None` = the message has none.
     pub hazard: Option<HazardPart>,
-    /// The bits that give it authority.
+    /// Bits that give the message authority.
     pub enable: Option<Enable>,
-    /// Counter and checksum; the same kinds as of received messages.
+    /// Counter and checksum, of the same kinds as in received messages.
     pub protection: Option<Protection>,
     /// The frames that are sent without authority.
     pub idle: Idle,
-    /// When it is sent.
+    /// Times at which it is sent.
     pub timing: SendTiming,
 }
 
@@ -64,9 +64,9 @@ pub struct HazardPart {
 /// The bits that enable the rest of the message. Both patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct Enable {
-    /// The rest of the message counts.
+    /// Values with which the rest of the message counts.
     pub on: Patch,
-    /// It does not count.
+    /// Values with which the rest does not count.
     pub off: Patch,
 }
 
@@ -95,7 +95,7 @@ pub struct SendTiming {
 
 /// The contents of a frame before counter and checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Contents {
+pub struct FrameContents {
     /// Bytes before counter and checksum.
     pub data: [u8; MAX_DATA],
     /// True if it requests something of the vehicle.
@@ -103,8 +103,9 @@ pub struct Contents {
 }
 
 impl CommandMessage {
-    /// The contents for a request; `None` when no frame is sent. `pressed`: whether its button is pressed now.
-    pub fn contents(&self, request: VehicleRequest, pressed: bool) -> Option<Contents> {
+    /// Returns the contents for a request; `None` when no frame is sent. `pressed` is true while its button
+    /// is pressed.
+    pub fn contents(&self, request: VehicleRequest, pressed: bool) -> Option<FrameContents> {
         let mut data = self.background;
         let turn = self.turn.as_ref().map(|part| part.patch(request));
         let hazard = self.hazard.as_ref().map(|part| part.patch(request.hazard, pressed));
@@ -116,12 +117,12 @@ impl CommandMessage {
         if let Some(enable) = &self.enable {
             if authority { &enable.on } else { &enable.off }.apply(&mut data);
         }
-        (authority || self.idle == Idle::Neutral).then_some(Contents { data, authority })
+        (authority || self.idle == Idle::Neutral).then_some(FrameContents { data, authority })
     }
 }
 
 impl TurnPart {
-    /// The bits, and whether they request something.
+    /// Returns the bits, and true if they request something.
     fn patch(&self, request: VehicleRequest) -> (&Patch, bool) {
         match (request.hazard, &self.hazard, request.turn) {
             (Some(true), Some(hazard), _) => (hazard, true),
@@ -134,7 +135,7 @@ impl TurnPart {
 }
 
 impl HazardPart {
-    /// The bits, and whether they request something.
+    /// Returns the bits, and true if they request something.
     fn patch(&self, request: Option<bool>, pressed: bool) -> (&Patch, bool) {
         let on = if self.button.is_some() { request.map(|_| pressed) } else { request };
         match on {

@@ -1,6 +1,6 @@
 //! Origin of a message for the command machine, by which messages are put in order.
 
-/// Identity of one writer of a topic; of DDS its GUID. Two writers never share it.
+/// Identity of one writer of a topic, with DDS its GUID. Two writers never share it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct WriterId(pub [u8; 16]);
 

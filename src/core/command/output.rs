@@ -4,16 +4,16 @@ use super::allow_list::CommandFrame;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
 
-/// One frame to send, or to show.
+/// A frame to send or to show.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CommandOutput {
-    /// Send a frame to the vehicle, and give its fate back before the next settling:
+    /// A frame to send to the vehicle. Report the result before the next `settle`:
     /// [`CommandInput::Sent`](super::input::CommandInput::Sent) or
     /// [`CommandInput::SendFailed`](super::input::CommandInput::SendFailed).
     Transmit {
         /// The frame and its bus.
         frame: CommandFrame,
-        /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
+        /// True if the contents, without counter and checksum, differ from the last frame of this message.
         is_news: bool,
     },
     /// In a dry run, the frame that would be sent to the vehicle now.
@@ -22,7 +22,7 @@ pub enum CommandOutput {
         bus: BusIndex,
         /// Frame with counter and checksum.
         frame: Frame,
-        /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
+        /// True if the contents, without counter and checksum, differ from the last frame of this message.
         is_news: bool,
     },
 }

@@ -1,4 +1,4 @@
-//! Bits of a frame that are set together, compiled: nothing is left that could fail while driving.
+//! Bits of a frame that are set together, checked in advance so that nothing can fail while driving.
 
 use crate::core::can::frame::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
@@ -10,34 +10,33 @@ pub struct Patch {
     bits: [u8; MAX_DATA],
 }
 
-/// Why signals cannot be set like that.
+/// Reason why signals cannot be set together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PatchError {
-    /// A raw value outside the signal's bits.
+    /// The raw value does not fit in the signal's bits.
     #[error("its raw values are {lowest} to {highest}")]
     OutOfRange {
-        /// Lowest raw value.
+        /// Lowest raw value of the signal.
         lowest: i128,
-        /// Highest raw value.
+        /// Highest raw value of the signal.
         highest: i128,
     },
-    /// A signal that a multiplexor takes out of some frames.
+    /// A multiplexor removes the signal from some frames.
     #[error("a command signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
-    /// A bit that another signal sets as well.
+    /// Another signal sets one of the bits as well.
     #[error("its bits are set by another signal as well")]
     Overlap,
 }
 
 impl Default for Patch {
-    /// A patch that sets nothing.
     fn default() -> Self {
         Self { mask: [0; MAX_DATA], bits: [0; MAX_DATA] }
     }
 }
 
 impl Patch {
-    /// Sets one signal more.
+    /// Adds a signal with its value.
     pub fn set(&mut self, signal: &SignalCodec, raw: i128) -> Result<(), PatchError> {
         let own = mask_of(signal)?;
         if self.mask.iter().zip(own).any(|(mine, own)| mine & own != 0) {
@@ -49,17 +48,17 @@ impl Patch {
         Ok(())
     }
 
-    /// True if both set the same bits, to whatever value.
+    /// Returns true if both set the same bits, whatever their values.
     pub fn sets_like(&self, other: &Self) -> bool {
         self.mask == other.mask
     }
 
-    /// True if they have a bit in common.
+    /// Returns true if they have a bit in common.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.mask.iter().zip(other.mask).any(|(mine, other)| mine & other != 0)
     }
 
-    /// True if `data` has these values, whatever its other bits are.
+    /// Returns true if `data` has these values, whatever its other bits are.
     pub fn matches(&self, data: &[u8; MAX_DATA]) -> bool {
         data.iter().zip(self.mask).zip(self.bits).all(|((byte, mask), bits)| byte & mask == bits)
     }
@@ -72,7 +71,6 @@ impl Patch {
     }
 }
 
-/// The bits of a signal.
 fn mask_of(signal: &SignalCodec) -> Result<[u8; MAX_DATA], PatchError> {
     if signal.is_multiplexed() {
         return Err(PatchError::Multiplexed);

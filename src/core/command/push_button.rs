@@ -1,19 +1,19 @@
-//! A hazard button that springs back: each press toggles the lights, so it is pressed until the report shows
-//! the request, and only so often.
+//! A momentary hazard button. Each press toggles the lights, so it is pressed again until the report shows
+//! the request, up to a number of attempts.
 
 use std::time::Duration;
 
 use crate::core::time::MonoTime;
 
-/// The timing of the presses.
+/// Timing and number of the presses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PushButtonSettings {
-    /// The time the button is held down.
+    /// Time for which the button is held down.
     pub press: Duration,
-    /// The time to wait for the report afterwards; longer than the report takes, since a second press takes the
-    /// first one back.
+    /// Time to wait for the report afterwards. It must be longer than the report takes, since a second press
+    /// would undo the first.
     pub wait: Duration,
-    /// The most presses for one request.
+    /// Largest number of presses for one request.
     pub attempts: u8,
 }
 
@@ -24,24 +24,24 @@ enum ButtonState {
     AwaitingFeedback { until: MonoTime },
 }
 
-/// A button that springs back, with its timing and the presses so far.
+/// State of a momentary button.
 #[derive(Debug, Clone)]
 pub struct PushButton {
     settings: PushButtonSettings,
     state: ButtonState,
     requested: Option<bool>,
-    /// True if the report has shown the request: later changes are somebody else's doing.
+    /// True if the report has shown the request, so that a later change comes from elsewhere.
     done: bool,
     presses: u8,
 }
 
 impl PushButton {
-    /// A button that is not pressed.
+    /// Creates a button that is not pressed.
     pub fn new(settings: PushButtonSettings) -> Self {
         Self { settings, state: ButtonState::Released, requested: None, done: false, presses: 0 }
     }
 
-    /// Brings the button up to now; gives whether it is pressed. It is not pressed without a report.
+    /// Updates the button to `now` and returns true while it is pressed. Without a report it is not pressed.
     pub fn update(&mut self, requested: Option<bool>, reported: Option<bool>, now: MonoTime) -> bool {
         if requested != self.requested {
             (self.requested, self.done, self.presses) = (requested, false, 0);
@@ -72,7 +72,7 @@ impl PushButton {
         matches!(self.state, ButtonState::Pressed { .. })
     }
 
-    /// True if all attempts for the present request were without response.
+    /// Returns true if all attempts for the present request were without response.
     pub fn has_given_up(&self) -> bool {
         self.state == ButtonState::Released && !self.done && self.is_exhausted()
     }
@@ -81,13 +81,13 @@ impl PushButton {
         self.presses >= self.settings.attempts
     }
 
-    /// Releases the button and begins anew with the attempts: the vehicle cannot be reached. A request that the
+    /// Releases the button and resets the attempts, because the vehicle cannot be reached. A request that the
     /// report has shown stays done.
     pub fn forget(&mut self) {
         (self.state, self.presses) = (ButtonState::Released, 0);
     }
 
-    /// When the button changes without a new request or report.
+    /// Returns the time at which the button changes without a new request or report.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         match self.state {
             ButtonState::Released => None,
@@ -106,7 +106,8 @@ mod tests {
         attempts: 3,
     };
 
-    /// When the button goes down on a vehicle whose report follows a press after `delay_ms`, or never.
+    /// Returns the times at which the button goes down on a vehicle whose report follows a press after
+    /// `delay_ms`, or never.
     fn presses(requested: bool, delay_ms: Option<u64>) -> Vec<u64> {
         let mut button = PushButton::new(RULES);
         let (mut down, mut lit, mut flips) = (false, false, Vec::new());

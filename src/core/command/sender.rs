@@ -1,60 +1,59 @@
-//! Sends one message: periodically, at once on a change, never faster than allowed, with an unbroken counter;
-//! and recognises its own frames.
+//! Sender of one message: periodic, immediate on a change, within its least interval and with an unbroken
+//! counter. It recognises its own frames by loopback.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::allow_list::{CommandFrame, SendPermission};
-use super::message::{CommandMessage, Contents};
+use super::message::{CommandMessage, FrameContents};
 use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::time::{MonoTime, deadline_after};
 use crate::core::validation::integrity::Protection;
 
-/// The most own frames that are expected back by loopback.
+/// Largest number of own frames expected back by loopback.
 const MAX_UNCONFIRMED: usize = 8;
 /// Failures in a row after which sending counts as broken.
 const BROKEN_AFTER: u32 = 10;
-/// The time for which a foreign frame is a finding.
 const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
 
-/// Why a frame was not sent.
+/// Reason why a frame was not sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SendFailure {
-    /// The queue below is full (`ENOBUFS`, `EAGAIN`): try later.
+    /// The send queue is full (`ENOBUFS`, `EAGAIN`); a later attempt may succeed.
     QueueFull,
     /// The socket refused it; the code is the `errno`.
     Refused(i32),
 }
 
-/// Whose frame was received.
+/// Origin of a received frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FrameOrigin {
-    /// It is not of a message that the gateway sends: the vehicle's, as far as is known.
+    /// The gateway does not send this message, so the frame is assumed to come from the vehicle.
     Vehicle,
     /// The loopback of a frame that the gateway sent.
     Own,
-    /// It is of a message that the gateway sends, but not sent by it: somebody else commands the vehicle.
+    /// The gateway sends this message, but did not send this frame: another sender commands the vehicle.
     Foreign,
 }
 
-/// Frames since start.
+/// Number of frames of one message since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SendCounts {
-    /// Given out to be sent and not failed.
+    /// Frames submitted for sending that did not fail.
     pub sent: u64,
-    /// Those of them that request something of the vehicle.
+    /// Submitted frames that request something of the vehicle.
     pub with_authority: u64,
-    /// Not sent because the queue was full.
+    /// Frames not sent because the queue was full.
     pub queue_full: u64,
-    /// Not sent because the socket refused them.
+    /// Frames not sent because the socket refused them.
     pub refused: u64,
-    /// Received back by loopback.
+    /// Frames received back by loopback.
     pub echoed: u64,
-    /// Frames of this message from somebody else.
+    /// Frames of this message from another sender.
     pub foreign: u64,
 }
 
-/// A frame given out last, to be taken back when it could not be sent.
+/// The frame submitted last, to be taken back if sending fails.
 #[derive(Debug, Clone)]
 struct SubmittedFrame {
     frame: Frame,
@@ -62,10 +61,10 @@ struct SubmittedFrame {
     authority: bool,
 }
 
-/// Sends one message.
+/// Sends the frames of one command message.
 #[derive(Debug, Clone)]
 pub struct Sender {
-    contents: Option<Contents>,
+    contents: Option<FrameContents>,
     due: Option<MonoTime>,
     burst_left: u8,
     last_sent: Option<MonoTime>,
@@ -74,11 +73,12 @@ pub struct Sender {
     failures: u32,
     unconfirmed: VecDeque<Frame>,
     foreign_at: Option<MonoTime>,
-    counts: SendCounts,
+    /// Number of frames since start.
+    pub counts: SendCounts,
 }
 
 impl Sender {
-    /// A sender that has sent nothing yet.
+    /// Creates a sender that has sent nothing yet.
     pub fn new(message: &CommandMessage) -> Self {
         Self {
             contents: None,
@@ -94,11 +94,11 @@ impl Sender {
         }
     }
 
-    /// The frame to send now; `None` if none is due. Without `contents` nothing is to be sent.
+    /// Returns the frame to send now; `None` if none is due. Without `contents` nothing is sent.
     pub fn settle(
         &mut self,
         message: &CommandMessage,
-        contents: Option<Contents>,
+        contents: Option<FrameContents>,
         now: MonoTime,
     ) -> Option<CommandFrame> {
         let timing = message.timing;
@@ -135,13 +135,13 @@ impl Sender {
         Some(frame)
     }
 
-    /// The frame given out last was sent at this time: the next one keeps its distance from it.
+    /// Records when the frame submitted last was sent, from which the next one keeps its distance.
     pub fn handle_sent(&mut self, at: MonoTime) {
         self.last_sent = self.last_sent.max(Some(at));
     }
 
-    /// The frame given out last could not be sent: its counter is used again, and a frame is due after the least
-    /// interval. The failure of an earlier frame is ignored.
+    /// Records that the frame submitted last could not be sent: its counter is used again, and a frame is due
+    /// after the least interval. The failure of an earlier frame is ignored.
     pub fn handle_failure(
         &mut self,
         message: &CommandMessage,
@@ -163,7 +163,7 @@ impl Sender {
         self.due = self.contents.map(|_| now.after(message.timing.min_send_interval));
     }
 
-    /// Tells whose frame of this message was received.
+    /// Returns the origin of a received frame of this message.
     pub fn classify_frame(&mut self, frame: &Frame, now: MonoTime) -> FrameOrigin {
         if let Some(at) = self.unconfirmed.iter().position(|own| own == frame) {
             self.unconfirmed.remove(at);
@@ -175,12 +175,12 @@ impl Sender {
         FrameOrigin::Foreign
     }
 
-    /// The frames given out are not sent, so none of them comes back.
+    /// Forgets the submitted frames, which are not sent in a dry run and do not come back.
     pub fn forget_echoes(&mut self) {
         self.unconfirmed.clear();
     }
 
-    /// Nothing can be sent: what waits is dropped, and the next contents count as a change.
+    /// Drops all pending frames, because nothing can be sent. The next contents count as a change.
     pub fn cut_off(&mut self) {
         self.contents = None;
         self.due = None;
@@ -190,18 +190,18 @@ impl Sender {
         self.unconfirmed.clear();
     }
 
-    /// When a frame is due, or a foreign one no longer shown.
+    /// Returns the time at which a frame is due, or a foreign one is no longer shown.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let foreign = self.foreign_at.map(|at| deadline_after(at, FOREIGN_SHOWN)).filter(|at| *at > now);
         self.due.into_iter().chain(foreign).min()
     }
 
-    /// True if a frame is still to be sent.
+    /// Returns true if a frame is still to be sent.
     pub fn is_waiting(&self) -> bool {
         self.due.is_some()
     }
 
-    /// The problem with sending; `None` while the last frame was sent.
+    /// Returns the problem with sending; `None` if the last frame was sent.
     pub fn problem(&self) -> Option<SendProblem> {
         match self.failures {
             0 => None,
@@ -210,14 +210,9 @@ impl Sender {
         }
     }
 
-    /// True if somebody else has sent this message within the last second.
+    /// Returns true if another sender has sent this message within the last second.
     pub fn has_conflicting_sender(&self, now: MonoTime) -> bool {
         self.foreign_at.is_some_and(|at| now.since(at) <= FOREIGN_SHOWN)
-    }
-
-    /// Frames since start.
-    pub fn counts(&self) -> SendCounts {
-        self.counts
     }
 }
 
@@ -226,11 +221,11 @@ impl Sender {
 pub enum SendProblem {
     /// The last frame could not be sent.
     Delayed,
-    /// None of the last ones could.
+    /// None of the last frames could be sent.
     Broken,
 }
 
-/// A frame with counter and checksum; none when they do not fit, which the configuration has ruled out.
+/// Builds a frame with counter and checksum; `None` when they do not fit, which the configuration excludes.
 fn encode(
     permission: &SendPermission,
     protection: Option<&Protection>,

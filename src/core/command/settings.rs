@@ -1,4 +1,4 @@
-//! The settings of the command machine, compiled and checked by `config`.
+//! Settings of the command machine, compiled and checked by `config`.
 
 use std::time::Duration;
 
@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::allow_list::AllowList;
-use super::arbitration::Rules;
+use super::arbitration::ArbitrationRules;
 use super::control_mode::{ControlMode, Grants};
-use super::feedback_monitor::Limits;
+use super::feedback_monitor::FeedbackLimits;
 use super::message::CommandMessage;
 use super::origin::CommandOrigin;
 use crate::core::validation::table::{Role, SignalTable};
@@ -16,31 +16,30 @@ use crate::core::validation::table::{Role, SignalTable};
 /// The `[command]` section of the gateway's configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandSettings {
-    /// Whose commands are carried out.
+    /// Source of the commands that are obeyed.
     pub source: CommandSource,
-    /// Frames are sent, or this is a dry run.
+    /// Sending of frames, or a dry run.
     pub transmit: Transmit,
-    /// Where the control mode comes from.
+    /// Source of the control mode.
     pub mode_from: ModeFrom,
-    /// The longest time without a turn command.
+    /// Longest time without a turn command.
     pub turn_timeout: Duration,
-    /// The longest time without a hazard command.
+    /// Longest time without a hazard command.
     pub hazard_timeout: Duration,
-    /// The requests after a timeout and at the end.
-    pub rules: Rules,
-    /// The time the vehicle may take to show a request.
-    pub limits: Limits,
+    /// Requests after a timeout and at the end.
+    pub rules: ArbitrationRules,
+    /// Time that the vehicle may take to show a request.
+    pub limits: FeedbackLimits,
 }
 
-/// Whose commands are carried out.
+/// Source of the commands that are obeyed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandSource {
-    /// Those of Autoware's two command topics.
+    /// Autoware's two command topics.
     #[default]
     Topic,
-    /// The turn command of this gateway's own decider; the hazard command of its topic, or on when the
-    /// decider commands on.
+    /// The gateway's decider for turn commands. Hazard lights are on when the topic or the decider commands it.
     Decider,
 }
 
@@ -53,54 +52,54 @@ impl From<CommandOrigin> for CommandSource {
     }
 }
 
-/// True if frames are sent.
+/// Sending of frames to the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Transmit {
-    /// Dry run: everything is decided and shown, nothing is sent.
+    /// Dry run: frames are decided and shown, but not sent.
     #[default]
     Off,
-    /// Frames are sent.
+    /// Frames are sent to the vehicle.
     On,
 }
 
-/// Where the control mode comes from.
+/// Source of the control mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ModeFrom {
-    /// `/vehicle/status/control_mode`.
+    /// The topic `/vehicle/status/control_mode` carries it.
     Topic {
-        /// The longest time without a message for which the last mode holds.
+        /// Time for which the last mode holds without a message.
         timeout: Duration,
     },
-    /// The signal that the profile names.
+    /// The signal that the profile names carries it.
     Signal,
 }
 
-/// The binding of the vehicle profile for commands; empty by default.
+/// Binding of the vehicle profile for commands; empty by default.
 #[derive(Debug, Clone, Default)]
 pub struct CommandBinding {
-    /// The only messages that can be sent.
+    /// Messages that can be sent.
     pub allowed: AllowList,
-    /// These messages, in the order of the profile.
+    /// Descriptions of these messages, in the order of the profile.
     pub messages: Vec<CommandMessage>,
-    /// The messages and signals that are received for commands.
+    /// Messages and signals that are received for commands.
     pub table: SignalTable,
-    /// The control mode, where a signal carries it.
+    /// Signal of the control mode; `None` without one.
     pub control_mode: Option<Role<ControlMode>>,
-    /// Signals that show whether the driver has taken over.
+    /// Signals of a driver override.
     pub driver: Vec<DriverSign>,
 }
 
-/// A signal that shows whether the driver has taken over.
+/// A signal that reports a driver override.
 #[derive(Debug, Clone)]
 pub struct DriverSign {
-    /// `true` = the driver has taken over …
+    /// Signal whose value `true` means that the driver has taken over.
     pub role: Role<bool>,
-    /// … these functions.
+    /// Functions that the driver has then taken over.
     pub overrides: Grants,
 }
 
 impl CommandSettings {
-    /// The longest time for which a control mode of the topic holds; `None` if it comes from a signal.
+    /// Returns the longest time for which a control mode of the topic holds; `None` if it comes from a signal.
     pub fn mode_timeout(&self) -> Option<Duration> {
         match self.mode_from {
             ModeFrom::Topic { timeout } => Some(timeout),
@@ -110,12 +109,12 @@ impl CommandSettings {
 }
 
 impl CommandBinding {
-    /// True if the profile has no command messages.
+    /// Returns true if the profile has no command messages.
     pub fn is_empty(&self) -> bool {
         self.messages.is_empty()
     }
 
-    /// True if one signal requests turn indicators and hazard lights.
+    /// Returns true if one signal requests turn indicators and hazard lights.
     pub fn shares_signal(&self) -> bool {
         self.messages.iter().filter_map(|message| message.turn.as_ref()).any(|turn| turn.hazard.is_some())
     }

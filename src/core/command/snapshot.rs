@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::arbitration::DecisionReason;
-use super::control_mode::{ControlMode, Mode};
+use super::control_mode::{ControlMode, ModeState};
 use super::feedback_monitor::{Compliance, Lights};
 use super::flow::CommandFlow;
 use super::settings::CommandSource;
@@ -143,9 +143,9 @@ impl CommandFlow {
             }
         });
         let (control_mode, undefined_control_mode) = match self.finding().mode {
-            Mode::Known(mode) => (Some(mode), None),
-            Mode::Undefined(raw) => (None, Some(raw)),
-            Mode::Unknown => (None, None),
+            ModeState::Known(mode) => (Some(mode), None),
+            ModeState::Undefined(raw) => (None, Some(raw)),
+            ModeState::Unknown => (None, None),
         };
         CommandSnapshot {
             is_transmitting: self.is_live(),
@@ -175,7 +175,7 @@ fn function_snapshot<T: Lights>(
         compliance: view.finding.compliance,
         level,
         message,
-        commands: view.intake.counts().received,
+        commands: view.intake.counts.received,
         driver_overrides: view.feedback.driver_overrides,
         feedback_mismatches: view.feedback.mismatches,
     }

@@ -1,22 +1,22 @@
-//! Messages of a topic that were meant for another time: those that a sender keeps for late readers (transient
-//! local), that a network delivers long after they were sent, or that were overtaken by a later one.
+//! Filters messages of a topic that were meant for another time: messages kept for late readers (transient local),
+//! delivered long after they were sent, or overtaken by a later one.
 //!
-//! Messages are ordered writer by writer, by sequence number. Stamps of different writers are never compared, and
-//! a stamp only concerns the first messages of a writer that was silent: no clock can silence a writer that sends.
+//! Messages of each writer are ordered by sequence number. Stamps of different writers are never compared, and a
+//! stamp affects only the first messages of a writer that was silent: no clock can silence an active writer.
 
 use std::time::Duration;
 
 use super::origin::{SampleId, WriterId};
 use crate::core::time::{MonoTime, Now, WallStamp};
 
-/// Kept messages are delivered in one go; the next message of a sender that is alive comes later.
+/// Kept messages arrive in one burst; the next message of an active sender comes later.
 const BURST: Duration = Duration::from_millis(50);
 
-/// Writers that are remembered; the one whose last message is oldest is forgotten first.
+/// Largest number of writers that are remembered; the one with the oldest message is forgotten first.
 const MAX_WRITERS: usize = 16;
 
-/// The longest time for which a message rejects earlier ones: a writer that begins anew under its old identity is
-/// accepted again, however long its commands hold.
+/// Longest time for which a message rejects earlier ones, so that a writer that restarts under its old
+/// identity is soon accepted.
 const MAX_ORDER_MEMORY: Duration = Duration::from_secs(1);
 
 /// Reason why a message was meant for another time.
@@ -28,34 +28,33 @@ pub(super) enum Untimely {
     Stale,
 }
 
-/// Recognises untimely messages of one topic.
+/// Recognises the untimely messages of one topic.
 #[derive(Debug, Clone)]
 pub(super) struct StaleMessageFilter {
     started: WallStamp,
     limit: Duration,
-    writers: Vec<Writer>,
+    writers: Vec<WriterHistory>,
 }
 
-/// Memory of one writer.
 #[derive(Debug, Clone, Copy)]
-struct Writer {
+struct WriterHistory {
     id: WriterId,
     last_received: MonoTime,
-    /// The last message that was used: its sequence number and receive time.
+    /// Sequence number and receive time of the last message that was used.
     last_used: Option<(i64, MonoTime)>,
-    /// The receive time of the first message of the present burst of stale ones.
+    /// Receive time of the first message of the current burst of stale ones.
     suspected_at: Option<MonoTime>,
 }
 
 impl StaleMessageFilter {
-    /// A filter for a topic that is subscribed to since `started`. A writer is active for `limit` after each
-    /// message of it that was used.
+    /// Creates a filter for a topic that is subscribed to since `started`. A writer is active for `limit`
+    /// after each used message.
     pub(super) fn new(started: WallStamp, limit: Duration) -> Self {
         Self { started, limit, writers: Vec::new() }
     }
 
-    /// Judges a message; `Ok` if it is to be used. A writer that goes on is accepted whatever its clock shows,
-    /// from its second message on; a message without a stamp (zero), or one that `ignores_stamp`, at once.
+    /// Checks a message; `Ok` if it is to be used. From its second message on a writer is accepted whatever
+    /// its clock shows; a message without a stamp (zero) or with `ignores_stamp` is accepted at once.
     pub(super) fn check(
         &mut self,
         sample: SampleId,
@@ -80,7 +79,7 @@ impl StaleMessageFilter {
         Ok(())
     }
 
-    /// True if a stamp is older than the limit or from before the start.
+    /// Returns true if a stamp is older than the limit or from before the start.
     fn is_old(&self, stamp: WallStamp, now: Now) -> bool {
         let age_ns = now.wall.as_nanos().saturating_sub(stamp.as_nanos());
         let is_late = u64::try_from(age_ns).is_ok_and(|age_ns| Duration::from_nanos(age_ns) > self.limit);
@@ -88,11 +87,11 @@ impl StaleMessageFilter {
         stamp != WallStamp::default() && (is_late || is_earlier)
     }
 
-    /// The memory of a writer, made now if there is none.
-    fn writer(&mut self, id: WriterId, now: MonoTime) -> &mut Writer {
+    /// Returns the history of a writer, which is created if needed.
+    fn writer(&mut self, id: WriterId, now: MonoTime) -> &mut WriterHistory {
         let known = self.writers.iter().position(|writer| writer.id == id);
         let at = known.unwrap_or_else(|| {
-            let new = Writer { id, last_received: now, last_used: None, suspected_at: None };
+            let new = WriterHistory { id, last_received: now, last_used: None, suspected_at: None };
             let oldest = self.writers.iter().enumerate().min_by_key(|(_, writer)| writer.last_received);
             match oldest.map(|(at, _)| at).filter(|_| self.writers.len() >= MAX_WRITERS) {
                 Some(at) => {
@@ -131,7 +130,8 @@ mod tests {
         SampleId { writer: WriterId([writer; 16]), sequence }
     }
 
-    /// The gateway started at 100 s; receive time and stamp of each message of one writer, in ms since then.
+    /// Returns which messages are rejected, given receive time and stamp of each message of one writer in ms since
+    /// the start of the gateway at 100 s.
     fn rejected(messages: &[(u64, i64)]) -> Vec<bool> {
         let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
         let mut sequence = 0;
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(check(1, 7, 20), Err(Untimely::Overtaken), "the same message again");
         assert_eq!(check(2, 1, 30), Ok(()), "another writer has other numbers");
         assert_eq!(check(1, 8, 40), Ok(()));
-        assert_eq!(check(1, 1, 1041), Err(Untimely::Stale), "it may have begun anew, but its stamp is old");
+        assert_eq!(check(1, 1, 1041), Err(Untimely::Stale), "it may have restarted, but its stamp is old");
         assert_eq!(check(1, 2, 1141), Ok(()));
     }
 

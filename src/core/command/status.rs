@@ -2,9 +2,9 @@
 
 use super::Turn;
 use super::arbitration::DecisionReason;
-use super::control_mode::Mode;
+use super::control_mode::ModeState;
 use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
-use super::flow::{CommandFlow, Delivery, Finding, FunctionFinding};
+use super::flow::{CommandFinding, CommandFlow, FunctionFinding, RequestDelivery};
 use super::intake::{CommandState, Intake};
 use super::sender::{SendCounts, SendProblem};
 use super::snapshot::LatestCommand;
@@ -36,14 +36,14 @@ impl CommandFlow {
 
     /// Turn indicators and hazard lights.
     pub(super) fn views(&self) -> (FunctionView<'_, Turn>, FunctionView<'_, bool>) {
-        let Finding { decision, turn, hazard, .. } = self.finding();
+        let CommandFinding { decision, turn, hazard, .. } = self.finding();
         let turn = FunctionView {
             finding: turn,
             request: decision.request.turn,
             commanded: decision.commanded.turn,
             reason: decision.turn,
             intake: &self.turn,
-            feedback: self.turn_feedback.counts(),
+            feedback: self.turn_feedback.counts,
         };
         let hazard = FunctionView {
             finding: hazard,
@@ -51,7 +51,7 @@ impl CommandFlow {
             commanded: decision.commanded.hazard,
             reason: decision.hazard,
             intake: &self.hazard,
-            feedback: self.hazard_feedback.counts(),
+            feedback: self.hazard_feedback.counts,
         };
         (turn, hazard)
     }
@@ -75,13 +75,15 @@ impl CommandFlow {
         }
         match (finding.problem, finding.mode) {
             (Some(SendProblem::Broken), _) => (Level::Error, "frames cannot be sent".to_owned()),
-            (_, Mode::Undefined(raw)) => (Level::Error, format!("undefined control mode {raw}")),
+            (_, ModeState::Undefined(raw)) => (Level::Error, format!("undefined control mode {raw}")),
             (Some(SendProblem::Delayed), _) => (Level::Warn, "frames are delayed".to_owned()),
-            (None, Mode::Unknown) => {
+            (None, ModeState::Unknown) => {
                 (Level::Warn, "control mode unknown: nothing is requested of the vehicle".to_owned())
             }
-            (None, Mode::Known(_)) if !self.is_live() => (Level::Ok, "dry run: nothing is sent".to_owned()),
-            (None, Mode::Known(mode)) => (Level::Ok, format!("control mode {}", mode.name())),
+            (None, ModeState::Known(_)) if !self.is_live() => {
+                (Level::Ok, "dry run: nothing is sent".to_owned())
+            }
+            (None, ModeState::Known(mode)) => (Level::Ok, format!("control mode {}", mode.name())),
         }
     }
 
@@ -109,11 +111,11 @@ fn request_text<T: Lights>(request: Option<T>) -> &'static str {
     request.map_or("left to the vehicle", Lights::name)
 }
 
-fn mode_text(mode: Mode) -> String {
+fn mode_text(mode: ModeState) -> String {
     match mode {
-        Mode::Known(mode) => mode.name().to_owned(),
-        Mode::Undefined(raw) => format!("undefined ({raw})"),
-        Mode::Unknown => "unknown".to_owned(),
+        ModeState::Known(mode) => mode.name().to_owned(),
+        ModeState::Undefined(raw) => format!("undefined ({raw})"),
+        ModeState::Unknown => "unknown".to_owned(),
     }
 }
 
@@ -175,13 +177,13 @@ impl<T: Lights> FunctionView<'_, T> {
         let request = request_text(self.request);
         let not_sent = |level, reason| (level, format!("{request} commanded, not sent: {reason}"));
         match (self.finding.delivery, self.finding.compliance) {
-            (Delivery::CutOff, _) => not_sent(Level::Warn, "no frame can be sent on the bus"),
-            (Delivery::Failing, _) => not_sent(Level::Warn, "the last frame could not be sent"),
-            (Delivery::DryRun, _) => not_sent(Level::Ok, "dry run"),
-            (Delivery::Sent, Compliance::Compliant) => {
+            (RequestDelivery::CutOff, _) => not_sent(Level::Warn, "no frame can be sent on the bus"),
+            (RequestDelivery::Failing, _) => not_sent(Level::Warn, "the last frame could not be sent"),
+            (RequestDelivery::DryRun, _) => not_sent(Level::Ok, "dry run"),
+            (RequestDelivery::Sent, Compliance::Compliant) => {
                 (Level::Ok, format!("{request}, {}", self.reason.text()))
             }
-            (Delivery::Sent, _) => {
+            (RequestDelivery::Sent, _) => {
                 let reported = self.finding.reported.map_or("nothing", Lights::name);
                 (Level::Ok, format!("{request} sent, the vehicle reports {reported}"))
             }
@@ -200,7 +202,7 @@ impl<T: Lights> FunctionView<'_, T> {
 
     fn values(&self, now: MonoTime) -> Vec<(&'static str, String)> {
         let age = self.intake.age(now).map_or("-".to_owned(), |age| format!("{:.1}", age.as_secs_f64()));
-        let counts = self.intake.counts();
+        let counts = self.intake.counts;
         vec![
             ("command", words(&self.latest_command())),
             ("requested", request_text(self.request).to_owned()),

@@ -1,8 +1,7 @@
 //! Reading and writing of one signal, compiled to a window, a shift and a mask.
 //!
-//! A raw value is that on the wire: without factor and offset, sign-extended when the signal is
-//! signed. [`SignalCodec::new`] refuses every invalid layout, so that reading never fails, panics or
-//! allocates.
+//! A raw value is the value on the wire: without factor and offset, sign-extended when the signal is signed.
+//! [`SignalCodec::new`] refuses every invalid layout, so that reading never fails, panics or allocates.
 
 use std::ops::RangeInclusive;
 
@@ -34,6 +33,13 @@ pub struct Layout {
     pub signed: bool,
 }
 
+impl Layout {
+    /// Returns the layout of an unsigned Intel signal.
+    pub const fn unsigned(start: u16, length: u16) -> Self {
+        Self { start, length, order: ByteOrder::Intel, signed: false }
+    }
+}
+
 /// Reason why a layout is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
@@ -56,18 +62,27 @@ pub enum LayoutError {
 pub struct OutOfRange;
 
 /// Reads and writes one signal and evaluates its multiplexors.
+///
+/// ```
+/// use signal_gateway::core::can::frame::MAX_DATA;
+/// use signal_gateway::core::dbc::codec::{Layout, SignalCodec};
+///
+/// let codec = SignalCodec::new(Layout::unsigned(4, 8), 8).unwrap();
+/// let mut data = [0; MAX_DATA];
+/// codec.write(0xA5, &mut data).unwrap();
+/// assert_eq!((data[0], data[1], codec.value(&data)), (0x50, 0x0A, 0xA5));
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SignalCodec {
     bits: Bits,
     /// Conditions on all multiplexors above this signal, the outermost first.
-    conditions: Box<[Condition]>,
-    /// Smallest number of bytes in a frame that has the signal and all its multiplexors.
+    conditions: Box<[MultiplexorCondition]>,
     needed: usize,
 }
 
 /// Condition that a multiplexor has one of several values.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Condition {
+struct MultiplexorCondition {
     multiplexor: Bits,
     values: Box<[RangeInclusive<i128>]>,
 }
@@ -79,25 +94,25 @@ impl SignalCodec {
         Ok(Self { bits, conditions: Box::default(), needed: bits.needed })
     }
 
-    /// The same signal, present only while `multiplexor` is present and has one of `values`.
+    /// Returns the same signal, present only while `multiplexor` is present and has one of `values`.
     pub fn multiplexed(self, multiplexor: &Self, values: &[RangeInclusive<u64>]) -> Self {
         let values = values.iter().map(|range| i128::from(*range.start())..=i128::from(*range.end()));
-        let own = Condition { multiplexor: multiplexor.bits, values: values.collect() };
+        let own = MultiplexorCondition { multiplexor: multiplexor.bits, values: values.collect() };
         let conditions = multiplexor.conditions.iter().cloned().chain([own]).collect();
         Self { bits: self.bits, conditions, needed: self.bits.needed.max(multiplexor.needed) }
     }
 
-    /// True if the multiplexors in `data` select this signal.
+    /// Returns true if the multiplexors in `data` select this signal.
     pub fn is_present(&self, data: &[u8; MAX_DATA]) -> bool {
         self.conditions.iter().all(|condition| condition.holds(data))
     }
 
-    /// Smallest number of bytes in a frame that has the signal and all its multiplexors.
+    /// Returns the smallest number of bytes in a frame that has the signal and all its multiplexors.
     pub fn needed_length(&self) -> usize {
         self.needed
     }
 
-    /// The raw value of the bits, whether or not the signal is present.
+    /// Returns the raw value of the bits, whether or not the signal is present.
     pub fn value(&self, data: &[u8; MAX_DATA]) -> i128 {
         self.bits.read(data)
     }
@@ -123,33 +138,33 @@ impl SignalCodec {
         })
     }
 
-    /// Lowest and highest raw value of the signal.
+    /// Returns the lowest and highest raw value of the signal.
     pub fn range(&self) -> (i128, i128) {
         self.bits.range()
     }
 
-    /// Length of the signal in bits, 1 to 64.
+    /// Returns the length of the signal in bits, 1 to 64.
     pub fn bit_length(&self) -> u32 {
         self.bits.length
     }
 
-    /// True if the signal depends on a multiplexor.
+    /// Returns true if the signal depends on a multiplexor.
     pub fn is_multiplexed(&self) -> bool {
         !self.conditions.is_empty()
     }
 
-    /// True if one frame may carry both signals in the same bits.
+    /// Returns true if one frame may carry both signals in the same bits.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         self.bits.shares_bits(other.bits) && !self.excludes(other)
     }
 
-    /// True if a common multiplexor excludes that both are present.
+    /// Returns true if a common multiplexor excludes that both are present.
     fn excludes(&self, other: &Self) -> bool {
         self.conditions.iter().any(|own| other.conditions.iter().any(|theirs| own.excludes(theirs)))
     }
 }
 
-impl Condition {
+impl MultiplexorCondition {
     fn holds(&self, data: &[u8; MAX_DATA]) -> bool {
         let value = self.multiplexor.read(data);
         self.values.iter().any(|range| range.contains(&value))
@@ -313,7 +328,7 @@ mod tests {
         })
     }
 
-    /// A valid layout and the length of its message.
+    /// Returns a valid layout and the length of its message.
     fn layout_in_message() -> impl Strategy<Value = (Layout, usize)> {
         (any_layout(), 1_usize..=64).prop_filter("inside the message", |(layout, length)| {
             positions(*layout).iter().all(|position| position / 8 < *length)
@@ -392,7 +407,7 @@ mod tests {
     #[test]
     fn lengths_outside_1_to_64_bits_are_refused() {
         for length in [0, 65, u16::MAX] {
-            let layout = Layout { start: 0, length, order: ByteOrder::Intel, signed: false };
+            let layout = Layout::unsigned(0, length);
             assert_eq!(SignalCodec::new(layout, 64), Err(LayoutError::Length(length)));
         }
     }

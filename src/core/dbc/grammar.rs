@@ -27,21 +27,26 @@ pub(super) type Values = Arc<[(i128, String)]>;
 /// The content of a statement, as far as it is used.
 #[derive(Debug)]
 pub(super) enum Parsed {
-    /// Start of a message.
-    Message { id: u32, name: String, length: u64 },
+    Message {
+        id: u32,
+        name: String,
+        length: u64,
+    },
     /// A signal of the preceding message.
     Signal(Box<can_dbc::Signal>),
-    /// A named value table.
-    Table { name: String, values: Values },
+    Table {
+        name: String,
+        values: Values,
+    },
     /// Default period of the file in ms; `None` for 0.
     DefaultCycle(Option<u32>),
-    /// Names of the frame formats, by index.
     FrameFormats(Vec<String>),
-    /// Default frame format of the file.
     DefaultFrameFormat(EnumValue),
     /// A property of a message or of one of its signals.
-    Detail { id: u32, detail: Detail },
-    /// A statement that is not used.
+    Detail {
+        id: u32,
+        detail: Detail,
+    },
     Nothing,
 }
 
@@ -50,22 +55,34 @@ pub(super) enum Parsed {
 pub(super) enum Detail {
     /// Period of the message in ms; `None` for 0.
     Cycle(Option<u32>),
-    /// Format of the frames of the message.
     FrameFormat(EnumValue),
-    /// Names of the values of a signal.
-    Values { signal: String, values: Values },
+    Values {
+        signal: String,
+        values: Values,
+    },
     /// Names of the values of a signal as a reference to a table.
-    ValuesByTable { signal: String, table: String },
-    /// Number format of a signal.
-    Number { signal: String, number: Number },
+    ValuesByTable {
+        signal: String,
+        table: String,
+    },
+    Number {
+        signal: String,
+        number: Number,
+    },
     /// Multiplexor values for which a signal is present.
-    Multiplexed { signal: String, multiplexor: String, ranges: Vec<RangeInclusive<u64>> },
+    Multiplexed {
+        signal: String,
+        multiplexor: String,
+        ranges: Vec<RangeInclusive<u64>>,
+    },
     /// An unreadable statement about the multiplexor of a signal.
-    UnreadableMultiplexing { signal: String },
+    UnreadableMultiplexing {
+        signal: String,
+    },
 }
 
 impl Detail {
-    /// Number of entries that count for the size of a file.
+    /// Returns the number of entries that count for the size of a file.
     pub(super) fn entries(&self) -> usize {
         1 + match self {
             Self::Values { values, .. } => values.len(),
@@ -82,9 +99,9 @@ impl Detail {
 /// A value of an enumerated attribute.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum EnumValue {
-    /// Its position in the list of the definition.
+    /// Position in the list of the definition.
     Index(usize),
-    /// Its name, as defaults have it.
+    /// Name of the value, as in defaults.
     Name(String),
 }
 
@@ -123,7 +140,7 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String>
     }
 }
 
-/// The reason to refuse a statement whose colon is missing; `None` for one that has it or needs none.
+/// Returns the reason to refuse a statement whose colon is missing; `None` for one that has it or needs none.
 fn missing_colon(keyword: &str, text: &str) -> Option<String> {
     let words = match keyword {
         "BO_" => 3,
@@ -264,7 +281,7 @@ fn read_unused(text: &str) -> Result<Parsed, String> {
     }
 }
 
-/// A period in ms; `None` for 0, which means no period.
+/// Returns a period in ms; `None` for 0, which means no period.
 fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, String> {
     let whole = match value {
         AttributeValue::Uint(value) => u32::try_from(*value).ok(),
@@ -283,7 +300,7 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
     descriptions.into_iter().map(|value| (i128::from(value.id), unescaped(value.description))).collect()
 }
 
-/// The identifier in the file, compared with that of the grammar, which drops bits that do not fit.
+/// Returns the identifier in the file, checked against the grammar's, which drops bits that do not fit.
 fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
     let mut fields = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
     let id = fields.find(|field| *field != "BO_").and_then(|field| field.parse().ok());
@@ -294,7 +311,7 @@ fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
     }
 }
 
-/// The only item; fails when the statement was parsed as none or several.
+/// Returns the only item; fails when the statement was parsed as none or several.
 fn one<T>(mut items: Vec<T>) -> Result<T, String> {
     match (items.pop(), items.is_empty()) {
         (Some(item), true) => Ok(item),
@@ -311,7 +328,7 @@ fn parse(text: &str) -> Result<Dbc, String> {
     }
 }
 
-/// Number of statements of the kinds that are used, since the grammar accepts several on one line.
+/// Returns the number of statements of the kinds that are used, since the grammar accepts several on one line.
 fn used(parsed: &Dbc) -> usize {
     parsed.messages.len()
         + parsed.value_tables.len()
@@ -322,7 +339,7 @@ fn used(parsed: &Dbc) -> usize {
         + parsed.attribute_defaults.len()
 }
 
-/// The error of the grammar in one short line.
+/// Returns the error of the grammar in one short line.
 fn reason(error: &DbcError) -> String {
     let DbcError::Pest(error) = error else {
         return error.to_string();

@@ -3,21 +3,20 @@
 use std::collections::BTreeMap;
 
 use super::codec::SignalCodec;
-use super::finding::{Findings, Location};
+use super::finding::{DbcFindings, StatementLocation};
 use super::grammar::{Detail, EnumValue, Values};
 use super::model::{Database, MAX_ENTRIES, Message, Number, Signal};
-use super::multiplex::{Multiplexing, Rule, SignalDraft};
+use super::multiplex::{MultiplexRule, Multiplexing};
 use super::outline::{MessageOutline, Outline, Property, SignalOutline};
 use crate::core::can::frame::FrameFormat;
 
-/// Builds the database with all findings.
 pub(super) fn database(outline: Outline) -> Database {
     if outline.entries > MAX_ENTRIES {
         return Database { is_too_large: true, ..Database::default() };
     }
     let Outline { messages, properties, tables, lost_messages, mut findings, .. } = outline;
     let defaults = Defaults {
-        cycle: outline.default_cycle,
+        cycle_ms: outline.default_cycle,
         format: outline.default_frame_format,
         formats: outline.frame_formats,
         has_long_messages: messages.iter().any(|message| message.length > MAX_CLASSIC_DATA),
@@ -37,22 +36,18 @@ pub(super) fn database(outline: Outline) -> Database {
     Database { messages, findings: findings.sorted(), is_too_large: false }
 }
 
-/// Largest number of data bytes in a classic frame.
 const MAX_CLASSIC_DATA: usize = 8;
 
-/// Properties of the file that apply to its messages.
 struct Defaults {
-    /// Period in ms.
-    cycle: Option<u32>,
+    cycle_ms: Option<u32>,
     format: Option<EnumValue>,
-    /// Names of the frame formats, by index.
     formats: Vec<String>,
     /// True if a message is too long for a classic frame, so that there is CAN FD on the bus.
     has_long_messages: bool,
 }
 
 impl Defaults {
-    /// Format of the frames of a message of `length` bytes with this value of `VFrameFormat`.
+    /// Returns the format of the frames of a message of `length` bytes with this value of `VFrameFormat`.
     fn format(&self, length: usize, value: Option<&EnumValue>) -> Option<FrameFormat> {
         if length > MAX_CLASSIC_DATA {
             return Some(FrameFormat::Fd);
@@ -72,16 +67,15 @@ impl Defaults {
 
 /// Period of a message in ms; `None` overrides the default of the file too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Cycle(Option<u32>);
+struct CycleTime(Option<u32>);
 
-/// Properties of one message and its signals.
 #[derive(Debug, Default)]
 struct Details {
-    cycle: Option<Cycle>,
+    cycle: Option<CycleTime>,
     format: Option<EnumValue>,
-    rules: BTreeMap<String, Rule>,
+    rules: BTreeMap<String, MultiplexRule>,
     numbers: BTreeMap<String, Number>,
-    values: BTreeMap<String, (Location, Values)>,
+    values: BTreeMap<String, (StatementLocation, Values)>,
 }
 
 impl Details {
@@ -90,7 +84,7 @@ impl Details {
         message: &MessageOutline,
         property: Property,
         tables: &BTreeMap<String, Values>,
-        findings: &mut Findings,
+        findings: &mut DbcFindings,
     ) {
         let Property { location, detail, .. } = property;
         if let Some(signal) = signal_of(&detail)
@@ -102,10 +96,10 @@ impl Details {
             return;
         }
         let first = match detail {
-            Detail::Cycle(cycle) => *self.cycle.get_or_insert(Cycle(cycle)) == Cycle(cycle),
+            Detail::Cycle(cycle) => *self.cycle.get_or_insert(CycleTime(cycle)) == CycleTime(cycle),
             Detail::FrameFormat(format) => *self.format.get_or_insert_with(|| format.clone()) == format,
             Detail::Multiplexed { signal, multiplexor, ranges } => {
-                let rule = Rule { multiplexor, ranges };
+                let rule = MultiplexRule { multiplexor, ranges };
                 let known = self.rules.entry(signal).or_insert_with(|| rule.clone());
                 let same = *known == rule;
                 if !same {
@@ -114,7 +108,7 @@ impl Details {
                 same
             }
             Detail::UnreadableMultiplexing { signal } => {
-                self.rules.insert(signal, Rule { multiplexor: String::new(), ranges: Vec::new() });
+                self.rules.insert(signal, MultiplexRule { multiplexor: String::new(), ranges: Vec::new() });
                 true
             }
             Detail::Number { signal, number } => *self.numbers.entry(signal).or_insert(number) == number,
@@ -129,17 +123,16 @@ impl Details {
         }
     }
 
-    /// Returns `false` when the signal has other names already.
-    fn add_values(&mut self, signal: String, location: &Location, values: &Values) -> bool {
+    /// Adds names of values. Returns false when the signal already has other names.
+    fn add_values(&mut self, signal: String, location: &StatementLocation, values: &Values) -> bool {
         let known = self.values.entry(signal).or_insert_with(|| (location.clone(), values.clone()));
         known.1 == *values
     }
 
-    fn join(mut self, outline: MessageOutline, defaults: &Defaults, findings: &mut Findings) -> Message {
+    fn join(mut self, outline: MessageOutline, defaults: &Defaults, findings: &mut DbcFindings) -> Message {
         let MessageOutline { location, id, name, length, signals, lost_multiplexor, .. } = outline;
-        let drafts: Vec<_> = signals.iter().map(|signal| self.draft(signal)).collect();
-        let multiplexing = Multiplexing::new(&drafts, length, lost_multiplexor);
-        let codecs: Vec<_> = (0..drafts.len()).map(|index| multiplexing.codec(index)).collect();
+        let multiplexing = Multiplexing::new(&signals, &self.rules, length, lost_multiplexor);
+        let codecs: Vec<_> = (0..signals.len()).map(|index| multiplexing.codec(index)).collect();
         let mut joined: Vec<Signal> = Vec::new();
         for (signal, codec) in signals.into_iter().zip(codecs) {
             let location = signal.location.clone();
@@ -153,22 +146,16 @@ impl Details {
                 Err(reason) => findings.rejected(&location, reason),
             }
         }
-        let cycle_ms = self.cycle.unwrap_or(Cycle(defaults.cycle)).0;
+        let cycle_ms = self.cycle.unwrap_or(CycleTime(defaults.cycle_ms)).0;
         let format = defaults.format(length, self.format.as_ref());
         Message { name, id, length, format, cycle_ms, line: location.line, signals: joined }
-    }
-
-    fn draft<'a>(&'a self, signal: &'a SignalOutline) -> SignalDraft<'a> {
-        let name = signal.parsed.name.as_str();
-        let indicator = signal.parsed.multiplexer_indicator;
-        SignalDraft { name, layout: signal.layout, indicator, rule: self.rules.get(name) }
     }
 
     fn signal(
         &mut self,
         outline: SignalOutline,
         codec: SignalCodec,
-        findings: &mut Findings,
+        findings: &mut DbcFindings,
     ) -> Result<Signal, String> {
         let SignalOutline { location, parsed, .. } = outline;
         let number = self.numbers.get(&parsed.name).copied().unwrap_or(Number::Integer);
@@ -200,7 +187,12 @@ impl Details {
 }
 
 /// Adds a finding when a named value does not fit in the bits of the signal.
-fn check_values(location: &Location, values: &Values, codec: &SignalCodec, findings: &mut Findings) {
+fn check_values(
+    location: &StatementLocation,
+    values: &Values,
+    codec: &SignalCodec,
+    findings: &mut DbcFindings,
+) {
     let (lowest, highest) = codec.range();
     if let Some((value, _)) = values.iter().find(|(value, _)| !(lowest..=highest).contains(value)) {
         findings.note(location, format!("{value} does not fit in the signal's {} bits", codec.bit_length()));
@@ -218,7 +210,6 @@ fn signal_of(detail: &Detail) -> Option<&str> {
     }
 }
 
-/// True if the statement already has a finding.
 fn is_reported(detail: &Detail) -> bool {
     matches!(detail, Detail::UnreadableMultiplexing { .. })
 }

@@ -1,12 +1,11 @@
 //! DBC files: parsing and compiled signal codecs.
 //!
-//! Real files contain many errors, and a strict parser would refuse half of them. Here each statement is
-//! parsed by itself: one that is malformed or contradicts another is rejected with a
-//! [finding](model::Finding), and the rest stays usable. An error is repaired only where a single
-//! interpretation is left.
+//! Real files contain many errors, and a strict parser would refuse half of them. Here each statement is parsed by
+//! itself: one that is malformed or contradicts another is rejected with a [finding](model::DbcFinding), and the rest
+//! stays usable. An error is repaired only where a single interpretation is left.
 //!
-//! [`parse`] uses `statement` (split), `grammar` (parse, with `repair`), `outline` (messages and
-//! properties) and `join` (compile, with `multiplex`, and check).
+//! [`parse`] uses `statement` (split), `grammar` (parse, with `repair`), `outline` (messages and properties) and
+//! `join` (compile, with `multiplex`, and check).
 
 pub mod codec;
 mod finding;
@@ -28,6 +27,16 @@ use model::Database;
 ///
 /// The text is UTF-8, with or without a byte order mark, or else Windows-1252, as is usual for the
 /// format. Lines end with LF, CRLF or CR.
+///
+/// ```
+/// use signal_gateway::core::can::frame::{CanId, Frame};
+///
+/// let text = b"BO_ 296 LIGHTS: 8 BCM\n SG_ Turn : 8|2@1+ (1,0) [0|3] \"\" GW\n";
+/// let database = signal_gateway::core::dbc::parse(text);
+/// let turn = database.message("LIGHTS").unwrap().signal("Turn").unwrap();
+/// let frame = Frame::classic(CanId::Standard(296), &[0, 2, 0, 0, 0, 0, 0, 0]).unwrap();
+/// assert_eq!((turn.codec.value(frame.padded()), database.findings.len()), (2, 0));
+/// ```
 pub fn parse(bytes: &[u8]) -> Database {
     let text = decoded(bytes);
     let text = if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n").into() } else { text };
@@ -44,14 +53,14 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 
 #[cfg(test)]
 mod tests {
-    use super::model::{Finding, Number, Severity};
+    use super::model::{DbcFinding, DbcSeverity, Number};
     use super::*;
     use crate::core::can::frame::CanId;
     use proptest::prelude::*;
 
     const GOOD: &str = r#"SG_ Good : 56|8@1+ (1,0) [0|0] "" X"#;
 
-    /// A database of one message of 8 bytes with these signals, followed by `after`.
+    /// Returns a database of one message of 8 bytes with these signals, followed by `after`.
     fn message(signals: &str, after: &str) -> Database {
         parse(format!("BO_ 1 M: 8 X\n{signals}\n {GOOD}\n\n{after}\n").as_bytes())
     }
@@ -68,8 +77,8 @@ mod tests {
     }
 
     #[track_caller]
-    fn assert_finding(database: &Database, line: usize, severity: Severity, reason: &str) {
-        let fits = |finding: &Finding| {
+    fn assert_finding(database: &Database, line: usize, severity: DbcSeverity, reason: &str) {
+        let fits = |finding: &DbcFinding| {
             finding.line == line && finding.severity == severity && finding.reason.contains(reason)
         };
         assert!(database.findings.iter().any(fits), "{line} {reason}: {:#?}", database.findings);
@@ -126,16 +135,16 @@ mod tests {
             (r#"SG_ S : 8|4@1+ (1,0) "" X"#, "repaired"),
         ] {
             let database = message(statement, "");
-            assert_finding(&database, 2, Severity::Note, reason);
+            assert_finding(&database, 2, DbcSeverity::Note, reason);
             assert_eq!(value(&database, "S", &[0, 0xF5]), Some(5), "{statement}");
         }
         let digits = message(r#" SG_ 2nd : 8|4@1+ (1,0) [0|0] "" X"#, "");
-        assert_finding(&digits, 2, Severity::Note, "begins with a digit");
+        assert_finding(&digits, 2, DbcSeverity::Note, "begins with a digit");
         assert_eq!(value(&digits, "2nd", &[0, 0xF5]), Some(5));
         let sender = parse(format!("BO_ 7 2nd: 8\n {GOOD}\n").as_bytes());
-        assert_finding(&sender, 1, Severity::Note, "repaired");
+        assert_finding(&sender, 1, DbcSeverity::Note, "repaired");
         let glued = message(" SG_ A M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B m0: 8|8@1+ (1,0) [0|0] \"\" X", "");
-        assert_finding(&glued, 3, Severity::Note, "no space");
+        assert_finding(&glued, 3, DbcSeverity::Note, "no space");
         assert_eq!(value(&glued, "B", &[0, 9]), Some(9));
         assert_eq!(value(&glued, "B", &[1, 9]), None);
     }
@@ -162,7 +171,7 @@ mod tests {
             (r#"SG_S : 8|4@1+ (1,0) [0|0] "" X"#, "not a DBC statement"),
         ] {
             let database = message(&format!(" {statement}"), "VAL_ 1 Good 1 \"yes\" ;");
-            assert_finding(&database, 2, Severity::Rejected, reason);
+            assert_finding(&database, 2, DbcSeverity::Rejected, reason);
             assert_one_signal_and_one_rejection(&database);
             assert_eq!(signal(&database, "Good").values.len(), 1);
         }
@@ -183,7 +192,7 @@ mod tests {
         ] {
             let text = format!("BO_ 1 M: 8 X\n {GOOD}\n{statement}\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
             let database = parse(text.as_bytes());
-            assert_finding(&database, 3, Severity::Rejected, reason);
+            assert_finding(&database, 3, DbcSeverity::Rejected, reason);
             assert_one_signal_and_one_rejection(&database);
         }
     }
@@ -192,8 +201,8 @@ mod tests {
     fn signals_of_malformed_message_are_not_added_to_previous_one() {
         let text = format!("BO_ 1 M: 8 X\n {GOOD}\nB0_ 2 B: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
         let database = parse(text.as_bytes());
-        assert_finding(&database, 3, Severity::Rejected, "not a DBC statement");
-        assert_finding(&database, 4, Severity::Rejected, "without a message");
+        assert_finding(&database, 3, DbcSeverity::Rejected, "not a DBC statement");
+        assert_finding(&database, 4, DbcSeverity::Rejected, "without a message");
         assert_eq!(database.signal_count(), 1);
     }
 
@@ -204,7 +213,7 @@ mod tests {
         );
         let database = message("", &after);
         assert_eq!((database.messages.len(), database.rejected()), (1, 0));
-        assert_finding(&database, 5, Severity::Note, "(with its signals: 1)");
+        assert_finding(&database, 5, DbcSeverity::Note, "(with its signals: 1)");
     }
 
     #[test]
@@ -213,8 +222,8 @@ mod tests {
  SG_ A : 8|8@1+ (1,0) [0|0] "" X
  SG_ B : 3|1@0+ (1,0) [0|0] "" X"#;
         let database = message(signals, "");
-        assert_finding(&database, 3, Severity::Rejected, "same name");
-        assert_finding(&database, 4, Severity::Note, "shares bits with A");
+        assert_finding(&database, 3, DbcSeverity::Rejected, "same name");
+        assert_finding(&database, 4, DbcSeverity::Note, "shares bits with A");
         assert_eq!(value(&database, "A", &[7, 9]), Some(7));
     }
 
@@ -255,7 +264,7 @@ mod tests {
     #[test]
     fn first_of_contradictory_properties_is_used() {
         let database = message("", "VAL_ 1 Good 0 \"a\";\nVAL_ 1 Good 0 \"b\";\nVAL_ 1 Good 0 \"a\";");
-        assert_finding(&database, 6, Severity::Rejected, "contradicts");
+        assert_finding(&database, 6, DbcSeverity::Rejected, "contradicts");
         assert_eq!(database.rejected(), 1);
         assert_eq!(*signal(&database, "Good").values, [(0, "a".to_owned())]);
     }
@@ -264,7 +273,7 @@ mod tests {
     fn unterminated_text_ends_with_its_line() {
         let database =
             message("", &format!("CM_ \"open\nBO_ 2 N: 8 X\n {GOOD}\nVAL_ 2 Good 0 \"a\" 1 \"b\" ;"));
-        assert_finding(&database, 5, Severity::Rejected, "");
+        assert_finding(&database, 5, DbcSeverity::Rejected, "");
         assert_eq!((database.messages.len(), database.rejected()), (2, 1), "{:?}", database.findings);
         assert_eq!(database.messages[1].signals[0].values.len(), 2);
     }
@@ -274,7 +283,7 @@ mod tests {
         let after =
             "CM_ BO_ 1 \"one\nBO_ 3 K: 8 X\n\n\\\"two\\\"\";VAL_ 1 Good\n 0 \"a\"\n 1 \"b\" ; // c\nfoo";
         let database = message("", after);
-        assert_finding(&database, 11, Severity::Rejected, "not a DBC statement");
+        assert_finding(&database, 11, DbcSeverity::Rejected, "not a DBC statement");
         assert_eq!((database.messages.len(), database.findings.len()), (1, 1), "{:?}", database.findings);
         assert_eq!(signal(&database, "Good").values.len(), 2);
     }

@@ -14,29 +14,29 @@ pub struct Database {
     /// Messages in the order of the file, with unique identifiers and names.
     pub messages: Vec<Message>,
     /// Statements that were rejected or are irregular, in the order of lines.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<DbcFinding>,
     /// True if the file has more entries than [`MAX_ENTRIES`]; then the database is empty.
     pub is_too_large: bool,
 }
 
 impl Database {
-    /// The message with this name; `None` when there is none.
+    /// Returns the message with this name; `None` when there is none.
     pub fn message(&self, name: &str) -> Option<&Message> {
         self.messages.iter().find(|message| message.name == name)
     }
 
-    /// Number of signals of all messages.
+    /// Returns the number of signals of all messages.
     pub fn signal_count(&self) -> usize {
         self.messages.iter().map(|message| message.signals.len()).sum()
     }
 
-    /// Number of rejected statements.
+    /// Returns the number of rejected statements.
     pub fn rejected(&self) -> usize {
-        self.findings.iter().filter(|finding| finding.severity == Severity::Rejected).count()
+        self.findings.iter().filter(|finding| finding.severity == DbcSeverity::Rejected).count()
     }
 }
 
-/// One message (`BO_`).
+/// A message of the file (`BO_`).
 #[derive(Debug, Clone)]
 pub struct Message {
     /// Name of the message, unique in the file.
@@ -57,13 +57,13 @@ pub struct Message {
 }
 
 impl Message {
-    /// The signal with this name; `None` when there is none.
+    /// Returns the signal with this name; `None` when there is none.
     pub fn signal(&self, name: &str) -> Option<&Signal> {
         self.signals.iter().find(|signal| signal.name == name)
     }
 }
 
-/// One signal (`SG_`).
+/// A signal of a message (`SG_`).
 #[derive(Debug, Clone)]
 pub struct Signal {
     /// Name of the signal, unique in its message.
@@ -97,11 +97,11 @@ pub enum Number {
 
 /// An irregularity in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
+pub struct DbcFinding {
     /// First line of the statement, from 1.
     pub line: usize,
-    /// True if the statement was rejected.
-    pub severity: Severity,
+    /// Consequence of the finding for its statement.
+    pub severity: DbcSeverity,
     /// Beginning of the statement on one line.
     pub excerpt: String,
     /// Reason for the finding.
@@ -110,7 +110,7 @@ pub struct Finding {
 
 /// Consequence of a finding for its statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
+pub enum DbcSeverity {
     /// The statement is not used.
     Rejected,
     /// The statement is used, or not needed.

@@ -8,7 +8,8 @@ use std::ops::RangeInclusive;
 
 use can_dbc::MultiplexIndicator;
 
-use super::codec::{Layout, LayoutError, SignalCodec};
+use super::codec::{LayoutError, SignalCodec};
+use super::outline::SignalOutline;
 use crate::core::can::frame::MAX_DATA;
 
 /// Largest number of nested multiplexors; more indicates a cycle.
@@ -19,57 +20,50 @@ type Values = Vec<RangeInclusive<u64>>;
 
 /// Content of an `SG_MUL_VAL_` statement for one signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Rule {
+pub(super) struct MultiplexRule {
     pub(super) multiplexor: String,
     /// Multiplexor values for which the signal is present; empty when unreadable.
     pub(super) ranges: Values,
-}
-
-/// A signal before its codec is compiled.
-#[derive(Debug)]
-pub(super) struct SignalDraft<'a> {
-    pub(super) name: &'a str,
-    pub(super) layout: Layout,
-    pub(super) indicator: MultiplexIndicator,
-    pub(super) rule: Option<&'a Rule>,
 }
 
 /// The signals of one message with their multiplexors.
 #[derive(Debug)]
 pub(super) struct Multiplexing<'a> {
     message_length: usize,
-    signals: &'a [SignalDraft<'a>],
+    signals: &'a [SignalOutline],
+    rules: &'a BTreeMap<String, MultiplexRule>,
     by_name: BTreeMap<&'a str, usize>,
     /// The only multiplexor that a mark such as `m3` can refer to, or why there is none.
     only: Result<usize, &'static str>,
 }
 
 impl<'a> Multiplexing<'a> {
-    /// `lost_multiplexor` means that a rejected statement may have defined a multiplexor.
-    pub(super) fn new(signals: &'a [SignalDraft<'a>], message_length: usize, lost_multiplexor: bool) -> Self {
-        let by_name = signals.iter().enumerate().map(|(index, signal)| (signal.name, index)).collect();
-        let count =
-            |counts: fn(&SignalDraft<'_>) -> bool| signals.iter().filter(|signal| counts(signal)).count();
-        let nested = count(|signal| {
-            matches!(signal.indicator, MultiplexIndicator::MultiplexorAndMultiplexedSignal(_))
-        });
-        let roots = count(|signal| signal.indicator == MultiplexIndicator::Multiplexor);
-        let root = signals.iter().position(|signal| signal.indicator == MultiplexIndicator::Multiplexor);
-        let only = match root {
+    /// Joins signals with the rules for them. A rejected statement may have defined a `lost_multiplexor`.
+    pub(super) fn new(
+        signals: &'a [SignalOutline],
+        rules: &'a BTreeMap<String, MultiplexRule>,
+        message_length: usize,
+        lost_multiplexor: bool,
+    ) -> Self {
+        let names = signals.iter().map(|signal| signal.parsed.name.as_str());
+        let count = signals.iter().filter(|signal| is_multiplexor(signal)).count();
+        let is_root =
+            |signal: &SignalOutline| signal.parsed.multiplexer_indicator == MultiplexIndicator::Multiplexor;
+        let only = match signals.iter().position(is_root) {
             _ if lost_multiplexor => Err("multiplexed, but a multiplexor of the message is unreadable"),
             None => Err("multiplexed, but the message has no multiplexor"),
-            Some(_) if roots + nested > 1 => Err("multiplexed, but no SG_MUL_VAL_ names its multiplexor"),
+            Some(_) if count > 1 => Err("multiplexed, but no SG_MUL_VAL_ names its multiplexor"),
             Some(root) => Ok(root),
         };
-        Self { message_length, signals, by_name, only }
+        Self { message_length, signals, rules, by_name: names.zip(0..).collect(), only }
     }
 
-    /// The compiled signal; the error is a text for the finding.
+    /// Returns the compiled signal; the error is a text for the finding.
     pub(super) fn codec(&self, index: usize) -> Result<SignalCodec, String> {
         self.nested_codec(&self.signals[index], MAX_DEPTH)
     }
 
-    fn nested_codec(&self, signal: &SignalDraft<'_>, depth: usize) -> Result<SignalCodec, String> {
+    fn nested_codec(&self, signal: &SignalOutline, depth: usize) -> Result<SignalCodec, String> {
         let plain = SignalCodec::new(signal.layout, self.message_length)
             .map_err(|error: LayoutError| error.to_string())?;
         let Some((multiplexor, ranges)) = self.parent(signal)? else {
@@ -83,14 +77,14 @@ impl<'a> Multiplexing<'a> {
             .ok_or_else(|| "its multiplexor has no bits for the value that selects it".to_owned())
     }
 
-    /// Index of the multiplexor above `signal` with its values; `None` for a plain signal.
-    fn parent(&self, signal: &SignalDraft<'_>) -> Result<Option<(usize, Values)>, String> {
-        let value = match signal.indicator {
+    /// Returns the index of the multiplexor above `signal` with its values; `None` for a plain signal.
+    fn parent(&self, signal: &SignalOutline) -> Result<Option<(usize, Values)>, String> {
+        let value = match signal.parsed.multiplexer_indicator {
             MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => None,
             MultiplexIndicator::MultiplexedSignal(value)
             | MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => Some(value),
         };
-        match (value, signal.rule) {
+        match (value, self.rules.get(&signal.parsed.name)) {
             (None, None) => Ok(None),
             (None, Some(_)) => Err("multiplexed by SG_MUL_VAL_ but not by SG_".to_owned()),
             (Some(value), None) => Ok(Some((self.only?, vec![value..=value]))),
@@ -99,7 +93,7 @@ impl<'a> Multiplexing<'a> {
             }
             (Some(_), Some(rule)) => {
                 let multiplexor = self.by_name.get(rule.multiplexor.as_str()).copied();
-                let multiplexor = multiplexor.filter(|index| self.signals[*index].is_multiplexor());
+                let multiplexor = multiplexor.filter(|index| is_multiplexor(&self.signals[*index]));
                 let multiplexor =
                     multiplexor.ok_or_else(|| format!("no multiplexor {}", rule.multiplexor))?;
                 Ok(Some((multiplexor, rule.ranges.clone())))
@@ -108,21 +102,17 @@ impl<'a> Multiplexing<'a> {
     }
 }
 
-impl SignalDraft<'_> {
-    fn is_multiplexor(&self) -> bool {
-        match self.indicator {
-            MultiplexIndicator::Multiplexor | MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => true,
-            MultiplexIndicator::Plain | MultiplexIndicator::MultiplexedSignal(_) => false,
-        }
-    }
+fn is_multiplexor(signal: &SignalOutline) -> bool {
+    use MultiplexIndicator::{Multiplexor, MultiplexorAndMultiplexedSignal};
+    matches!(signal.parsed.multiplexer_indicator, Multiplexor | MultiplexorAndMultiplexedSignal(_))
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::core::dbc::model::{Database, Severity};
+    use crate::core::dbc::model::{Database, DbcSeverity};
     use crate::core::dbc::parse;
 
-    /// A message of 8 bytes with one 8-bit signal per name and mark, in consecutive bytes.
+    /// Returns a message of 8 bytes with one 8-bit signal per name and mark, in consecutive bytes.
     fn message(signals: &[&str], after: &str) -> Database {
         let lines = signals
             .iter()
@@ -131,7 +121,7 @@ mod tests {
         parse(format!("BO_ 1 M: 8 X\n{}\n{after}\n", lines.collect::<String>()).as_bytes())
     }
 
-    /// The signals present in a frame with these bytes.
+    /// Returns the signals present in a frame with these bytes.
     fn present(database: &Database, bytes: &[u8]) -> Vec<String> {
         let mut data = [0; 64];
         data[..bytes.len()].copy_from_slice(bytes);
@@ -139,10 +129,10 @@ mod tests {
         signals.filter(|signal| signal.codec.is_present(&data)).map(|signal| signal.name.clone()).collect()
     }
 
-    /// Names of the accepted signals and reasons for the rejected ones.
+    /// Returns the names of the accepted signals and reasons for the rejected ones.
     fn outcome(database: &Database) -> (Vec<&str>, Vec<&str>) {
         let accepted = database.messages[0].signals.iter().map(|signal| signal.name.as_str()).collect();
-        let rejected = database.findings.iter().filter(|finding| finding.severity == Severity::Rejected);
+        let rejected = database.findings.iter().filter(|finding| finding.severity == DbcSeverity::Rejected);
         (accepted, rejected.map(|finding| finding.reason.as_str()).collect())
     }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::codec::{ByteOrder, Layout};
-use super::finding::{Findings, Location};
+use super::finding::{DbcFindings, StatementLocation};
 use super::grammar::{self, Detail, EnumValue, Parsed, ParsedStatement, Values};
 use super::model::MAX_ENTRIES;
 use super::repair;
@@ -16,7 +16,7 @@ const INDEPENDENT: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 /// Flag of a 29-bit identifier in the message number of a DBC.
 const EXTENDED: u32 = 0x8000_0000;
 
-/// Largest number of signals of a message: which of them share bits takes time with its square.
+/// Largest number of signals of a message, since the search for shared bits takes quadratic time.
 const MAX_SIGNALS: usize = 4_000;
 
 /// The statements of a file before messages and properties are joined.
@@ -26,12 +26,11 @@ pub(super) struct Outline {
     pub(super) properties: Vec<Property>,
     pub(super) tables: BTreeMap<String, Values>,
     pub(super) default_cycle: Option<u32>,
-    /// Names of the values of `VFrameFormat`, by index.
     pub(super) frame_formats: Vec<String>,
     pub(super) default_frame_format: Option<EnumValue>,
     /// Numbers of rejected messages, whose properties give no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
-    pub(super) findings: Findings,
+    pub(super) findings: DbcFindings,
     /// Number of entries so far; reading ends beyond [`MAX_ENTRIES`].
     pub(super) entries: usize,
 }
@@ -39,7 +38,7 @@ pub(super) struct Outline {
 /// A `BO_` statement with the `SG_` statements that follow.
 #[derive(Debug)]
 pub(super) struct MessageOutline {
-    pub(super) location: Location,
+    pub(super) location: StatementLocation,
     /// Number in the file, including the flag bit.
     pub(super) number: u32,
     pub(super) id: CanId,
@@ -47,16 +46,14 @@ pub(super) struct MessageOutline {
     pub(super) length: usize,
     pub(super) signals: Vec<SignalOutline>,
     pub(super) signal_names: BTreeSet<String>,
-    /// Names of rejected signals.
     pub(super) lost_signals: BTreeSet<String>,
     /// True if a rejected signal may be a multiplexor.
     pub(super) lost_multiplexor: bool,
 }
 
-/// An `SG_` statement.
 #[derive(Debug)]
 pub(super) struct SignalOutline {
-    pub(super) location: Location,
+    pub(super) location: StatementLocation,
     pub(super) layout: Layout,
     pub(super) parsed: can_dbc::Signal,
 }
@@ -64,7 +61,7 @@ pub(super) struct SignalOutline {
 /// A statement about a message or signal elsewhere in the file.
 #[derive(Debug)]
 pub(super) struct Property {
-    pub(super) location: Location,
+    pub(super) location: StatementLocation,
     pub(super) number: u32,
     pub(super) detail: Detail,
 }
@@ -77,7 +74,7 @@ enum Current {
     Message,
     /// A rejected message, whose finding is added once its signals are counted.
     Rejected {
-        location: Location,
+        location: StatementLocation,
         reason: String,
         is_note: bool,
         signals: usize,
@@ -86,7 +83,7 @@ enum Current {
 
 /// Parses all statements of `text`.
 pub(super) fn read(text: &str) -> Outline {
-    let mut reader = Reader {
+    let mut reader = OutlineReader {
         outline: Outline::default(),
         current: Current::Nothing,
         names: BTreeSet::new(),
@@ -104,16 +101,16 @@ pub(super) fn read(text: &str) -> Outline {
     reader.outline
 }
 
-struct Reader {
+struct OutlineReader {
     outline: Outline,
     current: Current,
     names: BTreeSet<String>,
     ids: BTreeSet<CanId>,
 }
 
-impl Reader {
+impl OutlineReader {
     fn statement(&mut self, statement: &Statement<'_>) {
-        let location = Location::new(statement.line, &statement.text);
+        let location = StatementLocation::new(statement.line, &statement.text);
         let keyword = statement.keyword();
         // An indented malformed line within a message belongs to it. Any other may have started a
         // message, whose signals must not be added to the previous one.
@@ -148,7 +145,7 @@ impl Reader {
         }
     }
 
-    fn unreadable(&mut self, location: Location, statement: &Statement<'_>, reason: String) {
+    fn unreadable(&mut self, location: StatementLocation, statement: &Statement<'_>, reason: String) {
         let fields: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
         if let ["BO_", number, ..] = fields[..] {
             self.outline.lost_messages.extend(number.parse::<u32>());
@@ -164,7 +161,7 @@ impl Reader {
         }
     }
 
-    fn message(&mut self, location: Location, number: u32, name: String, length: u64) {
+    fn message(&mut self, location: StatementLocation, number: u32, name: String, length: u64) {
         if name == INDEPENDENT {
             self.outline.lost_messages.insert(number);
             return self.reject_message(
@@ -219,7 +216,7 @@ impl Reader {
         Ok((id, bytes))
     }
 
-    fn signal(&mut self, location: Location, statement: &Statement<'_>) {
+    fn signal(&mut self, location: StatementLocation, statement: &Statement<'_>) {
         let message = match &mut self.current {
             Current::Nothing => return self.outline.findings.rejected(&location, "signal without a message"),
             Current::Rejected { signals, .. } => {
@@ -260,7 +257,7 @@ impl Reader {
         }
     }
 
-    fn reject_message(&mut self, location: Location, reason: String, is_note: bool) {
+    fn reject_message(&mut self, location: StatementLocation, reason: String, is_note: bool) {
         self.current = Current::Rejected { location, reason, is_note, signals: 0 };
     }
 

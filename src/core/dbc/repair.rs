@@ -26,7 +26,7 @@ pub(super) fn signal(text: &str) -> Option<String> {
     })
 }
 
-/// Irregularity of a statement that the grammar accepts; `None` for a regular one.
+/// Returns the irregularity of a statement that the grammar accepts; `None` for a regular one.
 pub(super) fn irregularity(text: &str) -> Option<String> {
     let (head, tail) = text.split_once(':')?;
     let mut fields = head.split_ascii_whitespace().skip(1);
@@ -47,13 +47,13 @@ pub(super) fn irregularity(text: &str) -> Option<String> {
     scale.split(',').any(pointed).then(|| "a number begins with its decimal point".to_owned())
 }
 
-/// True if the signal is marked as multiplexed without a value.
+/// Returns true if the signal is marked as multiplexed without a value.
 pub(super) fn has_bare_multiplex_mark(text: &str) -> bool {
     let head = text.split(':').next().unwrap_or_default();
     head.split_ascii_whitespace().nth(2) == Some("m")
 }
 
-/// True if an unreadable signal statement may define a multiplexor.
+/// Returns true if an unreadable signal statement may define a multiplexor.
 pub(super) fn may_be_multiplexor(text: &str) -> bool {
     let head = text.split(':').next().unwrap_or_default();
     head.split_ascii_whitespace().skip(2).any(|mark| mark.ends_with('M'))

@@ -1,8 +1,7 @@
 //! Splits DBC text into statements, so that a malformed one affects no other.
 //!
-//! The format has no reliable separator: some statements end with the line, some with `;`, some
-//! continue on indented lines, and texts span lines. A statement with an unterminated text ends with
-//! its line.
+//! The format has no reliable separator: some statements end with the line, some with `;`, some continue on indented
+//! lines, and texts span lines. A statement with an unterminated text ends with its line.
 
 use std::borrow::Cow;
 
@@ -57,13 +56,12 @@ pub(super) struct Statement<'a> {
 }
 
 impl Statement<'_> {
-    /// The first word, which may be empty or unknown.
     pub(super) fn keyword(&self) -> &str {
         first_word(&self.text)
     }
 }
 
-/// True if `word` is a keyword of the format.
+/// Returns true if `word` is a keyword of the format.
 pub(super) fn is_keyword(word: &str) -> bool {
     SEMICOLON.contains(&word) || LINE.contains(&word) || LISTING.contains(&word)
 }
@@ -95,7 +93,7 @@ pub(super) fn split(text: &str) -> impl Iterator<Item = Statement<'_>> {
     })
 }
 
-/// Length in bytes of the statement at the start of `text`, at least one character.
+/// Returns the length in bytes of the statement at the start of `text`, at least one character.
 fn extent(text: &str) -> usize {
     let word = first_word(text);
     if SEMICOLON.contains(&word) {
@@ -111,7 +109,7 @@ fn line_extent(text: &str) -> usize {
     text.find('\n').unwrap_or(text.len())
 }
 
-/// Length of the first line and those that continue the list.
+/// Returns the length of the first line and those that continue the list.
 fn listing_extent(text: &str) -> usize {
     let mut end = line_extent(text);
     while let Some(next) = text[end..].strip_prefix('\n') {
@@ -124,7 +122,7 @@ fn listing_extent(text: &str) -> usize {
     end
 }
 
-/// True if `line` holds only names: of nodes (indented) or of sections, which are keywords.
+/// Returns true if `line` holds only names: of nodes (indented) or of sections, which are keywords.
 fn continues_listing(listing: &str, line: &str) -> bool {
     let indented = line.starts_with([' ', '\t']);
     let mut words = line.split_ascii_whitespace().peekable();
@@ -137,7 +135,7 @@ fn continues_listing(listing: &str, line: &str) -> bool {
     only_names && fits
 }
 
-/// Length up to and including the semicolon, up to the line before the next statement or, with an
+/// Returns the length up to and including the semicolon, up to the line before the next statement or, with an
 /// unterminated text, of the first line.
 fn semicolon_extent(text: &str) -> usize {
     let mut at = 0;
@@ -156,14 +154,14 @@ fn semicolon_extent(text: &str) -> usize {
     text.len()
 }
 
-/// True if the line at the start of `text` cannot continue an unfinished statement.
+/// Returns true if the line at the start of `text` cannot continue an unfinished statement.
 fn ends_before(text: &str) -> bool {
     let line = text[..line_extent(text)].trim_start();
     line.is_empty() || is_keyword(first_word(line))
 }
 
-/// Length up to and including the closing quote of a text, given what follows its opening quote; `None`
-/// for an unterminated text.
+/// Returns the length up to and including the closing quote of a text, given what follows its opening quote;
+/// `None` for an unterminated text.
 ///
 /// A text over several lines must be followed by a valid separator. Otherwise its own closing quote is
 /// missing and this one opens the text of another statement.

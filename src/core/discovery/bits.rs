@@ -1,43 +1,38 @@
-//! Bits of a message that rest while nothing is operated, and change at all.
+//! Bits of a message that change, but rest while nothing is operated.
 
 use std::time::Duration;
 
-use super::capture::Track;
-use super::timeline::Timeline;
+use super::capture::FrameTrack;
+use super::timeline::ActionTimeline;
 use crate::core::can::frame::MAX_DATA;
 use crate::core::time::MonoTime;
 
 /// Contents of a message, reduced to the bits that may belong to a signal of the indicators.
 #[derive(Debug, Clone)]
 pub(super) struct QuietBits<'a> {
-    /// The bits, as numbered in a DBC, ascending.
+    /// Numbers of the bits as in a DBC, ascending.
     pub(super) bits: Vec<u16>,
-    /// The contents at rest.
     pub(super) idle: [u8; MAX_DATA],
-    /// Contents from each time on, other bits cleared.
+    /// Contents from each time on, with all other bits cleared.
     pub(super) contents: Vec<(MonoTime, [u8; MAX_DATA])>,
-    /// End of the last contents.
     pub(super) end: MonoTime,
-    /// The actions over time.
-    pub(super) timeline: &'a Timeline,
-    /// The bits that change by themselves, as a mask.
+    pub(super) timeline: &'a ActionTimeline,
+    /// Mask of the bits that change by themselves.
     pub(super) noise: [u8; MAX_DATA],
-    /// True for each bit that changed, for whatever reason.
     changed: Vec<bool>,
 }
 
 impl QuietBits<'_> {
-    /// True if the bit changed, for whatever reason.
+    /// Returns true if the bit changed for any reason.
     pub(super) fn varies(&self, bit: u16) -> bool {
         self.changed.get(usize::from(bit)).copied().unwrap_or(false)
     }
 
-    /// True if the bit is set at rest.
     pub(super) fn is_idle_set(&self, bit: u16) -> bool {
         self.idle[usize::from(bit / 8)] >> (bit % 8) & 1 == 1
     }
 
-    /// True if two bits are at rest at the same times.
+    /// Returns true if two bits are at rest at the same times.
     pub(super) fn change_together(&self, bit: u16, other: u16) -> bool {
         let is_on = |data: &[u8; MAX_DATA], bit: u16| {
             let byte = usize::from(bit / 8);
@@ -46,7 +41,7 @@ impl QuietBits<'_> {
         self.contents.iter().all(|(_, data)| is_on(data, bit) == is_on(data, other))
     }
 
-    /// The bits that changed between two times, as a mask.
+    /// Returns a mask of the bits that changed between two times.
     pub(super) fn changed_in(&self, from: MonoTime, until: MonoTime) -> [u8; MAX_DATA] {
         let mut mask = [0; MAX_DATA];
         for pair in self.contents.windows(2).filter(|pair| from <= pair[1].0 && pair[1].0 < until) {
@@ -57,11 +52,11 @@ impl QuietBits<'_> {
     }
 }
 
-/// The largest number of changes of a bit during quiet times.
+/// Largest number of changes of a bit during quiet times.
 const MAX_QUIET_CHANGES: u32 = 2;
-/// Likewise within [`TOUCH`]: a driver touches something now and then.
+/// Largest number of changes within [`TOUCH`], since a driver touches something now and then.
 const MAX_TOUCH_CHANGES: u32 = 12;
-/// The longest time in which a driver touches something by mistake.
+/// Longest time in which a driver touches something by mistake.
 const TOUCH: Duration = Duration::from_secs(3);
 /// The largest number of changes of a bit for each action: a lamp that flashes for ten seconds, and more.
 const MAX_CHANGES: u32 = 60;
@@ -71,8 +66,8 @@ const MIN_CARRIES: u32 = 3;
 /// Reduces a message to bits that do not change by themselves, without those in `excluded`; `None` when none are
 /// left.
 pub(super) fn quiet_bits<'a>(
-    track: &Track,
-    timeline: &'a Timeline,
+    track: &FrameTrack,
+    timeline: &'a ActionTimeline,
     end: MonoTime,
     excluded: &[u16],
 ) -> Option<QuietBits<'a>> {
@@ -83,7 +78,7 @@ pub(super) fn quiet_bits<'a>(
     for bit in excluded {
         mask[usize::from(bit / 8)] &= !(1 << (bit % 8));
     }
-    let mut changes = vec![Changes::default(); length * 8];
+    let mut changes = vec![BitChanges::default(); length * 8];
     let mut contents: Vec<(MonoTime, [u8; MAX_DATA])> = Vec::new();
     let mut before: Option<&[u8; MAX_DATA]> = None;
     for (at, frame) in track.changes() {
@@ -124,8 +119,8 @@ pub(super) fn quiet_bits<'a>(
     Some(QuietBits { bits, idle, contents, end, timeline, noise, changed })
 }
 
-/// The bits that change by themselves, as a mask.
-fn noise(track: &Track, timeline: &Timeline, length: usize) -> [u8; MAX_DATA] {
+/// Mask of the bits that change by themselves.
+fn noise(track: &FrameTrack, timeline: &ActionTimeline, length: usize) -> [u8; MAX_DATA] {
     let mut quiet = vec![QuietChanges::default(); length * 8];
     for (from, until) in &timeline.quiet {
         let mut before: Option<&[u8; MAX_DATA]> = None;
@@ -144,7 +139,6 @@ fn noise(track: &Track, timeline: &Timeline, length: usize) -> [u8; MAX_DATA] {
     noise
 }
 
-/// The bits in which two contents differ.
 fn different_bits<'a>(
     before: &'a [u8; MAX_DATA],
     data: &'a [u8; MAX_DATA],
@@ -156,7 +150,7 @@ fn different_bits<'a>(
     })
 }
 
-/// True if two contents differ in the bits of a mask.
+/// Returns true if two contents differ in the bits of a mask.
 fn differs(a: &[u8; MAX_DATA], b: &[u8; MAX_DATA], mask: &[u8; MAX_DATA], length: usize) -> bool {
     let word = |data: &[u8; MAX_DATA], at: usize| {
         data.get(at..).and_then(<[u8]>::first_chunk).map_or(0, |chunk| u64::from_le_bytes(*chunk))
@@ -171,7 +165,7 @@ fn masked(data: &[u8; MAX_DATA], mask: &[u8; MAX_DATA]) -> [u8; MAX_DATA] {
 }
 
 fn count_changes(
-    changes: &mut [Changes],
+    changes: &mut [BitChanges],
     before: &[u8; MAX_DATA],
     data: &[u8; MAX_DATA],
     mask: &[u8; MAX_DATA],
@@ -187,11 +181,9 @@ fn count_changes(
     }
 }
 
-/// Changes of a bit during quiet times.
 #[derive(Debug, Clone, Copy, Default)]
 struct QuietChanges {
     count: u32,
-    /// Times of the first and the last one.
     span: Option<(MonoTime, MonoTime)>,
 }
 
@@ -202,25 +194,24 @@ impl QuietChanges {
         self.span = Some((first, at));
     }
 
-    /// True for a bit that does not change by itself.
+    /// Returns true for a bit that does not change by itself.
     fn is_quiet(&self) -> bool {
         let is_touch = self.span.is_none_or(|(first, last)| last.since(first) <= TOUCH);
         self.count <= MAX_QUIET_CHANGES || (self.count <= MAX_TOUCH_CHANGES && is_touch)
     }
 }
 
-/// Changes of a bit in a whole session.
 #[derive(Debug, Clone, Copy, Default)]
-struct Changes {
+struct BitChanges {
     all: u32,
     /// Changes at which the next lower bit fell, or rose when this one fell, as when a number goes up or down by one;
     /// in the orders of Intel and Motorola.
     carries: [u32; 2],
 }
 
-impl Changes {
-    /// True for an upper bit of a number that counts or varies by itself: each of its changes is a carry of
-    /// the bit below it, which changes more often.
+impl BitChanges {
+    /// Returns true for an upper bit of a number that counts or varies by itself: each of its changes is a
+    /// carry of the bit below it, which changes more often.
     fn is_carry(&self, below: [Option<usize>; 2], is_often: impl Fn(usize) -> bool) -> bool {
         self.all >= MIN_CARRIES
             && self
@@ -231,7 +222,7 @@ impl Changes {
     }
 }
 
-/// Bits below a bit, where a number of several bytes continues: in the orders of Intel and Motorola.
+/// Returns the bits below a bit, where a number of several bytes continues, in Intel and Motorola order.
 fn below(bit: usize) -> [Option<usize>; 2] {
     match bit % 8 {
         0 => [bit.checked_sub(1), Some(bit + 15).filter(|bit| *bit < MAX_DATA * 8)],
@@ -239,12 +230,12 @@ fn below(bit: usize) -> [Option<usize>; 2] {
     }
 }
 
-/// The value that each bit has for most of the time at rest; of a message that is not sent then, the value it has for
-/// most of the time.
+/// Returns the value that each bit has for most of the time at rest, or for most of all time if the message
+/// is not sent at rest.
 fn idle(
     contents: &[(MonoTime, [u8; MAX_DATA])],
     bits: &[u16],
-    timeline: &Timeline,
+    timeline: &ActionTimeline,
     end: MonoTime,
 ) -> [u8; MAX_DATA] {
     let mut weights = vec![0_i64; bits.len()];

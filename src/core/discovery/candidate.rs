@@ -1,29 +1,29 @@
-//! Candidates for the turn indicators and the hazard lights, and what speaks for and against each.
+//! Candidates for the turn indicators and the hazard lights, with the evidence for and against each.
 
 use std::time::Duration;
 
 use super::capture::MessageKey;
-use super::response::Shape;
+use super::response::ResponseShape;
 use crate::core::dbc::codec::{ByteOrder, Layout};
 use crate::core::time::MonoTime;
 
 /// A signal of a message that no DBC describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FoundSignal {
-    /// The message.
+    /// Message that carries the signal.
     pub message: MessageKey,
-    /// The position in the message.
+    /// Position of its bits in the message.
     pub layout: Layout,
 }
 
 impl FoundSignal {
-    /// The bits of the signal, as numbered in a DBC.
+    /// Returns the bits of the signal, as numbered in a DBC.
     pub fn bits(&self) -> Vec<u16> {
         bits_of(self.layout)
     }
 }
 
-/// The bits of a signal, as numbered in a DBC.
+/// Returns the bits of a signal, as numbered in a DBC.
 pub(super) fn bits_of(layout: Layout) -> Vec<u16> {
     let positions = 0..layout.length;
     match layout.order {
@@ -40,7 +40,7 @@ pub(super) fn sawtooth(bit: u16) -> u16 {
 /// One side, or the hazard lights: a signal with its value at rest and while it is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Switch {
-    /// The signal.
+    /// Signal that shows the state.
     pub signal: FoundSignal,
     /// Raw value at rest.
     pub off: u64,
@@ -53,7 +53,7 @@ pub struct Switch {
 pub enum TurnForm {
     /// One signal with a value for each state.
     Enumerated {
-        /// The signal.
+        /// Signal that shows the state.
         signal: FoundSignal,
         /// Raw value at rest.
         off: u64,
@@ -64,11 +64,11 @@ pub enum TurnForm {
         /// Raw value of the hazard lights; `None` when they do not show.
         both: Option<u64>,
     },
-    /// A signal a side, both on for the hazard lights if those show.
+    /// One signal for each side; both are on for the hazard lights if these are shown.
     Pair {
-        /// The left side.
+        /// Signal of the left side.
         left: Switch,
-        /// The right side.
+        /// Signal of the right side.
         right: Switch,
         /// True for lamps, which flash.
         lamps: bool,
@@ -77,7 +77,7 @@ pub enum TurnForm {
     },
     /// The position of a stalk that springs back.
     Stalk {
-        /// The signal.
+        /// Signal that shows the state.
         signal: FoundSignal,
         /// Raw value at rest.
         idle: u64,
@@ -93,7 +93,7 @@ pub enum TurnForm {
 }
 
 impl TurnForm {
-    /// The signals of the form.
+    /// Returns the signals of the form.
     pub fn signals(&self) -> Vec<FoundSignal> {
         match self {
             Self::Enumerated { signal, .. } | Self::Stalk { signal, .. } => vec![*signal],
@@ -101,7 +101,7 @@ impl TurnForm {
         }
     }
 
-    /// The bits that tell one side from the other, by message.
+    /// Returns the bits that distinguish the sides, by message.
     pub(super) fn telling_bits(&self) -> Vec<(MessageKey, Vec<u16>)> {
         match self {
             Self::Enumerated { signal, left, right, .. } | Self::Stalk { signal, left, right, .. } => {
@@ -119,7 +119,7 @@ impl TurnForm {
         }
     }
 
-    /// True if it shows the hazard lights as both sides.
+    /// Returns true if it shows the hazard lights as both sides.
     pub fn shows_hazard(&self) -> bool {
         match self {
             Self::Enumerated { both, .. } => both.is_some(),
@@ -141,7 +141,7 @@ pub enum HazardForm {
 }
 
 impl HazardForm {
-    /// The signal of its own; `None` without one.
+    /// Returns the signal of its own; `None` without one.
     pub fn signal(&self) -> Option<FoundSignal> {
         match self {
             Self::BothSides => None,
@@ -150,7 +150,7 @@ impl HazardForm {
     }
 }
 
-/// Something that speaks against a candidate.
+/// A drawback of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drawback {
     /// It did not follow this many requests.
@@ -161,21 +161,21 @@ pub enum Drawback {
     Flashes,
     /// The hazard lights do not show in it.
     HidesHazard,
-    /// It shows a moment only, so that its state has to be derived.
+    /// It shows only a moment, so that its state has to be derived.
     Momentary,
     /// Left and right are in different messages.
     TwoMessages,
     /// Its byte changes whenever anything in the message does, as a checksum does.
     LikeChecksum,
-    /// Bits beside it change with the requests in other manners, as lower bits of a number do.
+    /// Bits beside it change with the requests in other ways, like lower bits of a number.
     PartOfNumber,
-    /// Bits beside it that follow the requests as well.
+    /// This many bits beside it also follow the requests.
     Cut(u16),
     /// It is not in a message of the turn indicators.
     OtherMessage,
-    /// Bits between its own never changed.
+    /// This many bits between its own never changed.
     Gaps(u16),
-    /// It has more bits than two.
+    /// It has this many bits more than two.
     Wide(u16),
     /// Its value at rest is not 0.
     RestsOn,
@@ -188,7 +188,7 @@ pub enum Drawback {
 }
 
 impl Drawback {
-    /// The weight: the sum of a candidate's weights decides its rank.
+    /// Returns the weight; the sum of a candidate's weights decides its rank.
     pub(super) fn weight(self) -> usize {
         match self {
             Self::Missed(count) | Self::OtherValues(count) => MISSED * count,
@@ -209,49 +209,47 @@ impl Drawback {
     }
 }
 
-/// The time of a response to a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ResponseTime {
     pub(super) at: MonoTime,
-    /// By so much it may be later than what the driver did.
+    /// Largest delay after the driver's action.
     pub(super) late: Duration,
 }
 
 impl ResponseTime {
-    /// True if both may be of the same moment.
+    /// Returns true if both may belong to the same moment.
     fn may_be(self, other: Self) -> bool {
         let begins = |time: Self| time.at.before(time.late).before(SIMULTANEOUS);
         begins(self) <= other.at && begins(other) <= self.at
     }
 }
 
-/// The weight of a request that was not followed.
+/// Weight of a request that was not followed.
 const MISSED: usize = 30;
-/// Driver's reactions, lights and messages differ by this much in time, beside the periods of messages.
+/// Largest difference in time between the driver's reaction, lights and messages, in addition to message periods.
 const SIMULTANEOUS: Duration = Duration::from_millis(150);
 
 /// A candidate with its evidence.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Candidate<F> {
+pub struct SignalCandidate<F> {
     /// The signals and their values.
     pub form: F,
-    /// The manner in which it shows the action.
-    pub shape: Shape,
-    /// Requests that it followed, for each of [`Action::ALL`](super::timeline::Action::ALL), with their number.
+    /// Way in which it shows the action.
+    pub shape: ResponseShape,
+    /// Requests that it followed, for each of [`DriverAction::ALL`](super::timeline::DriverAction::ALL), with their number.
     pub followed: [(usize, usize); 3],
-    /// What speaks against it.
+    /// Everything that speaks against it.
     pub drawbacks: Vec<Drawback>,
-    /// For each request the times of the response and of its end, and by how much they may be late.
+    /// Times of the response and of its end for each request, with their largest delays.
     pub(super) times: Vec<[Option<ResponseTime>; 2]>,
 }
 
-impl<F> Candidate<F> {
-    /// Number of requests that it did not follow.
+impl<F> SignalCandidate<F> {
     pub(super) fn missed(&self) -> usize {
         self.followed.iter().map(|(count, of)| of - count).sum()
     }
 
-    /// True if its bits may be a part of something else.
+    /// Returns true if its bits may be a part of something else.
     pub(super) fn is_suspect(&self) -> bool {
         let is_part = |drawback: &Drawback| {
             matches!(drawback, Drawback::LikeChecksum | Drawback::PartOfNumber | Drawback::OtherValues(_))
@@ -259,41 +257,41 @@ impl<F> Candidate<F> {
         self.drawbacks.iter().any(is_part)
     }
 
-    /// True if its bits may be those of a checksum.
     pub(super) fn is_like_checksum(&self) -> bool {
         self.drawbacks.contains(&Drawback::LikeChecksum)
     }
 
-    /// Number of requests of either side that it did not follow.
+    /// Returns the number of requests of either side that it did not follow.
     pub(super) fn missed_sides(&self) -> usize {
         self.followed[..2].iter().map(|(count, of)| of - count).sum()
     }
 
-    /// True if the other one follows the requests as well, but at other times: one of the two does so by chance.
+    /// Returns true if the other candidate also follows the requests, but at other times, so that one of them
+    /// does so by chance.
     pub(super) fn is_disputed_by(&self, other: &Self) -> bool {
         let (apart, _) = self.times_apart(other);
         apart > 0 && self.has_rival(other)
     }
 
-    /// Likewise at most of the times, so that it is not because of a late frame.
+    /// Returns true if the other candidate does so at most of the times, which late frames cannot explain.
     pub(super) fn is_mostly_disputed_by(&self, other: &Self) -> bool {
         let (apart, all) = self.times_apart(other);
         apart * 2 > all && self.has_rival(other)
     }
 
-    /// True if the other one followed as many requests, and is not much worse.
+    /// Returns true if the other candidate followed as many requests and is not much worse.
     pub(super) fn has_rival(&self, other: &Self) -> bool {
         other.missed() <= self.missed() && other.weight() < self.weight() + MISSED
     }
 
-    /// Number of times at which the other one came or went at another moment, and of all that both have.
+    /// Returns how often the other candidate came or went at another moment, and the number of all common times.
     fn times_apart(&self, other: &Self) -> (usize, usize) {
         let times = self.times.iter().flatten().zip(other.times.iter().flatten());
         let both: Vec<_> = times.filter_map(|(own, other)| own.zip(*other)).collect();
         (both.iter().filter(|(own, other)| !own.may_be(*other)).count(), both.len())
     }
 
-    /// Sum of the weights of all drawbacks; the candidate with the lowest one is first.
+    /// Returns the sum of the weights of all drawbacks; the candidate with the lowest one is first.
     pub fn weight(&self) -> usize {
         self.drawbacks.iter().map(|drawback| drawback.weight()).sum()
     }

@@ -10,16 +10,16 @@ use crate::core::time::MonoTime;
 /// A message of a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MessageKey {
-    /// The bus that it comes on.
+    /// Bus that carries its frames.
     pub bus: BusIndex,
-    /// Its identifier.
+    /// Identifier of its frames.
     pub id: CanId,
 }
 
-/// All frames of a session; what repeats the frame before is kept as a time.
+/// All frames of a session; a repeated frame is kept only as a time.
 #[derive(Debug, Clone, Default)]
 pub struct Capture {
-    tracks: BTreeMap<MessageKey, Track>,
+    tracks: BTreeMap<MessageKey, FrameTrack>,
     frames: usize,
     dropped: u64,
     span: Option<(MonoTime, MonoTime)>,
@@ -27,19 +27,19 @@ pub struct Capture {
 
 /// The frames of one message.
 #[derive(Debug, Clone, Default)]
-pub struct Track {
+pub struct FrameTrack {
     times: Vec<MonoTime>,
     /// Frames that differ from the one before, with their positions in `times`.
     changes: Vec<(usize, Frame)>,
 }
 
-/// From so many gaps on, a message that paused is told from one that is sent when something changes.
+/// Number of gaps from which a pause is distinguished from a message that is sent on change.
 const MANY_GAPS: usize = 40;
-/// The largest number of frames, half an hour of a busy bus; the rest is counted.
+/// Largest number of frames, half an hour of a busy bus; further ones are only counted.
 const MAX_FRAMES: usize = 4_000_000;
 
 impl Capture {
-    /// Adds a frame. Times do not run backwards.
+    /// Adds a frame. Times must not run backwards.
     pub fn add(&mut self, bus: BusIndex, frame: &Frame, at: MonoTime) {
         let (first, _) = *self.span.get_or_insert((at, at));
         self.span = Some((first, at));
@@ -55,39 +55,39 @@ impl Capture {
         track.times.push(at);
     }
 
-    /// The messages with their frames, ascending.
-    pub fn tracks(&self) -> impl Iterator<Item = (MessageKey, &Track)> {
+    /// Returns the messages with their frames, ascending.
+    pub fn tracks(&self) -> impl Iterator<Item = (MessageKey, &FrameTrack)> {
         self.tracks.iter().map(|(key, track)| (*key, track))
     }
 
-    /// The frames of one message.
-    pub fn track(&self, key: MessageKey) -> Option<&Track> {
+    /// Returns the frames of one message.
+    pub fn track(&self, key: MessageKey) -> Option<&FrameTrack> {
         self.tracks.get(&key)
     }
 
-    /// Number of frames.
+    /// Returns the number of frames.
     pub fn frames(&self) -> usize {
         self.frames
     }
 
-    /// Number of messages.
+    /// Returns the number of messages.
     pub fn messages(&self) -> usize {
         self.tracks.len()
     }
 
-    /// Number of frames that were too many.
+    /// Returns the number of frames beyond the largest number.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Times of the first and the last frame; `None` without a frame.
+    /// Returns the times of the first and the last frame; `None` without a frame.
     pub fn span(&self) -> Option<(MonoTime, MonoTime)> {
         self.span
     }
 }
 
-impl Track {
-    /// Time of each frame.
+impl FrameTrack {
+    /// Returns the time of each frame.
     pub fn times(&self) -> &[MonoTime] {
         &self.times
     }
@@ -97,7 +97,7 @@ impl Track {
         self.changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
     }
 
-    /// Likewise the last one before a time, and all since then.
+    /// Returns the frames that differ from the one before, from the last one before `from` on.
     pub fn changes_from(&self, from: MonoTime) -> impl Iterator<Item = (MonoTime, &Frame)> {
         let is_before = |(at, _): &(usize, Frame)| self.times.get(*at).is_some_and(|at| *at < from);
         let first = self.changes.partition_point(is_before).saturating_sub(1);
@@ -110,41 +110,41 @@ impl Track {
         self.changes.iter().take(limit).map(|(_, frame)| *frame).collect()
     }
 
-    /// The length of all frames in bytes; `None` when it varies.
+    /// Returns the length of all frames in bytes; `None` when it varies.
     pub fn length(&self) -> Option<usize> {
         let length = self.changes.first()?.1.data().len();
         self.changes.iter().all(|(_, frame)| frame.data().len() == length).then_some(length)
     }
 
-    /// The length of the shortest frame in bytes.
+    /// Returns the length of the shortest frame in bytes.
     pub fn shortest(&self) -> usize {
         self.changes.iter().map(|(_, frame)| frame.data().len()).min().unwrap_or(0)
     }
 
-    /// True if its frames are those of CAN FD.
+    /// Returns true if it has CAN FD frames.
     pub fn is_fd(&self) -> bool {
         self.changes.iter().any(|(_, frame)| frame.is_fd())
     }
 
-    /// The median and the longest time between two frames; `None` for fewer than three frames.
-    pub fn gaps(&self) -> Option<Gaps> {
+    /// Returns the median and the longest time between two frames; `None` for fewer than three frames.
+    pub fn gaps(&self) -> Option<MessageGaps> {
         let mut gaps: Vec<_> = self.times.windows(2).map(|pair| pair[1].since(pair[0])).collect();
         gaps.sort_unstable();
         let median = *gaps.get(gaps.len() / 2)?;
         // Of many gaps the two longest may be pauses.
         let pauses = if gaps.len() >= MANY_GAPS { 2 } else { 0 };
         let usual = *gaps.get(gaps.len().checked_sub(1 + pauses)?)?;
-        (gaps.len() >= 2).then_some(Gaps { median, usual, longest: *gaps.last()? })
+        (gaps.len() >= 2).then_some(MessageGaps { median, usual, longest: *gaps.last()? })
     }
 }
 
 /// Times from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gaps {
-    /// The median.
+pub struct MessageGaps {
+    /// Median of the times between frames.
     pub median: Duration,
-    /// The longest one, without at most two pauses.
+    /// Longest time, apart from up to two pauses.
     pub usual: Duration,
-    /// The longest one.
+    /// Longest time between two frames.
     pub longest: Duration,
 }

@@ -1,12 +1,12 @@
-//! Candidates as text.
+//! Texts for candidates and what speaks against them.
 
 use std::fmt;
 
-use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, Switch, TurnForm};
+use super::candidate::{Drawback, FoundSignal, HazardForm, SignalCandidate, Switch, TurnForm};
 use super::findings::{Certainty, Doubt};
-use super::timeline::Action;
+use super::timeline::DriverAction;
 
-impl fmt::Display for Action {
+impl fmt::Display for DriverAction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.mark().name())
     }
@@ -72,7 +72,7 @@ impl fmt::Display for Drawback {
             Self::LikeChecksum => {
                 f.write_str("its byte changes with everything in the message, as a checksum does")
             }
-            Self::PartOfNumber => f.write_str("bits beside it change as those of a number do"),
+            Self::PartOfNumber => f.write_str("bits beside it change like bits of a number"),
             Self::Cut(bits) => write!(f, "{bits} bits beside it follow the requests as well"),
             Self::OtherMessage => f.write_str("is not in a message of the turn indicators"),
             Self::Gaps(bits) => write!(f, "{bits} of its bits never changed"),
@@ -85,15 +85,15 @@ impl fmt::Display for Drawback {
     }
 }
 
-impl<F> Candidate<F> {
-    /// The requests of an action that it followed: `2 of 2`.
-    pub fn followed_text(&self, action: Action) -> String {
+impl<F> SignalCandidate<F> {
+    /// Returns the number of followed requests of an action, e.g. `2 of 2`.
+    pub fn followed_text(&self, action: DriverAction) -> String {
         let (count, of) = self.followed[action as usize];
         format!("{count} of {of}")
     }
 
-    /// What speaks against this candidate and not against `best`; the rank alone where that is nothing.
-    pub fn explanation<G>(&self, best: &Candidate<G>) -> String {
+    /// Returns the drawbacks of this candidate that `best` does not have, or a text for its rank if there are none.
+    pub fn explanation<G>(&self, best: &SignalCandidate<G>) -> String {
         let own = self.drawbacks.iter().filter(|drawback| !best.drawbacks.contains(drawback));
         let texts: Vec<_> = own.map(ToString::to_string).collect();
         if texts.is_empty() { "as good, but found later".to_owned() } else { texts.join("; ") }

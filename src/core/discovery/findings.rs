@@ -2,28 +2,28 @@
 
 use std::collections::BTreeMap;
 
-use super::candidate::{Candidate, Drawback, FoundSignal, HazardForm, TurnForm};
+use super::candidate::{Drawback, FoundSignal, HazardForm, SignalCandidate, TurnForm};
 use super::capture::{Capture, MessageKey};
-use super::protection::Protection;
-use super::response::Shape;
+use super::protection::FoundProtection;
+use super::response::ResponseShape;
 use super::search::{self, Responding};
-use super::timeline::{Action, Timeline};
+use super::timeline::{ActionTimeline, DriverAction};
 use super::widening::{widen_hazard, widen_turn};
 
-/// The candidates, each list with the best first.
+/// Candidates, with the best of each list first.
 #[derive(Debug, Clone, Default)]
-pub struct Findings {
+pub struct DiscoveryFindings {
     /// Candidates for the turn indicators.
-    pub turn: Vec<Candidate<TurnForm>>,
+    pub turn: Vec<SignalCandidate<TurnForm>>,
     /// Candidates for the hazard lights.
-    pub hazard: Vec<Candidate<HazardForm>>,
+    pub hazard: Vec<SignalCandidate<HazardForm>>,
     /// Counter and checksum of each message with candidates.
-    pub protection: BTreeMap<MessageKey, Protection>,
-    /// The certainty of each of [`Action::ALL`].
+    pub protection: BTreeMap<MessageKey, FoundProtection>,
+    /// The certainty of each of [`DriverAction::ALL`].
     pub certainty: [Certainty; 3],
-    /// What may be taken for the signal of the turn indicators, so that they are not sure however often they followed.
+    /// Reason for which the turn indicators are not sure, however often they followed.
     pub turn_doubt: Option<Doubt>,
-    /// Likewise for the hazard lights.
+    /// Reason for which the hazard lights are not sure.
     pub hazard_doubt: Option<Doubt>,
 }
 
@@ -32,7 +32,7 @@ pub struct Findings {
 pub enum Doubt {
     /// This bit of the message always changed together with the signal.
     Twin(FoundSignal),
-    /// It may be a part of a checksum, and another signal, which is not, followed both sides as well.
+    /// It may be part of a checksum, while another signal that also followed both sides is not.
     Checksum,
     /// Another signal followed as well, but at other moments.
     Disputed,
@@ -52,16 +52,16 @@ pub enum Certainty {
     NotVisible,
 }
 
-/// Requests that must be followed by a signal that shows the state itself.
+/// Number of requests that a signal of the state itself must follow.
 const ENOUGH: usize = 2;
-/// Requests that must be followed by a signal that chance may imitate.
+/// Number of requests that a signal must follow which chance may imitate.
 const ENOUGH_IF_WEAK: usize = 3;
-/// Requests without a following signal after which there is none, unless some were followed.
+/// Number of requests after which a signal is considered absent if none followed.
 const ENOUGH_WITHOUT: usize = 4;
 
-impl Findings {
+impl DiscoveryFindings {
     /// Ranks all signals by how well they follow the requests.
-    pub fn new(capture: &Capture, timeline: &Timeline) -> Self {
+    pub fn new(capture: &Capture, timeline: &ActionTimeline) -> Self {
         let messages = search::responding(capture, timeline);
         let mut turn = search::turn(&messages, timeline);
         let signals = turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
@@ -80,17 +80,17 @@ impl Findings {
             widen_hazard(&messages, &mut hazard.form);
         }
         if let Some(both_sides) = turn.first().and_then(both_sides) {
-            // A lasting signal beside those of the indicators shows the hazard lights themselves.
-            let is_better = |candidate: &Candidate<HazardForm>| {
+            // A lasting signal beside the indicators' signals shows the hazard lights themselves.
+            let is_better = |candidate: &SignalCandidate<HazardForm>| {
                 candidate.weight() <= both_sides.weight()
-                    && candidate.shape == Shape::Steady
+                    && candidate.shape == ResponseShape::Steady
                     && !candidate.is_suspect()
                     && !candidate.drawbacks.contains(&Drawback::OtherMessage)
             };
             let at = hazard.iter().take_while(|candidate| is_better(candidate)).count();
             hazard.insert(at, both_sides);
         }
-        let is_open = Action::ALL.map(|action| {
+        let is_open = DriverAction::ALL.map(|action| {
             timeline.count(action) < ENOUGH_WITHOUT || search::is_open(&messages, timeline, action)
         });
         let turn_doubt = turn_doubt(&messages, &turn);
@@ -98,65 +98,67 @@ impl Findings {
         let protection = messages.into_iter().map(|message| (message.key, message.protection)).collect();
         let certainty = [Certainty::NotFound; 3];
         let mut findings = Self { turn, hazard, protection, certainty, turn_doubt, hazard_doubt };
-        findings.certainty = Action::ALL.map(|action| findings.certainty_of(action, is_open));
+        findings.certainty = DriverAction::ALL.map(|action| findings.certainty_of(action, is_open));
         findings
     }
 
-    fn certainty_of(&self, action: Action, is_open: [bool; 3]) -> Certainty {
+    fn certainty_of(&self, action: DriverAction, is_open: [bool; 3]) -> Certainty {
         // Lamps that show the hazard lights may still become sure.
-        let may_show = |turn: &Candidate<TurnForm>| turn.form.shows_hazard() && !turn.is_suspect();
+        let may_show = |turn: &SignalCandidate<TurnForm>| turn.form.shows_hazard() && !turn.is_suspect();
         let is_open =
-            is_open[action as usize] || (action == Action::Hazard && self.turn.iter().any(may_show));
+            is_open[action as usize] || (action == DriverAction::Hazard && self.turn.iter().any(may_show));
         let without = if is_open { Certainty::NotFound } else { Certainty::NotVisible };
         let found = match action {
-            Action::Left | Action::Right => {
+            DriverAction::Left | DriverAction::Right => {
                 let is_disputed = is_disputed(&self.turn);
                 self.turn.first().map_or(without, |turn| turn_certainty(turn, action, is_disputed))
             }
-            Action::Hazard => hazard_certainty(&self.hazard).unwrap_or(without),
+            DriverAction::Hazard => hazard_certainty(&self.hazard).unwrap_or(without),
         };
         if self.doubt(action).is_some() { found.max(Certainty::Unsure) } else { found }
     }
 
-    /// The reason for which an action is not sure however often its requests were followed.
-    pub fn doubt(&self, action: Action) -> Option<Doubt> {
+    /// Returns the reason for which an action is not sure, however often its requests were followed.
+    pub fn doubt(&self, action: DriverAction) -> Option<Doubt> {
         match action {
-            Action::Left | Action::Right => self.turn_doubt,
-            Action::Hazard => self.hazard_doubt,
+            DriverAction::Left | DriverAction::Right => self.turn_doubt,
+            DriverAction::Hazard => self.hazard_doubt,
         }
     }
 
-    /// The certainty of an action.
-    pub fn certainty(&self, action: Action) -> Certainty {
+    /// Returns the certainty of an action.
+    pub fn certainty(&self, action: DriverAction) -> Certainty {
         self.certainty[action as usize]
     }
 
-    /// The actions whose requests are to be repeated: those that are not sure, and all when the hazard lights are not,
-    /// since lamps that show them may have been missed for a mistake with a side.
-    pub fn unsure(&self) -> Vec<Action> {
-        let is_unsure =
-            |action: &Action| matches!(self.certainty(*action), Certainty::Unsure | Certainty::NotFound);
-        if is_unsure(&Action::Hazard) {
-            return Action::ALL.to_vec();
+    /// Returns the actions to repeat: the unsure ones, or all if the hazard lights are unsure, since a
+    /// mistake with a side may hide lamps that show them.
+    pub fn unsure(&self) -> Vec<DriverAction> {
+        let is_unsure = |action: &DriverAction| {
+            matches!(self.certainty(*action), Certainty::Unsure | Certainty::NotFound)
+        };
+        if is_unsure(&DriverAction::Hazard) {
+            return DriverAction::ALL.to_vec();
         }
-        Action::ALL.into_iter().filter(is_unsure).collect()
+        DriverAction::ALL.into_iter().filter(is_unsure).collect()
     }
 
-    /// True if both sides are sure, so that a configuration can be written.
+    /// Returns true if both sides are sure, so that a configuration can be written.
     pub fn is_usable(&self) -> bool {
-        [Action::Left, Action::Right].iter().all(|side| self.certainty(*side) == Certainty::Sure)
+        [DriverAction::Left, DriverAction::Right].iter().all(|side| self.certainty(*side) == Certainty::Sure)
     }
 
-    /// The candidate for the hazard lights that may be used; `None` when none is sure.
-    pub fn sure_hazard(&self) -> Option<&Candidate<HazardForm>> {
-        self.hazard.first().filter(|_| self.certainty(Action::Hazard) == Certainty::Sure)
+    /// Returns the candidate for the hazard lights that may be used; `None` when none is sure.
+    pub fn sure_hazard(&self) -> Option<&SignalCandidate<HazardForm>> {
+        self.hazard.first().filter(|_| self.certainty(DriverAction::Hazard) == Certainty::Sure)
     }
 }
 
-/// The certainty of a side: each request of either that was not followed has to be made up for by one that was. A signal
-/// that chance may imitate needs more of them.
-fn turn_certainty(turn: &Candidate<TurnForm>, side: Action, is_disputed: bool) -> Certainty {
-    let is_weak = is_disputed || turn.is_suspect() || (turn.shape == Shape::Momentary && turn.missed() > 0);
+/// Returns the certainty of a side. Each request that was not followed requires one more that was, and a
+/// signal that chance may imitate requires more of them.
+fn turn_certainty(turn: &SignalCandidate<TurnForm>, side: DriverAction, is_disputed: bool) -> Certainty {
+    let is_weak =
+        is_disputed || turn.is_suspect() || (turn.shape == ResponseShape::Momentary && turn.missed() > 0);
     let [left, right, _] = turn.followed;
     let (count, _) = turn.followed[side as usize];
     if turn.drawbacks.contains(&Drawback::TwoMessages) {
@@ -168,26 +170,27 @@ fn turn_certainty(turn: &Candidate<TurnForm>, side: Action, is_disputed: bool) -
     certainty(count, enough(is_weak)).max(of_both)
 }
 
-fn turn_doubt(messages: &[Responding<'_>], turn: &[Candidate<TurnForm>]) -> Option<Doubt> {
+fn turn_doubt(messages: &[Responding<'_>], turn: &[SignalCandidate<TurnForm>]) -> Option<Doubt> {
     let form = &turn.first()?.form;
     doubt(messages, turn, &form.telling_bits(), form.shows_hazard())
 }
 
-fn hazard_doubt(messages: &[Responding<'_>], hazard: &[Candidate<HazardForm>]) -> Option<Doubt> {
+fn hazard_doubt(messages: &[Responding<'_>], hazard: &[SignalCandidate<HazardForm>]) -> Option<Doubt> {
     let bits = |signal: FoundSignal| (signal.message, signal.bits());
     doubt(messages, hazard, hazard.first()?.form.signal().map(bits).as_slice(), false)
 }
 
-/// What may be taken for the first candidate, which is told by these bits.
+/// Returns what may be mistaken for the first candidate, which these bits show.
 fn doubt<F>(
     messages: &[Responding<'_>],
-    candidates: &[Candidate<F>],
+    candidates: &[SignalCandidate<F>],
     bits: &[(MessageKey, Vec<u16>)],
     shows_all: bool,
 ) -> Option<Doubt> {
     let (first, others) = candidates.split_first()?;
-    let is_better =
-        |other: &Candidate<F>| !other.is_like_checksum() && other.missed_sides() <= first.missed_sides();
+    let is_better = |other: &SignalCandidate<F>| {
+        !other.is_like_checksum() && other.missed_sides() <= first.missed_sides()
+    };
     if let Some(twin) = search::twin(messages, bits, shows_all) {
         Some(Doubt::Twin(twin))
     } else if first.is_like_checksum() && others.iter().any(is_better) {
@@ -199,31 +202,34 @@ fn doubt<F>(
     }
 }
 
-/// True if another candidate is as good as the first, and not the same in other places.
-fn is_disputed<F>(candidates: &[Candidate<F>]) -> bool {
+/// Returns true if another candidate is as good as the first and responds at other times.
+fn is_disputed<F>(candidates: &[SignalCandidate<F>]) -> bool {
     candidates.split_first().is_some_and(|(first, others)| others.iter().any(|it| first.is_disputed_by(it)))
 }
 
-/// The certainty of the hazard lights; `None` without a candidate. A signal that chance may imitate must not follow other
-/// requests either, and needs one more of them when another message has such a signal as well.
-fn hazard_certainty(candidates: &[Candidate<HazardForm>]) -> Option<Certainty> {
+/// Returns the certainty of the hazard lights; `None` without a candidate. A signal that chance may imitate
+/// must not follow other requests, and needs one more request when another message has such a signal too.
+fn hazard_certainty(candidates: &[SignalCandidate<HazardForm>]) -> Option<Certainty> {
     let (hazard, others) = candidates.split_first()?;
     let is_elsewhere = hazard.drawbacks.contains(&Drawback::OtherMessage);
-    let is_weak =
-        is_disputed(candidates) || hazard.shape == Shape::Momentary || is_elsewhere || hazard.is_suspect();
-    let message = |candidate: &Candidate<HazardForm>| candidate.form.signal().map(|signal| signal.message);
+    let is_weak = is_disputed(candidates)
+        || hazard.shape == ResponseShape::Momentary
+        || is_elsewhere
+        || hazard.is_suspect();
+    let message =
+        |candidate: &SignalCandidate<HazardForm>| candidate.form.signal().map(|signal| signal.message);
     let is_rival =
-        |other: &Candidate<HazardForm>| message(other) != message(hazard) && hazard.has_rival(other);
+        |other: &SignalCandidate<HazardForm>| message(other) != message(hazard) && hazard.has_rival(other);
     let more = usize::from(is_elsewhere && others.iter().any(is_rival));
-    let (count, of) = hazard.followed[Action::Hazard as usize];
+    let (count, of) = hazard.followed[DriverAction::Hazard as usize];
     let missed = if is_weak { hazard.missed() } else { of - count };
     Some(certainty(count, enough(is_weak) + more + missed))
 }
 
-/// True if a candidate shows both sides and the hazard lights, all of them surely.
-fn shows_all(turn: &Candidate<TurnForm>) -> bool {
-    let is_sure = |action: &Action| turn_certainty(turn, *action, false) == Certainty::Sure;
-    turn.form.shows_hazard() && !turn.is_suspect() && Action::ALL.iter().all(is_sure)
+/// Returns true if a candidate shows both sides and the hazard lights, all of them surely.
+fn shows_all(turn: &SignalCandidate<TurnForm>) -> bool {
+    let is_sure = |action: &DriverAction| turn_certainty(turn, *action, false) == Certainty::Sure;
+    turn.form.shows_hazard() && !turn.is_suspect() && DriverAction::ALL.iter().all(is_sure)
 }
 
 fn enough(is_weak: bool) -> usize {
@@ -234,9 +240,9 @@ fn certainty(followed: usize, enough: usize) -> Certainty {
     if followed >= enough { Certainty::Sure } else { Certainty::Unsure }
 }
 
-/// The hazard lights as both sides of the turn indicators; `None` when those do not show them.
-fn both_sides(turn: &Candidate<TurnForm>) -> Option<Candidate<HazardForm>> {
-    turn.form.shows_hazard().then(|| Candidate {
+/// Returns the hazard lights as both sides of the turn indicators; `None` when these do not show them.
+fn both_sides(turn: &SignalCandidate<TurnForm>) -> Option<SignalCandidate<HazardForm>> {
+    turn.form.shows_hazard().then(|| SignalCandidate {
         form: HazardForm::BothSides,
         shape: turn.shape,
         followed: turn.followed,

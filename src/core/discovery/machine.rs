@@ -3,56 +3,48 @@
 use std::collections::VecDeque;
 
 use super::capture::{Capture, MessageKey};
-use super::findings::Findings;
+use super::findings::DiscoveryFindings;
 use super::search::seen;
-use super::session::{Session, SessionSettings, Step};
-use super::timeline::{Action, Timeline};
+use super::session::{DriverRequest, Session, SessionSettings, SessionStep};
+use super::timeline::{ActionTimeline, DriverAction};
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
-use crate::core::can::mark::Mark;
+use crate::core::can::mark::DriverMark;
 use crate::core::time::MonoTime;
 
 /// An event for the driver.
 #[derive(Debug, Clone)]
 pub enum DiscoveryEvent {
-    /// Something is to be done from now on.
-    Request {
-        /// What to do.
-        mark: Mark,
-        /// The action that comes next, if it is known.
-        next: Option<Action>,
-        /// Time of the next event.
-        until: MonoTime,
-    },
+    /// The driver is asked to do something.
+    Request(DriverRequest),
     /// The messages that responded to the latest action, and the number of their bits.
     Seen {
-        /// The action.
-        action: Action,
-        /// The messages, ascending.
+        /// The action that has ended.
+        action: DriverAction,
+        /// Messages that responded, in ascending order.
         messages: Vec<MessageKey>,
-        /// Number of bits.
+        /// Number of bits that responded.
         bits: usize,
     },
-    /// These actions are to be repeated, since their signals are not sure.
-    Repeats(Vec<Action>),
-    /// The end.
-    Finished(Box<Findings>),
+    /// These actions are repeated, because their signals are not sure.
+    Repeats(Vec<DriverAction>),
+    /// The session has ended with these findings.
+    Finished(Box<DiscoveryFindings>),
 }
 
-/// A session with a driver. Call [`Self::poll_event`] until it gives nothing more, then again at
-/// [`Self::next_deadline`].
+/// A session with a driver. Call [`Self::poll_event`] until it returns `None`, then again at [`Self::next_deadline`].
 #[derive(Debug, Clone)]
 pub struct Discovery {
     session: Session,
     capture: Capture,
-    marks: Vec<(MonoTime, Mark)>,
+    marks: Vec<(MonoTime, DriverMark)>,
     events: VecDeque<DiscoveryEvent>,
     /// Number of requests whose responses were reported.
     reviewed: usize,
 }
 
 impl Discovery {
-    /// A session that begins with the first call of [`Self::poll_event`].
+    /// Creates a session that begins with the first call of [`Self::poll_event`].
     pub fn new(settings: SessionSettings) -> Self {
         Self {
             session: Session::new(settings),
@@ -63,23 +55,23 @@ impl Discovery {
         }
     }
 
-    /// Takes a frame. Times do not run backwards.
+    /// Adds a frame. Times must not run backwards.
     pub fn frame_arrived(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
         self.capture.add(bus, frame, now);
     }
 
-    /// The next event; `None` until [`Self::next_deadline`].
+    /// Returns the next event; `None` until [`Self::next_deadline`].
     pub fn poll_event(&mut self, now: MonoTime) -> Option<DiscoveryEvent> {
         if self.events.is_empty() {
             match self.session.poll(now)? {
-                Step::Request { mark, next, until } => {
-                    if mark != Mark::Off {
+                SessionStep::Request(request) => {
+                    if request.mark != DriverMark::Off {
                         self.look_back(now);
                     }
-                    self.marks.push((now, mark));
-                    self.events.push_back(DiscoveryEvent::Request { mark, next, until });
+                    self.marks.push((now, request.mark));
+                    self.events.push_back(DiscoveryEvent::Request(request));
                 }
-                Step::Evaluate => {
+                SessionStep::Evaluate => {
                     self.look_back(now);
                     self.evaluate(now);
                 }
@@ -88,25 +80,25 @@ impl Discovery {
         self.events.pop_front()
     }
 
-    /// Time of the next event; `None` at the end.
+    /// Returns the time of the next event; `None` at the end.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         if self.events.is_empty() { self.session.next_deadline() } else { Some(MonoTime::ZERO) }
     }
 
-    /// The frames so far.
+    /// Returns the frames so far.
     pub fn capture(&self) -> &Capture {
         &self.capture
     }
 
-    /// Number of requests so far, and of those known to follow.
+    /// Returns the number of requests so far, and including those known to follow.
     pub fn progress(&self) -> (usize, usize) {
         self.session.progress()
     }
 
-    /// The requests so far, in a session that lasts until `now`.
-    fn timeline(&self, now: MonoTime) -> Timeline {
+    /// Returns the requests so far, in a session that lasts until `now`.
+    fn timeline(&self, now: MonoTime) -> ActionTimeline {
         let start = self.marks.first().map_or(now, |(start, _)| *start);
-        Timeline::new(&self.marks, (start, now))
+        ActionTimeline::new(&self.marks, (start, now))
     }
 
     /// Reports what responded to the action that has ended.
@@ -121,7 +113,7 @@ impl Discovery {
     }
 
     fn evaluate(&mut self, now: MonoTime) {
-        let findings = Findings::new(&self.capture, &self.timeline(now));
+        let findings = DiscoveryFindings::new(&self.capture, &self.timeline(now));
         let repeats = self.session.evaluated(&findings.unsure(), now);
         self.events.push_back(if repeats.is_empty() {
             DiscoveryEvent::Finished(Box::new(findings))

@@ -1,16 +1,16 @@
-//! Bits on one page of a multiplexed message, where a selector says what the others mean: without it they would be
-//! taken for lamps that flash with the pages.
+//! Bits on one page of a multiplexed message, whose selector gives the other bits their meaning. Without this
+//! check they would look like lamps that flash with the pages.
 
 use super::bits::QuietBits;
-use super::capture::Track;
+use super::capture::FrameTrack;
 use crate::core::can::frame::MAX_DATA;
 
-/// The least share of frames with the bit that a frame of another page follows, in quarters.
+/// Least share of frames with the bit that a frame of another page follows, in quarters.
 const MOST: usize = 3;
 
-/// True if a bit is on in frames of one page only: they have a selector in common, which changes by itself, and which
-/// the frame behind each of them has not.
-pub(super) fn is_on_a_page(track: &Track, quiet: &QuietBits<'_>, bit: u16) -> bool {
+/// Returns true if a bit is on only in frames of one page. They share a selector that changes by itself and
+/// that the following frames do not have.
+pub(super) fn is_on_a_page(track: &FrameTrack, quiet: &QuietBits<'_>, bit: u16) -> bool {
     let is_on = |data: &[u8; MAX_DATA]| {
         let byte = usize::from(bit / 8);
         (data[byte] ^ quiet.idle[byte]) >> (bit % 8) & 1 == 1

@@ -1,29 +1,28 @@
 //! Counter and checksum of a message.
 
 use super::candidate::bits_of;
-use super::capture::Track;
+use super::capture::FrameTrack;
 use crate::core::validation::integrity::search::{FoundChecksum, FoundCounter, find_checksum, find_counter};
 
 /// Counter and checksum that all captured frames of a message have.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Protection {
+pub struct FoundProtection {
     /// The counter; `None` without one.
     pub counter: Option<FoundCounter>,
     /// The checksum; `None` without one, or with one that is not known.
     pub checksum: Option<FoundChecksum>,
 }
 
-/// The largest number of frames that are searched.
 const MAX_FRAMES: usize = 2_000;
 
-impl Protection {
+impl FoundProtection {
     /// Finds counter and checksum in the frames of a message.
-    pub(super) fn find(track: &Track) -> Self {
+    pub(super) fn find(track: &FrameTrack) -> Self {
         let frames = track.different_frames(MAX_FRAMES);
         Self { counter: find_counter(&frames), checksum: find_checksum(&frames) }
     }
 
-    /// The bits of both, as numbered in a DBC.
+    /// Returns the bits of both, as numbered in a DBC.
     pub(super) fn bits(&self) -> Vec<u16> {
         let layouts =
             [self.counter.map(|counter| counter.layout), self.checksum.as_ref().map(|sum| sum.layout)];

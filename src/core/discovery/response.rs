@@ -4,68 +4,66 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use super::bits::QuietBits;
-use super::timeline::{Action, EARLY, Timeline, Window};
+use super::timeline::{ActionTimeline, DriverAction, EARLY, RequestWindow};
 use crate::core::can::frame::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::time::MonoTime;
 
-/// The manner in which a signal shows an action.
+/// Way in which a signal shows an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Shape {
+pub enum ResponseShape {
     /// It keeps one value as long as the action lasts.
     Steady,
-    /// It comes and goes in the rhythm of the lamps.
+    /// It is on and off in the rhythm of the lamps.
     Flashing,
     /// It shows a value for a moment at the beginning.
     Momentary,
 }
 
-/// The response to one request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Response {
+pub(super) struct SignalResponse {
     pub(super) value: u64,
-    pub(super) shape: Shape,
+    pub(super) shape: ResponseShape,
 }
 
-/// The responses of a signal to all requests.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Responses {
     pub(super) idle: u64,
-    /// For each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in no known manner.
-    of: Vec<Result<Option<Response>, Irregular>>,
-    /// For each request: the values other than that at rest, with the time of the first one.
+    /// Response to each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in an unknown way.
+    of: Vec<Result<Option<SignalResponse>, Irregular>>,
+    /// Values other than at rest for each request, with the time of the first one.
     begun: Vec<(Option<MonoTime>, BTreeSet<u64>)>,
-    /// For each request that was followed by a lasting value: the time at which that ended.
+    /// Time at which the lasting value of each request ended.
     ended: Vec<Option<MonoTime>>,
     /// Values at the end of an action, with the action that they end.
-    pub(super) endings: Vec<(Action, u64)>,
+    pub(super) endings: Vec<(DriverAction, u64)>,
     /// Values that lead to another one, as a detent does.
     pub(super) detents: BTreeMap<u64, u64>,
 }
 
-/// The signal changed in no known manner.
+/// The signal changed in an unknown way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Irregular;
 
 /// The response to most requests of one action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Typical {
-    pub(super) response: Option<Response>,
+    pub(super) response: Option<SignalResponse>,
     /// Requests with this response.
     pub(super) count: usize,
     /// All requests of the action.
     pub(super) of: usize,
 }
 
-/// A time with one value other than that at rest.
+/// A time with one value other than at rest.
 #[derive(Debug, Clone, Copy)]
-struct Run {
+struct ValueRun {
     value: u64,
     from: MonoTime,
     until: MonoTime,
 }
 
-impl Run {
+impl ValueRun {
     fn length(&self) -> Duration {
         self.until.since(self.from)
     }
@@ -73,26 +71,22 @@ impl Run {
 
 /// Time after the request to end an action in which an action may still begin.
 const LATE: Duration = Duration::from_millis(200);
-/// The longest press of a momentary switch.
 const MAX_PRESS: Duration = Duration::from_millis(1600);
 /// The largest number of presses at one request: a wrong one, one that ends it, and the right one.
 const MAX_PRESSES: usize = 3;
-/// The shortest time that counts as a lasting state.
 const MIN_STEADY: Duration = Duration::from_millis(600);
-/// The shortest and the longest lit or dark time of a lamp.
 const PHASE: (Duration, Duration) = (Duration::from_millis(100), Duration::from_millis(1250));
-/// A driver may end an action this much before the request.
+/// Time by which a driver may end an action before the request.
 const EARLY_END: Duration = Duration::from_millis(1200);
-/// At the next request, or this much after the one to end it, everything is at rest again.
+/// Everything is at rest again at the next request, or this time after the request to end an action.
 const LATE_END: Duration = Duration::from_secs(3);
 
 impl Responses {
-    /// The responses of a signal among the bits.
     pub(super) fn new(bits: &QuietBits<'_>, codec: &SignalCodec) -> Self {
         Self::of_value(bits, |data| u64::try_from(codec.value(data)).unwrap_or(0))
     }
 
-    /// The responses of two bits, of which the second one is the upper.
+    /// Returns the responses of two bits, of which the second one is the upper.
     pub(super) fn of_bits(bits: &QuietBits<'_>, two: [u16; 2]) -> Self {
         Self::of_value(bits, |data| {
             let [lower, upper] = two.map(|bit| u64::from(data[usize::from(bit / 8)] >> (bit % 8) & 1));
@@ -103,7 +97,7 @@ impl Responses {
     fn of_value(bits: &QuietBits<'_>, value: impl Fn(&[u8; MAX_DATA]) -> u64) -> Self {
         let timeline = bits.timeline;
         let idle = value(&bits.idle);
-        let mut runs: Vec<Run> = Vec::new();
+        let mut runs: Vec<ValueRun> = Vec::new();
         let mut last = None;
         for (at, data) in &bits.contents {
             let value = value(data);
@@ -114,7 +108,7 @@ impl Responses {
                 run.until = *at;
             }
             if value != idle {
-                runs.push(Run { value, from: *at, until: bits.end });
+                runs.push(ValueRun { value, from: *at, until: bits.end });
             }
             last = Some(value);
         }
@@ -125,7 +119,7 @@ impl Responses {
         responses
     }
 
-    fn add(&mut self, window: &Window, runs: &[Run]) {
+    fn add(&mut self, window: &RequestWindow, runs: &[ValueRun]) {
         let (begin, end) = (window.on.before(EARLY), window.end.before(EARLY));
         let latest = window.off.after(LATE).min(end);
         let begun: Vec<_> =
@@ -138,59 +132,64 @@ impl Responses {
             self.detents.insert(pair[0].value, pair[1].value);
         }
         let response = if rests { response(&begun, window) } else { Err(Irregular) };
-        let is_steady = matches!(response, Ok(Some(Response { shape: Shape::Steady, .. })));
+        let is_steady = matches!(response, Ok(Some(SignalResponse { shape: ResponseShape::Steady, .. })));
         self.ended.push(begun.last().filter(|_| is_steady).map(|run| run.until));
         self.of.push(response);
         self.begun.push((begun.first().map(|run| run.from), begun.iter().map(|run| run.value).collect()));
     }
 
-    /// For each request the time at which the signal left its value at rest, and the one at which it was back from a
-    /// lasting value.
+    /// Returns for each request the time at which the signal left its value at rest, and the time at which it
+    /// returned from a lasting value.
     pub(super) fn times(&self) -> impl Iterator<Item = [Option<MonoTime>; 2]> {
         self.begun.iter().zip(&self.ended).map(|((begun, _), ended)| [*begun, *ended])
     }
 
-    /// Number of requests of a side at which other values were seen than those of a state.
-    pub(super) fn strange(&self, timeline: &Timeline, states: &[u64]) -> usize {
+    /// Returns the number of requests of a side at which values other than these states were seen.
+    pub(super) fn strange(&self, timeline: &ActionTimeline, states: &[u64]) -> usize {
         let windows = timeline.windows.iter().zip(&self.begun);
-        let sides = windows.filter(|(window, _)| window.action != Action::Hazard);
+        let sides = windows.filter(|(window, _)| window.action != DriverAction::Hazard);
         sides.filter(|(_, (_, values))| values.iter().any(|value| !states.contains(value))).count()
     }
 
-    /// The values at the requests of an action that it responded to in a known manner.
-    pub(super) fn values(&self, timeline: &Timeline, action: Action) -> Vec<u64> {
+    /// Returns the values with which the signal responded to requests of an action in a known way.
+    pub(super) fn values(&self, timeline: &ActionTimeline, action: DriverAction) -> Vec<u64> {
         self.to(timeline, action).filter_map(|response| Some(response.ok()??.value)).collect()
     }
 
-    /// True if the signal responded to the last request in a known manner.
+    /// Returns true if the signal responded to the last request in a known way.
     pub(super) fn to_last(&self) -> bool {
         matches!(self.of.last(), Some(Ok(Some(_))))
     }
 
-    /// Responses to the requests of an action.
+    /// Returns the responses to the requests of an action.
     fn to<'a>(
         &'a self,
-        timeline: &'a Timeline,
-        action: Action,
-    ) -> impl Iterator<Item = Result<Option<Response>, Irregular>> + 'a {
+        timeline: &'a ActionTimeline,
+        action: DriverAction,
+    ) -> impl Iterator<Item = Result<Option<SignalResponse>, Irregular>> + 'a {
         let windows = timeline.windows.iter().zip(&self.of);
         windows.filter(move |(window, _)| window.action == action).map(|(_, response)| *response)
     }
 
-    /// True if there are responses in known manners to half of the requests of an action.
-    pub(super) fn responds(&self, timeline: &Timeline, action: Action) -> bool {
+    /// Returns true if the signal responded to half of the requests of an action in a known way.
+    pub(super) fn responds(&self, timeline: &ActionTimeline, action: DriverAction) -> bool {
         let count = self.values(timeline, action).len();
         count > 0 && count * 2 >= timeline.count(action)
     }
 
-    /// True if one of these actions shows in it in this manner.
-    pub(super) fn has_shape(&self, timeline: &Timeline, actions: &[Action], shape: Shape) -> bool {
-        let response = |action: &Action| self.typical(timeline, *action)?.response;
+    /// Returns true if the signal shows one of these actions in this way.
+    pub(super) fn has_shape(
+        &self,
+        timeline: &ActionTimeline,
+        actions: &[DriverAction],
+        shape: ResponseShape,
+    ) -> bool {
+        let response = |action: &DriverAction| self.typical(timeline, *action)?.response;
         actions.iter().filter_map(response).any(|response| response.shape == shape)
     }
 
-    /// The response to more than half of the requests of an action; `None` when there is none.
-    pub(super) fn typical(&self, timeline: &Timeline, action: Action) -> Option<Typical> {
+    /// Returns the response to more than half of the requests of an action; `None` when there is none.
+    pub(super) fn typical(&self, timeline: &ActionTimeline, action: DriverAction) -> Option<Typical> {
         let all: Vec<_> = self.to(timeline, action).collect();
         let known = || all.iter().filter_map(|response| response.ok());
         let count = |response| known().filter(|other| *other == response).count();
@@ -200,13 +199,13 @@ impl Responses {
     }
 }
 
-/// The response that the values begun in a window amount to. What comes last counts: a driver who takes the wrong side
-/// corrects it.
-fn response(begun: &[Run], window: &Window) -> Result<Option<Response>, Irregular> {
+/// Returns the response that the values begun in a window show. The last one counts, since a driver corrects
+/// a wrong side.
+fn response(begun: &[ValueRun], window: &RequestWindow) -> Result<Option<SignalResponse>, Irregular> {
     if begun.is_empty() {
         return Ok(None);
     }
-    let reaches_end = |run: &Run| run.until.after(EARLY_END) >= window.off;
+    let reaches_end = |run: &ValueRun| run.until.after(EARLY_END) >= window.off;
     if begun.iter().all(|run| run.length() <= MAX_PRESS && !reaches_end(run)) {
         return pressed(begun).map(Some);
     }
@@ -221,29 +220,29 @@ fn response(begun: &[Run], window: &Window) -> Result<Option<Response>, Irregula
     let time_left = window.off.since(first.from);
     let shape = match runs.len() {
         1 if reaches_end(last) && first.length() >= MIN_STEADY && first.length() > time_left / 2 => {
-            Shape::Steady
+            ResponseShape::Steady
         }
-        2.. if reaches_end(last) && is_rhythmic(&runs) => Shape::Flashing,
+        2.. if reaches_end(last) && is_rhythmic(&runs) => ResponseShape::Flashing,
         _ => return Err(Irregular),
     };
-    Ok(Some(Response { value, shape }))
+    Ok(Some(SignalResponse { value, shape }))
 }
 
-/// The response to which presses of a switch that springs back amount: that of the last one.
-fn pressed(begun: &[Run]) -> Result<Response, Irregular> {
+/// Returns the response of a momentary switch, which its last press decides.
+fn pressed(begun: &[ValueRun]) -> Result<SignalResponse, Irregular> {
     let mut presses = begun.chunk_by(|before, after| before.until == after.from);
     // Of two that last as long the later counts: a stalk passes the half press on the way to the full one.
-    let value = |press: &[Run]| press.iter().max_by_key(|run| run.length()).map(|run| run.value);
+    let value = |press: &[ValueRun]| press.iter().max_by_key(|run| run.length()).map(|run| run.value);
     let value_of_last = presses.next_back().and_then(value).ok_or(Irregular)?;
     let is_repeated = presses.clone().any(|press| value(press) == Some(value_of_last));
     if is_repeated || presses.count() >= MAX_PRESSES {
         return Err(Irregular);
     }
-    Ok(Response { value: value_of_last, shape: Shape::Momentary })
+    Ok(SignalResponse { value: value_of_last, shape: ResponseShape::Momentary })
 }
 
-/// True for lit and dark times as lamps have them; the first and the last time may be cut.
-fn is_rhythmic(runs: &[&Run]) -> bool {
+/// Returns true for lit and dark times like a lamp's; the first and the last time may be cut.
+fn is_rhythmic(runs: &[&ValueRun]) -> bool {
     let (shortest, longest) = PHASE;
     let dark = runs.windows(2).map(|pair| pair[1].from.since(pair[0].until));
     let lit = runs.iter().take(runs.len() - 1).map(|run| run.length());
@@ -261,32 +260,32 @@ fn is_rhythmic(runs: &[&Run]) -> bool {
 mod tests {
     use super::*;
 
-    const WINDOW: Window = Window {
-        action: Action::Left,
+    const WINDOW: RequestWindow = RequestWindow {
+        action: DriverAction::Left,
         on: MonoTime::from_millis(10_000),
         off: MonoTime::from_millis(15_000),
         end: MonoTime::from_millis(19_000),
     };
 
-    /// Responses to one request of a signal that rests at 0 and has these values from these times on, ms.
+    /// Returns the responses to one request of a signal that rests at 0 and has these values from these times on, ms.
     fn responses(values: &[(u64, u64)]) -> Responses {
-        let mut runs: Vec<Run> = Vec::new();
+        let mut runs: Vec<ValueRun> = Vec::new();
         for pair in values.windows(2).filter(|pair| pair[0].1 != 0) {
             let [from, until] = [pair[0].0, pair[1].0].map(MonoTime::from_millis);
-            runs.push(Run { value: pair[0].1, from, until });
+            runs.push(ValueRun { value: pair[0].1, from, until });
         }
         let mut responses = Responses::default();
         responses.add(&WINDOW, &runs);
         responses
     }
 
-    fn response_to(values: &[(u64, u64)]) -> Result<Option<Response>, Irregular> {
+    fn response_to(values: &[(u64, u64)]) -> Result<Option<SignalResponse>, Irregular> {
         responses(values).of[0]
     }
 
     #[test]
     fn of_a_wrong_press_and_a_right_one_the_last_counts() {
-        let pressed = |value| Ok(Some(Response { value, shape: Shape::Momentary }));
+        let pressed = |value| Ok(Some(SignalResponse { value, shape: ResponseShape::Momentary }));
         let long_wrong_one = [(10_500, 2), (11_100, 0), (12_000, 1), (12_300, 0), (20_000, 0)];
         assert_eq!(response_to(&long_wrong_one), pressed(1));
         let through_a_detent = [(10_500, 3), (10_560, 1), (10_900, 0), (20_000, 0)];
@@ -297,7 +296,7 @@ mod tests {
 
     #[test]
     fn what_is_not_back_at_rest_before_the_next_request_did_not_follow() {
-        let steady = Ok(Some(Response { value: 1, shape: Shape::Steady }));
+        let steady = Ok(Some(SignalResponse { value: 1, shape: ResponseShape::Steady }));
         assert_eq!(response_to(&[(10_700, 1), (17_800, 0), (30_000, 0)]), steady);
         assert_eq!(response_to(&[(10_700, 1), (19_500, 0), (30_000, 0)]), Err(Irregular));
         let by_itself = [(10_700, 1), (14_900, 0), (16_000, 2), (20_000, 0), (30_000, 0)];

@@ -4,56 +4,55 @@ use std::time::Duration;
 
 use super::bits::{QuietBits, quiet_bits};
 use super::candidate::{
-    Candidate, Drawback, FoundSignal, HazardForm, ResponseTime, Switch, TurnForm, bits_of, sawtooth,
+    Drawback, FoundSignal, HazardForm, ResponseTime, SignalCandidate, Switch, TurnForm, bits_of, sawtooth,
 };
-use super::capture::{Capture, MessageKey, Track};
+use super::capture::{Capture, FrameTrack, MessageKey};
 use super::pages::is_on_a_page;
-use super::protection::Protection;
-use super::response::{Response, Responses, Shape, Typical};
+use super::protection::FoundProtection;
+use super::response::{ResponseShape, Responses, SignalResponse, Typical};
 use super::suspects::{MIN_CHECKSUM_BITS, like_checksum, restless};
-use super::timeline::{Action, EARLY, Timeline};
+use super::timeline::{ActionTimeline, DriverAction, EARLY};
 use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use crate::core::time::MonoTime;
 
-/// The longest enumerated signal in bits.
+/// Length of the longest enumerated signal in bits.
 const MAX_WIDTH: u16 = 8;
-/// The largest number of responding bits of a message that are combined; more are not a signal of the indicators.
+/// Largest number of responding bits of a message that are combined; more are not a signal of the indicators.
 const MAX_RESPONDING: usize = 40;
-/// From this silence on a message is not sent regularly, seconds.
+/// Silence in seconds from which a message is not sent regularly.
 const REGULAR_S: u64 = 3;
-/// The longest time by which a change may be late.
+/// Longest delay that a change may have.
 const MAX_PERIOD: Duration = Duration::from_secs(1);
-/// So many requests that a bit followed may be more than chance.
+/// Number of followed requests that may be more than chance.
 const MIN_HINTS: usize = 2;
 
 /// A message with bits that follow the actions.
 #[derive(Debug)]
 pub(super) struct Responding<'a> {
     pub(super) key: MessageKey,
-    pub(super) protection: Protection,
+    pub(super) protection: FoundProtection,
     pub(super) quiet: QuietBits<'a>,
     bits: Vec<(u16, Responses)>,
-    /// Bytes that change whenever anything does.
+    /// Bytes that change whenever anything in the message changes.
     like_checksum: Vec<u16>,
-    /// Bits that change with most turns of the indicators, in no known manner.
+    /// Bits that change with most uses of the indicators, in an unknown way.
     restless: Vec<u16>,
     is_regular: bool,
-    /// The usual time between two frames, by which a change may be late.
+    /// Usual time between two frames, by which a change may be late.
     period: Duration,
     length: usize,
 }
 
-/// The messages with bits that follow the actions.
-pub(super) fn responding<'a>(capture: &Capture, timeline: &'a Timeline) -> Vec<Responding<'a>> {
+pub(super) fn responding<'a>(capture: &Capture, timeline: &'a ActionTimeline) -> Vec<Responding<'a>> {
     let Some((_, end)) = capture.span() else { return Vec::new() };
     capture.tracks().filter_map(|(key, track)| Responding::new(key, track, timeline, end)).collect()
 }
 
 impl<'a> Responding<'a> {
-    fn new(key: MessageKey, track: &Track, timeline: &'a Timeline, end: MonoTime) -> Option<Self> {
+    fn new(key: MessageKey, track: &FrameTrack, timeline: &'a ActionTimeline, end: MonoTime) -> Option<Self> {
         // Most messages end here. The search for checksums, which is slow, is only made for the others.
         responding_bits(&quiet_bits(track, timeline, end, &[])?, track)?;
-        let protection = Protection::find(track);
+        let protection = FoundProtection::find(track);
         let quiet = quiet_bits(track, timeline, end, &protection.bits())?;
         let mut bits = responding_bits(&quiet, track)?;
         bits.retain(|(bit, _)| !is_on_a_page(track, &quiet, *bit));
@@ -66,7 +65,7 @@ impl<'a> Responding<'a> {
         Some(Self { key, protection, quiet, bits, like_checksum, restless, is_regular, period, length })
     }
 
-    /// Fields of two bits or more that could be an enumerated signal.
+    /// Returns fields of two bits or more that could be an enumerated signal.
     fn fields(&self) -> Vec<(Layout, Responses)> {
         let mut layouts: Vec<Layout> = Vec::new();
         for (order, position) in
@@ -99,14 +98,15 @@ impl<'a> Responding<'a> {
         layouts.into_iter().filter_map(responses).collect()
     }
 
-    /// What speaks against a signal because of its place.
-    fn drawbacks(&self, bits: &[u16], rest: u64, shape: Shape) -> Vec<Drawback> {
+    /// Returns the drawbacks of a signal that result from its place.
+    fn drawbacks(&self, bits: &[u16], rest: u64, shape: ResponseShape) -> Vec<Drawback> {
         let responds = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
         let is_next = |bit: &u16, other: &u16| {
             is_beside(*bit, *other) && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
         };
         let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
-        let is_same = |responses: &Responses| responses.has_shape(self.quiet.timeline, &Action::ALL, shape);
+        let is_same =
+            |responses: &Responses| responses.has_shape(self.quiet.timeline, &DriverAction::ALL, shape);
         let cut = self.bits.iter().filter(|(other, of)| is_cut(other) && is_same(of)).count();
         let gaps = bits.iter().filter(|bit| !responds(bit)).count();
         let mut drawbacks = Vec::new();
@@ -126,14 +126,14 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
-    /// For each request the times of the response and of its end, and by how much they may be late.
+    /// Returns the times of the response and of its end for each request, with their largest delays.
     fn times(&self, responses: &Responses) -> Vec<[Option<ResponseTime>; 2]> {
         let late = self.period;
         responses.times().map(|times| times.map(|at| Some(ResponseTime { at: at?, late }))).collect()
     }
 
-    /// Another bit of the message that always changed together with one of a signal: a part of a checksum or the lowest bit
-    /// of a counter may do so, and nothing tells which of the two is the signal.
+    /// Returns another bit of the message that always changed together with one of `bits`. It may be part of
+    /// a checksum or counter, and nothing shows which of the two is the signal.
     fn twin(&self, bits: &[u16], shows_all: bool) -> Option<u16> {
         let is_apart = |other: u16| !bits.iter().any(|bit| is_beside(*bit, other));
         let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
@@ -158,14 +158,14 @@ impl<'a> Responding<'a> {
     }
 }
 
-/// True for bits of which one follows the other, within a byte or where Motorola or Intel continue in the next one.
+/// Returns true for neighbouring bits, within a byte or where Motorola or Intel order continues in the next byte.
 fn is_beside(bit: u16, other: u16) -> bool {
     let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
     follows(bit, other) || follows(other, bit)
 }
 
-/// A bit that always changed together with one of these, elsewhere in its message. Of a signal that shows all states, the
-/// codes may fill a byte.
+/// Returns a bit elsewhere in the message that always changed together with one of `bits`. The codes of a
+/// signal that shows all states may fill a byte.
 pub(super) fn twin(
     messages: &[Responding<'_>],
     bits: &[(MessageKey, Vec<u16>)],
@@ -175,21 +175,21 @@ pub(super) fn twin(
         let own = bits.iter().filter(|(key, _)| *key == message.key);
         let bits: Vec<_> = own.flat_map(|(_, bits)| bits).copied().collect();
         let start = message.twin(&bits, shows_all)?;
-        Some(message.signal(Layout { start, length: 1, order: ByteOrder::Intel, signed: false }))
+        Some(message.signal(Layout::unsigned(start, 1)))
     })
 }
 
-/// True if a bit followed some requests of an action, and too few to know whether it belongs to it.
-pub(super) fn is_open(messages: &[Responding<'_>], timeline: &Timeline, action: Action) -> bool {
+/// Returns true if a bit followed some requests of an action, but too few for a decision.
+pub(super) fn is_open(messages: &[Responding<'_>], timeline: &ActionTimeline, action: DriverAction) -> bool {
     let of = timeline.count(action);
-    let is_known = |count: usize| action == Action::Hazard && count * 2 > of;
+    let is_known = |count: usize| action == DriverAction::Hazard && count * 2 > of;
     let bits = messages.iter().flat_map(|message| &message.bits);
     let mut counts = bits.map(|(_, responses)| responses.values(timeline, action).len());
     counts.any(|count| count >= MIN_HINTS && !is_known(count))
 }
 
-/// The messages that responded to the last request, and the number of bits that did.
-pub(super) fn seen(capture: &Capture, timeline: &Timeline) -> (Vec<MessageKey>, usize) {
+/// Returns the messages that responded to the last request, and the number of bits that did.
+pub(super) fn seen(capture: &Capture, timeline: &ActionTimeline) -> (Vec<MessageKey>, usize) {
     let end = capture.span().map_or(MonoTime::ZERO, |(_, end)| end);
     let (mut messages, mut bits) = (Vec::new(), 0);
     let Some(last) = timeline.windows.last() else { return (messages, bits) };
@@ -210,29 +210,27 @@ pub(super) fn seen(capture: &Capture, timeline: &Timeline) -> (Vec<MessageKey>, 
     (messages, bits)
 }
 
-/// The responses of one bit.
-fn responses_of(quiet: &QuietBits<'_>, bit: u16, track: &Track) -> Option<Responses> {
-    let layout = Layout { start: bit, length: 1, order: ByteOrder::Intel, signed: false };
-    let codec = SignalCodec::new(layout, track.shortest()).ok()?;
+fn responses_of(quiet: &QuietBits<'_>, bit: u16, track: &FrameTrack) -> Option<Responses> {
+    let codec = SignalCodec::new(Layout::unsigned(bit, 1), track.shortest()).ok()?;
     Some(Responses::new(quiet, &codec))
 }
 
-/// The bits that respond to an action; `None` without one, or when so many do that they are no signal.
-fn responding_bits(quiet: &QuietBits<'_>, track: &Track) -> Option<Vec<(u16, Responses)>> {
+/// Returns the bits that respond to an action; `None` if there are none, or too many for a signal.
+fn responding_bits(quiet: &QuietBits<'_>, track: &FrameTrack) -> Option<Vec<(u16, Responses)>> {
     let mut found = Vec::new();
     for bit in &quiet.bits {
         let Some(responses) = responses_of(quiet, *bit, track) else { continue };
-        if Action::ALL.into_iter().any(|action| responses.responds(quiet.timeline, action)) {
+        if DriverAction::ALL.into_iter().any(|action| responses.responds(quiet.timeline, action)) {
             found.push((*bit, responses));
         }
     }
     (!found.is_empty() && found.len() <= MAX_RESPONDING).then_some(found)
 }
 
-/// The typical responses to all actions; `None` when there is none to the left or to the right.
-fn typical(responses: &Responses, timeline: &Timeline) -> Option<[Typical; 3]> {
-    let [left, right, hazard] = Action::ALL.map(|action| responses.typical(timeline, action));
-    let unknown = Typical { response: None, count: 0, of: timeline.count(Action::Hazard) };
+/// Returns the typical responses to all actions; `None` when a side has none.
+fn typical(responses: &Responses, timeline: &ActionTimeline) -> Option<[Typical; 3]> {
+    let [left, right, hazard] = DriverAction::ALL.map(|action| responses.typical(timeline, action));
+    let unknown = Typical { response: None, count: 0, of: timeline.count(DriverAction::Hazard) };
     Some([left?, right?, hazard.unwrap_or(unknown)])
 }
 
@@ -245,8 +243,8 @@ fn missed(followed: &[(usize, usize); 3]) -> Option<Drawback> {
     (missed > 0).then_some(Drawback::Missed(missed))
 }
 
-/// Candidates for the turn indicators, the best first.
-pub(super) fn turn(messages: &[Responding<'_>], timeline: &Timeline) -> Vec<Candidate<TurnForm>> {
+/// Returns the candidates for the turn indicators, best first.
+pub(super) fn turn(messages: &[Responding<'_>], timeline: &ActionTimeline) -> Vec<SignalCandidate<TurnForm>> {
     let mut candidates = Vec::new();
     for message in messages {
         for (layout, responses) in message.fields() {
@@ -260,7 +258,7 @@ pub(super) fn turn(messages: &[Responding<'_>], timeline: &Timeline) -> Vec<Cand
             candidates.extend(apart(left, right));
         }
     }
-    candidates.sort_by_key(Candidate::weight);
+    candidates.sort_by_key(SignalCandidate::weight);
     candidates
 }
 
@@ -268,8 +266,8 @@ fn enumerated(
     message: &Responding<'_>,
     layout: Layout,
     responses: &Responses,
-    timeline: &Timeline,
-) -> Option<Candidate<TurnForm>> {
+    timeline: &ActionTimeline,
+) -> Option<SignalCandidate<TurnForm>> {
     let typical = typical(responses, timeline)?;
     let [Some(left), Some(right), hazard] = typical.map(|typical| typical.response) else { return None };
     if left.value == right.value || left.shape != right.shape {
@@ -278,31 +276,33 @@ fn enumerated(
     let signal = message.signal(layout);
     let bits = signal.bits();
     // A bit that shows an action in another manner, or none of them, belongs to another signal: a button beside a stalk.
-    let shown = if left.shape == Shape::Momentary { &Action::ALL[..2] } else { &Action::ALL[..] };
+    let shown =
+        if left.shape == ResponseShape::Momentary { &DriverAction::ALL[..2] } else { &DriverAction::ALL[..] };
     let mut others = message.bits.iter().filter(|(bit, _)| bits.contains(bit));
     if others.any(|(_, responses)| !responses.has_shape(timeline, shown, left.shape)) {
         return None;
     }
     let mut drawbacks = message.drawbacks(&bits, responses.idle, left.shape);
     let form = match left.shape {
-        Shape::Flashing => return None,
-        Shape::Steady => {
+        ResponseShape::Flashing => return None,
+        ResponseShape::Steady => {
             if hazard.is_some_and(|hazard| [left.value, right.value].contains(&hazard.value)) {
                 return None;
             }
-            let both = hazard.filter(|hazard| hazard.shape == Shape::Steady).map(|hazard| hazard.value);
+            let both =
+                hazard.filter(|hazard| hazard.shape == ResponseShape::Steady).map(|hazard| hazard.value);
             drawbacks.extend(both.is_none().then_some(Drawback::HidesHazard));
-            let mut states = responses.values(timeline, Action::Hazard);
+            let mut states = responses.values(timeline, DriverAction::Hazard);
             states.extend([left.value, right.value]);
             let strange = responses.strange(timeline, &states);
             drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
             TurnForm::Enumerated { signal, off: responses.idle, left: left.value, right: right.value, both }
         }
         // A part of a stalk's values may take a half press for a full one.
-        Shape::Momentary if drawbacks.iter().any(|drawback| matches!(drawback, Drawback::Cut(_))) => {
+        ResponseShape::Momentary if drawbacks.iter().any(|drawback| matches!(drawback, Drawback::Cut(_))) => {
             return None;
         }
-        Shape::Momentary => {
+        ResponseShape::Momentary => {
             drawbacks.push(Drawback::Momentary);
             stalk(signal, responses, left, right)
         }
@@ -310,11 +310,16 @@ fn enumerated(
     let followed = followed(&typical);
     drawbacks.extend(missed(&followed));
     let times = message.times(responses);
-    Some(Candidate { form, shape: left.shape, followed, drawbacks, times })
+    Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
 }
 
-/// A stalk with the half presses that were seen on the way to a full press, or that ended an indication.
-fn stalk(signal: FoundSignal, responses: &Responses, left: Response, right: Response) -> TurnForm {
+/// Builds a stalk with the half presses that were seen on the way to a full press, or that ended an indication.
+fn stalk(
+    signal: FoundSignal,
+    responses: &Responses,
+    left: SignalResponse,
+    right: SignalResponse,
+) -> TurnForm {
     let full = [left.value, right.value];
     let on_the_way =
         |to: u64| responses.detents.iter().find(|(from, full)| **full == to && !is_full(**from, left, right));
@@ -323,11 +328,11 @@ fn stalk(signal: FoundSignal, responses: &Responses, left: Response, right: Resp
         values.map(|(_, value)| *value).find(|value| !full.contains(value))
     };
     // The left half ends an indication to the right.
-    let half = [(left, Action::Right), (right, Action::Left)]
+    let half = [(left, DriverAction::Right), (right, DriverAction::Left)]
         .map(|(full, ended)| on_the_way(full.value).map(|(half, _)| *half).or_else(|| ending(ended)));
     let cancels = |action, value| responses.endings.contains(&(action, value));
-    let opposite_full_cancels =
-        half == [None, None] && (cancels(Action::Left, right.value) || cancels(Action::Right, left.value));
+    let opposite_full_cancels = half == [None, None]
+        && (cancels(DriverAction::Left, right.value) || cancels(DriverAction::Right, left.value));
     TurnForm::Stalk {
         signal,
         idle: responses.idle,
@@ -338,28 +343,33 @@ fn stalk(signal: FoundSignal, responses: &Responses, left: Response, right: Resp
     }
 }
 
-fn is_full(value: u64, left: Response, right: Response) -> bool {
+fn is_full(value: u64, left: SignalResponse, right: SignalResponse) -> bool {
     value == left.value || value == right.value
 }
 
-/// Candidates of two bits in one message, one for each side. Their responses are those of both together, so that a
-/// driver who takes the wrong side and corrects it is understood.
-fn pairs(message: &Responding<'_>, timeline: &Timeline) -> Vec<Candidate<TurnForm>> {
+/// Returns the candidates of two bits in one message, one for each side. Both are evaluated together, so that
+/// a driver who corrects a wrong side is understood.
+fn pairs(message: &Responding<'_>, timeline: &ActionTimeline) -> Vec<SignalCandidate<TurnForm>> {
     let follows = |action| {
         let bits = message.bits.iter().filter(move |(_, responses)| responses.responds(timeline, action));
         bits.map(|(bit, _)| *bit)
     };
-    let pairs = follows(Action::Left).flat_map(|left| follows(Action::Right).map(move |right| [left, right]));
+    let pairs = follows(DriverAction::Left)
+        .flat_map(|left| follows(DriverAction::Right).map(move |right| [left, right]));
     pairs.filter(|[left, right]| left != right).filter_map(|bits| pair(message, bits, timeline)).collect()
 }
 
-fn pair(message: &Responding<'_>, bits: [u16; 2], timeline: &Timeline) -> Option<Candidate<TurnForm>> {
+fn pair(
+    message: &Responding<'_>,
+    bits: [u16; 2],
+    timeline: &ActionTimeline,
+) -> Option<SignalCandidate<TurnForm>> {
     let responses = Responses::of_bits(&message.quiet, bits);
     let typical = typical(&responses, timeline)?;
     let [Some(left), Some(right), hazard] = typical.map(|typical| typical.response) else { return None };
     let [left_on, right_on, both_on] = [1, 2, 3].map(|changed| responses.idle ^ changed);
     let is_pair = left.value == left_on && right.value == right_on && left.shape == right.shape;
-    if !is_pair || left.shape == Shape::Momentary {
+    if !is_pair || left.shape == ResponseShape::Momentary {
         return None;
     }
     let shows_hazard = match hazard {
@@ -368,11 +378,10 @@ fn pair(message: &Responding<'_>, bits: [u16; 2], timeline: &Timeline) -> Option
         Some(_) => return None,
     };
     let switch = |at: usize| {
-        let layout = Layout { start: bits[at], length: 1, order: ByteOrder::Intel, signed: false };
         let off = responses.idle >> at & 1;
-        Switch { signal: message.signal(layout), off, on: off ^ 1 }
+        Switch { signal: message.signal(Layout::unsigned(bits[at], 1)), off, on: off ^ 1 }
     };
-    let lamps = left.shape == Shape::Flashing;
+    let lamps = left.shape == ResponseShape::Flashing;
     let mut drawbacks = message.drawbacks(&bits, responses.idle, left.shape);
     // While one side is on, the other one is at rest.
     let strange = responses.strange(timeline, &[left_on, right_on]);
@@ -383,11 +392,10 @@ fn pair(message: &Responding<'_>, bits: [u16; 2], timeline: &Timeline) -> Option
     drawbacks.extend(missed(&followed));
     let form = TurnForm::Pair { left: switch(0), right: switch(1), lamps, shows_hazard };
     let times = message.times(&responses);
-    Some(Candidate { form, shape: left.shape, followed, drawbacks, times })
+    Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
 }
 
-/// A bit that is on for one side.
-struct Side<'a> {
+struct SideBit<'a> {
     message: &'a Responding<'a>,
     is_left: bool,
     switch: Switch,
@@ -397,8 +405,8 @@ struct Side<'a> {
     times: Vec<[Option<ResponseTime>; 2]>,
 }
 
-/// The bits that are on for one side and keep their value.
-fn sides<'a>(message: &'a Responding<'a>, timeline: &Timeline) -> Vec<Side<'a>> {
+/// Returns the bits that are on for one side and keep their value.
+fn sides<'a>(message: &'a Responding<'a>, timeline: &ActionTimeline) -> Vec<SideBit<'a>> {
     let side = |(bit, responses): &(u16, Responses)| {
         let typical = typical(responses, timeline)?;
         let (is_left, response) = match (typical[0].response, typical[1].response) {
@@ -406,28 +414,27 @@ fn sides<'a>(message: &'a Responding<'a>, timeline: &Timeline) -> Vec<Side<'a>> 
             (None, Some(response)) => (false, response),
             (Some(_), Some(_)) | (None, None) => return None,
         };
-        let is_steady = |response: Response| response.shape == Shape::Steady;
+        let is_steady = |response: SignalResponse| response.shape == ResponseShape::Steady;
         let is_side = is_steady(response) && typical[2].response.is_none_or(is_steady);
         let (switch, with_hazard) =
             (switch(message, *bit, responses, response), typical[2].response.is_some());
         let times = message.times(responses);
-        is_side.then_some(Side { message, is_left, switch, with_hazard, typical, times })
+        is_side.then_some(SideBit { message, is_left, switch, with_hazard, typical, times })
     };
     message.bits.iter().filter_map(side).collect()
 }
 
-fn switch(message: &Responding<'_>, bit: u16, responses: &Responses, response: Response) -> Switch {
-    let layout = Layout { start: bit, length: 1, order: ByteOrder::Intel, signed: false };
-    Switch { signal: message.signal(layout), off: responses.idle, on: response.value }
+fn switch(message: &Responding<'_>, bit: u16, responses: &Responses, response: SignalResponse) -> Switch {
+    Switch { signal: message.signal(Layout::unsigned(bit, 1)), off: responses.idle, on: response.value }
 }
 
-/// A candidate of two sides in different messages.
-fn apart(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
+/// Builds a candidate of two sides in different messages.
+fn apart(left: &SideBit<'_>, right: &SideBit<'_>) -> Option<SignalCandidate<TurnForm>> {
     if left.message.key == right.message.key || left.with_hazard != right.with_hazard {
         return None;
     }
-    let of = |side: &Side<'_>| {
-        side.message.drawbacks(&[side.switch.signal.layout.start], side.switch.off, Shape::Steady)
+    let of = |side: &SideBit<'_>| {
+        side.message.drawbacks(&[side.switch.signal.layout.start], side.switch.off, ResponseShape::Steady)
     };
     let mut drawbacks = of(left);
     for drawback in of(right) {
@@ -451,15 +458,15 @@ fn apart(left: &Side<'_>, right: &Side<'_>) -> Option<Candidate<TurnForm>> {
         .zip(&right.times)
         .map(|(left, right)| if left[0].is_some() { *left } else { *right });
     let times = times.collect();
-    Some(Candidate { form, shape: Shape::Steady, followed, drawbacks, times })
+    Some(SignalCandidate { form, shape: ResponseShape::Steady, followed, drawbacks, times })
 }
 
-/// Candidates for hazard lights with a signal of their own, the best first.
+/// Returns the candidates for hazard lights with their own signal, best first.
 pub(super) fn hazard(
     messages: &[Responding<'_>],
     turn: &[MessageKey],
-    timeline: &Timeline,
-) -> Vec<Candidate<HazardForm>> {
+    timeline: &ActionTimeline,
+) -> Vec<SignalCandidate<HazardForm>> {
     let mut candidates = Vec::new();
     for message in messages {
         for (bit, responses) in &message.bits {
@@ -469,20 +476,20 @@ pub(super) fn hazard(
             let mut drawbacks = message.drawbacks(&[*bit], responses.idle, response.shape);
             drawbacks.extend((!turn.contains(&message.key)).then_some(Drawback::OtherMessage));
             let form = match response.shape {
-                Shape::Steady => HazardForm::Signal(switch),
-                Shape::Momentary => {
+                ResponseShape::Steady => HazardForm::Signal(switch),
+                ResponseShape::Momentary => {
                     drawbacks.push(Drawback::Momentary);
                     HazardForm::Button(switch)
                 }
                 // The lamp of the switch, which flashes: hazard lights are not derived from one lamp.
-                Shape::Flashing => continue,
+                ResponseShape::Flashing => continue,
             };
             let followed = followed(&typical);
             drawbacks.extend(missed(&followed));
             let times = message.times(responses);
-            candidates.push(Candidate { form, shape: response.shape, followed, drawbacks, times });
+            candidates.push(SignalCandidate { form, shape: response.shape, followed, drawbacks, times });
         }
     }
-    candidates.sort_by_key(Candidate::weight);
+    candidates.sort_by_key(SignalCandidate::weight);
     candidates
 }

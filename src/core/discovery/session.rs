@@ -1,13 +1,12 @@
 //! The requests to the driver, one after the other, as a state machine without a clock.
 //!
-//! The order of calls: [`Session::poll`] with the present time until it gives nothing more, then again at
-//! [`Session::next_deadline`]. When it gives [`Step::Evaluate`], [`Session::evaluated`] says which actions are to be
-//! repeated.
+//! Call [`Session::poll`] with the current time until it returns `None`, then again at [`Session::next_deadline`].
+//! After [`SessionStep::Evaluate`] call [`Session::evaluated`] with the actions to repeat.
 
 use std::time::Duration;
 
-use super::timeline::Action;
-use crate::core::can::mark::Mark;
+use super::timeline::DriverAction;
+use crate::core::can::mark::DriverMark;
 use crate::core::time::MonoTime;
 
 /// Times and numbers of a session.
@@ -15,7 +14,7 @@ use crate::core::time::MonoTime;
 pub struct SessionSettings {
     /// Time in which nothing is operated, at the beginning.
     pub quiet: Duration,
-    /// Time for which an action is kept.
+    /// Time for which the driver keeps an action.
     pub hold: Duration,
     /// Time between two actions.
     pub rest: Duration,
@@ -37,33 +36,31 @@ impl Default for SessionSettings {
     }
 }
 
+/// A request to the driver, which holds from the time of its step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DriverRequest {
+    /// What the driver does from now on.
+    pub mark: DriverMark,
+    /// The action that comes next, after a rest; `None` when it is not known yet.
+    pub next: Option<DriverAction>,
+    /// Time of the next step.
+    pub until: MonoTime,
+}
+
 /// A step of the session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
-    /// The driver is to do something from now on, until a time.
-    Request {
-        /// What to do.
-        mark: Mark,
-        /// The action that comes next, after a rest; `None` when it is not known yet.
-        next: Option<Action>,
-        /// Time of the next step.
-        until: MonoTime,
-    },
+pub enum SessionStep {
+    /// The driver is asked to do something.
+    Request(DriverRequest),
     /// The frames so far are to be evaluated.
     Evaluate,
 }
 
-/// The present state of the session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+enum SessionState {
     Start,
-    /// At rest until a time, the next action is that at `next`.
-    Rest {
-        until: MonoTime,
-    },
-    Acting {
-        until: MonoTime,
-    },
+    Rest { until: MonoTime },
+    Acting { until: MonoTime },
     Evaluating,
     Done,
 }
@@ -72,76 +69,75 @@ enum State {
 #[derive(Debug, Clone)]
 pub struct Session {
     settings: SessionSettings,
-    state: State,
+    state: SessionState,
     /// Actions that are still to be requested, the next one first.
-    queue: Vec<Action>,
+    queue: Vec<DriverAction>,
     requested: [usize; 3],
 }
 
 impl Session {
-    /// A session that begins with the first call of [`Self::poll`].
+    /// Creates a session that begins with the first call of [`Self::poll`].
     pub fn new(settings: SessionSettings) -> Self {
-        let queue = Action::ALL.repeat(settings.rounds);
-        Self { settings, state: State::Start, queue, requested: [0; 3] }
+        let queue = DriverAction::ALL.repeat(settings.rounds);
+        Self { settings, state: SessionState::Start, queue, requested: [0; 3] }
     }
 
-    /// The next step that is due.
-    pub fn poll(&mut self, now: MonoTime) -> Option<Step> {
+    /// Returns the next step that is due.
+    pub fn poll(&mut self, now: MonoTime) -> Option<SessionStep> {
         match self.state {
-            State::Start => Some(self.rest(Mark::Quiet, now.after(self.settings.quiet))),
-            State::Rest { until } if until <= now => Some(match self.queue.first() {
+            SessionState::Start => Some(self.rest(DriverMark::Quiet, now.after(self.settings.quiet))),
+            SessionState::Rest { until } if until <= now => Some(match self.queue.first() {
                 Some(_) => {
                     let action = self.queue.remove(0);
                     self.requested[action as usize] += 1;
                     let until = now.after(self.settings.hold);
-                    self.state = State::Acting { until };
-                    Step::Request { mark: action.mark(), next: None, until }
+                    self.state = SessionState::Acting { until };
+                    SessionStep::Request(DriverRequest { mark: action.mark(), next: None, until })
                 }
                 None => {
-                    self.state = State::Evaluating;
-                    Step::Evaluate
+                    self.state = SessionState::Evaluating;
+                    SessionStep::Evaluate
                 }
             }),
-            State::Acting { until } if until <= now => {
-                Some(self.rest(Mark::Off, now.after(self.settings.rest)))
+            SessionState::Acting { until } if until <= now => {
+                Some(self.rest(DriverMark::Off, now.after(self.settings.rest)))
             }
-            State::Rest { .. } | State::Acting { .. } | State::Evaluating | State::Done => None,
+            SessionState::Rest { .. }
+            | SessionState::Acting { .. }
+            | SessionState::Evaluating
+            | SessionState::Done => None,
         }
     }
 
-    fn rest(&mut self, mark: Mark, until: MonoTime) -> Step {
-        self.state = State::Rest { until };
-        Step::Request { mark, next: self.queue.first().copied(), until }
+    fn rest(&mut self, mark: DriverMark, until: MonoTime) -> SessionStep {
+        self.state = SessionState::Rest { until };
+        SessionStep::Request(DriverRequest { mark, next: self.queue.first().copied(), until })
     }
 
-    /// Ends an evaluation; `unsure` are the actions that are to be repeated as far as the settings allow it. The next
-    /// one is requested after a rest. Returns those that are repeated.
-    pub fn evaluated(&mut self, unsure: &[Action], now: MonoTime) -> Vec<Action> {
-        let may_repeat = |action: &Action| self.requested[*action as usize] < self.settings.max_requests;
+    /// Ends an evaluation. The `unsure` actions are repeated as far as the settings allow, the first one
+    /// after a rest. Returns the repeated ones.
+    pub fn evaluated(&mut self, unsure: &[DriverAction], now: MonoTime) -> Vec<DriverAction> {
+        let may_repeat =
+            |action: &DriverAction| self.requested[*action as usize] < self.settings.max_requests;
         self.queue = unsure.iter().copied().filter(may_repeat).collect();
         self.state = if self.queue.is_empty() {
-            State::Done
+            SessionState::Done
         } else {
-            State::Rest { until: now.after(self.settings.rest) }
+            SessionState::Rest { until: now.after(self.settings.rest) }
         };
         self.queue.clone()
     }
 
-    /// Time of the next step; `None` while an evaluation is waited for and at the end.
+    /// Returns the time of the next step; `None` during an evaluation and at the end.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         match self.state {
-            State::Start => Some(MonoTime::ZERO),
-            State::Rest { until } | State::Acting { until } => Some(until),
-            State::Evaluating | State::Done => None,
+            SessionState::Start => Some(MonoTime::ZERO),
+            SessionState::Rest { until } | SessionState::Acting { until } => Some(until),
+            SessionState::Evaluating | SessionState::Done => None,
         }
     }
 
-    /// True after the last evaluation.
-    pub fn is_done(&self) -> bool {
-        self.state == State::Done
-    }
-
-    /// Number of requests so far, and of those known to follow.
+    /// Returns the number of requests so far, and including those known to follow.
     pub fn progress(&self) -> (usize, usize) {
         let done = self.requested.iter().sum();
         (done, done + self.queue.len())
@@ -152,13 +148,15 @@ impl Session {
 mod tests {
     use super::*;
 
-    fn marks(session: &mut Session, now: &mut MonoTime) -> Vec<(u64, Mark)> {
+    fn marks(session: &mut Session, now: &mut MonoTime) -> Vec<(u64, DriverMark)> {
         let mut marks = Vec::new();
         loop {
             while let Some(step) = session.poll(*now) {
                 match step {
-                    Step::Request { mark, .. } => marks.push((now.as_nanos() / 1_000_000_000, mark)),
-                    Step::Evaluate => return marks,
+                    SessionStep::Request(DriverRequest { mark, .. }) => {
+                        marks.push((now.as_nanos() / 1_000_000_000, mark));
+                    }
+                    SessionStep::Evaluate => return marks,
                 }
             }
             let Some(next) = session.next_deadline() else { return marks };
@@ -168,16 +166,16 @@ mod tests {
 
     #[test]
     fn all_actions_are_requested_in_turn_and_unsure_ones_again() {
-        use Mark::{Hazard, Left, Off, Quiet, Right};
+        use DriverMark::{Hazard, Left, Off, Quiet, Right};
         let settings = SessionSettings { rounds: 1, max_requests: 2, ..SessionSettings::default() };
         let (mut session, mut now) = (Session::new(settings), MonoTime::ZERO);
         let first = marks(&mut session, &mut now);
         let expected = [(0, Quiet), (10, Left), (15, Off), (19, Right), (24, Off), (28, Hazard), (33, Off)];
         assert_eq!(first, expected);
-        assert_eq!(session.evaluated(&[Action::Right], now), [Action::Right]);
+        assert_eq!(session.evaluated(&[DriverAction::Right], now), [DriverAction::Right]);
         assert_eq!(marks(&mut session, &mut now), [(41, Right), (46, Off)]);
-        assert_eq!(session.evaluated(&[Action::Right], now), [], "it was requested twice");
-        assert!(session.is_done() && session.poll(now).is_none());
+        assert_eq!(session.evaluated(&[DriverAction::Right], now), [], "it was requested twice");
+        assert!(session.next_deadline().is_none() && session.poll(now).is_none());
         assert_eq!(session.progress(), (4, 4));
     }
 }

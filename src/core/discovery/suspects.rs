@@ -1,16 +1,16 @@
-//! Bits that may be parts of something else than a signal: of a checksum that is not known, or of a number.
+//! Bits that may belong to an unknown checksum or to a number rather than to a signal.
 
 use super::bits::QuietBits;
 use super::response::Responses;
-use super::timeline::{Action, EARLY};
+use super::timeline::{DriverAction, EARLY};
 
-/// From so many responding bits on, a byte may be a checksum.
+/// Number of responding bits from which a byte may be a checksum.
 pub(super) const MIN_CHECKSUM_BITS: usize = 3;
-/// So many responding bits of a byte are rarely those of signals.
+/// Number of responding bits that the signals of one byte rarely have.
 const MANY_BITS: usize = 5;
 
-/// The bytes that are likely to be a checksum that is not known: they change whenever anything in the message does,
-/// while others do not, or have fewer bits that respond.
+/// Returns the bytes that are probably an unknown checksum: they change whenever anything in the message
+/// changes, while others do not or have fewer responding bits.
 pub(super) fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
     let mut bytes: Vec<u16> = bits.iter().map(|(bit, _)| bit / 8).collect();
     bytes.dedup();
@@ -36,10 +36,10 @@ pub(super) fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) ->
     bytes.iter().copied().filter(is_like).collect()
 }
 
-/// The bits that change with most turns of the indicators, but do not respond to them: lower bits of a number, as the
-/// angle of the steering wheel.
+/// Returns the bits that change with most uses of the indicators but do not respond to them, like the lower
+/// bits of a steering angle.
 pub(super) fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
-    let turns = quiet.timeline.windows.iter().filter(|window| window.action != Action::Hazard);
+    let turns = quiet.timeline.windows.iter().filter(|window| window.action != DriverAction::Hazard);
     let masks: Vec<_> = turns.map(|window| quiet.changed_in(window.on.before(EARLY), window.end)).collect();
     let changes = |bit: &u16| {
         let changes = masks.iter().filter(|mask| mask[usize::from(bit / 8)] >> (bit % 8) & 1 == 1);

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use crate::core::can::mark::Mark;
+use crate::core::can::mark::DriverMark;
 use crate::core::time::MonoTime;
 
-/// A driver's action.
+/// An action of the driver that lights show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Action {
+pub enum DriverAction {
     /// The turn indicators of the left side are on.
     Left,
     /// The turn indicators of the right side are on.
@@ -16,30 +16,30 @@ pub enum Action {
     Hazard,
 }
 
-impl Action {
-    /// All actions.
+impl DriverAction {
+    /// All actions in the order of their declaration.
     pub const ALL: [Self; 3] = [Self::Left, Self::Right, Self::Hazard];
 
-    /// The mark with which the action begins.
-    pub fn mark(self) -> Mark {
+    /// Returns the mark with which the action begins.
+    pub fn mark(self) -> DriverMark {
         match self {
-            Self::Left => Mark::Left,
-            Self::Right => Mark::Right,
-            Self::Hazard => Mark::Hazard,
+            Self::Left => DriverMark::Left,
+            Self::Right => DriverMark::Right,
+            Self::Hazard => DriverMark::Hazard,
         }
     }
 
-    /// The action that begins with a mark; `None` for a mark of rest.
-    pub fn from_mark(mark: Mark) -> Option<Self> {
+    /// Returns the action that begins with a mark; `None` for a mark of rest.
+    pub fn from_mark(mark: DriverMark) -> Option<Self> {
         Self::ALL.into_iter().find(|action| action.mark() == mark)
     }
 }
 
 /// One request of an action, and the rest after it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
-    /// The requested action.
-    pub action: Action,
+pub struct RequestWindow {
+    /// Action that was requested.
+    pub action: DriverAction,
     /// Time of the request.
     pub on: MonoTime,
     /// Time of the request to end it.
@@ -50,37 +50,37 @@ pub struct Window {
 
 /// All requests of a session, and the times in which nothing was requested.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Timeline {
-    /// The requests, ascending.
-    pub windows: Vec<Window>,
+pub struct ActionTimeline {
+    /// Requests in ascending order of time.
+    pub windows: Vec<RequestWindow>,
     /// Times in which nothing is operated.
     pub quiet: Vec<(MonoTime, MonoTime)>,
 }
 
-/// The driver may begin this much before the request, since a countdown leads to it.
+/// Time by which the driver may be early, since a countdown leads to the request.
 pub(super) const EARLY: Duration = Duration::from_millis(700);
-/// Longest rest after an action.
 const MAX_REST: Duration = Duration::from_secs(8);
 
-impl Timeline {
-    /// The requests that ascending marks note, in a session from `start` to `end`. Time before the first request is
-    /// quiet, and so is what follows a mark [`Mark::Quiet`].
-    pub fn new(marks: &[(MonoTime, Mark)], (start, end): (MonoTime, MonoTime)) -> Self {
+impl ActionTimeline {
+    /// Builds the requests of ascending marks in a session from `start` to `end`. The time before the first
+    /// request and after each [`DriverMark::Quiet`] is quiet.
+    pub fn new(marks: &[(MonoTime, DriverMark)], (start, end): (MonoTime, MonoTime)) -> Self {
         let mut timeline = Self::default();
         let next = |at: usize| marks.get(at).map_or(end, |(time, _)| *time);
-        if let Some((first, Mark::Left | Mark::Right | Mark::Hazard)) = marks.first() {
+        if let Some((first, DriverMark::Left | DriverMark::Right | DriverMark::Hazard)) = marks.first() {
             timeline.add_quiet(start, *first);
         }
         for (index, (on, mark)) in marks.iter().enumerate() {
-            match Action::from_mark(*mark) {
+            match DriverAction::from_mark(*mark) {
                 Some(action) => {
                     let off = next(index + 1);
-                    let is_off = marks.get(index + 1).is_some_and(|(_, mark)| *mark == Mark::Off);
+                    let is_off = marks.get(index + 1).is_some_and(|(_, mark)| *mark == DriverMark::Off);
                     let rest_end = if is_off { next(index + 2) } else { off };
-                    let window = Window { action, on: *on, off, end: rest_end.min(off.after(MAX_REST)) };
+                    let window =
+                        RequestWindow { action, on: *on, off, end: rest_end.min(off.after(MAX_REST)) };
                     timeline.windows.push(window);
                 }
-                None if *mark == Mark::Quiet => timeline.add_quiet(*on, next(index + 1)),
+                None if *mark == DriverMark::Quiet => timeline.add_quiet(*on, next(index + 1)),
                 None => {}
             }
         }
@@ -94,8 +94,8 @@ impl Timeline {
         }
     }
 
-    /// The times in which a signal of the indicators is most likely at rest: quiet times, and the second half of
-    /// the rest after each action.
+    /// Returns the times in which a signal of the indicators is probably at rest: quiet times, and the second
+    /// half of the rest after each action.
     pub(super) fn rests(&self) -> impl Iterator<Item = (MonoTime, MonoTime)> {
         let tails = self.windows.iter().map(|window| {
             let rest = window.end.since(window.off);
@@ -104,13 +104,13 @@ impl Timeline {
         self.quiet.iter().copied().chain(tails)
     }
 
-    /// True from the beginning of an action to its end, as the driver may take both.
+    /// Returns true between the earliest beginning of an action and its latest end.
     pub(super) fn is_requested(&self, at: MonoTime) -> bool {
         self.windows.iter().any(|window| window.on.before(EARLY) <= at && at < window.end)
     }
 
-    /// Number of requests of an action.
-    pub fn count(&self, action: Action) -> usize {
+    /// Returns the number of requests of an action.
+    pub fn count(&self, action: DriverAction) -> usize {
         self.windows.iter().filter(|window| window.action == action).count()
     }
 }

@@ -1,17 +1,17 @@
-//! Bits beside a signal that are set only while all of it is: as in "not available" of SAE J1939, which sets all bits.
+//! Bits beside a signal that are set only while the whole signal is, as in "not available" of SAE J1939.
 
 use super::candidate::{FoundSignal, HazardForm, Switch, TurnForm, bits_of, sawtooth};
 use super::search::Responding;
 use crate::core::can::frame::MAX_DATA;
 use crate::core::dbc::codec::{ByteOrder, Layout};
 
-/// A signal of more bits, and the number of bits below those it had.
+/// A widened signal, with the number of bits added below.
 struct Widened {
     layout: Layout,
     below: u16,
 }
 
-/// Widens the signals of a form, so that "not available" is not taken for a state.
+/// Widens the signals of a form, so that "not available" is not mistaken for a state.
 pub(super) fn widen_turn(messages: &[Responding<'_>], form: &mut TurnForm) {
     match form {
         TurnForm::Enumerated { signal, off, left, right, both } => {
@@ -37,7 +37,7 @@ pub(super) fn widen_turn(messages: &[Responding<'_>], form: &mut TurnForm) {
     }
 }
 
-/// Likewise for hazard lights with a signal of their own.
+/// Widens the signal of hazard lights that have their own.
 pub(super) fn widen_hazard(messages: &[Responding<'_>], form: &mut HazardForm) {
     if let HazardForm::Signal(switch) | HazardForm::Button(switch) = form {
         widen_switch(messages, switch, None);
@@ -67,8 +67,8 @@ fn widen<'v>(
     }
 }
 
-/// The signal with its neighbours, in its byte order or, within a byte, in the one that adds more; `None` when none
-/// belongs to it.
+/// Returns the signal with its neighbours, in its byte order or, within a byte, in the order that adds more;
+/// `None` when no neighbour belongs to it.
 fn widened(message: &Responding<'_>, layout: Layout, taken: &[u16]) -> Option<Widened> {
     let is_in_a_byte = layout.start % 8 + layout.length <= 8;
     let intel = |position: u16| position;
@@ -88,7 +88,8 @@ fn widened(message: &Responding<'_>, layout: Layout, taken: &[u16]) -> Option<Wi
     (found.layout.length > layout.length).then_some(found)
 }
 
-/// `bit_at` converts between the number of a bit and its position in the byte order, which is its own inverse.
+/// Widens a signal in one byte order. `bit_at` converts between the number of a bit and its position, in both
+/// directions.
 fn widened_in_order(
     message: &Responding<'_>,
     layout: Layout,

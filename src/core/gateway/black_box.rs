@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
-use crate::core::can::note::Note;
+use crate::core::can::note::LogNote;
 use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -143,7 +143,7 @@ impl Recording {
         let mut log = String::new();
         for (interface, link) in self.interfaces.iter().zip(&self.links) {
             if *link != LinkState::Up {
-                write_note(&mut log, start, start, interface, Note::Link(*link));
+                write_note(&mut log, start, start, interface, LogNote::Link(*link));
             }
         }
         for (input, at) in &self.inputs {
@@ -191,7 +191,7 @@ impl Recording {
                 let _ = writeln!(log, "({}) {} {}", stamp(start, at), interface(bus), error.log_text());
             }
             CanInput::Link { .. } | CanInput::Controller { .. } | CanInput::Drops { .. } => {
-                if let Some((bus, note)) = Note::of(input) {
+                if let Some((bus, note)) = LogNote::of(input) {
                     write_note(log, start, at, interface(&bus), note);
                 }
             }
@@ -200,7 +200,7 @@ impl Recording {
     }
 }
 
-fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: Note) {
+fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: LogNote) {
     let _ = writeln!(log, "# ({}) {interface} {note}", stamp(start, at));
 }
 

@@ -1,7 +1,7 @@
-//! The evidence of all frames for one profile.
+//! Evidence of all frames for one profile.
 
 use super::message::MessageEvidence;
-use super::states::{Shown, States};
+use super::states::{ShownState, StateHistory};
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::BusIndex;
 use crate::core::dbc::model::Database;
@@ -16,12 +16,12 @@ use crate::core::vehicle_lights::state::TurnCode;
 #[derive(Debug, Clone)]
 pub struct ProfileEvidence {
     lights: LightsBinding,
-    /// Messages of the lights, then those of V2I alone.
+    /// Messages of the lights, then messages of V2I alone.
     pub messages: Vec<MessageEvidence>,
     /// States of each turn source, in the order of the binding.
-    pub turn: Vec<States>,
+    pub turn: Vec<StateHistory>,
     /// States of each hazard source, in the order of the binding; without frames where both turn sides show it.
-    pub hazard: Vec<States>,
+    pub hazard: Vec<StateHistory>,
     /// Last raw value of each signal of the lights.
     raw: Vec<Option<i128>>,
     /// True if any bound signal had another raw value than 0.
@@ -29,7 +29,7 @@ pub struct ProfileEvidence {
 }
 
 impl ProfileEvidence {
-    /// Without a frame; `databases` are those of the buses, in their order.
+    /// Creates the evidence before any frame; `databases` has one entry for each bus.
     pub fn new(lights: &LightsBinding, v2i: &SignalTable, databases: &[&Database]) -> Self {
         // A message with both is one message.
         let others = v2i.messages.iter().filter(|message| !lights.table.messages.contains(message));
@@ -42,25 +42,25 @@ impl ProfileEvidence {
         });
         Self {
             messages: messages.collect(),
-            turn: vec![States::default(); lights.turn.sources().len()],
-            hazard: vec![States::default(); lights.hazard.sources().len()],
+            turn: vec![StateHistory::default(); lights.turn.sources().len()],
+            hazard: vec![StateHistory::default(); lights.hazard.sources().len()],
             raw: vec![None; lights.table.signals.len()],
             has_nonzero: false,
             lights: lights.clone(),
         }
     }
 
-    /// The binding that the evidence is for.
+    /// Returns the binding that the evidence is for.
     pub fn lights(&self) -> &LightsBinding {
         &self.lights
     }
 
-    /// Buses and identifiers of the bound messages.
+    /// Returns the buses and identifiers of the bound messages.
     pub fn ids(&self) -> impl Iterator<Item = (BusIndex, CanId)> {
         self.messages.iter().map(|message| (message.bound.bus, message.bound.id))
     }
 
-    /// Takes the next frame of a bus; times never run backwards.
+    /// Adds the next frame of a bus. Times must not run backwards.
     pub fn frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
         let is_bound = |message: &MessageEvidence| {
             message.bound.bus == bus
@@ -107,12 +107,12 @@ impl ProfileEvidence {
         }
     }
 
-    /// True if any turn source has shown a state.
+    /// Returns true if any turn source has shown a state.
     pub fn has_seen_turn(&self, state: TurnCode) -> bool {
         self.turn.iter().any(|states| states.has_seen(state))
     }
 
-    /// True if the hazard lights were on, or their button was pressed.
+    /// Returns true if the hazard lights were on, or their button was pressed.
     pub fn has_seen_hazard(&self) -> bool {
         let has_both_sides = self
             .lights
@@ -129,8 +129,8 @@ fn on_off(on: bool) -> TurnCode {
     if on { TurnCode::Both } else { TurnCode::Off }
 }
 
-/// What a source shows; `None` until all of its signals were received.
-fn turn_shown(source: &TurnSource, raw: &[Option<i128>]) -> Option<Shown> {
+/// Returns the state that a source shows; `None` until all its signals have been received.
+fn turn_shown(source: &TurnSource, raw: &[Option<i128>]) -> Option<ShownState> {
     match source {
         TurnSource::Enumerated { role, .. } => shown(role, raw, |code| code),
         TurnSource::Pair { pair, .. } | TurnSource::Lamps { pair, .. } => pair_shown(pair, raw),
@@ -142,25 +142,25 @@ fn turn_shown(source: &TurnSource, raw: &[Option<i128>]) -> Option<Shown> {
     }
 }
 
-fn pair_shown(pair: &SidePair, raw: &[Option<i128>]) -> Option<Shown> {
+fn pair_shown(pair: &SidePair, raw: &[Option<i128>]) -> Option<ShownState> {
     let sides = [&pair.left, &pair.right].map(|role| raw[role.signal.0].map(|raw| role.values.meaning(raw)));
     let [Some(left), Some(right)] = sides else { return None };
     Some(match (left, right) {
         (Meaning::Defined(true), Meaning::Defined(true)) if pair.both == BothOn::Undefined => {
-            Shown::Undefined
+            ShownState::Undefined
         }
         (Meaning::Defined(left), Meaning::Defined(right)) => {
-            Shown::State(TurnCode::from_sides((left, right)))
+            ShownState::State(TurnCode::from_sides((left, right)))
         }
-        (Meaning::Undefined, _) | (_, Meaning::Undefined) => Shown::Undefined,
-        _ => Shown::Unusable,
+        (Meaning::Undefined, _) | (_, Meaning::Undefined) => ShownState::Undefined,
+        _ => ShownState::Unusable,
     })
 }
 
-fn shown<T: Copy>(role: &Role<T>, raw: &[Option<i128>], state: impl Fn(T) -> TurnCode) -> Option<Shown> {
+fn shown<T: Copy>(role: &Role<T>, raw: &[Option<i128>], state: impl Fn(T) -> TurnCode) -> Option<ShownState> {
     Some(match role.values.meaning(raw[role.signal.0]?) {
-        Meaning::Defined(value) => Shown::State(state(value)),
-        Meaning::Undefined => Shown::Undefined,
-        Meaning::NotAvailable | Meaning::Fault => Shown::Unusable,
+        Meaning::Defined(value) => ShownState::State(state(value)),
+        Meaning::Undefined => ShownState::Undefined,
+        Meaning::NotAvailable | Meaning::Fault => ShownState::Unusable,
     })
 }

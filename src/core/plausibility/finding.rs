@@ -1,10 +1,10 @@
-//! What speaks against a profile, or is missing to judge it.
+//! Findings on a profile: contradictions, and evidence that is missing.
 
 use std::time::Duration;
 
 use super::evidence::ProfileEvidence;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
-use super::states::{Implausible, States};
+use super::states::{Implausible, StateHistory};
 use crate::core::validation::integrity::search::FoundChecksum;
 use crate::core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSource};
 use crate::core::vehicle_lights::state::TurnCode;
@@ -12,31 +12,31 @@ use crate::core::vehicle_lights::state::TurnCode;
 /// Weight of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Worth knowing; nothing is wrong.
+    /// It is only a hint; nothing is wrong.
     Note,
-    /// To be looked at before the drive.
+    /// It should be examined before the drive.
     Warning,
-    /// The profile is not that of these frames, or cannot work.
+    /// The profile does not belong to these frames, or cannot work.
     Error,
 }
 
 /// A finding on a profile.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
-    /// Its weight.
+pub struct ProfileFinding {
+    /// Severity of this finding.
     pub severity: Severity,
-    /// Its content.
+    /// Content of this finding.
     pub kind: FindingKind,
 }
 
 /// A state that a recording should show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coverage {
-    /// Left indicators.
+    /// The left indicators were on.
     Left,
-    /// Right indicators.
+    /// The right indicators were on.
     Right,
-    /// Hazard lights.
+    /// The hazard lights were on.
     Hazard,
 }
 
@@ -47,7 +47,7 @@ pub enum FindingKind {
     NoMessage,
     /// Frames have another length than the DBC says.
     WrongLength {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Number of these frames.
         frames: u64,
@@ -56,28 +56,28 @@ pub enum FindingKind {
     },
     /// Frames come less often than the profile says.
     TooSlow {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
     /// Frames come at less than half of the period of the DBC.
     Faster {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
     /// Counter or checksum of the profile do not hold for most frames.
     IntegrityFails {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Number of frames for which they do not hold.
         frames: u64,
     },
     /// The DBC names a counter that holds and that the profile does not use.
     UnusedCounter {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Name of the signal.
         signal: String,
@@ -88,29 +88,29 @@ pub enum FindingKind {
     },
     /// The DBC names a checksum that holds and that the profile does not use.
     UnusedChecksum {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Name of the signal.
         signal: String,
         /// Number of frames for which it holds.
         frames: u64,
-        /// The rule.
+        /// Rule of the checksum.
         found: FoundChecksum,
     },
     /// Values that the profile does not name.
     Undefined {
-        /// The source.
-        source: Source,
+        /// Source that showed it.
+        source: SourceIndex,
         /// Number of frames with such a value.
         frames: u64,
     },
     /// Behaviour that no driver causes.
     Implausible {
-        /// The source.
-        source: Source,
-        /// The behaviour.
+        /// Source that showed it.
+        source: SourceIndex,
+        /// Behaviour that was observed.
         behaviour: Implausible,
-        /// Number of changes.
+        /// Number of changes of state.
         changes: u64,
     },
     /// No state ever changed, so that the recording confirms nothing.
@@ -124,18 +124,18 @@ pub enum FindingKind {
 
 /// A source of the profile, by its position in the binding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum SourceIndex {
     /// A source of the turn state.
     Turn(usize),
     /// A source of the hazard state.
     Hazard(usize),
 }
 
-/// Every finding, by its weight, the heaviest first.
-pub fn findings(evidence: &ProfileEvidence) -> Vec<Finding> {
+/// Returns all findings, the most severe first.
+pub fn findings(evidence: &ProfileEvidence) -> Vec<ProfileFinding> {
     let mut findings = Vec::new();
     if !evidence.messages.is_empty() && evidence.messages.iter().all(|message| message.frames == 0) {
-        findings.push(Finding { severity: Severity::Error, kind: FindingKind::NoMessage });
+        findings.push(ProfileFinding { severity: Severity::Error, kind: FindingKind::NoMessage });
     }
     for (position, message) in evidence.messages.iter().enumerate() {
         of_message(position, message, &mut findings);
@@ -144,18 +144,18 @@ pub fn findings(evidence: &ProfileEvidence) -> Vec<Finding> {
         evidence.lights().turn.sources().iter().zip(&evidence.turn).enumerate()
     {
         let is_lamp = matches!(source.source, TurnSource::Lamps { .. });
-        of_states(Source::Turn(position), states, is_lamp, &mut findings);
+        of_states(SourceIndex::Turn(position), states, is_lamp, &mut findings);
     }
     for (position, states) in evidence.hazard.iter().enumerate() {
-        of_states(Source::Hazard(position), states, false, &mut findings);
+        of_states(SourceIndex::Hazard(position), states, false, &mut findings);
     }
     coverage(evidence, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }
 
-fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<Finding>) {
-    let mut push = |severity, kind| findings.push(Finding { severity, kind });
+fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<ProfileFinding>) {
+    let mut push = |severity, kind| findings.push(ProfileFinding { severity, kind });
     let (frames, length) = evidence.wrong_length;
     if frames > 0 {
         let severity = if frames * 2 > evidence.frames { Severity::Error } else { Severity::Warning };
@@ -183,30 +183,31 @@ fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<Fin
     }
 }
 
-fn of_states(source: Source, states: &States, is_lamp: bool, findings: &mut Vec<Finding>) {
-    let frames = states.undefined();
+fn of_states(source: SourceIndex, states: &StateHistory, is_lamp: bool, findings: &mut Vec<ProfileFinding>) {
+    let frames = states.undefined;
     if frames > 0 {
         let severity = match frames {
             1 => Severity::Note,
-            _ if frames >= MIN_FRAMES && frames * 2 > states.frames() => Severity::Error,
+            _ if frames >= MIN_FRAMES && frames * 2 > states.frames => Severity::Error,
             _ => Severity::Warning,
         };
-        findings.push(Finding { severity, kind: FindingKind::Undefined { source, frames } });
+        findings.push(ProfileFinding { severity, kind: FindingKind::Undefined { source, frames } });
     }
     if let Some(behaviour) = states.implausible(is_lamp) {
-        let changes = states.changes();
+        let changes = states.changes;
         let severity = match behaviour {
             Implausible::Flickers => Severity::Error,
             Implausible::Flashes | Implausible::Crosses => Severity::Warning,
         };
-        findings.push(Finding { severity, kind: FindingKind::Implausible { source, behaviour, changes } });
+        findings
+            .push(ProfileFinding { severity, kind: FindingKind::Implausible { source, behaviour, changes } });
     }
 }
 
-/// States that were never shown. A state that never changes confirms a profile only where a checksum does.
-fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
+/// Adds states that were never shown. Without any change of state, only a checksum confirms a profile.
+fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
     let lights = evidence.lights();
-    let mut push = |severity, kind| findings.push(Finding { severity, kind });
+    let mut push = |severity, kind| findings.push(ProfileFinding { severity, kind });
     let is_proven = evidence.messages.iter().any(has_proven_checksum);
     let has_turn = matches!(lights.turn, StateBinding::From(_));
     let hazard_sources = lights.hazard.sources();
@@ -225,7 +226,7 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
     .into_iter()
     .filter_map(|(is_missing, state)| is_missing.then_some(state))
     .collect();
-    let has_changed = evidence.turn.iter().chain(&evidence.hazard).any(|states| states.changes() > 0);
+    let has_changed = evidence.turn.iter().chain(&evidence.hazard).any(|states| states.changes > 0);
     if (has_turn || can_show_hazard) && !has_changed && !is_proven {
         let expected = if has_turn { 2 } else { 0 } + usize::from(can_show_hazard);
         let is_on = missing.len() < expected;

@@ -3,28 +3,28 @@
 use std::time::Duration;
 
 use super::evidence::ProfileEvidence;
-use super::finding::{Finding, FindingKind, Severity, findings};
+use super::finding::{FindingKind, ProfileFinding, Severity, findings};
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use crate::core::can::frame::CanId;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// How sure a fit is.
+/// Certainty that a profile fits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
+pub enum FitVerdict {
     /// Something contradicts the profile.
     No,
-    /// Nothing contradicts it, and nothing in it is more than an identifier that other vehicles use as well.
+    /// Nothing contradicts the profile, but only identifiers that other vehicles also use support it.
     Possible,
     /// A rhythm, a rule or a behaviour of the profile holds.
     Fits,
 }
 
-/// Something that speaks for a profile.
+/// Evidence that supports a profile.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Support {
     /// Counter or checksum hold.
     Integrity {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Number of frames for which they hold.
         frames: u64,
@@ -33,17 +33,17 @@ pub enum Support {
     },
     /// A message has the period of the DBC.
     Period {
-        /// The message.
+        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
-    /// Identifiers of 29 bits are rarely shared by chance.
+    /// A message has an identifier of 29 bits, which is rarely shared by chance.
     ExtendedIdentifier {
-        /// The message.
+        /// Position of the message.
         message: usize,
     },
-    /// A side was on and off as a driver does it.
+    /// A side was on and off as with a driver.
     Sides {
         /// True if left was on.
         left: bool,
@@ -54,23 +54,23 @@ pub enum Support {
     NamedValues,
     /// A message that proves the bus alive was received.
     Heartbeat {
-        /// The identifier.
+        /// Identifier of the message.
         id: CanId,
     },
 }
 
-/// A profile against frames.
+/// Result of comparing a profile with frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fit {
-    /// How sure it is.
-    pub verdict: Verdict,
+    /// Certainty that it fits.
+    pub verdict: FitVerdict,
     /// Rank among profiles of the same verdict.
     pub score: u32,
-    /// What speaks for it, the strongest first.
+    /// Evidence that supports it, the strongest first.
     pub support: Vec<Support>,
-    /// What speaks against it.
-    pub against: Vec<Finding>,
-    /// Number of its messages that were received, and of all.
+    /// Findings that contradict it.
+    pub against: Vec<ProfileFinding>,
+    /// Number of its messages that were received, and of all its messages.
     pub received: (usize, usize),
 }
 
@@ -90,8 +90,8 @@ impl Support {
 /// Points from which a profile fits.
 const FITTING: u32 = 10;
 
-/// Judges a profile; `None` when none of its messages was received. `heartbeats` are the identifiers of further
-/// messages that its bus should carry and did.
+/// Judges a profile; `None` when none of its messages was received. `heartbeats` has the received identifiers
+/// of its heartbeat messages.
 pub fn fit(evidence: &ProfileEvidence, heartbeats: &[CanId]) -> Option<Fit> {
     let received = evidence.messages.iter().filter(|message| message.frames > 0).count();
     if received == 0 {
@@ -104,8 +104,7 @@ pub fn fit(evidence: &ProfileEvidence, heartbeats: &[CanId]) -> Option<Fit> {
     if was_off && (left || right) {
         support.push(Support::Sides { left, right });
     }
-    let undefined: u64 =
-        evidence.turn.iter().chain(&evidence.hazard).map(super::states::States::undefined).sum();
+    let undefined: u64 = evidence.turn.iter().chain(&evidence.hazard).map(|states| states.undefined).sum();
     if evidence.has_nonzero && undefined == 0 {
         support.push(Support::NamedValues);
     }
@@ -119,11 +118,11 @@ pub fn fit(evidence: &ProfileEvidence, heartbeats: &[CanId]) -> Option<Fit> {
     let score: u32 = support.iter().map(Support::points).sum();
     let is_whole = received == evidence.messages.len();
     let verdict = if is_refuted {
-        Verdict::No
+        FitVerdict::No
     } else if is_whole && score >= FITTING {
-        Verdict::Fits
+        FitVerdict::Fits
     } else {
-        Verdict::Possible
+        FitVerdict::Possible
     };
     // Each fault that does not refute it alone makes it less likely.
     let faults = u32::try_from(against.len()).unwrap_or(u32::MAX);
@@ -148,8 +147,8 @@ fn of_message((message, evidence): (usize, &MessageEvidence)) -> Vec<Support> {
     support
 }
 
-/// True for a finding on the frames, not on what they do not show.
-fn speaks_against(finding: &Finding) -> bool {
+/// Returns true for a finding on the frames themselves, not on missing evidence.
+fn speaks_against(finding: &ProfileFinding) -> bool {
     match finding.kind {
         FindingKind::WrongLength { .. }
         | FindingKind::TooSlow { .. }

@@ -10,16 +10,17 @@ const CLASSES_PER_OCTAVE: f64 = 16.0;
 
 /// The distribution of the gaps between frames, in classes of 4 %, whatever their number.
 #[derive(Debug, Clone, Default)]
-pub struct Gaps {
+pub struct GapDistribution {
     last: Option<MonoTime>,
-    longest: Duration,
+    /// The longest gap between two frames.
+    pub longest: Duration,
     count: u64,
     /// Number and sum of the gaps of each class.
     classes: BTreeMap<i16, (u64, Duration)>,
 }
 
-impl Gaps {
-    /// Takes the next frame; times never run backwards.
+impl GapDistribution {
+    /// Adds the next frame. Times must not run backwards.
     pub fn frame(&mut self, now: MonoTime) {
         let Some(last) = self.last.replace(now) else { return };
         let gap = now.since(last);
@@ -33,12 +34,7 @@ impl Gaps {
         *sum += gap;
     }
 
-    /// The longest gap.
-    pub fn longest(&self) -> Duration {
-        self.longest
-    }
-
-    /// The gap than which half of all are shorter; `None` without a gap, and for stamps that do not tell frames apart.
+    /// Returns the median gap; `None` without a gap, or when all frames have the same stamp.
     pub fn median(&self) -> Option<Duration> {
         let mut before = 0;
         for (count, sum) in self.classes.values() {
@@ -56,8 +52,8 @@ impl Gaps {
 mod tests {
     use super::*;
 
-    fn gaps(millis: impl IntoIterator<Item = u64>) -> Gaps {
-        let mut gaps = Gaps::default();
+    fn gaps(millis: impl IntoIterator<Item = u64>) -> GapDistribution {
+        let mut gaps = GapDistribution::default();
         millis.into_iter().for_each(|at| gaps.frame(MonoTime::from_millis(at)));
         gaps
     }
@@ -68,7 +64,7 @@ mod tests {
         times.extend([9_905, 9_910, 9_915, 20_000]);
         let gaps = gaps(times);
         assert_eq!(gaps.median(), Some(Duration::from_millis(100)));
-        assert_eq!(gaps.longest(), Duration::from_millis(20_000 - 9_915));
+        assert_eq!(gaps.longest, Duration::from_millis(20_000 - 9_915));
     }
 
     #[test]

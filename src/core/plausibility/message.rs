@@ -1,16 +1,14 @@
-//! What the frames of one bound message show of it.
+//! Evidence of the frames of one bound message.
 
 use std::time::Duration;
 
-use super::gaps::Gaps;
+use super::gaps::GapDistribution;
 use super::unused::{UnusedChecksum, UnusedCounter};
 use crate::core::can::frame::Frame;
 use crate::core::dbc::model::Message;
 use crate::core::time::MonoTime;
 use crate::core::validation::integrity::search::FoundChecksum;
-use crate::core::validation::integrity::{
-    IntegrityChecker, IntegrityCounts, IntegrityVerdict, MessageIntegrity, Protection,
-};
+use crate::core::validation::integrity::{IntegrityChecker, IntegrityCounts, MessageIntegrity, Protection};
 use crate::core::validation::table::{BoundMessage, Timing};
 
 /// Number of frames from which a rule is proven, or refuted.
@@ -25,25 +23,25 @@ pub struct MessageEvidence {
     pub length: usize,
     /// Period by the DBC; `None` = unknown.
     pub cycle: Option<Duration>,
-    /// Number of frames.
+    /// Number of frames received.
     pub frames: u64,
     /// Number of frames of another length, and the length of the first of them.
     pub wrong_length: (u64, usize),
     /// Times between the frames.
-    pub gaps: Gaps,
+    pub gaps: GapDistribution,
     integrity: Option<IntegrityChecker>,
     unused_counter: Option<UnusedCounter>,
     unused_checksum: Option<UnusedChecksum>,
 }
 
-/// What the counters and checksums of a message come to.
+/// Result of the counters and checksums of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proof {
     /// The profile has no rule.
     None,
     /// Too few frames for a result.
     Open,
-    /// The rule holds for these frames; damaged and lost ones are left out.
+    /// The rule holds for these frames, apart from damaged and lost ones.
     Holds {
         /// Number of frames for which it holds.
         frames: u64,
@@ -67,7 +65,7 @@ impl MessageEvidence {
             cycle: described.and_then(|message| message.cycle_ms).map(|ms| Duration::from_millis(ms.into())),
             frames: 0,
             wrong_length: (0, 0),
-            gaps: Gaps::default(),
+            gaps: GapDistribution::default(),
             integrity: bound.integrity.clone().map(IntegrityChecker::new),
             unused_counter: described.filter(|_| !has_counter).and_then(UnusedCounter::of),
             unused_checksum: described.filter(|_| !has_checksum).and_then(UnusedChecksum::of),
@@ -75,7 +73,7 @@ impl MessageEvidence {
         }
     }
 
-    /// Takes the next frame; true if its signals may be used.
+    /// Adds the next frame. Returns true if its signals may be used.
     pub(super) fn frame(&mut self, frame: &Frame, now: MonoTime) -> bool {
         self.frames += 1;
         self.gaps.frame(now);
@@ -92,15 +90,15 @@ impl MessageEvidence {
         if let Some(unused) = &mut self.unused_checksum {
             unused.frame(frame);
         }
-        self.integrity.as_mut().is_none_or(|checker| checker.check(frame, now) == IntegrityVerdict::Trusted)
+        self.integrity.as_mut().is_none_or(|checker| checker.check(frame, now).is_ok())
     }
 
-    /// Counts of the profile's integrity rules; `None` when it has none.
+    /// Returns the counts of the profile's integrity rules; `None` when it has none.
     pub fn integrity(&self) -> Option<(&MessageIntegrity, IntegrityCounts)> {
         self.integrity.as_ref().map(|checker| (checker.rules(), checker.counts()))
     }
 
-    /// What its counter and checksum come to.
+    /// Returns the result of its counter and checksum.
     pub fn proof(&self) -> Proof {
         let Some((rules, counts)) = self.integrity() else { return Proof::None };
         let checksum = rules.protection.has_checksum();
@@ -123,19 +121,19 @@ impl MessageEvidence {
         }
     }
 
-    /// The counter that the DBC names, the profile does not use and these frames have: its signal, the number of frames,
-    /// and the largest step to tolerate.
+    /// Returns a counter of the DBC that the profile does not use and these frames follow: its signal, the
+    /// number of frames, and the largest step to tolerate.
     pub fn unused_counter(&self) -> Option<(&str, u64, u32)> {
         self.unused_counter.as_ref()?.holds()
     }
 
-    /// The checksum that the DBC names, the profile does not use and every one of these frames has: its signal, the
+    /// Returns a checksum of the DBC that the profile does not use and all these frames have: its signal, the
     /// number of frames, and the rule.
     pub fn unused_checksum(&self) -> Option<(String, u64, FoundChecksum)> {
         self.unused_checksum.as_ref()?.holds()
     }
 
-    /// How the usual gap between its frames relates to the profile.
+    /// Returns the relation of the usual gap between its frames to the profile.
     pub fn rhythm(&self) -> Rhythm {
         let Some(median) = self.gaps.median() else { return Rhythm::Open };
         let timeout = self.bound.timing.timeout();
@@ -160,7 +158,7 @@ impl MessageEvidence {
     }
 }
 
-/// How the usual gap between the frames of a message relates to the profile.
+/// Relation of the usual gap between the frames of a message to the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rhythm {
     /// Nothing is described, or there are too few frames.

@@ -1,20 +1,20 @@
-//! The states that a source shows over time, and whether a driver can have caused them.
+//! States that a source shows over time, and whether a driver can have caused them.
 
 use std::time::Duration;
 
 use crate::core::time::MonoTime;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// A change before the state has lasted for this long is no driver's and no lamp's: the fastest flashing lasts longer.
+/// Shortest state that a driver or a flashing lamp causes.
 const SHORTEST_STATE: Duration = Duration::from_millis(80);
 /// The longest time that a lamp of a flashing indicator stays lit or dark.
 const LONGEST_FLASH: Duration = Duration::from_millis(700);
 /// The smallest number of changes that show a rhythm.
 const MIN_CHANGES: u64 = 10;
 
-/// What a source shows.
+/// State that a source shows in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum ShownState {
     /// A defined state; on and off of hazard lights are `Both` and `Off`.
     State(TurnCode),
     /// A raw value that the profile does not name.
@@ -25,12 +25,15 @@ pub enum Shown {
 
 /// Counts of the states of one source.
 #[derive(Debug, Clone, Default)]
-pub struct States {
-    frames: u64,
-    undefined: u64,
+pub struct StateHistory {
+    /// Number of frames received.
+    pub frames: u64,
+    /// Number of frames with a value that the profile does not name.
+    pub undefined: u64,
     seen: [bool; 4],
     current: Option<(TurnCode, MonoTime)>,
-    changes: u64,
+    /// Number of changes from one defined state to another.
+    pub changes: u64,
     /// Changes after less than [`SHORTEST_STATE`].
     hasty: u64,
     /// Changes between 80 and 700 ms after the one before.
@@ -44,23 +47,23 @@ pub struct States {
 pub enum Implausible {
     /// Most states last for less than 80 ms.
     Flickers,
-    /// Most states last as long as a flash, though the source is said to be steady.
+    /// Most states last as long as a flash, although the source should be steady.
     Flashes,
     /// The sides alternate without a pause.
     Crosses,
 }
 
-impl States {
-    /// Takes what the next frame shows.
-    pub(super) fn frame(&mut self, shown: Shown, now: MonoTime) {
+impl StateHistory {
+    /// Adds the state that the next frame shows.
+    pub(super) fn frame(&mut self, shown: ShownState, now: MonoTime) {
         self.frames += 1;
         let state = match shown {
-            Shown::State(state) => state,
-            Shown::Undefined => {
+            ShownState::State(state) => state,
+            ShownState::Undefined => {
                 self.undefined += 1;
                 return;
             }
-            Shown::Unusable => return,
+            ShownState::Unusable => return,
         };
         self.seen[state as usize] = true;
         let Some((before, since)) = self.current else {
@@ -79,27 +82,12 @@ impl States {
         self.crossings += u64::from(sides.contains(&before) && sides.contains(&state));
     }
 
-    /// Number of frames.
-    pub fn frames(&self) -> u64 {
-        self.frames
-    }
-
-    /// Number of frames with a value that the profile does not name.
-    pub fn undefined(&self) -> u64 {
-        self.undefined
-    }
-
-    /// Number of changes from one defined state to another.
-    pub fn changes(&self) -> u64 {
-        self.changes
-    }
-
-    /// True if a state was shown.
+    /// Returns true if a state was shown.
     pub fn has_seen(&self, state: TurnCode) -> bool {
         self.seen[state as usize]
     }
 
-    /// Behaviour that no driver causes; `is_lamp` for a source that flashes.
+    /// Returns behaviour that no driver causes; `is_lamp` is true for a source that flashes.
     pub fn implausible(&self, is_lamp: bool) -> Option<Implausible> {
         let is_most = |part: u64| self.changes >= MIN_CHANGES && part * 2 > self.changes;
         if is_most(self.hasty) {
@@ -119,16 +107,16 @@ mod tests {
     use super::*;
 
     /// States of 0 (off), 1 (left), 2 (right) and so on, each for so many milliseconds.
-    fn states(shown: impl IntoIterator<Item = (TurnCode, u64)>) -> States {
-        let (mut states, mut now) = (States::default(), 0);
+    fn states(shown: impl IntoIterator<Item = (TurnCode, u64)>) -> StateHistory {
+        let (mut states, mut now) = (StateHistory::default(), 0);
         for (state, millis) in shown {
-            states.frame(Shown::State(state), MonoTime::from_millis(now));
+            states.frame(ShownState::State(state), MonoTime::from_millis(now));
             now += millis;
         }
         states
     }
 
-    fn alternating(one: TurnCode, other: TurnCode, millis: u64) -> States {
+    fn alternating(one: TurnCode, other: TurnCode, millis: u64) -> StateHistory {
         states((0..24).map(|index| (if index % 2 == 0 { one } else { other }, millis)))
     }
 

@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Message;
+use crate::core::validation::integrity::Reject;
 use crate::core::validation::integrity::checksum::Checksum;
-use crate::core::validation::integrity::counter::{Counter, CounterRule, CounterState, Sequence};
+use crate::core::validation::integrity::counter::{Counter, CounterRule, CounterState};
 use crate::core::validation::integrity::search::{FoundChecksum, find_checksum};
 
 /// Number of frames from which a rule counts as proven.
@@ -17,7 +18,7 @@ const MAX_STEP: u32 = 4;
 const COUNTER_NAMES: [&str; 5] = ["counter", "cnt", "alive", "rolling", "ctr"];
 /// Parts of the names that checksums have in DBCs, in lower case.
 const CHECKSUM_NAMES: [&str; 4] = ["checksum", "chksum", "crc", "chk"];
-/// The number of different frames among which a rule is sought; it must then hold for all others.
+/// Number of different frames in which a rule is searched; it must then hold for all others.
 const SEARCHED: usize = 64;
 
 /// A counter that the DBC names.
@@ -31,7 +32,7 @@ pub(super) struct UnusedCounter {
 }
 
 impl UnusedCounter {
-    /// The first signal of a message that has the name of a counter.
+    /// Returns the first signal of a message that has the name of a counter.
     pub(super) fn of(message: &Message) -> Option<Self> {
         message.signals.iter().find_map(|signal| {
             let is_named = has_name(&signal.name, &COUNTER_NAMES) || signal.name.ends_with("_BZ");
@@ -52,13 +53,14 @@ impl UnusedCounter {
             return;
         }
         match self.state.step(self.counter.rule(), self.counter.value(frame), frame) {
-            Sequence::Ok | Sequence::OkSomeLost(_) => self.in_sequence += 1,
-            Sequence::Initial | Sequence::Syncing(_) => {}
-            Sequence::Repeated | Sequence::WrongSequence { .. } | Sequence::OutOfRange(_) => self.others += 1,
+            Ok(_) => self.in_sequence += 1,
+            Err(Reject::Initial | Reject::Syncing(_)) => {}
+            Err(_) => self.others += 1,
         }
     }
 
-    /// Name of the signal, number of frames in sequence, and the tolerated step, if nearly all are.
+    /// Returns the signal's name, the number of frames in sequence and the tolerated step, if nearly all are
+    /// in sequence.
     pub(super) fn holds(&self) -> Option<(&str, u64, u32)> {
         let holds = self.in_sequence >= PROVEN_FRAMES && self.others * 50 <= self.in_sequence;
         holds.then(|| (self.signal.as_str(), self.in_sequence, self.counter.rule().max_step()))
@@ -78,7 +80,7 @@ fn counter(codec: &SignalCodec) -> Option<Counter> {
 pub(super) struct UnusedChecksum {
     signal: String,
     codec: SignalCodec,
-    /// Different frames, until the rule was sought.
+    /// Different frames until the rule is searched.
     distinct: Vec<Frame>,
     contents: BTreeSet<[u8; MAX_DATA]>,
     found: Option<(FoundChecksum, Checksum)>,
@@ -87,7 +89,7 @@ pub(super) struct UnusedChecksum {
 }
 
 impl UnusedChecksum {
-    /// The first signal of a message that has the name of a checksum.
+    /// Returns the first signal of a message that has the name of a checksum.
     pub(super) fn of(message: &Message) -> Option<Self> {
         let named = message.signals.iter().find(|signal| has_name(&signal.name, &CHECKSUM_NAMES))?;
         Some(Self {
@@ -120,7 +122,7 @@ impl UnusedChecksum {
         holds.then_some((found, checksum))
     }
 
-    /// Name of the signal, number of frames, and the rule, if it holds for every frame.
+    /// Returns the signal's name, the number of frames and the rule, if it holds for every frame.
     pub(super) fn holds(&self) -> Option<(String, u64, FoundChecksum)> {
         let enough = self.frames >= PROVEN_FRAMES && self.wrong == 0;
         let is_open = self.found.is_none() && self.distinct.len() < SEARCHED;

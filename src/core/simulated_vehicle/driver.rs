@@ -1,25 +1,22 @@
-//! The driver's controls, and the lights that follow from them and from the commands.
+//! The driver's controls, and the lights that result from them and from the commands.
 
 use std::time::Duration;
 
-use super::plan::Ending;
+use super::output::Who;
+use super::plan::CancelPress;
 use super::receiver::LightsRequest;
-use super::{SimulationSettings, Who};
 use crate::core::command::Turn;
 use crate::core::command::control_mode::{ControlMode, Grants};
 use crate::core::time::MonoTime;
 use crate::core::vehicle_lights::stalk::StalkPosition;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// Time for which a momentary stalk or button is pressed.
 const PRESS: Duration = Duration::from_millis(300);
-/// Number of flashes after a tap.
 const COMFORT_FLASHES: u32 = 3;
 
-/// The stalk, the hazard button and the control mode.
 #[derive(Debug, Clone)]
 pub(super) struct Driver {
-    ending: Option<Ending>,
+    ending: Option<CancelPress>,
     comfort: Duration,
     /// State requested by the stalk.
     turn: Turn,
@@ -31,10 +28,10 @@ pub(super) struct Driver {
 }
 
 impl Driver {
-    pub(super) fn new(ending: Option<Ending>, simulation: &SimulationSettings) -> Self {
+    pub(super) fn new(ending: Option<CancelPress>, flash_period: Duration) -> Self {
         Self {
             ending,
-            comfort: simulation.flash_period * COMFORT_FLASHES,
+            comfort: flash_period * COMFORT_FLASHES,
             turn: Turn::Off,
             tapped: None,
             hazard: None,
@@ -50,9 +47,9 @@ impl Driver {
         let position = match (turn, on, self.ending) {
             (Turn::Left | Turn::Right, ..) => full(turn),
             (Turn::Off, Turn::Off, _) | (Turn::Off, _, None) => StalkPosition::Idle,
-            (Turn::Off, on, Some(Ending::OppositeHalf)) => half(opposite(on)),
-            (Turn::Off, on, Some(Ending::OppositeFull)) => full(opposite(on)),
-            (Turn::Off, on, Some(Ending::SameAgain)) => full(on),
+            (Turn::Off, on, Some(CancelPress::OppositeHalf)) => half(opposite(on)),
+            (Turn::Off, on, Some(CancelPress::OppositeFull)) => full(opposite(on)),
+            (Turn::Off, on, Some(CancelPress::SameAgain)) => full(on),
         };
         // A repeated press to the same side would end the request.
         if turn != self.turn {
@@ -89,8 +86,8 @@ impl Driver {
         [stalk, tapped, self.button_until].into_iter().flatten().min()
     }
 
-    /// Requested lights and their origin. Hazard lights override turn indicators, the driver overrides the
-    /// commands.
+    /// Returns the requested lights and their origin. Hazard lights override turn indicators, the driver
+    /// overrides the commands.
     pub(super) fn requested_lights(&self, request: LightsRequest) -> (TurnCode, Who) {
         if let Some(who) = self.hazard {
             return (TurnCode::Both, who);
@@ -99,19 +96,15 @@ impl Driver {
             return (TurnCode::Both, Who::Command);
         }
         let driver = self.driver_turn();
-        let (turn, who) = match (driver, request.turn) {
-            (Turn::Left | Turn::Right, _) => (driver, Who::Driver),
-            (Turn::Off, Some(turn)) => (turn, Who::Command),
-            (Turn::Off, None) => (Turn::Off, Who::Nobody),
-        };
-        match turn {
+        let who = if driver == Turn::Off { Who::Command } else { Who::Driver };
+        match if driver == Turn::Off { request.turn.unwrap_or_default() } else { driver } {
             Turn::Off => (TurnCode::Off, Who::Nobody),
             Turn::Left => (TurnCode::Left, who),
             Turn::Right => (TurnCode::Right, who),
         }
     }
 
-    /// Functions that the driver uses in place of the commands.
+    /// Returns the functions that the driver uses in place of the commands.
     pub(super) fn driver(&self) -> Grants {
         Grants { turn: self.driver_turn() != Turn::Off, hazard: self.hazard == Some(Who::Driver) }
     }
@@ -137,7 +130,6 @@ fn opposite(turn: Turn) -> Turn {
     }
 }
 
-/// Position of the full detent of a side.
 fn full(turn: Turn) -> StalkPosition {
     match turn {
         Turn::Off => StalkPosition::Idle,
@@ -146,7 +138,6 @@ fn full(turn: Turn) -> StalkPosition {
     }
 }
 
-/// Position of the half detent of a side.
 fn half(turn: Turn) -> StalkPosition {
     match turn {
         Turn::Off => StalkPosition::Idle,

@@ -15,7 +15,7 @@ pub(super) struct Flasher {
 }
 
 impl Flasher {
-    /// A flasher that is off. A period of 0 counts as 2 ns, since the relay needs two edges.
+    /// Creates a flasher that is off. A period of 0 counts as 2 ns, since the relay needs two edges.
     pub(super) fn new(period: Duration) -> Self {
         Self { period: period.max(Duration::from_nanos(2)), code: TurnCode::Off, since: MonoTime::ZERO }
     }
@@ -31,7 +31,7 @@ impl Flasher {
         self.code
     }
 
-    /// Sides that are lit; one with a defective bulb flashes at twice the rate.
+    /// Returns the sides that are lit; one with a defective bulb flashes at twice the rate.
     pub(super) fn lit(&self, broken: Sides, now: MonoTime) -> Sides {
         let half = self.half(broken).as_nanos();
         let lit = (now.since(self.since).as_nanos() / half).is_multiple_of(2);
@@ -40,7 +40,7 @@ impl Flasher {
         Sides { left, right }
     }
 
-    /// The next instant at which [`Self::lit`] changes; `None` while off.
+    /// Returns the next instant at which [`Self::lit`] changes; `None` while off.
     pub(super) fn next_edge(&self, broken: Sides, now: MonoTime) -> Option<MonoTime> {
         if self.code == TurnCode::Off {
             return None;
@@ -51,7 +51,7 @@ impl Flasher {
         Some(self.since.after(Duration::from_nanos(nanos)))
     }
 
-    /// Duration of the lit and of the dark part of a period.
+    /// Returns the duration of the lit and of the dark part of a period.
     fn half(&self, broken: Sides) -> Duration {
         let is_fast = match self.code {
             TurnCode::Left => broken.left,

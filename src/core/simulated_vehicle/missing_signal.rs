@@ -1,52 +1,44 @@
 //! Requests for which the vehicle has no signal. They are performed as far as possible and reported.
 
-use super::encoder::{SignalEncoder, Subject};
+use super::encoder::{SignalEncoder, SignalSubject};
 use super::plan::PlannedMessage;
-use super::request::{Fault, Request};
+use super::request::{FrameFault, SimulatedFault, SimulationRequest};
 
-/// Text for the signal that a request lacks; `None` when it lacks none.
-pub(super) fn missing_signal(request: &Request, messages: &[PlannedMessage]) -> Option<&'static str> {
+/// Returns the text for the signal that a request lacks; `None` when it lacks none.
+pub(super) fn missing_signal(
+    request: &SimulationRequest,
+    messages: &[PlannedMessage],
+) -> Option<&'static str> {
     let mut encoders = messages.iter().flat_map(|message| &message.pages).flat_map(|page| &page.encoders);
     let (is_there, text) = match request {
-        Request::Mode(_) => (
-            encoders.any(|encoder| encoder.encodes_any(|subject| matches!(subject, Subject::Mode))),
+        SimulationRequest::Mode(_) => (
+            encoders.any(|encoder| encoder.encodes_any(|subject| matches!(subject, SignalSubject::Mode))),
             "no signal reports the control mode",
         ),
-        Request::Fault(Fault::Report(quality)) => {
+        SimulationRequest::Fault(SimulatedFault::Report(quality)) => {
             (encoders.any(|encoder| encoder.can_have(*quality)), "no signal of the lights has such a value")
         }
-        Request::Fault(Fault::Bulb(_)) => {
+        SimulationRequest::Fault(SimulatedFault::Bulb(_)) => {
             (encoders.any(shows_bulbs), "no signal shows lamps or their faults")
         }
-        Request::Fault(
-            Fault::Drop(_, Some(name))
-            | Fault::Corrupt(_, Some(name))
-            | Fault::FreezeCounter(Some(name))
-            | Fault::FreezeContents(Some(name)),
-        ) => (
+        SimulationRequest::Fault(SimulatedFault::Frames(_, Some(name))) => (
             messages.iter().any(|message| message.name == *name),
             "the vehicle sends no message with that name",
         ),
-        Request::Fault(Fault::FreezeCounter(None)) => {
+        SimulationRequest::Fault(SimulatedFault::Frames(FrameFault::FreezeCounter, None)) => {
             (messages.iter().any(|message| message.protection.is_some()), "no message has a counter")
         }
-        Request::Stalk(_)
-        | Request::Tap(_)
-        | Request::Hazard(_)
-        | Request::Clear
-        | Request::Fault(
-            Fault::Drop(_, None)
-            | Fault::Corrupt(_, None)
-            | Fault::FreezeContents(None)
-            | Fault::FalseReport(_)
-            | Fault::IgnoreCommands
-            | Fault::BusOff(_)
-            | Fault::Silent,
-        ) => return None,
+        SimulationRequest::Stalk(_)
+        | SimulationRequest::Tap(_)
+        | SimulationRequest::Hazard(_)
+        | SimulationRequest::Clear
+        | SimulationRequest::Fault(_) => {
+            return None;
+        }
     };
     (!is_there).then_some(text)
 }
 
 fn shows_bulbs(encoder: &SignalEncoder) -> bool {
-    encoder.encodes_any(|subject| matches!(subject, Subject::Fault { .. } | Subject::Lamp { .. }))
+    encoder.encodes_any(|subject| matches!(subject, SignalSubject::Fault { .. } | SignalSubject::Lamp { .. }))
 }

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::encoder::{SignalContent, SignalEncoder, SignalValue, Subject};
+use super::encoder::{SignalContent, SignalEncoder, SignalSubject, SignalValue};
 use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
 use crate::core::can::link::BusIndex;
@@ -11,9 +11,8 @@ use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Database;
 use crate::core::validation::integrity::Protection;
-use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable, Timing};
+use crate::core::validation::table::{Role, SignalIndex, SignalTable, Timing};
 use crate::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding, TurnSource};
-use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress, StalkSettings};
 use crate::core::vehicle_lights::state::HazardCode;
 
@@ -27,7 +26,7 @@ pub struct VehiclePlan {
     pub(super) messages: Vec<PlannedMessage>,
     pub(super) command: CommandBinding,
     /// Press that ends a request of the momentary stalk; `None` without one.
-    pub(super) ending: Option<Ending>,
+    pub(super) ending: Option<CancelPress>,
 }
 
 /// Reason why a profile cannot be simulated.
@@ -41,7 +40,6 @@ pub enum PlanError {
     Unsendable(String),
 }
 
-/// A message that the vehicle sends.
 #[derive(Debug, Clone)]
 pub(super) struct PlannedMessage {
     pub(super) name: String,
@@ -68,7 +66,7 @@ pub(super) struct Page {
 
 /// Press of a momentary stalk that ends its request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ending {
+pub(super) enum CancelPress {
     /// A tap to the other side.
     OppositeHalf,
     /// The same press again.
@@ -95,18 +93,18 @@ impl VehiclePlan {
         Ok(Self { messages: draft.messages, command: command.clone(), ending: ending(&lights.turn) })
     }
 
-    /// Identifiers of the commands on a bus.
+    /// Returns the identifiers of the commands on a bus.
     pub fn command_ids(&self, bus: BusIndex) -> Vec<CanId> {
         let entries = self.command.allowed.entries().iter();
         entries.filter(|(of, _)| *of == bus).map(|(_, id)| *id).collect()
     }
 
-    /// Names of the messages that the vehicle sends.
+    /// Returns the names of the messages that the vehicle sends.
     pub fn sends(&self) -> impl Iterator<Item = &str> {
         self.messages.iter().map(|message| message.name.as_str())
     }
 
-    /// Names of the command messages that the vehicle obeys.
+    /// Returns the names of the command messages that the vehicle obeys.
     pub fn follows_commands(&self) -> impl Iterator<Item = &str> {
         self.command.messages.iter().map(|message| message.name.as_str())
     }
@@ -130,45 +128,47 @@ impl Draft<'_> {
                 HazardSource::BothSides => {}
                 HazardSource::Signal { role, .. } => {
                     let on = |code: HazardCode| SignalValue::On(code.active);
-                    self.add(table, role, Subject::Hazard, on)?;
+                    self.add(table, role, SignalSubject::Hazard, on)?;
                 }
                 HazardSource::Button { role, .. } => {
-                    self.add(table, role, Subject::Button, SignalValue::On)?;
+                    self.add(table, role, SignalSubject::Button, SignalValue::On)?;
                 }
             }
         }
         for fault in lights.turn_faults.signals.iter().chain(&lights.hazard_faults.signals) {
-            self.fault(table, fault)?;
+            self.add(table, &fault.role, SignalSubject::Fault { sides: fault.sides }, SignalValue::On)?;
         }
         Ok(())
     }
 
     fn turn(&mut self, table: &SignalTable, source: &TurnSource) -> Result<(), PlanError> {
         match source {
-            TurnSource::Enumerated { role, .. } => self.add(table, role, Subject::Turn, SignalValue::Turn),
+            TurnSource::Enumerated { role, .. } => {
+                self.add(table, role, SignalSubject::Turn, SignalValue::Turn)
+            }
             TurnSource::Pair { pair, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.add(table, role, Subject::Side { is_left, both: pair.both }, SignalValue::On)?;
+                    self.add(table, role, SignalSubject::Side { is_left, both: pair.both }, SignalValue::On)?;
                 }
                 Ok(())
             }
             TurnSource::Lamps { pair, settings, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.add(table, role, Subject::Lamp { is_left }, SignalValue::On)?;
+                    self.add(table, role, SignalSubject::Lamp { is_left }, SignalValue::On)?;
                     self.shows_lamps(table, role.signal, settings.lit_until_changed);
                 }
                 Ok(())
             }
-            TurnSource::Stalk { role, .. } => self.add(table, role, Subject::Stalk, SignalValue::Stalk),
+            TurnSource::Stalk { role, .. } => self.add(table, role, SignalSubject::Stalk, SignalValue::Stalk),
         }
     }
 
     fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
         if let Some(role) = &command.control_mode {
-            self.add(&command.table, role, Subject::Mode, SignalValue::Mode)?;
+            self.add(&command.table, role, SignalSubject::Mode, SignalValue::Mode)?;
         }
         for driver in &command.driver {
-            let subject = Subject::Driver { overrides: driver.overrides };
+            let subject = SignalSubject::Driver { overrides: driver.overrides };
             self.add(&command.table, &driver.role, subject, SignalValue::On)?;
         }
         Ok(())
@@ -177,13 +177,7 @@ impl Draft<'_> {
     /// Adds the condition of a source. Where sources exclude each other, the first of them applies.
     fn condition(&mut self, table: &SignalTable, condition: Option<&Role<bool>>) -> Result<(), PlanError> {
         let Some(role) = condition else { return Ok(()) };
-        self.add(table, role, Subject::Condition, SignalValue::On)
-    }
-
-    fn fault(&mut self, table: &SignalTable, fault: &FaultSignal) -> Result<(), PlanError> {
-        let name = table.signals.get(fault.role.signal.0).map_or("", |signal| signal.name.as_str());
-        let of = sides_named(&format!("{name} {}", fault.text));
-        self.add(table, &fault.role, Subject::Fault { of }, SignalValue::On)
+        self.add(table, role, SignalSubject::Condition, SignalValue::On)
     }
 
     /// Adds the heartbeat messages, which are sent with all bits zero.
@@ -205,7 +199,7 @@ impl Draft<'_> {
         &mut self,
         table: &SignalTable,
         role: &Role<T>,
-        subject: Subject,
+        subject: SignalSubject,
         value: impl Fn(T) -> SignalValue,
     ) -> Result<(), PlanError> {
         let Some(signal) = table.signals.get(role.signal.0) else { return Ok(()) };
@@ -231,7 +225,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Position of a message, which is added when it is not planned yet.
+    /// Returns the position of a message, which is added when it is not planned yet.
     fn message(
         &mut self,
         bus: BusIndex,
@@ -269,7 +263,7 @@ impl Draft<'_> {
 }
 
 impl PlannedMessage {
-    /// The encoder of a signal, in the page that its multiplexors select.
+    /// Returns the encoder of a signal, in the page that its multiplexors select.
     fn encoder(&mut self, codec: &SignalCodec) -> Result<&mut SignalEncoder, PlanError> {
         let mut background = [0; MAX_DATA];
         codec.select(&mut background).map_err(|_| PlanError::Unsendable(self.name.clone()))?;
@@ -288,8 +282,8 @@ impl PlannedMessage {
     }
 }
 
-/// The period of the DBC if it keeps the message valid with a margin, else one that does; `None` for a
-/// message without a timeout.
+/// Returns the period of the DBC if it keeps the message valid with a margin, otherwise one that does; `None`
+/// for a message without a timeout.
 fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
     let timeout = timing.timeout()?;
     let known = cycle.filter(|cycle| *cycle >= MIN_PERIOD && *cycle <= timeout / 3);
@@ -300,26 +294,19 @@ fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
     Some(known.unwrap_or_else(|| (timeout / 5).clamp(MIN_PERIOD, slowest)))
 }
 
-/// Press that ends a request of the first momentary stalk; `None` without one.
-fn ending(turn: &TurnBinding) -> Option<Ending> {
+/// Returns the press that ends a request of the first momentary stalk; `None` without one.
+fn ending(turn: &TurnBinding) -> Option<CancelPress> {
     let settings = turn.sources().iter().find_map(|named| match &named.source {
         TurnSource::Stalk { settings, .. } => Some(settings),
         TurnSource::Enumerated { .. } | TurnSource::Pair { .. } | TurnSource::Lamps { .. } => None,
     });
     settings.map(|settings: &StalkSettings| {
         if settings.opposite_half == OppositePress::Cancels {
-            Ending::OppositeHalf
+            CancelPress::OppositeHalf
         } else if settings.repeat == RepeatedPress::Cancels {
-            Ending::SameAgain
+            CancelPress::SameAgain
         } else {
-            Ending::OppositeFull
+            CancelPress::OppositeFull
         }
     })
-}
-
-/// The sides that a text mentions; both if it mentions none.
-fn sides_named(text: &str) -> Sides {
-    let text = text.to_ascii_lowercase();
-    let (left, right) = (text.contains("left"), text.contains("right"));
-    if left || right { Sides { left, right } } else { Sides { left: true, right: true } }
 }

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use super::VehicleEvent;
+use super::output::VehicleEvent;
 use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::can::link::BusIndex;
 use crate::core::command::Turn;
 use crate::core::command::message::CommandMessage;
 use crate::core::time::{MonoTime, deadline_after};
-use crate::core::validation::integrity::{IntegrityChecker, IntegrityVerdict, MessageIntegrity};
+use crate::core::validation::integrity::{IntegrityChecker, MessageIntegrity};
 
 /// Number of periods without a frame after which a command times out by default.
 const PERIODS: u32 = 5;
@@ -20,16 +20,13 @@ pub(super) struct LightsRequest {
     pub(super) hazard: Option<bool>,
 }
 
-/// Effect of a command frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct FrameEffect {
     /// True if it presses a momentary button.
     pub(super) presses: bool,
-    /// Event to report; `None` = nothing.
     pub(super) event: Option<VehicleEvent>,
 }
 
-/// Receiver of one command message.
 #[derive(Debug, Clone)]
 pub(super) struct CommandReceiver {
     message: CommandMessage,
@@ -62,18 +59,17 @@ impl CommandReceiver {
         }
     }
 
-    /// Takes a frame; those of other messages have no effect.
+    /// Handles a frame; frames of other messages have no effect.
     pub(super) fn on_frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) -> FrameEffect {
         let permission = &self.message.permission;
         if (permission.bus(), permission.id()) != (bus, frame.id()) {
             return FrameEffect::default();
         }
-        let verdict =
-            self.checker.as_mut().map_or(IntegrityVerdict::Trusted, |checker| checker.check(frame, now));
+        let verdict = self.checker.as_mut().map_or(Ok(()), |checker| checker.check(frame, now));
         let reason = match verdict {
-            IntegrityVerdict::Rejected(reject) => Some(reject.to_string()),
-            IntegrityVerdict::Trusted if frame.data().len() == permission.length() => None,
-            IntegrityVerdict::Trusted => Some("wrong length".to_owned()),
+            Err(reject) => Some(reject.to_string()),
+            Ok(()) if frame.data().len() == permission.length() => None,
+            Ok(()) => Some("wrong length".to_owned()),
         };
         let was_rejecting = std::mem::replace(&mut self.is_rejecting, reason.is_some());
         if let Some(why) = reason {
@@ -87,7 +83,6 @@ impl CommandReceiver {
         FrameEffect { presses, event: None }
     }
 
-    /// Drops a request that has timed out.
     pub(super) fn settle(&mut self, now: MonoTime) -> Option<VehicleEvent> {
         self.received_at.filter(|at| now.since(*at) > self.timeout)?;
         (self.received_at, self.is_pressed) = (None, false);

@@ -3,14 +3,14 @@
 use std::iter::Peekable;
 use std::time::Duration;
 
-pub use super::encoder::ReportQuality;
 use crate::core::command::Turn;
 use crate::core::command::control_mode::ControlMode;
+use crate::core::validation::meaning::Meaning;
 use crate::core::vehicle_lights::state::TurnCode;
 
 /// A request to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Request {
+pub enum SimulationRequest {
     /// The driver moves the stalk to the full detent, or ends the request.
     Stalk(Turn),
     /// The driver taps the stalk for three flashes.
@@ -19,27 +19,21 @@ pub enum Request {
     Hazard(Option<bool>),
     /// The control mode changes.
     Mode(ControlMode),
-    /// A fault begins.
-    Fault(Fault),
-    /// All faults end.
+    /// A fault begins and lasts until it is cleared.
+    Fault(SimulatedFault),
+    /// All faults end at once.
     Clear,
 }
 
 /// A fault that lasts until it is cleared. A message has its name in the DBC; `None` = all messages.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fault {
-    /// Frames are lost with this probability.
-    Drop(f64, Option<String>),
-    /// One bit of a frame is inverted with this probability.
-    Corrupt(f64, Option<String>),
-    /// The counter does not change.
-    FreezeCounter(Option<String>),
-    /// The contents do not change, but counter and checksum do.
-    FreezeContents(Option<String>),
+pub enum SimulatedFault {
+    /// Frames of one message or of all messages are disturbed.
+    Frames(FrameFault, Option<String>),
     /// Reports differ from the lamps.
     FalseReport(TurnCode),
-    /// Reports have this quality.
-    Report(ReportQuality),
+    /// Reports have a value with this meaning instead of the state.
+    Report(Meaning<()>),
     /// A bulb of this side is defective.
     Bulb(Turn),
     /// Commands are not received.
@@ -48,6 +42,19 @@ pub enum Fault {
     BusOff(Duration),
     /// The vehicle sends nothing.
     Silent,
+}
+
+/// A disturbance of frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrameFault {
+    /// Frames are lost with this probability.
+    Drop(f64),
+    /// One bit of a frame is inverted with this probability.
+    Corrupt(f64),
+    /// The counter does not change.
+    FreezeCounter,
+    /// The contents do not change, but counter and checksum do.
+    FreezeContents,
 }
 
 /// Reason why a text is not a request.
@@ -61,7 +68,7 @@ pub enum RequestError {
     Argument {
         /// Beginning of the request.
         request: &'static str,
-        /// Possible arguments.
+        /// Arguments that are possible here.
         expected: String,
         /// The argument in backticks, or `nothing`.
         found: String,
@@ -97,15 +104,12 @@ const LIGHTS: [(&str, TurnCode); 4] = [
     ("right", TurnCode::Right),
     ("hazard", TurnCode::Both),
 ];
-const QUALITIES: [(&str, ReportQuality); 3] = [
-    ("not_available", ReportQuality::NotAvailable),
-    ("fault", ReportQuality::Fault),
-    ("undefined", ReportQuality::Undefined),
-];
+const QUALITIES: [(&str, Meaning<()>); 3] =
+    [("not_available", Meaning::NotAvailable), ("fault", Meaning::Fault), ("undefined", Meaning::Undefined)];
 
 /// Parses one line of a script: a request with its time since the start (`None` = immediately). `None`
 /// for an empty line or a comment (`#`).
-pub fn line(text: &str) -> Result<Option<(Option<Duration>, Request)>, RequestError> {
+pub fn line(text: &str) -> Result<Option<(Option<Duration>, SimulationRequest)>, RequestError> {
     let text = text.split_once('#').map_or(text, |(before, _)| before);
     let mut words = text.split_whitespace().peekable();
     let Some(first) = words.peek() else { return Ok(None) };
@@ -115,12 +119,12 @@ pub fn line(text: &str) -> Result<Option<(Option<Duration>, Request)>, RequestEr
     }
     let name = words.next().unwrap_or("");
     let request = match name {
-        "stalk" => Request::Stalk(choice("stalk", words.next(), &TURNS)?),
-        "tap" => Request::Tap(choice("tap", words.next(), &TURNS[..2])?),
-        "hazard" => Request::Hazard(choice("hazard", words.next(), &HAZARD)?),
-        "mode" => Request::Mode(choice("mode", words.next(), &MODES)?),
-        "fault" => Request::Fault(fault(&mut words)?),
-        "clear" => Request::Clear,
+        "stalk" => SimulationRequest::Stalk(choice("stalk", words.next(), &TURNS)?),
+        "tap" => SimulationRequest::Tap(choice("tap", words.next(), &TURNS[..2])?),
+        "hazard" => SimulationRequest::Hazard(choice("hazard", words.next(), &HAZARD)?),
+        "mode" => SimulationRequest::Mode(choice("mode", words.next(), &MODES)?),
+        "fault" => SimulationRequest::Fault(fault(&mut words)?),
+        "clear" => SimulationRequest::Clear,
         _ => return Err(RequestError::Unknown(name.to_owned())),
     };
     match words.next() {
@@ -129,30 +133,37 @@ pub fn line(text: &str) -> Result<Option<(Option<Duration>, Request)>, RequestEr
     }
 }
 
-fn fault<'a>(words: &mut Peekable<impl Iterator<Item = &'a str>>) -> Result<Fault, RequestError> {
+fn fault<'a>(words: &mut Peekable<impl Iterator<Item = &'a str>>) -> Result<SimulatedFault, RequestError> {
     let word = words.next();
+    let frames = match word {
+        Some("drop") => Some(FrameFault::Drop(probability("fault drop", words)?)),
+        Some("corrupt") => Some(FrameFault::Corrupt(probability("fault corrupt", words)?)),
+        Some("freeze-counter") => Some(FrameFault::FreezeCounter),
+        Some("freeze-contents") => Some(FrameFault::FreezeContents),
+        _ => None,
+    };
+    if let Some(fault) = frames {
+        return Ok(SimulatedFault::Frames(fault, words.next().map(str::to_owned)));
+    }
     Ok(match word {
-        Some("drop") => Fault::Drop(probability("fault drop", words)?, words.next().map(str::to_owned)),
-        Some("corrupt") => {
-            Fault::Corrupt(probability("fault corrupt", words)?, words.next().map(str::to_owned))
+        Some("false-report") => {
+            SimulatedFault::FalseReport(choice("fault false-report", words.next(), &LIGHTS)?)
         }
-        Some("freeze-counter") => Fault::FreezeCounter(words.next().map(str::to_owned)),
-        Some("freeze-contents") => Fault::FreezeContents(words.next().map(str::to_owned)),
-        Some("false-report") => Fault::FalseReport(choice("fault false-report", words.next(), &LIGHTS)?),
-        Some("report") => Fault::Report(choice("fault report", words.next(), &QUALITIES)?),
-        Some("bulb") => Fault::Bulb(choice("fault bulb", words.next(), &TURNS[..2])?),
-        Some("ignore-commands") => Fault::IgnoreCommands,
+        Some("report") => SimulatedFault::Report(choice("fault report", words.next(), &QUALITIES)?),
+        Some("bulb") => SimulatedFault::Bulb(choice("fault bulb", words.next(), &TURNS[..2])?),
+        Some("ignore-commands") => SimulatedFault::IgnoreCommands,
         Some("bus-off") => {
             let word = words.next();
             let duration = word.and_then(seconds);
-            Fault::BusOff(duration.ok_or_else(|| invalid("fault bus-off", word, "a time up to 86400 s"))?)
+            SimulatedFault::BusOff(
+                duration.ok_or_else(|| invalid("fault bus-off", word, "a time up to 86400 s"))?,
+            )
         }
-        Some("silent") => Fault::Silent,
+        Some("silent") => SimulatedFault::Silent,
         Some(_) | None => return Err(invalid("fault", word, FAULTS)),
     })
 }
 
-/// The value of a word in a table.
 fn choice<T: Copy>(
     request: &'static str,
     word: Option<&str>,
@@ -166,7 +177,7 @@ fn choice<T: Copy>(
     })
 }
 
-/// A probability if the next word is a number, else 1.
+/// Returns a probability if the next word is a number, otherwise 1.
 fn probability<'a>(
     request: &'static str,
     words: &mut Peekable<impl Iterator<Item = &'a str>>,
@@ -209,26 +220,34 @@ mod tests {
 
     #[test]
     fn each_request_is_parsed() {
-        let all = |message: Option<&str>| message.map(str::to_owned);
+        let frames = |fault, message: Option<&str>| {
+            SimulationRequest::Fault(SimulatedFault::Frames(fault, message.map(str::to_owned)))
+        };
         let table = [
-            ("stalk left", Request::Stalk(Turn::Left)),
-            ("stalk off", Request::Stalk(Turn::Off)),
-            ("tap right", Request::Tap(Turn::Right)),
-            ("hazard on", Request::Hazard(Some(true))),
-            ("hazard press", Request::Hazard(None)),
-            ("mode velocity_only", Request::Mode(ControlMode::AutonomousVelocityOnly)),
-            ("fault drop", Request::Fault(Fault::Drop(1.0, None))),
-            ("fault drop 0.25 RPT", Request::Fault(Fault::Drop(0.25, all(Some("RPT"))))),
-            ("fault corrupt RPT", Request::Fault(Fault::Corrupt(1.0, all(Some("RPT"))))),
-            ("fault freeze-counter", Request::Fault(Fault::FreezeCounter(None))),
-            ("fault freeze-contents RPT", Request::Fault(Fault::FreezeContents(all(Some("RPT"))))),
-            ("fault false-report hazard", Request::Fault(Fault::FalseReport(TurnCode::Both))),
-            ("fault report undefined", Request::Fault(Fault::Report(ReportQuality::Undefined))),
-            ("fault bulb left", Request::Fault(Fault::Bulb(Turn::Left))),
-            ("fault ignore-commands", Request::Fault(Fault::IgnoreCommands)),
-            ("fault bus-off 2.5", Request::Fault(Fault::BusOff(Duration::from_millis(2500)))),
-            ("fault silent", Request::Fault(Fault::Silent)),
-            ("clear", Request::Clear),
+            ("stalk left", SimulationRequest::Stalk(Turn::Left)),
+            ("stalk off", SimulationRequest::Stalk(Turn::Off)),
+            ("tap right", SimulationRequest::Tap(Turn::Right)),
+            ("hazard on", SimulationRequest::Hazard(Some(true))),
+            ("hazard press", SimulationRequest::Hazard(None)),
+            ("mode velocity_only", SimulationRequest::Mode(ControlMode::AutonomousVelocityOnly)),
+            ("fault drop", frames(FrameFault::Drop(1.0), None)),
+            ("fault drop 0.25 RPT", frames(FrameFault::Drop(0.25), Some("RPT"))),
+            ("fault corrupt RPT", frames(FrameFault::Corrupt(1.0), Some("RPT"))),
+            ("fault freeze-counter", frames(FrameFault::FreezeCounter, None)),
+            ("fault freeze-contents RPT", frames(FrameFault::FreezeContents, Some("RPT"))),
+            (
+                "fault false-report hazard",
+                SimulationRequest::Fault(SimulatedFault::FalseReport(TurnCode::Both)),
+            ),
+            ("fault report undefined", SimulationRequest::Fault(SimulatedFault::Report(Meaning::Undefined))),
+            ("fault bulb left", SimulationRequest::Fault(SimulatedFault::Bulb(Turn::Left))),
+            ("fault ignore-commands", SimulationRequest::Fault(SimulatedFault::IgnoreCommands)),
+            (
+                "fault bus-off 2.5",
+                SimulationRequest::Fault(SimulatedFault::BusOff(Duration::from_millis(2500))),
+            ),
+            ("fault silent", SimulationRequest::Fault(SimulatedFault::Silent)),
+            ("clear", SimulationRequest::Clear),
         ];
         for (text, expected) in table {
             assert_eq!(line(text), Ok(Some((None, expected.clone()))), "{text}");

@@ -5,7 +5,7 @@ use std::time::Duration;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 
-use super::encoder::VehicleState;
+use super::encoder::ReportedState;
 use super::faults::FrameFaults;
 use super::plan::PlannedMessage;
 use crate::core::can::frame::{Frame, MAX_DATA};
@@ -15,31 +15,29 @@ use crate::core::validation::integrity::Protection;
 /// Least time between two frames that are sent on change.
 const MIN_SEND_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Transmission state of one message.
 #[derive(Debug, Clone)]
 pub(super) struct Transmission {
     /// Due time of the next periodic frame; `None` = sent on change only.
     due: Option<MonoTime>,
     last_sent: Option<MonoTime>,
     counter: u32,
-    /// Last contents of each page.
     contents: Vec<[u8; MAX_DATA]>,
     /// True if the contents have changed since the last frame.
     is_waiting: bool,
 }
 
 impl Transmission {
-    /// The first frame is due at `start`.
+    /// Creates the state of a message whose first frame is due at `start`.
     pub(super) fn new(message: &PlannedMessage, start: MonoTime) -> Self {
         let counter = message.protection.as_ref().map_or(0, Protection::first_counter);
         Self { due: Some(start), last_sent: None, counter, contents: Vec::new(), is_waiting: false }
     }
 
-    /// Frames that are due.
+    /// Returns the frames that are due.
     pub(super) fn settle(
         &mut self,
         message: &PlannedMessage,
-        state: &VehicleState,
+        state: &ReportedState,
         faults: FrameFaults,
         random: &mut Pcg32,
         now: MonoTime,
@@ -112,7 +110,7 @@ impl Transmission {
     }
 }
 
-/// A random number from 0 up to but excluding 1.
+/// Returns a random number from 0 up to but excluding 1.
 fn random_share(random: &mut Pcg32) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }

@@ -6,24 +6,50 @@ use std::time::Duration;
 use rand_pcg::Pcg32;
 
 use super::driver::Driver;
-use super::encoder::VehicleState;
-use super::faults::Faults;
+use super::encoder::ReportedState;
+use super::faults::ActiveFaults;
 use super::flasher::Flasher;
 use super::missing_signal::missing_signal;
+use super::output::{VehicleEvent, VehicleOutput, Who};
 use super::plan::{PlannedMessage, VehiclePlan};
 use super::receiver::{CommandReceiver, LightsRequest};
-use super::request::{Fault, Request};
+use super::request::{SimulatedFault, SimulationRequest};
 use super::transmission::Transmission;
-use super::{Output, SimulationSettings, VehicleEvent, Who};
 use crate::core::can::error_frame::{ErrorFrame, class};
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
 use crate::core::time::MonoTime;
+use crate::core::validation::meaning::Meaning;
 use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::state::TurnCode;
 
 /// Stream of the random generator for the faults.
 const RANDOM_STREAM: u64 = 0x5EED;
+
+/// Behaviour of the vehicle in addition to its profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SimulationSettings {
+    /// Delay between a command frame and the lights.
+    pub reaction: Duration,
+    /// Time for which a command holds after its last frame; `None` = five periods of its message.
+    pub command_timeout: Option<Duration>,
+    /// Flash period, half of it lit. A side with a defective bulb flashes at twice the rate.
+    pub flash_period: Duration,
+    /// Seed of the random faults.
+    pub seed: u64,
+}
+
+impl Default for SimulationSettings {
+    /// Returns a reaction time of 50 ms and 90 flashes per minute.
+    fn default() -> Self {
+        Self {
+            reaction: Duration::from_millis(50),
+            command_timeout: None,
+            flash_period: Duration::from_nanos(666_666_667),
+            seed: 0,
+        }
+    }
+}
 
 /// A simulated vehicle on its buses.
 #[derive(Debug, Clone)]
@@ -34,7 +60,7 @@ pub struct SimulatedVehicle {
     simulation: SimulationSettings,
     driver: Driver,
     flasher: Flasher,
-    faults: Faults,
+    faults: ActiveFaults,
     random: Pcg32,
     /// Origin of the request that the lights follow.
     who: Who,
@@ -44,13 +70,12 @@ pub struct SimulatedVehicle {
     buses: Vec<BusIndex>,
     request: LightsRequest,
     lit: Sides,
-    /// Requests in the order of their times.
-    scheduled: VecDeque<(MonoTime, Request)>,
-    outputs: VecDeque<Output>,
+    scheduled: VecDeque<(MonoTime, SimulationRequest)>,
+    outputs: VecDeque<VehicleOutput>,
 }
 
 impl SimulatedVehicle {
-    /// A vehicle in autonomous mode with all lights off. The first frames are due from now on, 1 ms apart.
+    /// Creates a vehicle in autonomous mode with all lights off. The first frames are due from now on, 1 ms apart.
     pub fn new(plan: VehiclePlan, simulation: SimulationSettings, now: MonoTime) -> Self {
         let starts = (0_u64..).map(|index| now.after(Duration::from_millis(index)));
         let transmissions = plan.messages.iter().zip(starts);
@@ -63,10 +88,10 @@ impl SimulatedVehicle {
         let mut vehicle = Self {
             transmissions,
             receivers: plan.command.messages.iter().map(receive).collect(),
-            driver: Driver::new(plan.ending, &simulation),
+            driver: Driver::new(plan.ending, simulation.flash_period),
             messages: plan.messages,
             flasher: Flasher::new(simulation.flash_period),
-            faults: Faults::default(),
+            faults: ActiveFaults::default(),
             random: Pcg32::new(simulation.seed, RANDOM_STREAM),
             who: Who::Nobody,
             pending: None,
@@ -82,26 +107,26 @@ impl SimulatedVehicle {
         vehicle
     }
 
-    /// Performs a request. `now` must not be before that of an earlier call.
-    pub fn request(&mut self, request: Request, now: MonoTime) {
+    /// Performs a request. `now` must not be earlier than in a previous call.
+    pub fn request(&mut self, request: SimulationRequest, now: MonoTime) {
         self.perform(request, now);
         self.settle(now);
     }
 
     /// Schedules a request; requests for the same time are performed in the order of the calls.
-    pub fn schedule(&mut self, at: MonoTime, request: Request) {
+    pub fn schedule(&mut self, at: MonoTime, request: SimulationRequest) {
         let position = self.scheduled.iter().position(|(other, _)| *other > at);
         self.scheduled.insert(position.unwrap_or(self.scheduled.len()), (at, request));
     }
 
-    /// Takes a frame of another participant.
+    /// Handles a frame of another participant.
     pub fn frame_arrived(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
         if self.faults.ignores_commands || self.is_off_the_bus() {
             return;
         }
         for receiver in &mut self.receivers {
             let effect = receiver.on_frame(bus, frame, now);
-            self.outputs.extend(effect.event.map(Output::Happened));
+            self.outputs.extend(effect.event.map(VehicleOutput::Happened));
             if effect.presses && self.driver.mode.grants().hazard {
                 self.driver.press_hazard(None, Who::Command, now);
             }
@@ -109,7 +134,7 @@ impl SimulatedVehicle {
         self.settle(now);
     }
 
-    /// Performs everything that is due.
+    /// Performs everything that is due at `now`.
     pub fn settle(&mut self, now: MonoTime) {
         while self.scheduled.front().is_some_and(|(at, _)| now >= *at) {
             if let Some((_, request)) = self.scheduled.pop_front() {
@@ -120,26 +145,26 @@ impl SimulatedVehicle {
         if self.bus_off_until.is_some_and(|until| now >= until) {
             self.bus_off_until = None;
             self.send_error_frames(class::RESTARTED);
-            self.outputs.push_back(Output::Happened(VehicleEvent::BusOff(false)));
+            self.outputs.push_back(VehicleOutput::Happened(VehicleEvent::BusOff(false)));
         }
         let timed_out = self.receivers.iter_mut().filter_map(|receiver| receiver.settle(now));
-        self.outputs.extend(timed_out.map(Output::Happened));
+        self.outputs.extend(timed_out.map(VehicleOutput::Happened));
         self.follow_commands();
         self.follow_requests(now);
         let lit = self.flasher.lit(self.faults.broken, now);
         if std::mem::replace(&mut self.lit, lit) != lit {
             let event = VehicleEvent::Lamps { left: lit.left, right: lit.right };
-            self.outputs.push_back(Output::Happened(event));
+            self.outputs.push_back(VehicleOutput::Happened(event));
         }
         self.send(now);
     }
 
-    /// The next output; `None` when there is none.
-    pub fn poll_output(&mut self) -> Option<Output> {
+    /// Returns the next output; `None` when there is none.
+    pub fn poll_output(&mut self) -> Option<VehicleOutput> {
         self.outputs.pop_front()
     }
 
-    /// The next instant at which [`Self::settle`] is due without an event.
+    /// Returns the next instant at which [`Self::settle`] is due without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let sends = self.transmissions.iter().filter_map(Transmission::next_deadline);
         let commands = self.receivers.iter().filter_map(CommandReceiver::next_deadline);
@@ -152,27 +177,27 @@ impl SimulatedVehicle {
         sends.chain(commands).chain(others.into_iter().flatten()).min()
     }
 
-    /// Lights that flash and the origin of their request.
+    /// Returns the lights that flash and the origin of their request.
     pub fn lights(&self) -> (TurnCode, Who) {
         (self.flasher.code(), self.who)
     }
 
-    fn perform(&mut self, request: Request, now: MonoTime) {
+    fn perform(&mut self, request: SimulationRequest, now: MonoTime) {
         let missing = missing_signal(&request, &self.messages);
-        self.outputs.extend(missing.map(VehicleEvent::NotPossible).map(Output::Happened));
+        self.outputs.extend(missing.map(VehicleEvent::NotPossible).map(VehicleOutput::Happened));
         match request {
-            Request::Stalk(turn) => self.driver.stalk(turn, now),
-            Request::Tap(turn) => self.driver.tap(turn, now),
-            Request::Hazard(on) => self.driver.press_hazard(on, Who::Driver, now),
-            Request::Mode(mode) => self.driver.mode = mode,
-            Request::Fault(Fault::BusOff(duration)) => {
+            SimulationRequest::Stalk(turn) => self.driver.stalk(turn, now),
+            SimulationRequest::Tap(turn) => self.driver.tap(turn, now),
+            SimulationRequest::Hazard(on) => self.driver.press_hazard(on, Who::Driver, now),
+            SimulationRequest::Mode(mode) => self.driver.mode = mode,
+            SimulationRequest::Fault(SimulatedFault::BusOff(duration)) => {
                 if self.bus_off_until.replace(now.after(duration)).is_none() {
                     self.send_error_frames(class::BUS_OFF);
-                    self.outputs.push_back(Output::Happened(VehicleEvent::BusOff(true)));
+                    self.outputs.push_back(VehicleOutput::Happened(VehicleEvent::BusOff(true)));
                 }
             }
-            Request::Fault(fault) => self.faults.add(fault),
-            Request::Clear => self.faults = Faults::default(),
+            SimulationRequest::Fault(fault) => self.faults.add(fault),
+            SimulationRequest::Clear => self.faults = ActiveFaults::default(),
         }
     }
 
@@ -190,7 +215,7 @@ impl SimulatedVehicle {
         }
         if std::mem::replace(&mut self.request, request) != request {
             let event = VehicleEvent::Commanded { turn: request.turn, hazard: request.hazard };
-            self.outputs.push_back(Output::Happened(event));
+            self.outputs.push_back(VehicleOutput::Happened(event));
         }
     }
 
@@ -211,7 +236,7 @@ impl SimulatedVehicle {
         }
         self.flasher.set(code, now);
         self.who = who;
-        self.outputs.push_back(Output::Happened(VehicleEvent::Lights { code, who }));
+        self.outputs.push_back(VehicleOutput::Happened(VehicleEvent::Lights { code, who }));
     }
 
     fn send(&mut self, now: MonoTime) {
@@ -221,28 +246,27 @@ impl SimulatedVehicle {
             let faults = self.faults.of(&message.name);
             for frame in transmission.settle(message, &state, faults, &mut self.random, now) {
                 if !off_the_bus {
-                    self.outputs.push_back(Output::Frame { bus: message.bus, frame });
+                    self.outputs.push_back(VehicleOutput::Frame { bus: message.bus, frame });
                 }
             }
         }
     }
 
-    /// The state that the signals report.
-    fn state(&self, now: MonoTime) -> VehicleState {
+    fn state(&self, now: MonoTime) -> ReportedState {
         let false_report = self.false_report();
-        VehicleState {
+        ReportedState {
             code: false_report.map_or(self.flasher.code(), |flasher| flasher.code()),
             lit: false_report.map_or(self.lit, |flasher| flasher.lit(Sides::default(), now)),
             stalk: self.driver.stalk_position(),
             button: self.driver.is_button_pressed(),
-            quality: self.faults.quality,
+            quality: self.faults.quality.unwrap_or(Meaning::Defined(())),
             broken: self.faults.broken,
             mode: self.driver.mode,
             driver: self.driver.driver(),
         }
     }
 
-    /// Flasher of a false report, whose lamps must flash to be valid; `None` without that fault.
+    /// Returns the flasher of a false report, whose lamps must flash to be valid; `None` without that fault.
     fn false_report(&self) -> Option<Flasher> {
         let mut flasher = Flasher::new(self.simulation.flash_period);
         flasher.set(self.faults.false_report?, MonoTime::ZERO);
@@ -250,8 +274,10 @@ impl SimulatedVehicle {
     }
 
     fn send_error_frames(&mut self, class: u32) {
-        let errors =
-            self.buses.iter().map(|bus| Output::Error { bus: *bus, error: ErrorFrame::new(class, &[]) });
+        let errors = self
+            .buses
+            .iter()
+            .map(|bus| VehicleOutput::Error { bus: *bus, error: ErrorFrame::new(class, &[]) });
         self.outputs.extend(errors);
     }
 }

@@ -9,7 +9,7 @@ use super::MonoTime;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimerTable<T> {
     timers: Vec<(T, Option<MonoTime>)>,
-    /// The earliest of all: it is asked for at every frame, and timers are set at few.
+    /// The earliest time, kept because it is read for every frame and timers are set for few.
     next: Option<MonoTime>,
 }
 
@@ -20,7 +20,7 @@ impl<T> Default for TimerTable<T> {
 }
 
 impl<T: Copy + Eq> TimerTable<T> {
-    /// Lets a timer expire at this time, whatever it was set to before; `None` stops it.
+    /// Sets the time at which a timer expires, which replaces an earlier one; `None` stops it.
     pub fn set(&mut self, timer: T, expires: impl Into<Option<MonoTime>>) {
         let expires = expires.into();
         match self.timers.iter_mut().find(|(known, _)| *known == timer) {
@@ -30,12 +30,12 @@ impl<T: Copy + Eq> TimerTable<T> {
         self.next = self.timers.iter().filter_map(|(_, at)| *at).min();
     }
 
-    /// When the next timer expires; `None` while none is running.
+    /// Returns the time at which the next timer expires; `None` while none is running.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         self.next
     }
 
-    /// True if a timer is running and its time has come. It stays expired until it is set anew.
+    /// Returns true if a running timer has reached its time. It stays expired until it is set again.
     pub fn is_expired(&self, timer: T, now: MonoTime) -> bool {
         self.timers.iter().any(|(known, at)| *known == timer && at.is_some_and(|at| at <= now))
     }

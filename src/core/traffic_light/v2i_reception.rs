@@ -9,7 +9,7 @@
 pub mod binding;
 pub mod movement_phase;
 
-use crate::core::can::bus::{Bus, Received};
+use crate::core::can::bus::{Bus, ReceiveTime};
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
 use crate::core::diagnostics::Level;
@@ -28,7 +28,7 @@ pub struct ValidState {
     /// The confidence of the unit, 0 to 1.
     pub confidence: f64,
     /// Receive time and stamp of its frame.
-    pub received: Received,
+    pub received: ReceiveTime,
 }
 
 /// The reason why a group has no valid state. Raw values follow their signals.
@@ -204,7 +204,7 @@ impl V2iReception {
                 counts.unmapped += 1;
                 continue;
             };
-            let received = Received { at: now.mono, stamp };
+            let received = ReceiveTime { at: now.mono, stamp };
             let (_, group) = &cycle.groups[own];
             let mut own_status =
                 source.status.iter().filter(|role| binding.message_of(role.signal) == message);
@@ -342,7 +342,7 @@ fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
 /// Returns the state of a group by the values of its signals.
 fn state_of(
     group: &BoundGroup,
-    received: Received,
+    received: ReceiveTime,
     raw: impl Fn(SignalIndex) -> Result<i128, InvalidReason>,
 ) -> State {
     let bulbs = defined(&group.state, raw(group.state.signal)?)?;

@@ -28,7 +28,7 @@ pub struct RoleTexts {
 }
 
 impl RoleTexts {
-    /// Meaning of `raw` in this use.
+    /// Returns the meaning of `raw` in this use.
     pub fn value_text(&self, raw: i128) -> ValueText {
         let named = self.named.iter().find(|(range, _)| range.contains(raw));
         match named {
@@ -38,7 +38,7 @@ impl RoleTexts {
     }
 }
 
-/// The named values of a role; `name` gives the text of a defined one.
+/// Returns the named values of a role; `name` gives the text of a defined value.
 pub fn role_texts<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> String) -> RoleTexts {
     let value_text = |(range, meaning): &(RawRange, Meaning<T>)| {
         let text = match meaning {
@@ -52,7 +52,7 @@ pub fn role_texts<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> 
     RoleTexts { signal: role.signal, subject, named: role.values.entries().iter().map(value_text).collect() }
 }
 
-/// Text for a missing value, e.g. `BLINK is stale, silent for more than 500 ms`.
+/// Returns the text for a missing value, e.g. `BLINK is stale, silent for more than 500 ms`.
 pub fn missing_reason_text(
     table: &SignalTable,
     buses: &[Bus],
@@ -96,7 +96,7 @@ pub fn missing_reason_text(
     }
 }
 
-/// A raw value in decimal and, from 10 on, in hexadecimal as candump shows it.
+/// Returns a raw value in decimal and, from 10 on, in hexadecimal as candump shows it.
 pub fn raw_text(raw: i128) -> String {
     if raw < 10 { raw.to_string() } else { format!("{raw} (0x{raw:X})") }
 }

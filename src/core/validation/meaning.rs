@@ -1,8 +1,7 @@
 //! The meaning of a raw value: defined, not available, fault or undefined.
 //!
-//! These four fates stay apart all the way to the report
-//! (docs/spec/vehicle-interface.md, "The four fates of a value").
-//! A value that the profile does not name is undefined; nothing is inferred from all-ones or from `VAL_`.
+//! The four meanings stay distinct all the way to the report (docs/spec/vehicle-interface.md, "The four fates of a
+//! value"). A value that the profile does not name is undefined; nothing is inferred from all-ones or from `VAL_`.
 
 use std::fmt;
 
@@ -19,6 +18,18 @@ pub enum Meaning<T> {
     Undefined,
 }
 
+impl<T> Meaning<T> {
+    /// Converts a defined value by `value`.
+    pub fn map<U>(self, value: impl FnOnce(T) -> U) -> Meaning<U> {
+        match self {
+            Self::Defined(defined) => Meaning::Defined(value(defined)),
+            Self::NotAvailable => Meaning::NotAvailable,
+            Self::Fault => Meaning::Fault,
+            Self::Undefined => Meaning::Undefined,
+        }
+    }
+}
+
 /// Inclusive range of raw values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RawRange {
@@ -29,12 +40,12 @@ pub struct RawRange {
 }
 
 impl RawRange {
-    /// The range that holds `value` alone.
+    /// Returns the range that holds `value` alone.
     pub const fn single(value: i128) -> Self {
         Self { first: value, last: value }
     }
 
-    /// True if `raw` lies in the range.
+    /// Returns true if `raw` lies in the range.
     pub const fn contains(self, raw: i128) -> bool {
         self.first <= raw && raw <= self.last
     }
@@ -66,21 +77,13 @@ impl<T: Copy> ValueMap<T> {
         Ok(Self { entries })
     }
 
-    /// The same ranges with their defined values converted by `value`.
+    /// Returns the same ranges with their defined values converted by `value`.
     pub fn map<U>(&self, value: impl Fn(T) -> U) -> ValueMap<U> {
-        let convert = |(range, meaning): &(RawRange, Meaning<T>)| {
-            let meaning = match meaning {
-                Meaning::Defined(defined) => Meaning::Defined(value(*defined)),
-                Meaning::NotAvailable => Meaning::NotAvailable,
-                Meaning::Fault => Meaning::Fault,
-                Meaning::Undefined => Meaning::Undefined,
-            };
-            (*range, meaning)
-        };
-        ValueMap { entries: self.entries.iter().map(convert).collect() }
+        let entries = self.entries.iter().map(|(range, meaning)| (*range, meaning.map(&value)));
+        ValueMap { entries: entries.collect() }
     }
 
-    /// Meaning of `raw`.
+    /// Returns the meaning of `raw`.
     pub fn meaning(&self, raw: i128) -> Meaning<T> {
         // With a handful of entries a linear scan beats a search.
         self.entries
@@ -89,7 +92,7 @@ impl<T: Copy> ValueMap<T> {
             .map_or(Meaning::Undefined, |(_, meaning)| *meaning)
     }
 
-    /// The named ranges in ascending order with their meanings.
+    /// Returns the named ranges in ascending order with their meanings.
     pub fn entries(&self) -> &[(RawRange, Meaning<T>)] {
         &self.entries
     }

@@ -6,10 +6,10 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::integrity::window::E2eState;
-use super::integrity::{IntegrityChecker, IntegrityCounts, IntegrityVerdict, Reject};
+use super::integrity::{IntegrityChecker, IntegrityCounts, Reject};
 use super::meaning::Meaning;
 use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
-use crate::core::can::bus::{Bus, Received};
+use crate::core::can::bus::{Bus, ReceiveTime};
 use crate::core::can::error_frame::ControllerState;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::{BusIndex, LinkState};
@@ -23,8 +23,7 @@ pub enum MissingReason {
     Link(LinkState),
     /// No frame with this signal has been received since start.
     NeverSeen,
-    /// No frame has been received since the link came back or, of an event message, since the bus woke
-    /// up.
+    /// No frame has been received since the link came back or, of an event message, since the bus woke up.
     NotAgain,
     /// The last frame is older than the timeout of the message.
     Stale,
@@ -40,16 +39,14 @@ pub enum MissingReason {
     BusSilent,
     /// The controller of the bus is bus-off, so nothing can be received.
     BusOff,
-    /// The signal is stale, and the bus has been silent for almost as long: it may be falling asleep as
-    /// permitted.
+    /// The signal is stale, and the bus has been silent for almost as long: it may be falling asleep as permitted.
     BusQuiet,
-    /// The bus fell asleep as permitted, or has just woken up, and no frame with this signal has been received
-    /// since.
+    /// The bus fell asleep as permitted, or has just woken up, and no frame with this signal has been received since.
     BusAsleep,
 }
 
 impl MissingReason {
-    /// True for a permitted sleep of the bus, which is no failure.
+    /// Returns true for a permitted sleep of the bus, which is no failure.
     pub fn is_sleep(self) -> bool {
         matches!(self, Self::BusQuiet | Self::BusAsleep)
     }
@@ -67,7 +64,7 @@ pub enum Unused {
 }
 
 impl Unused {
-    /// The reason without the numbers of the frame.
+    /// Returns the reason without the numbers of the frame.
     pub fn reason(self) -> &'static str {
         match self {
             Self::TooShort(_) => "too short for its signals",
@@ -88,12 +85,12 @@ impl fmt::Display for Unused {
     }
 }
 
-/// Whether a frame that is used brings anything new.
+/// Novelty of a frame that is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrival {
-    /// Values or a validity other than before it.
+    /// It changes values or their validity.
     News,
-    /// The same values, which were valid when it arrived: only their receive time is another.
+    /// It repeats valid values; only their receive time changes.
     Repetition,
 }
 
@@ -107,7 +104,7 @@ pub enum Reading<T> {
         /// Raw value of the signal.
         raw: i128,
         /// Receive time of its frame.
-        received: Received,
+        received: ReceiveTime,
     },
     /// No valid value, with the reason.
     Missing(MissingReason),
@@ -119,7 +116,7 @@ pub struct Observation {
     /// Raw value, sign-extended when the signal is signed.
     pub raw: i128,
     /// Receive time of its frame.
-    pub received: Received,
+    pub received: ReceiveTime,
 }
 
 /// Number of frames of one bound message since start.
@@ -129,11 +126,10 @@ pub struct MessageCounts {
     pub frames: u64,
     /// Frames too short for a signal they should carry, of which no signal was used.
     pub too_short: u64,
-    /// Frames of another format than that of the message, of which no signal was used.
+    /// Frames of another format than the message has, of which no signal was used.
     pub wrong_format: u64,
 }
 
-/// The last frame of a message.
 #[derive(Debug, Clone, Copy)]
 struct LatestFrame {
     at: MonoTime,
@@ -141,7 +137,6 @@ struct LatestFrame {
     unusable: Option<MissingReason>,
 }
 
-/// State of one bound message.
 #[derive(Debug, Clone)]
 struct MessageState {
     signals: Vec<SignalIndex>,
@@ -163,7 +158,7 @@ pub struct Observations {
 }
 
 impl Observations {
-    /// Observations without any frame.
+    /// Creates observations before any frame.
     pub fn new(table: &SignalTable) -> Self {
         let carries = |message| {
             let is_carried =
@@ -181,10 +176,10 @@ impl Observations {
         Self { last: vec![None; table.signals.len()], messages: messages.collect() }
     }
 
-    /// Observations for another table, with what `self` knows of the messages and signals of `before` that both have.
+    /// Returns observations for another table, with the values of all messages and signals that `before` also has.
     ///
-    /// A message is the same with its bus, identifier and format; a signal with its message, name and codec. Values of a
-    /// message whose integrity rules are others begin anew, since no frame was checked by these.
+    /// A message is the same if bus, identifier and format are; a signal if its message, name and codec are. A
+    /// message with other integrity rules starts without values, since no frame was checked by these rules.
     #[must_use]
     pub fn carried_over(&self, before: &SignalTable, table: &SignalTable) -> Self {
         let mut carried = Self::new(table);
@@ -212,11 +207,11 @@ impl Observations {
         carried
     }
 
-    /// Takes a frame of `message`: all signals it carries, or none when it is of another format, too short for
-    /// one, or rejected. Tells whether anything is known now that was not before.
+    /// Handles a frame of `message`: uses all signals it carries, or none if it has another format, is too
+    /// short for one, or is rejected. Returns whether it brings anything new.
     ///
     /// # Errors
-    /// The reason why none of its signals was used.
+    /// Returns the reason why none of its signals was used.
     pub fn frame_arrived(
         &mut self,
         table: &SignalTable,
@@ -251,8 +246,8 @@ impl Observations {
         counts.frames += 1;
         if let Some(checker) = checker {
             let verdict = checker.check(frame, now.mono);
-            *trusted_since = verdict == IntegrityVerdict::Trusted;
-            if let IntegrityVerdict::Rejected(reject) = verdict {
+            *trusted_since = verdict.is_ok();
+            if let Err(reject) = verdict {
                 *last_reject = Some(reject);
                 // Earlier values of a message that has become invalid are no longer valid either.
                 if checker.e2e_state() == Some(E2eState::Invalid) {
@@ -263,7 +258,7 @@ impl Observations {
                 return Err(Unused::Rejected(reject));
             }
         }
-        let received = Received { at: now.mono, stamp };
+        let received = ReceiveTime { at: now.mono, stamp };
         for signal in signals.iter().filter(present) {
             let raw = table.signals[signal.0].codec.value(data);
             let before = self.last[signal.0].replace(Observation { raw, received });
@@ -310,7 +305,7 @@ impl Observations {
         }
     }
 
-    /// The last value of a signal while it is valid.
+    /// Returns the last value of a signal while it is valid.
     pub fn valid(
         &self,
         table: &SignalTable,
@@ -341,8 +336,8 @@ impl Observations {
         reason.map_or(Ok(last), |reason| Err(bus_reason(bus, last_at, now).unwrap_or(reason)))
     }
 
-    /// The earliest instant after `now` at which a cyclic signal or message becomes stale; `None` when
-    /// none will. Event messages depend on the deadline of their bus.
+    /// Returns the earliest instant after `now` at which a cyclic signal or message becomes stale; `None`
+    /// when none will. Event messages depend on the deadline of their bus.
     pub fn next_deadline(&self, table: &SignalTable, now: MonoTime) -> Option<MonoTime> {
         let states = self.messages.iter().zip(&table.messages);
         let timeouts = states.filter_map(|(state, message)| Some((state, message.timing.timeout()?)));
@@ -354,29 +349,30 @@ impl Observations {
         deadlines.filter(|at| *at > now).min()
     }
 
-    /// The last value of a signal, valid or not; `None` when none has been received.
+    /// Returns the last value of a signal, valid or not; `None` when none has been received.
     pub fn last(&self, signal: SignalIndex) -> Option<Observation> {
         self.last[signal.0]
     }
 
-    /// Number of checked frames of a message; `None` without integrity rules.
+    /// Returns the number of checked frames of a message; `None` without integrity rules.
     pub fn integrity_counts(&self, message: MessageIndex) -> Option<IntegrityCounts> {
         self.messages[message.0].checker.as_ref().map(IntegrityChecker::counts)
     }
 
-    /// Reason for the last rejected frame of a message; `None` when none was rejected since start or
-    /// since its link was lost.
+    /// Returns the reason for the last rejected frame of a message; `None` when none was rejected since start
+    /// or since its link was lost.
     pub fn last_reject(&self, message: MessageIndex) -> Option<Reject> {
         self.messages[message.0].last_reject
     }
 
-    /// True if the last frame of a message passed its integrity check; `None` before the first, and without a check.
+    /// Returns true if the last frame of a message passed its integrity check; `None` before the first, and
+    /// without a check.
     pub fn is_trusted(&self, message: MessageIndex) -> Option<bool> {
         let state = &self.messages[message.0];
         (state.checker.is_some() && state.counts.frames > 0).then_some(state.trusted_since)
     }
 
-    /// Number of frames of a message since start.
+    /// Returns the number of frames of a message since start.
     pub fn counts(&self, message: MessageIndex) -> MessageCounts {
         self.messages[message.0].counts
     }
@@ -390,8 +386,8 @@ impl MessageState {
         }
     }
 
-    /// Reason why the frames that arrive give no value to a signal last received at `last`; `None` when
-    /// no frames arrive.
+    /// Returns the reason why the frames that arrive give no value to a signal last received at `last`;
+    /// `None` when no frames arrive.
     fn rejection(
         &self,
         last: Option<MonoTime>,
@@ -409,8 +405,7 @@ impl MessageState {
     }
 }
 
-/// Reason why nothing has been received over a bus since the last frame of a signal, if the bus knows
-/// one.
+/// Returns the bus's reason why nothing has been received since the last frame of a signal, if it has one.
 fn bus_reason(bus: &Bus, last: Option<MonoTime>, now: MonoTime) -> Option<MissingReason> {
     if bus.link() != LinkState::Up {
         return Some(MissingReason::Link(bus.link()));

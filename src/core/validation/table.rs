@@ -37,7 +37,7 @@ pub struct BoundMessage {
     pub bus: BusIndex,
     /// Identifier of its frames.
     pub id: CanId,
-    /// Format of its frames, those of the other format are not its; `None` = either.
+    /// Format of its frames; frames of the other format are rejected; `None` = either.
     pub format: Option<FrameFormat>,
     /// Transmission scheme, which limits the age of its values.
     pub timing: Timing,
@@ -63,7 +63,7 @@ pub enum Timing {
 }
 
 impl Timing {
-    /// Longest silence during which the values stay valid; `None` = unlimited.
+    /// Returns the longest silence during which the values stay valid; `None` = unlimited.
     pub fn timeout(self) -> Option<Duration> {
         match self {
             Self::Cyclic { timeout } | Self::EventCyclic { timeout } => Some(timeout),
@@ -71,7 +71,7 @@ impl Timing {
         }
     }
 
-    /// True if the message is sent on change, so that a silent bus may hide a change.
+    /// Returns true if the message is sent on change, so that a silent bus may hide a change.
     pub fn is_event(self) -> bool {
         match self {
             Self::Event | Self::EventCyclic { .. } => true,
@@ -98,13 +98,4 @@ pub struct Role<T> {
     pub signal: SignalIndex,
     /// Meanings of its raw values.
     pub values: ValueMap<T>,
-}
-
-/// One signal that reports a fault.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FaultSignal {
-    /// The signal, where `true` = defective.
-    pub role: Role<bool>,
-    /// Name of the defective part in diagnostics, e.g. `left front lamp`.
-    pub text: String,
 }

@@ -6,12 +6,12 @@
 use std::time::Duration;
 
 use super::fusion::SourceSettings;
-use super::lamp::LampSettings;
 use super::lamp::timing::Resolution;
+use super::lamp::{LampSettings, Sides};
 use super::stalk::{StalkPosition, StalkSettings};
 use super::state::{HazardCode, TurnCode};
 use crate::core::validation::meaning::Meaning;
-use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable};
+use crate::core::validation::table::{Role, SignalIndex, SignalTable};
 
 /// Binding of turn indicators and hazard lights.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -220,6 +220,17 @@ pub struct FaultBinding {
     pub signals: Vec<FaultSignal>,
     /// Effect of a fault on a report whose state is still defined.
     pub on_fault: OnFault,
+}
+
+/// A signal that reports a defective part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaultSignal {
+    /// The signal, where `true` = defective.
+    pub role: Role<bool>,
+    /// Sides whose lamps the part concerns.
+    pub sides: Sides,
+    /// Name of the part in diagnostics, e.g. `left front lamp`.
+    pub text: String,
 }
 
 /// Effect of a reported fault on a report whose state is still defined.

@@ -11,7 +11,7 @@ use super::stalk::tap::TapHold;
 use super::stalk::{MomentaryStalk, StalkPosition};
 use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason};
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
-use crate::core::can::bus::{Bus, Received};
+use crate::core::can::bus::{Bus, ReceiveTime};
 use crate::core::time::{MonoTime, Now};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observations, Reading};
@@ -50,7 +50,10 @@ impl LightsContext<'_> {
     }
 
     /// The receive time of the condition's signal while a source applies; `None` without a condition.
-    fn judge_condition(self, condition: Option<&Role<bool>>) -> Result<Option<Received>, UnavailableReason> {
+    fn judge_condition(
+        self,
+        condition: Option<&Role<bool>>,
+    ) -> Result<Option<ReceiveTime>, UnavailableReason> {
         let Some(role) = condition else { return Ok(None) };
         let (is_on, received) = self.judge(role)?;
         let raw = self.observations.last(role.signal).map_or(0, |last| last.raw);
@@ -118,7 +121,7 @@ impl LightsContext<'_> {
 
     /// Lights that are not fitted are off, as of now.
     fn not_fitted<T>(self, off: T) -> FusedState<T> {
-        let received = Received { at: self.now.mono, stamp: self.now.wall };
+        let received = ReceiveTime { at: self.now.mono, stamp: self.now.wall };
         FusedState { state: Ok((off, received)), source: 0, warnings: Warnings::default() }
     }
 }

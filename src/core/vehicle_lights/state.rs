@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::core::can::bus::Received;
+use crate::core::can::bus::ReceiveTime;
 use crate::core::time::MonoTime;
 use crate::core::validation::observation::MissingReason;
 use crate::core::validation::table::SignalIndex;
@@ -60,7 +60,7 @@ impl HazardCode {
 }
 
 /// A state with its receive time, or the reason why it is unavailable.
-pub type Judged<T> = Result<(T, Received), UnavailableReason>;
+pub type Judged<T> = Result<(T, ReceiveTime), UnavailableReason>;
 
 /// Reason why a state is unavailable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

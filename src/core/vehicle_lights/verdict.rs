@@ -6,15 +6,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::binding::{FaultBinding, OnFault, TurnWhileHazard};
+use super::binding::{FaultBinding, FaultSignal, OnFault, TurnWhileHazard};
 use super::sources::{LightsContext, SourceMemory, SourceStates};
 use super::state::{HazardCode, Judged, TurnCode};
 use super::warning::Warnings;
-use crate::core::can::bus::Received;
+use crate::core::can::bus::ReceiveTime;
 use crate::core::names::variant_name;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::Reading;
-use crate::core::validation::table::{FaultSignal, SignalIndex};
+use crate::core::validation::table::SignalIndex;
 
 /// State of the turn indicators, `TurnIndicatorsReport.report` of Autoware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
@@ -71,7 +71,7 @@ pub struct Verdict<T> {
     /// First active fault signal in the order of the profile; `None` = no fault.
     pub fault: Option<ActiveFault>,
     /// The state to publish; `None` when it is unavailable or withheld because of a fault.
-    pub publish: Option<(T, Received)>,
+    pub publish: Option<(T, ReceiveTime)>,
     /// Reason why the hazard lights are on, for diagnostics; `None` = none given.
     pub reason: Option<Reason>,
     /// Irregularities that do not change the report.

@@ -6,7 +6,7 @@ use super::picture::{BusLine, Function, Lamp, Mark, Picture};
 use crate::core::can::link::BusIndex;
 use crate::core::command::Turn;
 use crate::core::diagnostics::Level;
-use crate::core::simulated_vehicle::{Output, VehicleEvent, Who};
+use crate::core::simulated_vehicle::{VehicleEvent, VehicleOutput, Who};
 use crate::core::time::{MonoTime, millis};
 use crate::core::vehicle_lights::state::TurnCode;
 
@@ -49,10 +49,10 @@ impl VehicleState {
     }
 
     /// Takes an output of the vehicle.
-    pub fn update(&mut self, output: &Output, now: MonoTime) {
+    pub fn update(&mut self, output: &VehicleOutput, now: MonoTime) {
         match output {
-            Output::Frame { bus, .. } => self.count(*bus, now),
-            Output::Happened(event) => match event {
+            VehicleOutput::Frame { bus, .. } => self.count(*bus, now),
+            VehicleOutput::Happened(event) => match event {
                 VehicleEvent::Commanded { turn, hazard } => (self.turn, self.hazard) = (*turn, *hazard),
                 VehicleEvent::Lights { code, who } => self.lights = (*code, *who),
                 VehicleEvent::Lamps { left, right } => self.lamps = [*left, *right],
@@ -61,7 +61,7 @@ impl VehicleState {
                 | VehicleEvent::CommandRejected { .. }
                 | VehicleEvent::NotPossible(_) => {}
             },
-            Output::Error { .. } => {}
+            VehicleOutput::Error { .. } => {}
         }
     }
 
@@ -158,7 +158,7 @@ mod tests {
         state.cannot_send(BusIndex(0));
         assert_eq!(shown(&state), ("cannot send".to_owned(), Level::Error));
         let frame = Frame::classic(CanId::Standard(1), &[0]).unwrap();
-        state.update(&Output::Frame { bus: BusIndex(0), frame }, MonoTime::ZERO);
+        state.update(&VehicleOutput::Frame { bus: BusIndex(0), frame }, MonoTime::ZERO);
         assert_eq!(shown(&state), ("sends".to_owned(), Level::Ok));
     }
 }

@@ -16,7 +16,7 @@ use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::simulated_vehicle::request;
 use signal_gateway::core::simulated_vehicle::{
-    self, SimulatedVehicle, SimulationSettings, VehicleEvent, Who,
+    SimulatedVehicle, SimulationSettings, VehicleEvent, VehicleOutput, Who,
 };
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
@@ -102,15 +102,15 @@ impl Loop {
             let mut is_quiet = true;
             while let Some(output) = self.vehicle.poll_output() {
                 match output {
-                    simulated_vehicle::Output::Frame { bus, frame } if self.gateway_lives => {
+                    VehicleOutput::Frame { bus, frame } if self.gateway_lives => {
                         self.gateway.handle(CanInput::Frame { bus, frame, stamp: now.wall }, now);
                         is_quiet = false;
                     }
-                    simulated_vehicle::Output::Error { bus, error } if self.gateway_lives => {
+                    VehicleOutput::Error { bus, error } if self.gateway_lives => {
                         self.gateway.handle(CanInput::ErrorFrame { bus, error }, now);
                     }
-                    simulated_vehicle::Output::Frame { .. } | simulated_vehicle::Output::Error { .. } => {}
-                    simulated_vehicle::Output::Happened(happening) => {
+                    VehicleOutput::Frame { .. } | VehicleOutput::Error { .. } => {}
+                    VehicleOutput::Happened(happening) => {
                         self.happened.push((self.at, happening));
                     }
                 }

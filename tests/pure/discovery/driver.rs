@@ -1,6 +1,6 @@
 //! A driver who does what is requested, mostly: late, wrong and corrected, or not at all.
 
-use signal_gateway::core::can::mark::Mark;
+use signal_gateway::core::can::mark::DriverMark;
 
 use super::car::{Car, Ending};
 use super::lights::{Lights, Stalk, State};
@@ -41,15 +41,15 @@ impl Driver {
         }
     }
 
-    pub(crate) fn request(&mut self, mark: Mark, now_ms: u64, car: &Car) {
+    pub(crate) fn request(&mut self, mark: DriverMark, now_ms: u64, car: &Car) {
         let state = match mark {
-            Mark::Left => State::Left,
-            Mark::Right => State::Right,
-            Mark::Hazard => State::Hazard,
-            Mark::Off | Mark::Quiet => State::Off,
+            DriverMark::Left => State::Left,
+            DriverMark::Right => State::Right,
+            DriverMark::Hazard => State::Hazard,
+            DriverMark::Off | DriverMark::Quiet => State::Off,
         };
         let mut at = now_ms + self.random.between(300, 1300);
-        if mark == Mark::Quiet {
+        if mark == DriverMark::Quiet {
             if self.clumsy && self.random.percent(5) {
                 self.change(State::Left, now_ms + 3000, car);
                 self.change(State::Off, now_ms + 4200, car);

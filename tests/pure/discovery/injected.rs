@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::can::mark::Mark;
+use signal_gateway::core::can::mark::DriverMark;
 use signal_gateway::core::discovery::capture::Capture;
-use signal_gateway::core::discovery::findings::{Certainty, Findings};
-use signal_gateway::core::discovery::timeline::{Action, Timeline};
+use signal_gateway::core::discovery::findings::{Certainty, DiscoveryFindings};
+use signal_gateway::core::discovery::timeline::{ActionTimeline, DriverAction};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
@@ -51,10 +51,13 @@ fn find_in(paths: &[PathBuf]) -> usize {
         if recorded.len() < 1000 || length < 5000 {
             continue;
         }
-        let actions = [Mark::Left, Mark::Right, Mark::Hazard].repeat(3);
+        let actions = [DriverMark::Left, DriverMark::Right, DriverMark::Hazard].repeat(3);
         let on = |index: u64| 10_000 + 9_000 * index;
         let marks = actions.iter().zip(0..).flat_map(|(mark, index)| {
-            [(MonoTime::from_millis(on(index)), *mark), (MonoTime::from_millis(on(index) + 5000), Mark::Off)]
+            [
+                (MonoTime::from_millis(on(index)), *mark),
+                (MonoTime::from_millis(on(index) + 5000), DriverMark::Off),
+            ]
         });
         let marks: Vec<_> = marks.collect();
         let state = |ms: u64| {
@@ -72,13 +75,15 @@ fn find_in(paths: &[PathBuf]) -> usize {
         for (at, frame) in &all {
             capture.add(BusIndex(0), frame, MonoTime::from_millis(*at));
         }
-        let timeline = Timeline::new(&marks, (MonoTime::ZERO, MonoTime::from_millis(END_MS)));
-        let findings = Findings::new(&capture, &timeline);
+        let timeline = ActionTimeline::new(&marks, (MonoTime::ZERO, MonoTime::from_millis(END_MS)));
+        let findings = DiscoveryFindings::new(&capture, &timeline);
         let first = findings.turn.first();
         let is_stalk = first.is_some_and(|turn| {
             turn.form.signals().iter().all(|signal| signal.message.id == CanId::Standard(STALK))
         });
-        if is_stalk && Action::ALL.into_iter().all(|action| findings.certainty(action) == Certainty::Sure) {
+        if is_stalk
+            && DriverAction::ALL.into_iter().all(|action| findings.certainty(action) == Certainty::Sure)
+        {
             found += 1;
         } else {
             let name = path.file_name().unwrap().to_string_lossy().into_owned();

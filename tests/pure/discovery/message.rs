@@ -5,7 +5,7 @@ use super::random::Random;
 use signal_gateway::core::can::frame::{CanId, Frame, MAX_DATA};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::validation::integrity::checksum::{
-    Checksum, CrcRule, Extra, Parameters, Rule, Sum,
+    Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,
 };
 
 /// A place in a message, on one of its pages or on all.
@@ -125,7 +125,7 @@ impl Message {
     pub(crate) fn show_aligned(&mut self, length: u16, shows: Shows, random: &mut Random) {
         let slots = self.length as u64 * 8 / u64::from(length);
         let slot = |random: &mut Random| u16::try_from(random.below(slots)).unwrap() * length;
-        let layout = |start| Layout { start, length, order: ByteOrder::Intel, signed: false };
+        let layout = |start| Layout::unsigned(start, length);
         let field = (0..200).find_map(|_| self.claim(layout(slot(random)))).unwrap();
         self.parts.push((field, Content::Shown(shows)));
     }
@@ -191,23 +191,23 @@ impl Message {
 
     fn add_checksum(&mut self, random: &mut Random) {
         let kind = random.below(9);
-        let at = |start, length| Layout { start, length, order: ByteOrder::Intel, signed: false };
+        let at = |start, length| Layout::unsigned(start, length);
         let last = u16::try_from(self.length).unwrap() - 1;
         let any = u8::try_from(random.below(256)).unwrap();
         let byte = random.choose(&[last, last, last, 0, last - 1]);
         // Rules with a place of their own are for eight bytes.
         let kind = if self.length == 8 { kind } else { kind % 5 };
         let field = self.claim(if kind == 5 { at(56, 4) } else { at(byte * 8, 8) });
-        let general = Parameters::crc8(any | 1, 0xFF, any).with_reflection(random.percent(50));
+        let general = CrcParameters::crc8(any | 1, 0xFF, any).with_reflection(random.percent(50));
         let rule = match kind {
-            0 => Some(Rule::Sum(Sum::PLAIN)),
-            1 => Some(Rule::Sum(Sum { start: any, ..Sum::PLAIN })),
-            2 => Some(Rule::Xor { start: any }),
-            3 => Some(Rule::Crc(CrcRule::new(general, Extra::Nothing, None))),
-            5 => Some(Rule::Honda),
-            6 => Some(Rule::Crc(CrcRule::j1850())),
-            7 => Some(Rule::Crc(CrcRule::giorgio(any))),
-            8 => Some(Rule::Sum(Sum::TOYOTA)),
+            0 => Some(ChecksumRule::Sum(Sum::PLAIN)),
+            1 => Some(ChecksumRule::Sum(Sum { start: any, ..Sum::PLAIN })),
+            2 => Some(ChecksumRule::Xor { start: any }),
+            3 => Some(ChecksumRule::Crc(CrcRule::new(general, Extra::Nothing, None))),
+            5 => Some(ChecksumRule::Honda),
+            6 => Some(ChecksumRule::Crc(CrcRule::j1850())),
+            7 => Some(ChecksumRule::Crc(CrcRule::giorgio(any))),
+            8 => Some(ChecksumRule::Sum(Sum::TOYOTA)),
             _ => None,
         };
         if let Some(field) = field {

@@ -16,7 +16,7 @@ use std::path::Path;
 use signal_gateway::config::draft::{VehicleDraft, VehicleFiles};
 use signal_gateway::config::files::Files;
 use signal_gateway::config::{Overrides, Settings, load};
-use signal_gateway::core::discovery::findings::Findings;
+use signal_gateway::core::discovery::findings::DiscoveryFindings;
 use signal_gateway::core::discovery::machine::Discovery;
 
 /// Generated files, in memory.
@@ -30,7 +30,7 @@ impl Files for Generated {
 }
 
 /// The files of a discovery on these interfaces.
-fn files(discovery: &Discovery, findings: &Findings, interfaces: &[&str]) -> VehicleFiles {
+fn files(discovery: &Discovery, findings: &DiscoveryFindings, interfaces: &[&str]) -> VehicleFiles {
     let interfaces: Vec<_> = interfaces.iter().map(|name| (*name).to_owned()).collect();
     let draft =
         VehicleDraft { name: "New car", interfaces: &interfaces, capture: discovery.capture(), findings };

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::mark::Mark;
+use signal_gateway::core::can::mark::DriverMark;
 use signal_gateway::core::command::Turn;
-use signal_gateway::core::discovery::findings::Findings;
+use signal_gateway::core::discovery::findings::DiscoveryFindings;
 use signal_gateway::core::discovery::machine::{Discovery, DiscoveryEvent};
-use signal_gateway::core::discovery::session::SessionSettings;
-use signal_gateway::core::simulated_vehicle::request::Request;
-use signal_gateway::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
+use signal_gateway::core::discovery::session::{DriverRequest, SessionSettings};
+use signal_gateway::core::simulated_vehicle::request::SimulationRequest;
+use signal_gateway::core::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::report::vehicle::CandumpLog;
@@ -23,24 +23,27 @@ use crate::pure::vehicles::profile;
 const REACTION: Duration = Duration::from_millis(600);
 
 /// A discovery of a simulated vehicle, with its log and the times of the driver's actions.
-fn discover(known: &Settings) -> (Discovery, Findings, String, Vec<(MonoTime, Mark)>) {
+fn discover(known: &Settings) -> (Discovery, DiscoveryFindings, String, Vec<(MonoTime, DriverMark)>) {
     let simulation = SimulationSettings::default();
     let mut vehicle = SimulatedVehicle::new(known.vehicle_plan().unwrap(), simulation, MonoTime::ZERO);
     let interfaces = known.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let candump = CandumpLog { interfaces, start: WallStamp::from_nanos(1_700_000_000_000_000_000) };
     let mut discovery = Discovery::new(SessionSettings::default());
-    let (mut log, mut marks, mut now, mut before) = (String::new(), Vec::new(), MonoTime::ZERO, Mark::Quiet);
+    let (mut log, mut marks, mut now, mut before) =
+        (String::new(), Vec::new(), MonoTime::ZERO, DriverMark::Quiet);
     loop {
         while let Some(event) = discovery.poll_event(now) {
             match event {
-                DiscoveryEvent::Request { mark, .. } => {
+                DiscoveryEvent::Request(DriverRequest { mark, .. }) => {
                     let request = match mark {
-                        Mark::Quiet => None,
-                        Mark::Left => Some(Request::Stalk(Turn::Left)),
-                        Mark::Right => Some(Request::Stalk(Turn::Right)),
-                        Mark::Hazard => Some(Request::Hazard(Some(true))),
-                        Mark::Off if before == Mark::Hazard => Some(Request::Hazard(Some(false))),
-                        Mark::Off => Some(Request::Stalk(Turn::Off)),
+                        DriverMark::Quiet => None,
+                        DriverMark::Left => Some(SimulationRequest::Stalk(Turn::Left)),
+                        DriverMark::Right => Some(SimulationRequest::Stalk(Turn::Right)),
+                        DriverMark::Hazard => Some(SimulationRequest::Hazard(Some(true))),
+                        DriverMark::Off if before == DriverMark::Hazard => {
+                            Some(SimulationRequest::Hazard(Some(false)))
+                        }
+                        DriverMark::Off => Some(SimulationRequest::Stalk(Turn::Off)),
                     };
                     if let Some(request) = request {
                         vehicle.schedule(now.after(REACTION), request);
@@ -57,7 +60,7 @@ fn discover(known: &Settings) -> (Discovery, Findings, String, Vec<(MonoTime, Ma
             if let Some(line) = candump.line(&output, now) {
                 writeln!(log, "{line}").unwrap();
             }
-            if let Output::Frame { bus, frame } = output {
+            if let VehicleOutput::Frame { bus, frame } = output {
                 discovery.frame_arrived(bus, &frame, now);
             }
         }
@@ -70,7 +73,7 @@ fn discover(known: &Settings) -> (Discovery, Findings, String, Vec<(MonoTime, Ma
 fn assert_reported(
     name: &str,
     known: &Settings,
-    (discovery, findings, log, marks): &(Discovery, Findings, String, Vec<(MonoTime, Mark)>),
+    (discovery, findings, log, marks): &(Discovery, DiscoveryFindings, String, Vec<(MonoTime, DriverMark)>),
 ) {
     let interfaces: Vec<_> = known.gateway.buses.iter().map(|bus| bus.interface.as_str()).collect();
     let generated = files(discovery, findings, &interfaces);
@@ -81,14 +84,14 @@ fn assert_reported(
     for pair in marks.windows(2) {
         let (mark, end_ms) = (pair[0].1, pair[1].0.as_nanos() / 1_000_000);
         let turn = match mark {
-            Mark::Left => "ENABLE_LEFT",
-            Mark::Right => "ENABLE_RIGHT",
-            Mark::Quiet | Mark::Hazard | Mark::Off => "DISABLE",
+            DriverMark::Left => "ENABLE_LEFT",
+            DriverMark::Right => "ENABLE_RIGHT",
+            DriverMark::Quiet | DriverMark::Hazard | DriverMark::Off => "DISABLE",
         };
         let context = || format!("{name}, {mark} until {end_ms} ms: {:?}, {generated:#?}", playback.turn);
         assert_eq!(report(&playback.turn, end_ms), turn, "{}", context());
         if findings.sure_hazard().is_some() {
-            let hazard = if mark == Mark::Hazard { "ENABLE" } else { "DISABLE" };
+            let hazard = if mark == DriverMark::Hazard { "ENABLE" } else { "DISABLE" };
             assert_eq!(report(&playback.hazard, end_ms), hazard, "{:?} {}", playback.hazard, context());
         }
     }

@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use signal_gateway::core::can::frame::Frame;
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::dbc::codec::SignalCodec;
-use signal_gateway::core::discovery::Shape;
+use signal_gateway::core::discovery::ResponseShape;
 use signal_gateway::core::discovery::candidate::{FoundSignal, HazardForm, Switch, TurnForm};
-use signal_gateway::core::discovery::findings::{Certainty, Doubt, Findings};
+use signal_gateway::core::discovery::findings::{Certainty, DiscoveryFindings, Doubt};
 use signal_gateway::core::discovery::machine::{Discovery, DiscoveryEvent};
-use signal_gateway::core::discovery::session::SessionSettings;
-use signal_gateway::core::discovery::timeline::Action;
+use signal_gateway::core::discovery::session::{DriverRequest, SessionSettings};
+use signal_gateway::core::discovery::timeline::DriverAction;
 use signal_gateway::core::time::MonoTime;
 
 use super::car::Car;
@@ -30,7 +30,7 @@ struct Drive {
     car: Car,
     driver: Driver,
     discovery: Discovery,
-    findings: Findings,
+    findings: DiscoveryFindings,
     log: String,
 }
 
@@ -42,7 +42,9 @@ fn drive(mut car: Car, seed: u64, with_log: bool) -> Drive {
         let now = MonoTime::from_millis(now_ms);
         while discovery.next_deadline().is_some_and(|deadline| deadline <= now) {
             match discovery.poll_event(now) {
-                Some(DiscoveryEvent::Request { mark, .. }) => driver.request(mark, now_ms, &car),
+                Some(DiscoveryEvent::Request(DriverRequest { mark, .. })) => {
+                    driver.request(mark, now_ms, &car);
+                }
                 Some(DiscoveryEvent::Finished(findings)) => {
                     return Drive { car, driver, discovery, findings: *findings, log };
                 }
@@ -161,7 +163,9 @@ fn outcome(drive: &mut Drive) -> Outcome {
     match findings.sure_hazard() {
         Some(hazard) if hazard_is_right(car, &turn, &hazard.form) => Outcome::Right,
         Some(_) => Outcome::Wrong,
-        None if !car.shows_hazard && findings.certainty(Action::Hazard) != Certainty::Sure => Outcome::Right,
+        None if !car.shows_hazard && findings.certainty(DriverAction::Hazard) != Certainty::Sure => {
+            Outcome::Right
+        }
         None => Outcome::NotSure,
     }
 }
@@ -239,7 +243,7 @@ impl Summary {
             Outcome::Wrong => self.wrong.push(text()),
         }
         // A stalk that springs back is latched by rules of its own, and a short press may fall between two frames.
-        let is_stalk = findings.turn.first().is_some_and(|turn| turn.shape == Shape::Momentary);
+        let is_stalk = findings.turn.first().is_some_and(|turn| turn.shape == ResponseShape::Momentary);
         if with_replay && outcome == Outcome::Right && !is_stalk {
             assert_replayed(seed, &drive);
             self.replayed += 1;
@@ -299,7 +303,11 @@ fn cars_that_were_mistaken_are_discovered() {
 fn a_signal_with_a_twin_is_not_sure() {
     let mut found = drive(Car::new(2681), 2681, false);
     assert_eq!(outcome(&mut found), Outcome::NotSure);
-    assert!(matches!(found.findings.doubt(Action::Right), Some(Doubt::Twin(_))), "{:?}", found.findings);
+    assert!(
+        matches!(found.findings.doubt(DriverAction::Right), Some(Doubt::Twin(_))),
+        "{:?}",
+        found.findings
+    );
     let text = signal_gateway::report::discovery::result(&found.findings);
     assert!(text.contains("always changed together with it"), "{text}");
 }

@@ -33,9 +33,14 @@ pub(crate) fn profile(name: &str) -> &'static Settings {
     if let Some(settings) = READ.lock().unwrap().get(name) {
         return settings;
     }
-    let path = project().join("config/vehicles").join(format!("{name}.toml"));
-    let settings = load_profile(&Disk, &path).unwrap_or_else(|refused| panic!("{refused}"));
+    let settings = read_profile(name);
     READ.lock().unwrap().entry(name.to_owned()).or_insert_with(|| Box::leak(Box::new(settings)))
+}
+
+/// As [`profile`], read again so that it can be changed.
+pub(crate) fn read_profile(name: &str) -> Settings {
+    let path = project().join("config/vehicles").join(format!("{name}.toml"));
+    load_profile(&Disk, &path).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
 /// Names of all shipped profiles.

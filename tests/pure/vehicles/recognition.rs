@@ -10,7 +10,7 @@ use signal_gateway::check::{self, CheckReport};
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::plausibility::evidence::ProfileEvidence;
 use signal_gateway::core::plausibility::finding::{FindingKind, Severity, findings};
-use signal_gateway::core::plausibility::fit::Verdict;
+use signal_gateway::core::plausibility::fit::FitVerdict;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
@@ -43,7 +43,7 @@ fn recordings() -> Vec<Recording> {
 }
 
 /// Name, interface and verdict of each candidate, the best first.
-type Candidates = Vec<(&'static str, String, Verdict)>;
+type Candidates = Vec<(&'static str, String, FitVerdict)>;
 
 fn identify(path: &Path) -> Candidates {
     let (mut log, mut identifier) = (Log::open(path).unwrap(), Identifier::new().unwrap());
@@ -84,9 +84,9 @@ fn weights(report: &CheckReport) -> String {
 fn row(folder: &Path, recording: &Recording) -> String {
     let path = folder.join("can-logs").join(recording.file);
     let identified = identify(&path);
-    let possible: Vec<_> = identified.iter().filter(|(_, _, verdict)| *verdict > Verdict::No).collect();
+    let possible: Vec<_> = identified.iter().filter(|(_, _, verdict)| *verdict > FitVerdict::No).collect();
     match (possible.first(), recording.right.first()) {
-        (Some((name, _, Verdict::Fits)), Some(right)) => assert_eq!(name, right, "{}", recording.file),
+        (Some((name, _, FitVerdict::Fits)), Some(right)) => assert_eq!(name, right, "{}", recording.file),
         (None, None) => {}
         (best, right) => panic!("{}: {best:?} instead of {right:?}", recording.file),
     }
@@ -95,7 +95,7 @@ fn row(folder: &Path, recording: &Recording) -> String {
         .take(3)
         .map(
             |(name, _, verdict)| {
-                if *verdict == Verdict::Fits { format!("**{name}**") } else { (*name).to_owned() }
+                if *verdict == FitVerdict::Fits { format!("**{name}**") } else { (*name).to_owned() }
             },
         )
         .collect();

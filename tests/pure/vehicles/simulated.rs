@@ -13,7 +13,7 @@ use signal_gateway::desk;
 use signal_gateway::report::vehicle::CandumpLog;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
-use crate::pure::vehicles::{profile, profile_names};
+use crate::pure::vehicles::{profile, profile_names, read_profile};
 
 /// A log of the vehicle; each line of the script is a time in seconds and a request.
 fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
@@ -32,9 +32,11 @@ fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
 }
 
 fn play(name: &str, script: &str, seconds: u64) -> Playback {
-    let settings = profile(name);
-    let log = drive(settings, script, seconds);
-    play_log(settings, &log)
+    play_settings(profile(name), script, seconds)
+}
+
+fn play_settings(settings: &Settings, script: &str, seconds: u64) -> Playback {
+    play_log(settings, &drive(settings, script, seconds))
 }
 
 /// The report of the moment, by the list of its changes.
@@ -144,6 +146,17 @@ fn a_broken_bulb_is_found() {
             playback.changes.iter().map(|change| (change.ms(), change.message.as_str())).collect();
         assert!(found(TURN), "{name}: {changes:?}");
     }
+}
+
+#[test]
+fn the_side_of_a_broken_bulb_does_not_depend_on_the_words_of_a_text() {
+    let mut settings = read_profile("vw_meb");
+    for signal in &mut settings.gateway.lights.turn_faults.signals {
+        signal.text = signal.text.replace("left", "linke").replace("right", "rechte");
+    }
+    let playback = play_settings(&settings, "5 stalk left\n10 fault bulb left", 20);
+    let names = |side: &str| playback.changes.iter().any(|change| change.message.contains(side));
+    assert!(names("linke front turn lamp") && !names("rechte front turn lamp"), "{:?}", playback.changes);
 }
 
 #[test]

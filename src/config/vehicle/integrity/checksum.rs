@@ -7,7 +7,9 @@ use super::super::binder::Binder;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::core::dbc::model::Message;
-use crate::core::validation::integrity::checksum::{Checksum, CrcRule, Extra, Parameters, Rule, Sum};
+use crate::core::validation::integrity::checksum::{
+    Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,
+};
 
 const SEE: &str = "see [message.*] checksum in config/gateway.toml";
 
@@ -16,14 +18,14 @@ const IDENTIFIER: Keywords<Extra> =
     &[("none", Extra::Nothing), ("before", Extra::IdentifierBefore), ("after", Extra::IdentifierAfter)];
 
 /// Kinds of checksum, with the reader of each; it reads no keys but its own.
-const KINDS: Keywords<fn(&Fields<'_>, &Message) -> Option<Rule>> = &[
-    ("honda", |_, _| Some(Rule::Honda)),
-    ("toyota", |_, _| Some(Rule::Sum(Sum::TOYOTA))),
-    ("j1850", |_, _| Some(Rule::Crc(CrcRule::j1850()))),
+const KINDS: Keywords<fn(&Fields<'_>, &Message) -> Option<ChecksumRule>> = &[
+    ("honda", |_, _| Some(ChecksumRule::Honda)),
+    ("toyota", |_, _| Some(ChecksumRule::Sum(Sum::TOYOTA))),
+    ("j1850", |_, _| Some(ChecksumRule::Crc(CrcRule::j1850()))),
     ("fca_giorgio", giorgio),
-    ("subaru", |_, _| Some(Rule::Sum(Sum::IDENTIFIER))),
-    ("tesla", |_, _| Some(Rule::Sum(Sum::IDENTIFIER))),
-    ("mazda", |_, _| Some(Rule::Sum(Sum::MAZDA))),
+    ("subaru", |_, _| Some(ChecksumRule::Sum(Sum::IDENTIFIER))),
+    ("tesla", |_, _| Some(ChecksumRule::Sum(Sum::IDENTIFIER))),
+    ("mazda", |_, _| Some(ChecksumRule::Sum(Sum::MAZDA))),
     ("psa", psa),
     ("vw", volkswagen),
     ("vw_pq", |fields, _| Some(xor(fields))),
@@ -50,44 +52,44 @@ pub(super) fn checksum(binder: &Binder<'_>, fields: Fields<'_>, message: &Messag
     binder.checker.accept(at, Checksum::new(rule?, field?), "bind the signal that holds the checksum")
 }
 
-fn giorgio(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+fn giorgio(fields: &Fields<'_>, _: &Message) -> Option<ChecksumRule> {
     fields.require(&["xorout"], SEE);
-    Some(Rule::Crc(CrcRule::giorgio(fields.number("xorout", 0..=0xFF, "")?)))
+    Some(ChecksumRule::Crc(CrcRule::giorgio(fields.number("xorout", 0..=0xFF, "")?)))
 }
 
-fn psa(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+fn psa(fields: &Fields<'_>, _: &Message) -> Option<ChecksumRule> {
     fields.require(&["start"], SEE);
-    Some(Rule::Psa { start: fields.number("start", 0..=15, "")? })
+    Some(ChecksumRule::Psa { start: fields.number("start", 0..=15, "")? })
 }
 
-fn volkswagen(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
-    Some(Rule::Crc(CrcRule::volkswagen(sixteen_bytes(fields, "constants", SEE)?)))
+fn volkswagen(fields: &Fields<'_>, _: &Message) -> Option<ChecksumRule> {
+    Some(ChecksumRule::Crc(CrcRule::volkswagen(sixteen_bytes(fields, "constants", SEE)?)))
 }
 
-fn xor(fields: &Fields<'_>) -> Rule {
-    Rule::Xor { start: fields.number("start", 0..=0xFF, "").unwrap_or(0) }
+fn xor(fields: &Fields<'_>) -> ChecksumRule {
+    ChecksumRule::Xor { start: fields.number("start", 0..=0xFF, "").unwrap_or(0) }
 }
 
-fn hyundai_fd(fields: &Fields<'_>, message: &Message) -> Option<Rule> {
+fn hyundai_fd(fields: &Fields<'_>, message: &Message) -> Option<ChecksumRule> {
     let crc = CrcRule::hyundai_fd(message.length);
     let crc = crc.ok_or_else(|| format!("Hyundai's CRC is not known for {} bytes", message.length));
-    fields.checker.accept(fields.at("kind"), crc, SEE).map(Rule::Crc)
+    fields.checker.accept(fields.at("kind"), crc, SEE).map(ChecksumRule::Crc)
 }
 
-fn sum8(fields: &Fields<'_>) -> Rule {
+fn sum8(fields: &Fields<'_>) -> ChecksumRule {
     let start = fields.number("start", 0..=0xFF, "").unwrap_or(0);
     let (identifier, bytes) = (identifier(fields) != Extra::Nothing, bytes(fields));
-    Rule::Sum(Sum { start, identifier, bytes, ..Sum::PLAIN })
+    ChecksumRule::Sum(Sum { start, identifier, bytes, ..Sum::PLAIN })
 }
 
-fn crc8(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+fn crc8(fields: &Fields<'_>, _: &Message) -> Option<ChecksumRule> {
     let [poly, init, xorout] = crc_parameters(fields, 0xFF);
-    Some(crc(fields, Parameters::crc8(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
+    Some(crc(fields, CrcParameters::crc8(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
 }
 
-fn crc16(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+fn crc16(fields: &Fields<'_>, _: &Message) -> Option<ChecksumRule> {
     let [poly, init, xorout] = crc_parameters(fields, 0xFFFF);
-    Some(crc(fields, Parameters::crc16(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
+    Some(crc(fields, CrcParameters::crc16(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
 }
 
 /// Reads `poly`, `init` and `xorout`, each up to `highest`.
@@ -103,10 +105,10 @@ fn crc_parameters<T: From<u8> + Copy + FromStr + Display + PartialOrd>(
     parameters
 }
 
-fn crc(fields: &Fields<'_>, parameters: Parameters) -> Rule {
+fn crc(fields: &Fields<'_>, parameters: CrcParameters) -> ChecksumRule {
     let is_reflected = fields.flag("reflected").unwrap_or_default();
     let parameters = parameters.with_reflection(is_reflected);
-    Rule::Crc(CrcRule::new(parameters, identifier(fields), bytes(fields)))
+    ChecksumRule::Crc(CrcRule::new(parameters, identifier(fields), bytes(fields)))
 }
 
 fn identifier(fields: &Fields<'_>) -> Extra {

@@ -4,21 +4,21 @@ use super::checksum::sixteen_bytes;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::core::validation::integrity::Protection;
-use crate::core::validation::integrity::e2e::{DataIdMode, E2e, Profile};
+use crate::core::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
 
 const SEE: &str = "see [message.*] e2e in config/gateway.toml";
 
 /// AUTOSAR profiles and their variants, with the reader of each; it reads no keys but its own.
-const PROFILES: Keywords<fn(&Fields<'_>) -> Option<Profile>> = &[
+const PROFILES: Keywords<fn(&Fields<'_>) -> Option<E2eProfile>> = &[
     ("1A", |fields| profile_1(fields, DataIdMode::Both)),
     ("1B", |fields| profile_1(fields, DataIdMode::Alternating)),
     ("1C", |fields| profile_1(fields, DataIdMode::Nibble)),
     ("1-low", |fields| profile_1(fields, DataIdMode::Low)),
     ("2", profile_2),
-    ("4", |fields| Some(Profile::P04 { data_id: data_id(fields, u32::MAX)? })),
-    ("5", |fields| Some(Profile::P05 { data_id: data_id(fields, u16::MAX)? })),
-    ("6", |fields| Some(Profile::P06 { data_id: data_id(fields, u16::MAX)? })),
-    ("7", |fields| Some(Profile::P07 { data_id: data_id(fields, u32::MAX)? })),
+    ("4", |fields| Some(E2eProfile::P04 { data_id: data_id(fields, u32::MAX)? })),
+    ("5", |fields| Some(E2eProfile::P05 { data_id: data_id(fields, u16::MAX)? })),
+    ("6", |fields| Some(E2eProfile::P06 { data_id: data_id(fields, u16::MAX)? })),
+    ("7", |fields| Some(E2eProfile::P07 { data_id: data_id(fields, u32::MAX)? })),
     ("11A", |fields| profile_1(fields, DataIdMode::Both)),
     ("11C", |fields| profile_1(fields, DataIdMode::Nibble)),
     ("22", profile_2),
@@ -49,10 +49,10 @@ fn data_id<T: From<u8> + std::str::FromStr + std::fmt::Display + PartialOrd>(
     fields.number("data_id", T::from(0)..=highest, "")
 }
 
-fn profile_1(fields: &Fields<'_>, mode: DataIdMode) -> Option<Profile> {
-    Some(Profile::P01 { data_id: data_id(fields, u16::MAX)?, mode })
+fn profile_1(fields: &Fields<'_>, mode: DataIdMode) -> Option<E2eProfile> {
+    Some(E2eProfile::P01 { data_id: data_id(fields, u16::MAX)?, mode })
 }
 
-fn profile_2(fields: &Fields<'_>) -> Option<Profile> {
-    Some(Profile::P02 { data_ids: sixteen_bytes(fields, "data_ids", SEE)? })
+fn profile_2(fields: &Fields<'_>) -> Option<E2eProfile> {
+    Some(E2eProfile::P02 { data_ids: sixteen_bytes(fields, "data_ids", SEE)? })
 }

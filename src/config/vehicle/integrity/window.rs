@@ -1,7 +1,7 @@
 //! `window = { init = …, valid = …, invalid = … }` of `[message.*]`: the E2E state machine.
 
 use crate::config::reading::fields::Fields;
-use crate::core::validation::integrity::window::{Limits, Window};
+use crate::core::validation::integrity::window::{Window, WindowLimits};
 
 /// Reads the limits of each state.
 pub(super) fn window(fields: Fields<'_>) -> Option<Window> {
@@ -16,10 +16,10 @@ pub(super) fn window(fields: Fields<'_>) -> Option<Window> {
 }
 
 /// Reads `{ size = …, min_ok = …, max_error = … }`.
-fn limits(fields: Fields<'_>) -> Option<Limits> {
+fn limits(fields: Fields<'_>) -> Option<WindowLimits> {
     fields.require(&["size", "min_ok", "max_error"], "");
     let [size, min_ok, max_error] =
         ["size", "min_ok", "max_error"].map(|key| fields.number(key, 0..=u8::MAX, ""));
     fields.done();
-    Some(Limits { size: size?, min_ok: min_ok?, max_error: max_error? })
+    Some(WindowLimits { size: size?, min_ok: min_ok?, max_error: max_error? })
 }

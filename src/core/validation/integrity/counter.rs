@@ -1,9 +1,10 @@
 //! Message counters, which reveal lost, repeated and foreign frames.
 //!
-//! The results are those of AUTOSAR's profile 1, which later profiles restrict: the first frame only
-//! initialises. A step beyond the largest one is a wrong sequence, after which a number of frames in
-//! sequence is required before one is accepted. The same holds after too many repetitions.
+//! The results follow AUTOSAR's profile 1, which later profiles restrict: the first frame only initialises. A
+//! step beyond the largest one is a wrong sequence, after which a number of frames in sequence is required
+//! before one is accepted. The same holds after too many repetitions.
 
+use super::reject::Reject;
 use crate::core::can::frame::Frame;
 use crate::core::dbc::codec::SignalCodec;
 
@@ -42,7 +43,7 @@ pub enum CounterError {
     /// The largest step is 0, or so large that a step back looks the same.
     #[error("the largest step is {max_step}, but this range allows 1 to {most}")]
     Step {
-        /// Largest step requested.
+        /// Largest step that was requested.
         max_step: u32,
         /// Largest step possible with the range.
         most: u32,
@@ -60,30 +61,6 @@ pub enum CounterError {
     Multiplexed,
 }
 
-/// Result of comparing the counter of a frame with the one before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sequence {
-    /// The first frame, whose counter has no predecessor.
-    Initial,
-    /// The next value or, with [`IncrementsOn::Changes`], the same frame again.
-    Ok,
-    /// A tolerated step, with the number of frames missing.
-    OkSomeLost(u32),
-    /// In sequence after a gap, with the number of frames in sequence still required.
-    Syncing(u8),
-    /// The same value as before.
-    Repeated,
-    /// A step larger than the tolerated one.
-    WrongSequence {
-        /// Counter of the frame before.
-        from: u32,
-        /// Counter of this frame.
-        to: u32,
-    },
-    /// A value outside the range of the counter, which leaves its state unchanged.
-    OutOfRange(u32),
-}
-
 /// A counter that is carried by a signal of its message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counter {
@@ -95,16 +72,14 @@ pub struct Counter {
 #[derive(Debug, Clone, Default)]
 pub struct CounterState {
     last: Option<(u32, Option<Frame>)>,
-    /// Repetitions since the last step.
     repeats: u8,
-    /// Frames in sequence that are still required.
     syncing: u8,
 }
 
 impl CounterRule {
-    /// A counter from `first` to `last` (e.g. 0 to 14) and back to `first`, incremented by 1 with every
-    /// frame. One repeated frame (CAN controllers retransmit after errors) is not a gap; after a gap or a silence one
-    /// frame in sequence is required.
+    /// Creates a counter from `first` to `last` (e.g. 0 to 14) and back to `first`, incremented by 1 with
+    /// every frame. One repeated frame (CAN controllers retransmit after errors) is not a gap; after a gap or
+    /// a silence one frame in sequence is required.
     pub fn new(first: u32, last: u32) -> Result<Self, CounterError> {
         if first >= last {
             return Err(CounterError::Range { first, last });
@@ -144,22 +119,22 @@ impl CounterRule {
         Self { sync_after, ..self }
     }
 
-    /// The value that follows `value`.
+    /// Returns the value that follows `value`.
     pub fn next(&self, value: u32) -> u32 {
         if (self.first..self.last).contains(&value) { value + 1 } else { self.first }
     }
 
-    /// First and last value of the counter.
+    /// Returns the first and last value of the counter.
     pub fn range(&self) -> (u32, u32) {
         (self.first, self.last)
     }
 
-    /// Largest tolerated step.
+    /// Returns the largest tolerated step.
     pub fn max_step(&self) -> u32 {
         self.max_step
     }
 
-    /// Steps from one value to another, both in range: 0 to `last - first`.
+    /// Returns the steps from one value to another, both in range: 0 to `last - first`.
     fn steps(&self, from: u32, to: u32) -> u32 {
         // The number of values may be 2^32.
         to.checked_sub(from).unwrap_or_else(|| (self.last - from) + (to - self.first) + 1)
@@ -167,7 +142,7 @@ impl CounterRule {
 }
 
 impl Counter {
-    /// A counter that follows `rule` and is stored in `signal`.
+    /// Creates a counter that follows `rule` and is stored in `signal`.
     pub fn new(rule: CounterRule, signal: SignalCodec) -> Result<Self, CounterError> {
         let (lowest, highest) = signal.range();
         if i128::from(rule.first) < lowest || i128::from(rule.last) > highest {
@@ -179,52 +154,53 @@ impl Counter {
         Ok(Self { signal, rule })
     }
 
-    /// The counter in a frame of at least [`Self::needed_length`] bytes.
+    /// Returns the counter in a frame of at least [`Self::needed_length`] bytes.
     pub fn value(&self, frame: &Frame) -> u32 {
         // Negative or beyond 32 bits: outside of every range but 0 to 2^32 - 1.
         u32::try_from(self.signal.value(frame.padded())).unwrap_or(u32::MAX)
     }
 
-    /// Smallest number of bytes in a frame that has the counter.
+    /// Returns the smallest number of bytes in a frame that has the counter.
     pub fn needed_length(&self) -> usize {
         self.signal.needed_length()
     }
 
-    /// Range, steps and tolerance of the counter.
+    /// Returns the range, steps and tolerance of the counter.
     pub fn rule(&self) -> &CounterRule {
         &self.rule
     }
 
-    /// The signal that holds the counter.
+    /// Returns the signal that holds the counter.
     pub fn signal(&self) -> &SignalCodec {
         &self.signal
     }
 }
 
 impl CounterState {
-    /// Forgets the last value, as a silence demands: the next frame only initialises, and then as many frames in
-    /// sequence are required as after a gap. Without a value before, none are.
+    /// Forgets the last value after a silence. The next frame only initialises, and then as many frames in
+    /// sequence are required as after a gap, unless there was no value before.
     pub fn forget(&mut self, rule: &CounterRule) {
         if self.last.is_some() {
             *self = Self { syncing: rule.sync_after, ..Self::default() };
         }
     }
 
-    /// Compares the counter of the next frame, `to`, with the one before.
-    pub fn step(&mut self, rule: &CounterRule, to: u32, frame: &Frame) -> Sequence {
+    /// Compares the counter of the next frame, `to`, with the one before. Returns the number of frames lost in between.
+    /// A value out of range leaves the state unchanged.
+    pub fn step(&mut self, rule: &CounterRule, to: u32, frame: &Frame) -> Result<u32, Reject> {
         if !(rule.first..=rule.last).contains(&to) {
-            return Sequence::OutOfRange(to);
+            return Err(Reject::CounterOutOfRange(to));
         }
         let contents = (rule.increments_on == IncrementsOn::Changes).then_some(*frame);
         let Some((from, before)) = self.last.replace((to, contents)) else {
-            return Sequence::Initial;
+            return Err(Reject::Initial);
         };
         let steps = rule.steps(from, to);
         if steps == 0 {
             return match rule.increments_on {
                 IncrementsOn::Sends => {
                     self.repeats = self.repeats.saturating_add(1);
-                    Sequence::Repeated
+                    Err(Reject::Repeated)
                 }
                 IncrementsOn::Changes if before == contents => self.in_sequence(0),
                 IncrementsOn::Changes => self.wrong_sequence(rule, from, to),
@@ -239,18 +215,18 @@ impl CounterState {
         self.in_sequence(steps - 1)
     }
 
-    fn in_sequence(&mut self, lost: u32) -> Sequence {
+    fn in_sequence(&mut self, lost: u32) -> Result<u32, Reject> {
         if self.syncing > 0 {
             self.syncing -= 1;
-            return Sequence::Syncing(self.syncing);
+            return Err(Reject::Syncing(self.syncing));
         }
-        if lost == 0 { Sequence::Ok } else { Sequence::OkSomeLost(lost) }
+        Ok(lost)
     }
 
-    fn wrong_sequence(&mut self, rule: &CounterRule, from: u32, to: u32) -> Sequence {
+    fn wrong_sequence(&mut self, rule: &CounterRule, from: u32, to: u32) -> Result<u32, Reject> {
         self.repeats = 0;
         self.syncing = rule.sync_after;
-        Sequence::WrongSequence { from, to }
+        Err(Reject::WrongSequence { from, to })
     }
 }
 
@@ -266,7 +242,7 @@ mod tests {
     }
 
     /// Steps through `values` with contents that differ from frame to frame.
-    fn run(rule: &CounterRule, values: &[u32]) -> Vec<Sequence> {
+    fn run(rule: &CounterRule, values: &[u32]) -> Vec<Result<u32, Reject>> {
         let mut state = CounterState::default();
         let frame = |at: usize| Frame::classic(CanId::Standard(1), &at.to_le_bytes()).unwrap();
         values.iter().enumerate().map(|(at, value)| state.step(rule, *value, &frame(at))).collect()
@@ -274,66 +250,76 @@ mod tests {
 
     #[test]
     fn counter_wraps_after_last_value() {
-        use Sequence::{Initial, Ok, OutOfRange};
-        assert_eq!(run(&rule(0, 14), &[13, 14, 0, 15, 1]), [Initial, Ok, Ok, OutOfRange(15), Ok]);
-        assert_eq!(run(&rule(1, 3), &[3, 1, 2, 0]), [Initial, Ok, Ok, OutOfRange(0)]);
-        assert_eq!(run(&rule(0, u32::MAX), &[u32::MAX, 0]), [Initial, Ok]);
+        use Reject::{CounterOutOfRange, Initial};
+        assert_eq!(
+            run(&rule(0, 14), &[13, 14, 0, 15, 1]),
+            [Err(Initial), Ok(0), Ok(0), Err(CounterOutOfRange(15)), Ok(0)]
+        );
+        assert_eq!(run(&rule(1, 3), &[3, 1, 2, 0]), [Err(Initial), Ok(0), Ok(0), Err(CounterOutOfRange(0))]);
+        assert_eq!(run(&rule(0, u32::MAX), &[u32::MAX, 0]), [Err(Initial), Ok(0)]);
         assert_eq!((rule(0, 14).next(14), rule(1, 3).next(1), rule(1, 3).next(9)), (0, 2, 1));
     }
 
     #[test]
     fn step_beyond_max_requires_frames_in_sequence() {
-        use Sequence::{Initial, Ok, OkSomeLost, Syncing, WrongSequence};
+        use Reject::{Initial, Syncing, WrongSequence};
         let rule = rule(0, 15).with_max_step(3).unwrap().with_sync_after(2);
         assert_eq!(
             run(&rule, &[0, 3, 4, 8, 9, 12, 13, 12]),
             [
-                Initial,
-                OkSomeLost(2),
-                Ok,
-                WrongSequence { from: 4, to: 8 },
-                Syncing(1),
-                Syncing(0),
-                Ok,
-                WrongSequence { from: 13, to: 12 }
+                Err(Initial),
+                Ok(2),
+                Ok(0),
+                Err(WrongSequence { from: 4, to: 8 }),
+                Err(Syncing(1)),
+                Err(Syncing(0)),
+                Ok(0),
+                Err(WrongSequence { from: 13, to: 12 })
             ]
         );
         let at_once = rule.with_sync_after(0);
-        assert_eq!(run(&at_once, &[0, 8, 9])[1..], [WrongSequence { from: 0, to: 8 }, Ok]);
+        assert_eq!(run(&at_once, &[0, 8, 9])[1..], [Err(WrongSequence { from: 0, to: 8 }), Ok(0)]);
     }
 
     #[test]
     fn too_many_repetitions_require_frames_in_sequence() {
-        use Sequence::{Initial, Ok, Repeated, Syncing};
+        use Reject::{Initial, Repeated, Syncing};
         let rule = rule(0, 15);
-        assert_eq!(run(&rule, &[0, 0, 1]), [Initial, Repeated, Ok]);
-        assert_eq!(run(&rule, &[0, 0, 0, 1, 2]), [Initial, Repeated, Repeated, Syncing(0), Ok]);
+        assert_eq!(run(&rule, &[0, 0, 1]), [Err(Initial), Err(Repeated), Ok(0)]);
+        assert_eq!(
+            run(&rule, &[0, 0, 0, 1, 2]),
+            [Err(Initial), Err(Repeated), Err(Repeated), Err(Syncing(0)), Ok(0)]
+        );
     }
 
     #[test]
     fn silence_requires_as_many_frames_in_sequence_as_a_gap() {
-        use Sequence::{Initial, Ok, Syncing};
+        use Reject::{Initial, Syncing};
         let rule = rule(0, 15).with_sync_after(2);
         let mut state = CounterState::default();
         let frame = Frame::classic(CanId::Standard(1), &[]).unwrap();
         state.forget(&rule);
-        assert_eq!([3, 4].map(|value| state.step(&rule, value, &frame)), [Initial, Ok], "none before");
+        assert_eq!(
+            [3, 4].map(|value| state.step(&rule, value, &frame)),
+            [Err(Initial), Ok(0)],
+            "none before"
+        );
         for _ in 0..2 {
             state.forget(&rule);
         }
         let results = [9, 10, 11, 12].map(|value| state.step(&rule, value, &frame));
-        assert_eq!(results, [Initial, Syncing(1), Syncing(0), Ok]);
+        assert_eq!(results, [Err(Initial), Err(Syncing(1)), Err(Syncing(0)), Ok(0)]);
     }
 
     #[test]
     fn equal_frames_may_have_equal_counters_when_counting_changes() {
-        use Sequence::{Initial, Ok, WrongSequence};
+        use Reject::{Initial, WrongSequence};
         let rule = rule(0, 15).with_increments_on(IncrementsOn::Changes);
         let mut state = CounterState::default();
         let mut step =
             |value, data: u8| state.step(&rule, value, &Frame::classic(CanId::Standard(1), &[data]).unwrap());
-        assert_eq!([step(4, 1), step(4, 1), step(4, 1), step(5, 2)], [Initial, Ok, Ok, Ok]);
-        assert_eq!(step(5, 3), WrongSequence { from: 5, to: 5 });
+        assert_eq!([step(4, 1), step(4, 1), step(4, 1), step(5, 2)], [Err(Initial), Ok(0), Ok(0), Ok(0)]);
+        assert_eq!(step(5, 3), Err(WrongSequence { from: 5, to: 5 }));
     }
 
     #[test]
@@ -356,27 +342,27 @@ mod tests {
         assert_eq!(negative.value(&frame), u32::MAX, "out of range");
     }
 
-    /// The same results from counting how often `next` leads from one value to the other.
-    fn reference(rule: &CounterRule, values: &[u32]) -> Vec<Sequence> {
+    /// Returns the same results from counting how often `next` leads from one value to the other.
+    fn reference(rule: &CounterRule, values: &[u32]) -> Vec<Result<u32, Reject>> {
         let (mut last, mut repeats, mut required) = (None, 0_u32, 0_u8);
         let mut results = Vec::new();
         for value in values.iter().copied() {
             if value < rule.first || value > rule.last {
-                results.push(Sequence::OutOfRange(value));
+                results.push(Err(Reject::CounterOutOfRange(value)));
                 continue;
             }
             let Some(from) = last.replace(value) else {
-                results.push(Sequence::Initial);
+                results.push(Err(Reject::Initial));
                 continue;
             };
             let walk = std::iter::successors(Some(from), |at| Some(rule.next(*at)));
             let steps = u32::try_from(walk.take_while(|at| *at != value).count()).unwrap();
             results.push(if steps == 0 {
                 repeats += 1;
-                Sequence::Repeated
+                Err(Reject::Repeated)
             } else if steps > rule.max_step {
                 (repeats, required) = (0, rule.sync_after);
-                Sequence::WrongSequence { from, to: value }
+                Err(Reject::WrongSequence { from, to: value })
             } else {
                 if repeats > u32::from(rule.tolerated_repeats) {
                     required = required.max(rule.sync_after);
@@ -385,10 +371,10 @@ mod tests {
                 match required.checked_sub(1) {
                     Some(rest) => {
                         required = rest;
-                        Sequence::Syncing(rest)
+                        Err(Reject::Syncing(rest))
                     }
-                    None if steps == 1 => Sequence::Ok,
-                    None => Sequence::OkSomeLost(steps - 1),
+
+                    None => Ok(steps - 1),
                 }
             });
         }

@@ -1,12 +1,11 @@
-//! Texts for the integrity rules of a message and for the results of its frames.
+//! Texts for the integrity rules of a message.
 
 use std::fmt;
 
-use super::checksum::{Checksum, Rule};
+use super::checksum::{Checksum, ChecksumRule};
 use super::counter::CounterRule;
-use super::e2e::{E2e, Profile};
-use super::window::E2eState;
-use super::{IntegrityCounts, MessageIntegrity, Protection, Reject};
+use super::e2e::{E2e, E2eProfile};
+use super::{MessageIntegrity, Protection};
 
 /// All rules, e.g. `Honda's checksum and a counter of 0 to 3 in steps of at most 2`.
 impl fmt::Display for MessageIntegrity {
@@ -30,12 +29,12 @@ impl fmt::Display for MessageIntegrity {
 
 fn checksum_text(checksum: &Checksum) -> &'static str {
     match checksum.rule() {
-        Rule::Honda => "Honda's checksum",
-        Rule::Psa { .. } => "PSA's checksum",
-        Rule::Sum(_) => "a sum of bytes",
-        Rule::Xor { .. } => "an exclusive or of bytes",
-        Rule::Crc(crc) if crc.width() == 8 => "a CRC of 8 bits",
-        Rule::Crc(_) => "a CRC of 16 bits",
+        ChecksumRule::Honda => "Honda's checksum",
+        ChecksumRule::Psa { .. } => "PSA's checksum",
+        ChecksumRule::Sum(_) => "a sum of bytes",
+        ChecksumRule::Xor { .. } => "an exclusive or of bytes",
+        ChecksumRule::Crc(crc) if crc.width() == 8 => "a CRC of 8 bits",
+        ChecksumRule::Crc(_) => "a CRC of 16 bits",
     }
 }
 
@@ -46,54 +45,11 @@ fn counter_text(rule: &CounterRule) -> String {
 
 fn profile_name(profile: &E2e) -> &'static str {
     match profile.profile() {
-        Profile::P01 { .. } => "1",
-        Profile::P02 { .. } => "2",
-        Profile::P04 { .. } => "4",
-        Profile::P05 { .. } => "5",
-        Profile::P06 { .. } => "6",
-        Profile::P07 { .. } => "7",
-    }
-}
-
-impl IntegrityCounts {
-    /// Number of rejected frames for each reason, with the text of [`Reject::reason`]; includes zeros.
-    pub fn by_reason(&self) -> [(&'static str, u64); 9] {
-        [
-            (Reject::Initial, self.initial),
-            (Reject::WrongLength(0), self.wrong_length),
-            (Reject::WrongChecksum { stored: 0, expected: 0 }, self.wrong_checksum),
-            (Reject::WrongDataId { stored: 0, expected: 0 }, self.wrong_data_id),
-            (Reject::CounterOutOfRange(0), self.counter_out_of_range),
-            (Reject::Repeated, self.repeated),
-            (Reject::WrongSequence { from: 0, to: 0 }, self.wrong_sequence),
-            (Reject::Syncing(0), self.syncing),
-            (Reject::NotValid(E2eState::NoData), self.not_valid),
-        ]
-        .map(|(reject, count)| (reject.reason(), count))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn counts_by_reason_add_up_to_rejected() {
-        let counts = IntegrityCounts {
-            trusted: 1_000,
-            lost: 2_000,
-            initial: 1,
-            wrong_length: 2,
-            wrong_checksum: 4,
-            wrong_data_id: 8,
-            counter_out_of_range: 16,
-            repeated: 32,
-            wrong_sequence: 64,
-            syncing: 128,
-            not_valid: 256,
-        };
-        let reasons = counts.by_reason();
-        assert_eq!(reasons.iter().map(|(_, count)| count).sum::<u64>(), counts.rejected());
-        assert!(reasons.contains(&("wrong checksum", 4)) && reasons.contains(&("repeated counter", 32)));
+        E2eProfile::P01 { .. } => "1",
+        E2eProfile::P02 { .. } => "2",
+        E2eProfile::P04 { .. } => "4",
+        E2eProfile::P05 { .. } => "5",
+        E2eProfile::P06 { .. } => "6",
+        E2eProfile::P07 { .. } => "7",
     }
 }

@@ -4,7 +4,7 @@ use super::Protection;
 use crate::core::can::frame::{CanId, MAX_DATA};
 
 impl Protection {
-    /// The first counter value; 0 without a counter.
+    /// Returns the first counter value; 0 without a counter.
     pub fn first_counter(&self) -> u32 {
         match self {
             Self::Fields { counter: Some(counter), .. } => counter.rule().range().0,
@@ -13,7 +13,7 @@ impl Protection {
         }
     }
 
-    /// The counter value that follows `value`.
+    /// Returns the counter value that follows `value`.
     pub fn next_counter(&self, value: u32) -> u32 {
         match self {
             Self::Fields { counter: Some(counter), .. } => counter.rule().next(value),
@@ -22,8 +22,7 @@ impl Protection {
         }
     }
 
-    /// Writes counter and checksum into the first `length` bytes of `data`. Returns `false` when they do
-    /// not fit.
+    /// Writes counter and checksum into the first `length` bytes of `data`. Returns `false` when they do not fit.
     #[must_use]
     pub fn protect(&self, id: CanId, counter_value: u32, data: &mut [u8; MAX_DATA], length: usize) -> bool {
         match self {

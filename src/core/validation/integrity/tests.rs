@@ -1,20 +1,20 @@
-use super::checksum::{CrcRule, Rule};
-use super::e2e::{DataIdMode, Profile};
-use super::window::Limits;
+use super::checksum::{ChecksumRule, CrcRule};
+use super::e2e::{DataIdMode, E2eProfile};
+use super::window::WindowLimits;
 use super::*;
 use crate::core::can::frame::CanId;
-use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use crate::core::dbc::codec::{Layout, SignalCodec};
 use proptest::prelude::*;
 
 const ID: CanId = CanId::Standard(0x318);
 
 fn signal(start: u16, length: u16) -> SignalCodec {
-    SignalCodec::new(Layout { start, length, order: ByteOrder::Intel, signed: false }, 8).unwrap()
+    SignalCodec::new(Layout::unsigned(start, length), 8).unwrap()
 }
 
 /// J1850 in the last byte of eight, a counter of four bits in the high half of the one before.
 fn fca() -> MessageIntegrity {
-    let checksum = Checksum::new(Rule::Crc(CrcRule::j1850()), signal(56, 8)).unwrap();
+    let checksum = Checksum::new(ChecksumRule::Crc(CrcRule::j1850()), signal(56, 8)).unwrap();
     let rule = CounterRule::new(0, 15).unwrap().with_max_step(2).unwrap();
     let counter = Counter::new(rule, signal(52, 4)).unwrap();
     MessageIntegrity {
@@ -26,7 +26,7 @@ fn fca() -> MessageIntegrity {
 }
 
 fn window() -> Window {
-    let limits = |size, min_ok, max_error| Limits { size, min_ok, max_error };
+    let limits = |size, min_ok, max_error| WindowLimits { size, min_ok, max_error };
     Window::new(limits(2, 2, 0), limits(4, 1, 1), limits(3, 3, 0), false).unwrap()
 }
 
@@ -36,7 +36,9 @@ fn frame(data: &[u8]) -> Frame {
 
 fn protected_frame(counter: u8, turn: u8) -> [u8; 8] {
     let mut data = [turn, 0, 0, 0, 0, 0, counter << 4, 0];
-    assert!(Checksum::new(Rule::Crc(CrcRule::j1850()), signal(56, 8)).unwrap().protect(ID, &mut data));
+    assert!(
+        Checksum::new(ChecksumRule::Crc(CrcRule::j1850()), signal(56, 8)).unwrap().protect(ID, &mut data)
+    );
     data
 }
 
@@ -51,35 +53,31 @@ impl Receiver {
         Self { checker: IntegrityChecker::new(rules), now: MonoTime::ZERO }
     }
 
-    fn receive(&mut self, data: &[u8]) -> IntegrityVerdict {
+    fn receive(&mut self, data: &[u8]) -> Result<(), Reject> {
         self.now = self.now.after(Duration::from_millis(100));
         self.checker.check(&frame(data), self.now)
     }
 
-    fn counters(&mut self, counters: &[u8]) -> Vec<IntegrityVerdict> {
+    fn counters(&mut self, counters: &[u8]) -> Vec<Result<(), Reject>> {
         counters.iter().map(|counter| self.receive(&protected_frame(*counter, 1))).collect()
     }
 }
 
-use IntegrityVerdict::{Rejected, Trusted};
 use Reject::{Initial, NotValid, Repeated, Syncing, WrongChecksum, WrongLength, WrongSequence};
 
 #[test]
 fn frame_is_trusted_when_checksum_and_counter_are_right() {
     let mut receiver = Receiver::new(fca());
     let verdicts = receiver.counters(&[3, 4, 4, 6, 12, 13, 14]);
-    let wrong = Rejected(WrongSequence { from: 6, to: 12 });
-    assert_eq!(
-        verdicts,
-        [Rejected(Initial), Trusted, Rejected(Repeated), Trusted, wrong, Rejected(Syncing(0)), Trusted]
-    );
+    let wrong = Err(WrongSequence { from: 6, to: 12 });
+    assert_eq!(verdicts, [Err(Initial), Ok(()), Err(Repeated), Ok(()), wrong, Err(Syncing(0)), Ok(())]);
     let mut damaged = protected_frame(15, 1);
     damaged[0] ^= 2;
     assert!(
-        matches!(receiver.receive(&damaged), Rejected(WrongChecksum { stored, expected }) if stored != expected)
+        matches!(receiver.receive(&damaged), Err(WrongChecksum { stored, expected }) if stored != expected)
     );
-    assert_eq!(receiver.receive(&[1; 7]), Rejected(WrongLength(7)));
-    assert_eq!(receiver.counters(&[0]), [Trusted], "a damaged frame leaves the counter unchanged");
+    assert_eq!(receiver.receive(&[1; 7]), Err(WrongLength(7)));
+    assert_eq!(receiver.counters(&[0]), [Ok(())], "a damaged frame leaves the counter unchanged");
     let counts = IntegrityCounts {
         trusted: 4,
         lost: 2,
@@ -99,17 +97,17 @@ fn silence_resets_checker() {
     let mut receiver = Receiver::new(fca());
     receiver.counters(&[3, 4]);
     receiver.now = receiver.now.after(Duration::from_millis(400));
-    assert_eq!(receiver.counters(&[5]), [Trusted], "500 ms is the limit");
+    assert_eq!(receiver.counters(&[5]), [Ok(())], "500 ms is the limit");
     receiver.now = receiver.now.after(Duration::from_millis(401));
-    let anew = [Rejected(Initial), Rejected(Syncing(0)), Trusted];
-    assert_eq!(receiver.counters(&[6, 7, 8]), anew);
+    let from_start = [Err(Initial), Err(Syncing(0)), Ok(())];
+    assert_eq!(receiver.counters(&[6, 7, 8]), from_start);
     // Damaged frames do not end a silence.
     for _ in 0..6 {
-        receiver.receive(&[0; 8]);
+        assert!(receiver.receive(&[0; 8]).is_err());
     }
-    assert_eq!(receiver.counters(&[9, 10, 11]), anew);
+    assert_eq!(receiver.counters(&[9, 10, 11]), from_start);
     receiver.checker.forget();
-    assert_eq!(receiver.counters(&[12, 13, 14]), anew);
+    assert_eq!(receiver.counters(&[12, 13, 14]), from_start);
 }
 
 #[test]
@@ -122,7 +120,7 @@ fn a_longer_gap_is_not_trusted_sooner() {
         receiver.counters(&[3, 4]);
         receiver.now = receiver.now.after(Duration::from_millis(gap_ms - 100));
         let verdicts = receiver.counters(&[9, 10, 11, 12, 13, 14, 15, 0]);
-        let trusted = verdicts.iter().position(|verdict| *verdict == Trusted);
+        let trusted = verdicts.iter().position(|verdict| *verdict == Ok(()));
         assert_eq!(trusted, Some(6), "frame 7 after {gap_ms} ms: {verdicts:?}");
     }
 }
@@ -130,19 +128,16 @@ fn a_longer_gap_is_not_trusted_sooner() {
 #[test]
 fn window_requires_several_good_frames() {
     let mut receiver = Receiver::new(MessageIntegrity { window: Some(window()), ..fca() });
-    let not_valid = |state| Rejected(NotValid(state));
+    let not_valid = |state| Err(NotValid(state));
     assert_eq!(receiver.checker.e2e_state(), Some(E2eState::NoData));
-    assert_eq!(
-        receiver.counters(&[1, 2, 3, 4]),
-        [Rejected(Initial), not_valid(E2eState::Init), Trusted, Trusted]
-    );
-    receiver.receive(&[0; 8]);
-    assert_eq!(receiver.counters(&[5]), [Trusted], "one error is tolerated");
-    receiver.receive(&[0; 8]);
-    receiver.receive(&[0; 8]);
+    assert_eq!(receiver.counters(&[1, 2, 3, 4]), [Err(Initial), not_valid(E2eState::Init), Ok(()), Ok(())]);
+    assert!(receiver.receive(&[0; 8]).is_err());
+    assert_eq!(receiver.counters(&[5]), [Ok(())], "one error is tolerated");
+    assert!(receiver.receive(&[0; 8]).is_err());
+    assert!(receiver.receive(&[0; 8]).is_err());
     assert_eq!(receiver.checker.e2e_state(), Some(E2eState::Invalid));
     let invalid = not_valid(E2eState::Invalid);
-    assert_eq!(receiver.counters(&[6, 7, 8]), [invalid, invalid, Trusted]);
+    assert_eq!(receiver.counters(&[6, 7, 8]), [invalid, invalid, Ok(())]);
 }
 
 #[test]
@@ -150,14 +145,14 @@ fn checksum_without_counter_is_sufficient() {
     let Protection::Fields { checksum, .. } = fca().protection else { unreachable!() };
     let protection = Protection::Fields { checksum, counter: None };
     let mut receiver = Receiver::new(MessageIntegrity { protection, length: None, ..fca() });
-    assert_eq!(receiver.counters(&[3, 3]), [Trusted, Trusted]);
-    assert_eq!(receiver.receive(&[0; 7]), Rejected(WrongLength(7)), "no checksum in it");
+    assert_eq!(receiver.counters(&[3, 3]), [Ok(()), Ok(())]);
+    assert_eq!(receiver.receive(&[0; 7]), Err(WrongLength(7)), "no checksum in it");
 }
 
 #[test]
 fn e2e_profile_checks_counter_and_data_id() {
     let profile = |data_id| {
-        let profile = Profile::P01 { data_id, mode: DataIdMode::Nibble };
+        let profile = E2eProfile::P01 { data_id, mode: DataIdMode::Nibble };
         E2e::new(profile, 0, 8).unwrap()
     };
     let rules = |e2e| MessageIntegrity { protection: Protection::e2e(e2e, 1).unwrap(), ..fca() };
@@ -169,12 +164,12 @@ fn e2e_profile_checks_counter_and_data_id() {
     };
     assert_eq!(
         [13, 14, 0].map(|counter| receiver.receive(&protected(0x123, counter))),
-        [Rejected(Initial), Trusted, Trusted]
+        [Err(Initial), Ok(()), Ok(())]
     );
-    assert_eq!(receiver.receive(&protected(0x123, 15)), Rejected(Reject::CounterOutOfRange(15)));
+    assert_eq!(receiver.receive(&protected(0x123, 15)), Err(Reject::CounterOutOfRange(15)));
     let other_message = Reject::WrongDataId { stored: 4, expected: 1 };
-    assert_eq!(receiver.receive(&protected(0x423, 1)), Rejected(other_message));
-    assert_eq!(receiver.receive(&protected(0x123, 1)), Trusted);
+    assert_eq!(receiver.receive(&protected(0x423, 1)), Err(other_message));
+    assert_eq!(receiver.receive(&protected(0x123, 1)), Ok(()));
     assert!(Protection::e2e(profile(0x123), 15).is_err(), "a step of 15 would be a repetition");
 }
 
@@ -183,7 +178,7 @@ proptest! {
     fn any_frames_are_checked_without_panic_and_counted(
         frames in prop::collection::vec((prop::collection::vec(any::<u8>(), 0..=8), any::<u64>(), any::<u8>()), 0..50),
     ) {
-        let e2e = E2e::new(Profile::P05 { data_id: 1 }, 1, 6).unwrap();
+        let e2e = E2e::new(E2eProfile::P05 { data_id: 1 }, 1, 6).unwrap();
         let profile = MessageIntegrity { protection: Protection::e2e(e2e, 3).unwrap(), length: None, window: Some(window()), forget_after: None };
         for rules in [fca(), MessageIntegrity { window: Some(window()), length: None, ..fca() }, profile] {
             let mut checker = IntegrityChecker::new(rules);
@@ -191,7 +186,7 @@ proptest! {
                 let good = protected_frame(*counter, 1);
                 let data = if counter % 2 == 0 { data.as_slice() } else { &good };
                 let before = checker.counts().trusted;
-                let trusted = checker.check(&frame(data), MonoTime::from_nanos(*at)) == Trusted;
+                let trusted = checker.check(&frame(data), MonoTime::from_nanos(*at)) == Ok(());
                 prop_assert_eq!(checker.counts().trusted - before, u64::from(trusted));
             }
             prop_assert_eq!(checker.counts().trusted + checker.counts().rejected(), frames.len() as u64);
@@ -224,6 +219,6 @@ fn a_frame_that_ends_before_its_counter_has_the_wrong_length() {
     let rules = MessageIntegrity { length: None, protection, window: None, forget_after: None };
     let mut checker = IntegrityChecker::new(rules);
     let mut verdict = |length| checker.check(&frame(&[0; 8][..length]), MonoTime::ZERO);
-    assert_eq!(verdict(6), Rejected(WrongLength(6)));
-    assert_eq!(verdict(7), Rejected(Initial));
+    assert_eq!(verdict(6), Err(WrongLength(6)));
+    assert_eq!(verdict(7), Err(Initial));
 }

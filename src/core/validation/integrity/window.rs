@@ -1,8 +1,7 @@
 //! AUTOSAR's common E2E state machine, which decides whether a message as a whole can be trusted.
 //!
-//! Results of single frames enter a window of the newest ones. Enough good ones make the message
-//! valid, too many errors or too few good ones make it invalid. Each state has its own window and
-//! limits.
+//! Results of single frames enter a window of the newest ones. Enough good ones make the message valid, too many
+//! errors or too few good ones make it invalid. Each state has its own window and limits.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -40,7 +39,7 @@ pub enum E2eState {
 
 /// Window and limits of one state for entering or keeping the valid state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
+pub struct WindowLimits {
     /// Number of newest results in the window, 1 to [`MAX_WINDOW`].
     pub size: u8,
     /// Least number of good results.
@@ -52,9 +51,9 @@ pub struct Limits {
 /// Limits of all states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
-    init: Limits,
-    valid: Limits,
-    invalid: Limits,
+    init: WindowLimits,
+    valid: WindowLimits,
+    invalid: WindowLimits,
     clear_to_invalid: bool,
 }
 
@@ -64,7 +63,7 @@ pub enum WindowError {
     /// A window size outside 1 to 64.
     #[error("a window holds 1 to 64 results, not {0}")]
     Size(u8),
-    /// The window of another state is longer than that of the valid state.
+    /// The window of another state is longer than the window of the valid state.
     #[error("the window of the valid state must be the longest")]
     ValidNotLongest,
     /// More results are required than the window holds.
@@ -95,15 +94,15 @@ pub struct WindowState {
 }
 
 impl Window {
-    /// Limits of the three states. With `clear_to_invalid`, results from before the invalid state do not
-    /// count towards leaving it.
+    /// Creates the limits of the three states. With `clear_to_invalid`, results from before the invalid state
+    /// do not count towards leaving it.
     pub fn new(
-        init: Limits,
-        valid: Limits,
-        invalid: Limits,
+        init: WindowLimits,
+        valid: WindowLimits,
+        invalid: WindowLimits,
         clear_to_invalid: bool,
     ) -> Result<Self, WindowError> {
-        for Limits { size, min_ok, max_error } in [init, valid, invalid] {
+        for WindowLimits { size, min_ok, max_error } in [init, valid, invalid] {
             if !(1..=MAX_WINDOW).contains(&size) {
                 return Err(WindowError::Size(size));
             }
@@ -123,7 +122,7 @@ impl Window {
         Ok(Self { init, valid, invalid, clear_to_invalid })
     }
 
-    fn limits(&self, state: E2eState) -> Limits {
+    fn limits(&self, state: E2eState) -> WindowLimits {
         match state {
             E2eState::NoData | E2eState::Init => self.init,
             E2eState::Valid => self.valid,
@@ -161,7 +160,7 @@ impl WindowState {
         next
     }
 
-    /// The current state.
+    /// Returns the current state.
     pub fn state(&self) -> E2eState {
         self.state
     }
@@ -173,9 +172,9 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::VecDeque;
 
-    const INIT: Limits = Limits { size: 3, min_ok: 2, max_error: 0 };
-    const VALID: Limits = Limits { size: 5, min_ok: 1, max_error: 2 };
-    const INVALID: Limits = Limits { size: 4, min_ok: 3, max_error: 0 };
+    const INIT: WindowLimits = WindowLimits { size: 3, min_ok: 2, max_error: 0 };
+    const VALID: WindowLimits = WindowLimits { size: 5, min_ok: 1, max_error: 2 };
+    const INVALID: WindowLimits = WindowLimits { size: 4, min_ok: 3, max_error: 0 };
 
     fn window() -> Window {
         Window::new(INIT, VALID, INVALID, false).unwrap()
@@ -211,7 +210,7 @@ mod tests {
     #[test]
     fn results_outside_old_window_are_forgotten() {
         use CheckStatus::{Error, Ok};
-        let limits = |size, min_ok, max_error| Limits { size, min_ok, max_error };
+        let limits = |size, min_ok, max_error| WindowLimits { size, min_ok, max_error };
         let window = Window::new(limits(2, 1, 0), limits(6, 1, 1), limits(2, 2, 0), false).unwrap();
         let states = run(&window, &[Ok, Ok, Error, Error, Ok, Ok, Ok, Ok]);
         assert_eq!(
@@ -231,7 +230,7 @@ mod tests {
     #[test]
     fn contradictory_limits_are_refused() {
         let refused = |init, valid, invalid| Window::new(init, valid, invalid, false).unwrap_err();
-        let limits = |size, min_ok, max_error| Limits { size, min_ok, max_error };
+        let limits = |size, min_ok, max_error| WindowLimits { size, min_ok, max_error };
         assert_eq!(refused(limits(0, 0, 0), VALID, INVALID), WindowError::Size(0));
         assert_eq!(refused(INIT, limits(65, 1, 2), INVALID), WindowError::Size(65));
         assert_eq!(refused(INIT, limits(3, 1, 2), INVALID), WindowError::ValidNotLongest);
@@ -245,7 +244,7 @@ mod tests {
         assert_eq!(refused(INIT, limits(5, 1, 0), limits(4, 3, 1)), WindowError::MaxErrorOrder);
     }
 
-    /// The state machine as the standard describes it: a list of results, counted again at each step.
+    /// Runs the state machine as the standard describes it: a list of results, counted again at each step.
     fn reference(window: &Window, results: &[CheckStatus]) -> Vec<E2eState> {
         let (mut state, mut list) = (E2eState::NoData, VecDeque::new());
         let mut states = Vec::new();
@@ -257,7 +256,7 @@ mod tests {
                 states.push(state);
                 continue;
             }
-            let Limits { size, min_ok, max_error } = window.limits(state);
+            let WindowLimits { size, min_ok, max_error } = window.limits(state);
             list.push_front(*result);
             let newest = list.iter().take(size.into());
             let ok = newest.clone().filter(|o| **o == CheckStatus::Ok).count() >= min_ok.into();
@@ -288,7 +287,8 @@ mod tests {
             |((init, invalid, valid), (mut ok, mut error, clear))| {
                 ok.sort_unstable();
                 error.sort_unstable();
-                let limits = |size, at: usize| Limits { size, min_ok: ok[at], max_error: error[2 - at] };
+                let limits =
+                    |size, at: usize| WindowLimits { size, min_ok: ok[at], max_error: error[2 - at] };
                 Window::new(limits(init, 1), limits(valid, 0), limits(invalid, 2), clear).ok()
             },
         )

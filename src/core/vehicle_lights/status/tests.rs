@@ -10,7 +10,7 @@ use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::BusIndex;
 use crate::core::can::link::LinkState;
-use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use crate::core::dbc::codec::{Layout, SignalCodec};
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};
@@ -19,7 +19,7 @@ const TURN: Task = Task::TurnIndicators;
 
 /// A byte with 0 = off, 1 = left, 15 = not available, 14 = fault; hazard lights are unbound.
 fn binding() -> LightsBinding {
-    let byte = Layout { start: 0, length: 8, order: ByteOrder::Intel, signed: false };
+    let byte = Layout::unsigned(0, 8);
     let values = [
         (0, Meaning::Defined(TurnCode::Off)),
         (1, Meaning::Defined(TurnCode::Left)),

@@ -25,7 +25,7 @@ use super::{LineFormat, LineReader, begins};
 use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 use crate::core::can::frame::CanId;
-use crate::core::can::note::Note;
+use crate::core::can::note::LogNote;
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "Vector ASC",
@@ -114,7 +114,7 @@ fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, EntryContent)>, B
         let channel = fields.next().and_then(|channel| number(channel, 10));
         Ok(channel
             .zip(chip_status(fields))
-            .map(|(channel, report)| (channel, EntryContent::Note(Note::Controller(report)))))
+            .map(|(channel, report)| (channel, EntryContent::Note(LogNote::Controller(report)))))
     } else if let Some(channel) = number(first, 10) {
         Ok(classic(fields)?.map(|content| (channel, content)))
     } else {

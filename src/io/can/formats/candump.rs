@@ -18,7 +18,7 @@ use super::fields::{SpacedFields, data_frame, decimal, fields, length_of_dlc, nu
 use super::{LineFormat, LineReader};
 use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::{CanId, Frame, MAX_DATA};
-use crate::core::can::note::Note;
+use crate::core::can::note::LogNote;
 use crate::core::time::WallStamp;
 
 pub(super) const FORMAT: LineFormat = LineFormat {
@@ -125,12 +125,12 @@ fn any_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
     Ok(LogEntry { stamp, interface, content })
 }
 
-/// Reads a comment such as `# (1436509052.249713) can0 link down`; returns `None` if it is not a [`Note`].
+/// Reads a comment such as `# (1436509052.249713) can0 link down`; returns `None` if it is not a [`LogNote`].
 fn parse_note(line: &[u8]) -> Option<LogEntry<'_>> {
     let (stamp, rest) = stamped(text(line.strip_prefix(b"#")?).ok()?)?;
     let mut fields = fields(rest, 16);
     let interface = EntryInterface::Named(fields.next()?);
-    Some(LogEntry { stamp, interface, content: EntryContent::Note(Note::parse(fields)?) })
+    Some(LogEntry { stamp, interface, content: EntryContent::Note(LogNote::parse(fields)?) })
 }
 
 /// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the rest.

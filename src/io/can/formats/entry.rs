@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::Frame;
-use crate::core::can::note::Note;
+use crate::core::can::note::LogNote;
 use crate::core::time::WallStamp;
 
 /// One entry of a recording.
@@ -65,7 +65,7 @@ pub enum EntryContent {
     /// An error frame, which reports a fault of the bus.
     Error(ErrorFrame),
     /// A note that the black box writes beside frames.
-    Note(Note),
+    Note(LogNote),
 }
 
 /// Why a line of a recording cannot be read.

@@ -8,7 +8,7 @@ use crate::core::can::frame::CanId;
 
 /// Parameters of a CRC of 8 or 16 bits, named as in the catalogue of parametrised CRC algorithms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Parameters {
+pub struct CrcParameters {
     width: u8,
     poly: u16,
     init: u16,
@@ -16,13 +16,13 @@ pub struct Parameters {
     reflected: bool,
 }
 
-impl Parameters {
-    /// A CRC-8, not reflected. `poly` leaves out the highest term.
+impl CrcParameters {
+    /// Creates a CRC-8, not reflected. `poly` leaves out the highest term.
     pub fn crc8(poly: u8, init: u8, xorout: u8) -> Self {
         Self { width: 8, poly: poly.into(), init: init.into(), xorout: xorout.into(), reflected: false }
     }
 
-    /// A CRC-16, not reflected. `poly` leaves out the highest term.
+    /// Creates a CRC-16, not reflected. `poly` leaves out the highest term.
     pub fn crc16(poly: u16, init: u16, xorout: u16) -> Self {
         Self { width: 16, poly, init, xorout, reflected: false }
     }
@@ -37,7 +37,7 @@ impl Parameters {
 /// Input of a CRC in addition to the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Extra {
-    /// The data alone.
+    /// Nothing in addition to the data.
     #[default]
     Nothing,
     /// The identifier before the data, low byte first: two bytes, or four for a 29-bit identifier.
@@ -51,18 +51,18 @@ pub enum Extra {
 /// A CRC over the data without the bytes of the checksum itself.
 #[derive(Clone)]
 pub struct CrcRule {
-    parameters: Parameters,
+    parameters: CrcParameters,
     extra: Extra,
     bytes: Option<usize>,
     crc: Box<Crc<u16>>,
 }
 
 impl CrcRule {
-    /// A CRC over the first `bytes` bytes of the data (`None` = all) and `extra`.
+    /// Creates a CRC over the first `bytes` bytes of the data (`None` = all) and `extra`.
     ///
     /// Leaks a few bytes, so call it once per message at start-up.
-    pub fn new(parameters: Parameters, extra: Extra, bytes: Option<usize>) -> Self {
-        let Parameters { width, poly, init, xorout, reflected } = parameters;
+    pub fn new(parameters: CrcParameters, extra: Extra, bytes: Option<usize>) -> Self {
+        let CrcParameters { width, poly, init, xorout, reflected } = parameters;
         let (refin, refout) = (reflected, reflected);
         let algorithm = Algorithm { width, poly, init, refin, refout, xorout, check: 0, residue: 0 };
         // The crate borrows the algorithm for 'static.
@@ -70,25 +70,25 @@ impl CrcRule {
         Self { parameters, extra, bytes, crc }
     }
 
-    /// SAE J1850, used by Chrysler, the rest of FCA, and New Eagle.
+    /// Creates the CRC of SAE J1850, used by Chrysler, the rest of FCA, and New Eagle.
     pub fn j1850() -> Self {
-        Self::new(Parameters::crc8(0x1D, 0xFF, 0xFF), Extra::Nothing, None)
+        Self::new(CrcParameters::crc8(0x1D, 0xFF, 0xFF), Extra::Nothing, None)
     }
 
-    /// FCA's Giorgio platform: J1850's polynomial from 0, with a final exclusive or that differs from
-    /// message to message (0x0A in most).
+    /// Creates the CRC of FCA's Giorgio platform: J1850's polynomial from 0, with a final exclusive or that
+    /// differs between messages (0x0A in most).
     pub fn giorgio(xorout: u8) -> Self {
-        Self::new(Parameters::crc8(0x1D, 0, xorout), Extra::Nothing, None)
+        Self::new(CrcParameters::crc8(0x1D, 0, xorout), Extra::Nothing, None)
     }
 
-    /// VW MQB and MEB: CRC-8 "2F" with the message's sixteen constants, selected by the counter in the
-    /// low four bits of byte 1.
+    /// Creates the CRC of VW MQB and MEB: CRC-8 "2F" with the message's sixteen constants, selected by the
+    /// counter in the low four bits of byte 1.
     pub fn volkswagen(constants: [u8; 16]) -> Self {
-        Self::new(Parameters::crc8(0x2F, 0xFF, 0xFF), Extra::ByCounter(constants), None)
+        Self::new(CrcParameters::crc8(0x2F, 0xFF, 0xFF), Extra::ByCounter(constants), None)
     }
 
-    /// Hyundai and Kia on CAN FD: XMODEM over data and identifier, then an exclusive or that depends on
-    /// the length. `None` unless `length` is 8, 16, 24 or 32 bytes.
+    /// Creates the CRC of Hyundai and Kia on CAN FD: XMODEM over data and identifier, then an exclusive or
+    /// that depends on the length. `None` unless `length` is 8, 16, 24 or 32 bytes.
     pub fn hyundai_fd(length: usize) -> Option<Self> {
         let xorout = match length {
             8 => 0x5F29,
@@ -97,15 +97,15 @@ impl CrcRule {
             32 => 0x9F5B,
             _ => return None,
         };
-        Some(Self::new(Parameters::crc16(0x1021, 0, xorout), Extra::IdentifierAfter, None))
+        Some(Self::new(CrcParameters::crc16(0x1021, 0, xorout), Extra::IdentifierAfter, None))
     }
 
-    /// Width of the result in bits, 8 or 16.
+    /// Returns the width of the result in bits, 8 or 16.
     pub fn width(&self) -> u32 {
         self.parameters.width.into()
     }
 
-    /// The CRC of `data`, of which `before` and `after` surround the checksum.
+    /// Returns the CRC of `data`, of which `before` and `after` surround the checksum.
     pub(super) fn of(&self, id: CanId, before: &[u8], after: &[u8], data: &[u8]) -> u16 {
         let used = self.bytes.unwrap_or(data.len());
         let after_start = data.len() - after.len();

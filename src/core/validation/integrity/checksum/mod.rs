@@ -6,7 +6,7 @@
 mod crcs;
 mod sums;
 
-pub use crcs::{CrcRule, Extra, Parameters};
+pub use crcs::{CrcParameters, CrcRule, Extra};
 pub use sums::Sum;
 
 use std::ops::Range;
@@ -16,7 +16,7 @@ use crate::core::dbc::codec::SignalCodec;
 
 /// Algorithm of a checksum.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Rule {
+pub enum ChecksumRule {
     /// Honda, 4 bits: 8 minus all nibbles of identifier and data, plus 3 for a 29-bit identifier.
     Honda,
     /// PSA, 4 bits: 15 minus the message's start value and all nibbles of the data.
@@ -38,7 +38,7 @@ pub enum Rule {
 /// A rule and the field that holds its result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checksum {
-    rule: Rule,
+    rule: ChecksumRule,
     field: SignalCodec,
     /// Bytes of the data that the field touches.
     field_bytes: Range<usize>,
@@ -67,8 +67,8 @@ pub enum ChecksumError {
 }
 
 impl Checksum {
-    /// A checksum by `rule`, stored in `field`.
-    pub fn new(rule: Rule, field: SignalCodec) -> Result<Self, ChecksumError> {
+    /// Creates a checksum by `rule`, stored in `field`.
+    pub fn new(rule: ChecksumRule, field: SignalCodec) -> Result<Self, ChecksumError> {
         let width = rule.width();
         if field.bit_length() != width {
             return Err(ChecksumError::Width { rule: width, signal: field.bit_length() });
@@ -92,7 +92,7 @@ impl Checksum {
         Ok(Self { rule, field, field_bytes: start..end })
     }
 
-    /// The checksum stored in the frame and the one its contents have; `None` when the frame ends
+    /// Returns the checksum stored in the frame and the checksum of its contents; `None` when the frame ends
     /// before the field.
     pub fn compare(&self, frame: &Frame) -> Option<(u16, u16)> {
         let stored = self.field.value(frame.padded());
@@ -101,7 +101,7 @@ impl Checksum {
         Some((u16::try_from(stored).unwrap_or(u16::MAX), expected))
     }
 
-    /// The checksum of `data`, whatever its field holds; `None` when `data` ends before the field or
+    /// Returns the checksum of `data`, whatever its field holds; `None` when `data` ends before the field or
     /// is too long for a frame.
     pub fn expected(&self, id: CanId, data: &[u8]) -> Option<u16> {
         let Range { start: first, end } = self.field_bytes;
@@ -109,13 +109,13 @@ impl Checksum {
             return None;
         }
         Some(match &self.rule {
-            Rule::Honda => sums::honda(id, self.without_field(data)),
-            Rule::Psa { start } => sums::psa(*start, self.without_field(data)),
-            Rule::Sum(sum) => sum.of(id, data, &self.without_field(data)[..data.len()]).into(),
-            Rule::Xor { start } => {
+            ChecksumRule::Honda => sums::honda(id, self.without_field(data)),
+            ChecksumRule::Psa { start } => sums::psa(*start, self.without_field(data)),
+            ChecksumRule::Sum(sum) => sum.of(id, data, &self.without_field(data)[..data.len()]).into(),
+            ChecksumRule::Xor { start } => {
                 self.without_field(data).iter().fold(*start, |sum, byte| sum ^ byte).into()
             }
-            Rule::Crc(crc) => crc.of(id, &data[..first], &data[end..], data),
+            ChecksumRule::Crc(crc) => crc.of(id, &data[..first], &data[end..], data),
         })
     }
 
@@ -130,17 +130,17 @@ impl Checksum {
         fits
     }
 
-    /// Smallest number of bytes in a frame that has the field.
+    /// Returns the smallest number of bytes in a frame that has the field.
     pub fn needed_length(&self) -> usize {
         self.field_bytes.end
     }
 
-    /// Algorithm of the checksum.
-    pub fn rule(&self) -> &Rule {
+    /// Returns the algorithm of the checksum.
+    pub fn rule(&self) -> &ChecksumRule {
         &self.rule
     }
 
-    /// The data padded with zeros, with zeros in the field.
+    /// Returns the data padded with zeros, and with zeros in the field.
     fn without_field(&self, data: &[u8]) -> [u8; MAX_DATA] {
         let mut bytes = [0; MAX_DATA];
         bytes[..data.len()].copy_from_slice(data);
@@ -150,8 +150,7 @@ impl Checksum {
     }
 }
 
-impl Rule {
-    /// Width of the result in bits.
+impl ChecksumRule {
     fn width(&self) -> u32 {
         match self {
             Self::Honda | Self::Psa { .. } => 4,

@@ -27,7 +27,7 @@ impl Sum {
     /// Mazda's turn switch (0x091): 255 minus the first four bytes.
     pub const MAZDA: Self = Self { inverted: true, bytes: Some(4), ..Self::PLAIN };
 
-    /// The sum over `bytes`, which is `data` with zeros in place of the checksum.
+    /// Returns the sum over `bytes`, which is `data` with zeros in place of the checksum.
     pub(super) fn of(self, id: CanId, data: &[u8], bytes: &[u8]) -> u8 {
         let add = |sum: u8, byte: &u8| sum.wrapping_add(*byte);
         let mut sum = bytes.iter().take(self.bytes.unwrap_or(MAX_DATA)).fold(self.start, add);
@@ -42,7 +42,7 @@ impl Sum {
     }
 }
 
-/// Computes [`super::Rule::Honda`].
+/// Computes the checksum of [`super::ChecksumRule::Honda`].
 pub(super) fn honda(id: CanId, data: [u8; MAX_DATA]) -> u16 {
     let start: u8 = match id {
         CanId::Standard(_) => 8,
@@ -52,13 +52,12 @@ pub(super) fn honda(id: CanId, data: [u8; MAX_DATA]) -> u16 {
     u16::from(start.wrapping_sub(sum) & 0xF)
 }
 
-/// Computes [`super::Rule::Psa`].
+/// Computes the checksum of [`super::ChecksumRule::Psa`].
 pub(super) fn psa(start: u8, data: [u8; MAX_DATA]) -> u16 {
     let sum = nibbles(&data).wrapping_add(start);
     u16::from(15_u8.wrapping_sub(sum) & 0xF)
 }
 
-/// The sum of all nibbles, of which the lowest four bits are used.
 fn nibbles(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |sum: u8, byte| sum.wrapping_add(byte & 0xF).wrapping_add(byte >> 4))
 }

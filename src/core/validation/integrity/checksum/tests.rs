@@ -12,28 +12,31 @@ fn byte(index: u16) -> SignalCodec {
     field(index * 8, 8, ByteOrder::Intel)
 }
 
-fn checksum(rule: Rule, field: SignalCodec) -> Checksum {
+fn checksum(rule: ChecksumRule, field: SignalCodec) -> Checksum {
     Checksum::new(rule, field).unwrap()
 }
 
 /// One checksum of each kind, with its field in the first eight bytes.
 fn kinds() -> Vec<Checksum> {
     let constants = std::array::from_fn(|i| u8::try_from(i).unwrap() * 7 + 3);
-    let wide = Parameters::crc16(0x8005, 0xFFFF, 1).with_reflection(true);
-    let narrow = Parameters::crc8(0x07, 0, 0x55);
+    let wide = CrcParameters::crc16(0x8005, 0xFFFF, 1).with_reflection(true);
+    let narrow = CrcParameters::crc8(0x07, 0, 0x55);
     vec![
-        checksum(Rule::Honda, field(59, 4, ByteOrder::Motorola)),
-        checksum(Rule::Psa { start: 0xB }, field(43, 4, ByteOrder::Motorola)),
-        checksum(Rule::Sum(Sum::TOYOTA), byte(7)),
-        checksum(Rule::Sum(Sum::IDENTIFIER), byte(0)),
-        checksum(Rule::Sum(Sum { start: 9, inverted: true, ..Sum::PLAIN }), byte(3)),
-        checksum(Rule::Xor { start: 0xA5 }, byte(0)),
-        checksum(Rule::Crc(CrcRule::j1850()), byte(7)),
-        checksum(Rule::Crc(CrcRule::giorgio(0x0A)), byte(7)),
-        checksum(Rule::Crc(CrcRule::volkswagen(constants)), byte(0)),
-        checksum(Rule::Crc(CrcRule::new(narrow, Extra::IdentifierBefore, None)), byte(5)),
-        checksum(Rule::Crc(CrcRule::hyundai_fd(8).unwrap()), field(0, 16, ByteOrder::Intel)),
-        checksum(Rule::Crc(CrcRule::new(wide, Extra::Nothing, None)), field(23, 16, ByteOrder::Motorola)),
+        checksum(ChecksumRule::Honda, field(59, 4, ByteOrder::Motorola)),
+        checksum(ChecksumRule::Psa { start: 0xB }, field(43, 4, ByteOrder::Motorola)),
+        checksum(ChecksumRule::Sum(Sum::TOYOTA), byte(7)),
+        checksum(ChecksumRule::Sum(Sum::IDENTIFIER), byte(0)),
+        checksum(ChecksumRule::Sum(Sum { start: 9, inverted: true, ..Sum::PLAIN }), byte(3)),
+        checksum(ChecksumRule::Xor { start: 0xA5 }, byte(0)),
+        checksum(ChecksumRule::Crc(CrcRule::j1850()), byte(7)),
+        checksum(ChecksumRule::Crc(CrcRule::giorgio(0x0A)), byte(7)),
+        checksum(ChecksumRule::Crc(CrcRule::volkswagen(constants)), byte(0)),
+        checksum(ChecksumRule::Crc(CrcRule::new(narrow, Extra::IdentifierBefore, None)), byte(5)),
+        checksum(ChecksumRule::Crc(CrcRule::hyundai_fd(8).unwrap()), field(0, 16, ByteOrder::Intel)),
+        checksum(
+            ChecksumRule::Crc(CrcRule::new(wide, Extra::Nothing, None)),
+            field(23, 16, ByteOrder::Motorola),
+        ),
     ]
 }
 
@@ -87,12 +90,12 @@ proptest! {
 #[test]
 fn crcs_match_catalogue_check_values() {
     let mut text = *b"123456789\0\0";
-    let arc = Parameters::crc16(0x8005, 0, 0).with_reflection(true);
-    let h2f = Parameters::crc8(0x2F, 0xFF, 0xFF);
+    let arc = CrcParameters::crc16(0x8005, 0, 0).with_reflection(true);
+    let h2f = CrcParameters::crc8(0x2F, 0xFF, 0xFF);
     let last = |rule| checksum(rule, byte(9)).expected(ID, &text[..10]);
-    assert_eq!(last(Rule::Crc(CrcRule::j1850())), Some(0x4B));
-    assert_eq!(last(Rule::Crc(CrcRule::new(h2f, Extra::Nothing, None))), Some(0xDF));
-    let arc = |bytes, field| checksum(Rule::Crc(CrcRule::new(arc, Extra::Nothing, bytes)), field);
+    assert_eq!(last(ChecksumRule::Crc(CrcRule::j1850())), Some(0x4B));
+    assert_eq!(last(ChecksumRule::Crc(CrcRule::new(h2f, Extra::Nothing, None))), Some(0xDF));
+    let arc = |bytes, field| checksum(ChecksumRule::Crc(CrcRule::new(arc, Extra::Nothing, bytes)), field);
     assert_eq!(arc(None, field(72, 16, ByteOrder::Intel)).expected(ID, &text), Some(0xBB3D));
     // The same nine bytes on both sides of the checksum, and others after them.
     text = *b"12\0\x003456789";
@@ -105,9 +108,9 @@ fn crcs_match_catalogue_check_values() {
 
 #[test]
 fn identifier_enters_crc_low_byte_first() {
-    let xmodem = Parameters::crc16(0x1021, 0, 0);
+    let xmodem = CrcParameters::crc16(0x1021, 0, 0);
     let of = |extra, id, data: &[u8]| {
-        let rule = Rule::Crc(CrcRule::new(xmodem, extra, None));
+        let rule = ChecksumRule::Crc(CrcRule::new(xmodem, extra, None));
         checksum(rule, field(0, 16, ByteOrder::Intel)).expected(id, data)
     };
     let plain = |data: &[u8]| of(Extra::Nothing, ID, &[&[0, 0], data].concat());
@@ -123,7 +126,7 @@ fn identifier_enters_crc_low_byte_first() {
 fn hyundai_xorout_depends_on_length() {
     for (length, last_xor) in [(8, 0x5F29), (16, 0x041D), (24, 0x819D), (32, 0x9F5B)] {
         let hyundai =
-            checksum(Rule::Crc(CrcRule::hyundai_fd(length).unwrap()), field(0, 16, ByteOrder::Intel));
+            checksum(ChecksumRule::Crc(CrcRule::hyundai_fd(length).unwrap()), field(0, 16, ByteOrder::Intel));
         // All zero, identifier included: the CRC itself is zero.
         assert_eq!(hyundai.expected(CanId::Standard(0), &vec![0; length]), Some(last_xor));
     }
@@ -133,19 +136,19 @@ fn hyundai_xorout_depends_on_length() {
 #[test]
 fn manufacturer_sums_match_hand_calculation() {
     let data = [0x00, 0x10, 0x20, 0x03, 0xFF, 0x01, 0x02, 0x00];
-    let sum = |sum, index| checksum(Rule::Sum(sum), byte(index)).expected(ID, &data).unwrap();
+    let sum = |sum, index| checksum(ChecksumRule::Sum(sum), byte(index)).expected(ID, &data).unwrap();
     assert_eq!(sum(Sum::PLAIN, 0), 0x35);
     assert_eq!(sum(Sum::IDENTIFIER, 0), 0x35 + 0x26 + 0x03);
     assert_eq!(sum(Sum::TOYOTA, 7), 0x35 + 0x26 + 0x03 + 8);
     assert_eq!(sum(Sum::MAZDA, 4), 0xFF - 0x33);
     assert_eq!(
-        checksum(Rule::Xor { start: 0 }, byte(0)).expected(ID, &data),
+        checksum(ChecksumRule::Xor { start: 0 }, byte(0)).expected(ID, &data),
         Some(0x10 ^ 0x20 ^ 0x03 ^ 0xFF ^ 3)
     );
     // PSA: the nibbles, the checksum and the start value make 15.
-    let psa = checksum(Rule::Psa { start: 0xB }, field(43, 4, ByteOrder::Motorola));
+    let psa = checksum(ChecksumRule::Psa { start: 0xB }, field(43, 4, ByteOrder::Motorola));
     assert_eq!(psa.expected(ID, &[0x10, 0x20, 0, 0, 0, 0xF1]), Some(nibble(15 - 0xB - (1 + 2 + 15))));
-    let honda = checksum(Rule::Honda, field(59, 4, ByteOrder::Motorola));
+    let honda = checksum(ChecksumRule::Honda, field(59, 4, ByteOrder::Motorola));
     let nibbles = 1 + 2 + 3 + 15 + 15 + 1 + 2;
     assert_eq!(honda.expected(ID, &data), Some(nibble(8 - (3 + 2 + 6) - nibbles)));
     let extended = CanId::Extended(0x326);
@@ -154,10 +157,10 @@ fn manufacturer_sums_match_hand_calculation() {
 
 #[test]
 fn unsuitable_checksum_fields_are_refused() {
-    let j1850 = || Rule::Crc(CrcRule::j1850());
+    let j1850 = || ChecksumRule::Crc(CrcRule::j1850());
     let refused = |rule, field| Checksum::new(rule, field).unwrap_err();
     assert_eq!(refused(j1850(), field(0, 4, ByteOrder::Intel)), ChecksumError::Width { rule: 8, signal: 4 });
-    assert_eq!(refused(Rule::Honda, byte(0)), ChecksumError::Width { rule: 4, signal: 8 });
+    assert_eq!(refused(ChecksumRule::Honda, byte(0)), ChecksumError::Width { rule: 4, signal: 8 });
     assert_eq!(refused(j1850(), field(4, 8, ByteOrder::Intel)), ChecksumError::NotWholeBytes);
     let signed = Layout { start: 0, length: 8, order: ByteOrder::Intel, signed: true };
     assert_eq!(refused(j1850(), SignalCodec::new(signed, 8).unwrap()), ChecksumError::Signed);
@@ -167,8 +170,8 @@ fn unsuitable_checksum_fields_are_refused() {
 
 #[test]
 fn rules_are_equal_when_they_compute_the_same() {
-    let plain = || CrcRule::new(Parameters::crc8(0x1D, 0, 0), Extra::Nothing, None);
+    let plain = || CrcRule::new(CrcParameters::crc8(0x1D, 0, 0), Extra::Nothing, None);
     assert_eq!(plain(), plain());
     assert_ne!(plain(), CrcRule::j1850(), "other parameters");
-    assert_ne!(plain(), CrcRule::new(Parameters::crc8(0x1D, 0, 0), Extra::IdentifierBefore, None));
+    assert_ne!(plain(), CrcRule::new(CrcParameters::crc8(0x1D, 0, 0), Extra::IdentifierBefore, None));
 }

@@ -1,26 +1,27 @@
 //! AUTOSAR E2E profiles that fit into CAN frames: 1, 2, 4, 5, 6, 7, 11 and 22.
 //!
-//! A profile protects a message with a CRC over data, counter and Data ID, in a header at a fixed
-//! position. Here is what one frame alone can show; [`super::counter`] checks the sequence of frames,
+//! A profile protects a message with a CRC over data, counter and Data ID, in a header at a fixed position.
+//! This module checks one frame by itself; [`super::counter`] checks the sequence of frames, and
 //! [`super::window`] combines all results.
 //!
-//! The crate autosar-e2e knows six of the profiles. The tests compare with it; it is not used here,
-//! because it builds its tables and error texts again for every frame, panics when an offset lies
-//! outside, and assumes that a counter of 0 came before the first frame.
+//! The crate autosar-e2e knows six of the profiles. The tests compare with it; it is not used here, because
+//! it rebuilds its tables and error texts for every frame, panics when an offset lies outside, and assumes
+//! that a counter of 0 came before the first frame.
 
 mod profile;
 
-pub use profile::{DataIdMode, Profile};
+pub use profile::{DataIdMode, E2eProfile};
 use profile::{read, write};
 
 use std::ops::Range;
 
+use super::reject::Reject;
 use crate::core::can::frame::{Frame, MAX_DATA};
 
 /// A profile applied to a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct E2e {
-    profile: Profile,
+    profile: E2eProfile,
     offset: usize,
     length: usize,
 }
@@ -46,32 +47,9 @@ pub enum E2eError {
     DataId(u16),
 }
 
-/// Reason why a frame fails the check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum E2eFault {
-    /// The frame does not have the length of the message.
-    Length,
-    /// The CRC in the frame differs from that of its contents.
-    Crc {
-        /// CRC in the frame.
-        stored: u64,
-        /// CRC of the contents.
-        expected: u64,
-    },
-    /// The Data ID in the header belongs to another message.
-    DataId {
-        /// Data ID in the frame.
-        stored: u32,
-        /// Data ID of this message.
-        expected: u32,
-    },
-    /// The length in the header, in bytes, differs from that of the frame.
-    LengthField(u32),
-}
-
 impl E2e {
-    /// `profile` for a message of `length` bytes, its header `offset` bytes from the start.
-    pub fn new(profile: Profile, offset: usize, length: usize) -> Result<Self, E2eError> {
+    /// Applies `profile` to a message of `length` bytes, with the header `offset` bytes from the start.
+    pub fn new(profile: E2eProfile, offset: usize, length: usize) -> Result<Self, E2eError> {
         if length > MAX_DATA {
             return Err(E2eError::Length(length));
         }
@@ -79,7 +57,7 @@ impl E2e {
         if last >= length {
             return Err(E2eError::Header { offset, last, length });
         }
-        if let Profile::P01 { data_id, mode: DataIdMode::Nibble } = profile
+        if let E2eProfile::P01 { data_id, mode: DataIdMode::Nibble } = profile
             && data_id > 0xFFF
         {
             return Err(E2eError::DataId(data_id));
@@ -87,34 +65,31 @@ impl E2e {
         Ok(Self { profile, offset, length })
     }
 
-    /// The counter of a frame whose CRC, Data ID and length are right.
-    pub fn check(&self, frame: &Frame) -> Result<u32, E2eFault> {
+    /// Checks CRC, Data ID and length of a frame and returns its counter.
+    pub fn check(&self, frame: &Frame) -> Result<u32, Reject> {
         let data = frame.data();
         if data.len() != self.length {
-            return Err(E2eFault::Length);
+            return Err(Reject::WrongLength(data.len()));
         }
         let (layout, header) = (self.profile.header(), &data[self.offset..]);
         let (stored, expected) = (layout.stored_crc(header), self.crc(data));
         if stored != expected {
-            return Err(E2eFault::Crc { stored, expected });
+            return Err(Reject::WrongChecksum { stored, expected });
         }
         if let Some(field) = &layout.data_id {
             let (stored, expected) = (read(header, field), self.profile.sent_data_id());
             if stored != expected {
-                return Err(E2eFault::DataId { stored, expected });
+                return Err(Reject::WrongDataId { stored, expected });
             }
         }
-        if let Some(field) = &layout.length {
-            let stored = read(header, field);
-            if stored as usize != self.length {
-                return Err(E2eFault::LengthField(stored));
-            }
+        if layout.length.as_ref().is_some_and(|field| read(header, field) as usize != self.length) {
+            return Err(Reject::WrongLength(self.length));
         }
         Ok(read(header, &layout.counter))
     }
 
-    /// Writes header and CRC into `data` for this counter, of which the lowest bits are used. Returns
-    /// `false` and writes nothing when `data` does not have the length of the message.
+    /// Writes header and CRC into `data` for the lowest bits of this counter. Returns false and writes
+    /// nothing when `data` does not have the length of the message.
     pub fn protect(&self, counter: u32, data: &mut [u8]) -> bool {
         if data.len() != self.length {
             return false;
@@ -125,17 +100,17 @@ impl E2e {
         true
     }
 
-    /// The profile with its Data ID.
-    pub fn profile(&self) -> &Profile {
+    /// Returns the profile with its Data ID.
+    pub fn profile(&self) -> &E2eProfile {
         &self.profile
     }
 
-    /// First and last value of the counter.
+    /// Returns the first and last value of the counter.
     pub fn counter_range(&self) -> (u32, u32) {
         (0, self.profile.header().last_counter)
     }
 
-    /// Length of the message in bytes.
+    /// Returns the length of the message in bytes.
     pub fn length(&self) -> usize {
         self.length
     }

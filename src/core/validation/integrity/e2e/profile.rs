@@ -12,7 +12,7 @@ static CRC_16: Crc<u64> =
 static CRC_32_P4: Crc<u64> = Crc::<u64>::new(&const { algorithm(32, 0xF4AC_FB13, 0xFFFF_FFFF, true) });
 static CRC_64: Crc<u64> = Crc::<u64>::new(&const { algorithm(64, 0x42F0_E1EB_A9EA_3693, u64::MAX, true) });
 
-/// A CRC whose start value is also combined with the result.
+/// Returns a CRC whose start value is also combined with the result.
 const fn algorithm(width: u8, poly: u64, init: u64, reflected: bool) -> Algorithm<u64> {
     let (refin, refout) = (reflected, reflected);
     Algorithm { width, poly, init, refin, refout, xorout: init, check: 0, residue: 0 }
@@ -20,7 +20,7 @@ const fn algorithm(width: u8, poly: u64, init: u64, reflected: bool) -> Algorith
 
 /// A profile with the Data ID of the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Profile {
+pub enum E2eProfile {
     /// Profiles 1 and 11: CRC-8 "1D", counter 0 to 14.
     P01 {
         /// Data ID of the message.
@@ -70,20 +70,18 @@ pub enum DataIdMode {
 
 /// Fields of a header as ranges of nibbles, the high nibble of a byte first.
 #[derive(Debug)]
-pub(super) struct Header {
-    /// Length of the header in bytes.
+pub(super) struct E2eHeader {
     pub(super) bytes: usize,
     crc: Range<usize>,
     /// True if the low byte of the CRC comes first; all other fields are big-endian.
     crc_is_little_endian: bool,
     pub(super) counter: Range<usize>,
-    /// Last value of the counter, which begins with 0.
     pub(super) last_counter: u32,
     pub(super) data_id: Option<Range<usize>>,
     pub(super) length: Option<Range<usize>>,
 }
 
-const P01: Header = Header {
+const P01: E2eHeader = E2eHeader {
     bytes: 2,
     crc: 0..2,
     crc_is_little_endian: false,
@@ -92,9 +90,9 @@ const P01: Header = Header {
     data_id: None,
     length: None,
 };
-const P01_NIBBLE: Header = Header { data_id: Some(2..3), ..P01 };
-const P02: Header = Header { last_counter: 15, ..P01 };
-const P04: Header = Header {
+const P01_NIBBLE: E2eHeader = E2eHeader { data_id: Some(2..3), ..P01 };
+const P02: E2eHeader = E2eHeader { last_counter: 15, ..P01 };
+const P04: E2eHeader = E2eHeader {
     bytes: 12,
     length: Some(0..4),
     counter: 4..8,
@@ -103,11 +101,11 @@ const P04: Header = Header {
     crc: 16..24,
     ..P01
 };
-const P05: Header =
-    Header { bytes: 3, crc: 0..4, crc_is_little_endian: true, counter: 4..6, last_counter: 255, ..P01 };
-const P06: Header =
-    Header { bytes: 5, crc: 0..4, length: Some(4..8), counter: 8..10, last_counter: 255, ..P01 };
-const P07: Header = Header {
+const P05: E2eHeader =
+    E2eHeader { bytes: 3, crc: 0..4, crc_is_little_endian: true, counter: 4..6, last_counter: 255, ..P01 };
+const P06: E2eHeader =
+    E2eHeader { bytes: 5, crc: 0..4, length: Some(4..8), counter: 8..10, last_counter: 255, ..P01 };
+const P07: E2eHeader = E2eHeader {
     bytes: 20,
     crc: 0..16,
     length: Some(16..24),
@@ -117,8 +115,8 @@ const P07: Header = Header {
     ..P01
 };
 
-impl Profile {
-    pub(super) fn header(&self) -> &'static Header {
+impl E2eProfile {
+    pub(super) fn header(&self) -> &'static E2eHeader {
         match self {
             Self::P01 { mode: DataIdMode::Nibble, .. } => &P01_NIBBLE,
             Self::P01 { .. } => &P01,
@@ -130,7 +128,7 @@ impl Profile {
         }
     }
 
-    /// The Data ID as the header carries it; 0 for profiles that do not send it.
+    /// Returns the Data ID as the header carries it; 0 for profiles that do not send it.
     pub(super) fn sent_data_id(&self) -> u32 {
         match self {
             Self::P01 { data_id, .. } => u32::from(*data_id >> 8 & 0xF),
@@ -139,7 +137,7 @@ impl Profile {
         }
     }
 
-    /// The CRC over the Data ID and the bytes `before` and `after` the CRC.
+    /// Returns the CRC over the Data ID and the bytes `before` and `after` the CRC.
     pub(super) fn crc(&self, before: &[u8], after: &[u8], counter: u32) -> u64 {
         match self {
             Self::P01 { data_id, mode } => {
@@ -165,7 +163,7 @@ impl Profile {
     }
 }
 
-impl Header {
+impl E2eHeader {
     /// Bytes of the header that hold the CRC, which it does not cover.
     pub(super) fn crc_bytes(&self) -> Range<usize> {
         self.crc.start / 2..self.crc.end / 2
@@ -193,12 +191,11 @@ fn crc_over(crc: &Crc<u64>, parts: [&[u8]; 3]) -> u64 {
     digest.finalize()
 }
 
-/// Position of a nibble's lowest bit in its byte.
+/// Returns the position of a nibble's lowest bit in its byte.
 fn shift(nibble: usize) -> usize {
     if nibble.is_multiple_of(2) { 4 } else { 0 }
 }
 
-/// Reads a field of up to eight nibbles.
 pub(super) fn read(header: &[u8], field: &Range<usize>) -> u32 {
     field.clone().fold(0, |value, at| value << 4 | u32::from(header[at / 2] >> shift(at) & 0xF))
 }

@@ -5,25 +5,25 @@ use proptest::prelude::*;
 
 const LIST: [u8; 16] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
 
-fn profile_1(data_id: u16, mode: DataIdMode) -> Profile {
-    Profile::P01 { data_id, mode }
+fn profile_1(data_id: u16, mode: DataIdMode) -> E2eProfile {
+    E2eProfile::P01 { data_id, mode }
 }
 
-fn all() -> [Profile; 9] {
+fn all() -> [E2eProfile; 9] {
     [
         profile_1(0x8123, DataIdMode::Both),
         profile_1(0x8123, DataIdMode::Alternating),
         profile_1(0x8123, DataIdMode::Low),
         profile_1(0x0123, DataIdMode::Nibble),
-        Profile::P02 { data_ids: LIST },
-        Profile::P04 { data_id: 0x0A0B_0C0D },
-        Profile::P05 { data_id: 0x1234 },
-        Profile::P06 { data_id: 0x1234 },
-        Profile::P07 { data_id: 0x0A0B_0C0D },
+        E2eProfile::P02 { data_ids: LIST },
+        E2eProfile::P04 { data_id: 0x0A0B_0C0D },
+        E2eProfile::P05 { data_id: 0x1234 },
+        E2eProfile::P06 { data_id: 0x1234 },
+        E2eProfile::P07 { data_id: 0x0A0B_0C0D },
     ]
 }
 
-fn e2e(profile: Profile, offset: usize, length: usize) -> E2e {
+fn e2e(profile: E2eProfile, offset: usize, length: usize) -> E2e {
     E2e::new(profile, offset, length).unwrap()
 }
 
@@ -47,9 +47,9 @@ fn published_examples_are_reproduced() {
     starts(profile_1(0x123, DataIdMode::Both), 1, &[0x91, 0x01]);
     starts(profile_1(0x123, DataIdMode::Nibble), 0, &[0x2A, 0x10]);
     starts(profile_1(0x123, DataIdMode::Nibble), 1, &[0x77, 0x11]);
-    starts(Profile::P05 { data_id: 0x1234 }, 0, &[0x1C, 0xCA, 0x00]);
-    starts(Profile::P02 { data_ids: LIST }, 1, &[0x1B, 0x01]);
-    starts(Profile::P06 { data_id: 0x1234 }, 0, &[0xB1, 0x55, 0x00, 0x08, 0x00]);
+    starts(E2eProfile::P05 { data_id: 0x1234 }, 0, &[0x1C, 0xCA, 0x00]);
+    starts(E2eProfile::P02 { data_ids: LIST }, 1, &[0x1B, 0x01]);
+    starts(E2eProfile::P06 { data_id: 0x1234 }, 0, &[0xB1, 0x55, 0x00, 0x08, 0x00]);
 }
 
 proptest! {
@@ -75,7 +75,7 @@ proptest! {
         for profile in all() {
             let e2e = e2e(profile, 0, 24);
             // Another counter selects another Data ID, which the CRC alone does not reveal.
-            let counter_picks = matches!(profile, Profile::P02 { .. } | Profile::P01 { mode: DataIdMode::Alternating, .. });
+            let counter_picks = matches!(profile, E2eProfile::P02 { .. } | E2eProfile::P01 { mode: DataIdMode::Alternating, .. });
             let mut data = bytes.clone();
             e2e.protect(counter, &mut data);
             data[bit / 8] ^= 1 << (bit % 8);
@@ -94,7 +94,7 @@ proptest! {
             prop_assert_eq!(made.is_ok(), fits);
             if let Ok(e2e) = made {
                 let judged = e2e.check(&frame(&bytes));
-                prop_assert!(bytes.len() == length || judged == Err(E2eFault::Length));
+                prop_assert!(bytes.len() == length || judged == Err(Reject::WrongLength(bytes.len())));
             }
         }
     }
@@ -107,21 +107,27 @@ proptest! {
         peer(profile_1(0x123, DataIdMode::Nibble), &bytes, frames, profile11::Profile11::new(profile11::Profile11Config {
             mode: profile11::Profile11IdMode::Nibble, data_id: 0x123, data_length: 192, ..Default::default()
         }).unwrap(), 24);
-        peer(Profile::P02 { data_ids: LIST }, &bytes, frames, profile22::Profile22::new(profile22::Profile22Config {
+        peer(E2eProfile::P02 { data_ids: LIST }, &bytes, frames, profile22::Profile22::new(profile22::Profile22Config {
             data_id_list: LIST, data_length: 256, ..Default::default()
         }).unwrap(), 32);
-        peer(Profile::P04 { data_id: 0x0A0B_0C0D }, &bytes, frames, profile4::Profile4::new(profile4::Profile4Config::default()).unwrap(), 32);
-        peer(Profile::P05 { data_id: 0x1234 }, &bytes, frames, profile5::Profile5::new(profile5::Profile5Config {
+        peer(E2eProfile::P04 { data_id: 0x0A0B_0C0D }, &bytes, frames, profile4::Profile4::new(profile4::Profile4Config::default()).unwrap(), 32);
+        peer(E2eProfile::P05 { data_id: 0x1234 }, &bytes, frames, profile5::Profile5::new(profile5::Profile5Config {
             data_length: 256, ..Default::default()
         }).unwrap(), 32);
-        peer(Profile::P06 { data_id: 0x1234 }, &bytes, frames, profile6::Profile6::new(profile6::Profile6Config::default()).unwrap(), 32);
-        peer(Profile::P07 { data_id: 0x0A0B_0C0D }, &bytes, frames, profile7::Profile7::new(profile7::Profile7Config::default()).unwrap(), 32);
+        peer(E2eProfile::P06 { data_id: 0x1234 }, &bytes, frames, profile6::Profile6::new(profile6::Profile6Config::default()).unwrap(), 32);
+        peer(E2eProfile::P07 { data_id: 0x0A0B_0C0D }, &bytes, frames, profile7::Profile7::new(profile7::Profile7Config::default()).unwrap(), 32);
     }
 }
 
 /// Protects frames with both implementations, compares them byte for byte, and checks each with the
 /// other.
-fn peer<P: E2EProfile + Clone>(profile: Profile, bytes: &[u8], frames: usize, mut sender: P, length: usize) {
+fn peer<P: E2EProfile + Clone>(
+    profile: E2eProfile,
+    bytes: &[u8],
+    frames: usize,
+    mut sender: P,
+    length: usize,
+) {
     let mut receiver = sender.clone();
     let ours = E2e::new(profile, 0, length).unwrap();
     let mut last = None;
@@ -153,24 +159,26 @@ fn profile_1b_alternates_data_id_byte_with_counter() {
 
 #[test]
 fn header_of_other_message_is_reported_by_field() {
-    let mine = e2e(Profile::P04 { data_id: 1 }, 0, 16);
-    let other = protected(&e2e(Profile::P04 { data_id: 2 }, 0, 16), 7);
-    assert_eq!(mine.check(&frame(&other)), Err(E2eFault::DataId { stored: 2, expected: 1 }));
+    let mine = e2e(E2eProfile::P04 { data_id: 1 }, 0, 16);
+    let other = protected(&e2e(E2eProfile::P04 { data_id: 2 }, 0, 16), 7);
+    assert_eq!(mine.check(&frame(&other)), Err(Reject::WrongDataId { stored: 2, expected: 1 }));
     // A shorter message that was padded: its CRC does not cover the padding.
-    let mut longer = protected(&e2e(Profile::P04 { data_id: 1 }, 0, 12), 7);
+    let mut longer = protected(&e2e(E2eProfile::P04 { data_id: 1 }, 0, 12), 7);
     longer.extend([0; 4]);
-    assert!(matches!(mine.check(&frame(&longer)), Err(E2eFault::Crc { .. })));
+    assert!(matches!(mine.check(&frame(&longer)), Err(Reject::WrongChecksum { .. })));
     // A wrong length field under a CRC that covers it.
-    for profile in [Profile::P04 { data_id: 1 }, Profile::P06 { data_id: 1 }, Profile::P07 { data_id: 1 }] {
+    for profile in
+        [E2eProfile::P04 { data_id: 1 }, E2eProfile::P06 { data_id: 1 }, E2eProfile::P07 { data_id: 1 }]
+    {
         let mine = e2e(profile, 0, 24);
         let mut data = vec![0; 24];
         mine.write_header(7, 23, &mut data);
         profile.header().write_crc(mine.crc(&data), &mut data);
-        assert_eq!(mine.check(&frame(&data)), Err(E2eFault::LengthField(23)), "{profile:?}");
+        assert_eq!(mine.check(&frame(&data)), Err(Reject::WrongLength(24)), "{profile:?}");
     }
     let nibble = |id| e2e(profile_1(id, DataIdMode::Nibble), 0, 8);
     let other = protected(&nibble(0x523), 7);
-    assert_eq!(nibble(0x123).check(&frame(&other)), Err(E2eFault::DataId { stored: 5, expected: 1 }));
+    assert_eq!(nibble(0x123).check(&frame(&other)), Err(Reject::WrongDataId { stored: 5, expected: 1 }));
     assert_eq!(E2e::new(profile_1(0x1000, DataIdMode::Nibble), 0, 8), Err(E2eError::DataId(0x1000)));
 }
 

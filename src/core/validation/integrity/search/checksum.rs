@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 
 use crate::core::can::frame::{CanId, Frame};
-use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use crate::core::validation::integrity::checksum::{Checksum, CrcRule, Extra, Parameters, Rule, Sum};
+use crate::core::dbc::codec::{Layout, SignalCodec};
+use crate::core::validation::integrity::checksum::{
+    Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,
+};
 
 /// A checksum that all frames have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,21 +16,21 @@ pub struct FoundChecksum {
     /// Name of the rule in a vehicle profile.
     pub kind: &'static str,
     /// Keys of the rule in a vehicle profile.
-    pub parameters: Vec<(&'static str, Parameter)>,
-    /// The rule itself.
-    pub rule: Rule,
+    pub parameters: Vec<(&'static str, RuleParameter)>,
+    /// Rule with its parameters.
+    pub rule: ChecksumRule,
 }
 
 /// Value of a key of a rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Parameter {
-    /// A number.
+pub enum RuleParameter {
+    /// A number, e.g. a polynomial.
     Number(u16),
-    /// A flag.
+    /// A flag, `true` or `false`.
     Flag(bool),
-    /// A keyword.
+    /// A keyword of the profile.
     Text(&'static str),
-    /// Sixteen bytes.
+    /// Sixteen bytes, one for each counter value.
     Bytes([u8; 16]),
 }
 
@@ -42,7 +44,7 @@ const MIN_FRAMES_GENERAL: usize = 9;
 const MIN_FRAMES_A_CONSTANT: usize = 3;
 /// Smallest number of values of a byte with a checksum; fewer prove nothing, see [`proven`].
 const MIN_VALUES: usize = 4;
-/// The largest number of different frames that are looked at.
+/// Largest number of different frames that are examined.
 const MAX_FRAMES: usize = 400;
 /// Polynomials that vehicles use, tried before all others.
 const KNOWN_POLYNOMIALS: [u8; 4] = [0x1D, 0x2F, 0x07, 0x31];
@@ -58,7 +60,7 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
     }
     let varies = |byte: &usize| values(&distinct, *byte) >= MIN_VALUES;
     let mut varying: Vec<_> = last_first(length).filter(varies).collect();
-    // A byte of an exclusive or is that of all others, so each of them might be the checksum: it has many values.
+    // With an exclusive or each byte follows from all others, so that any might be the checksum, which has many values.
     let most = varying.iter().map(|byte| values(&distinct, *byte)).max().unwrap_or(0);
     varying.sort_by_key(|byte| values(&distinct, *byte) * 2 < most);
     let bytes = || varying.iter().map(|byte| (*byte, field(byte * 8, 8)));
@@ -71,28 +73,28 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
         .or_else(|| volkswagen(&distinct))
 }
 
-/// Bytes in the order in which checksums are likely: the last, the first, then the rest from the end.
+/// Returns the bytes in the order of likely checksums: the last, the first, then the rest from the end.
 fn last_first(length: usize) -> impl Iterator<Item = usize> {
     let rest = (1..length.saturating_sub(1)).rev();
     [length.checked_sub(1), (length > 1).then_some(0)].into_iter().flatten().chain(rest)
 }
 
-/// Number of values that a byte has.
+/// Returns the number of values that a byte has.
 fn values(frames: &[Frame], byte: usize) -> usize {
     frames.iter().filter_map(|frame| frame.data().get(byte)).collect::<BTreeSet<_>>().len()
 }
 
 fn field(start: usize, length: u16) -> Layout {
     let start = u16::try_from(start).unwrap_or(u16::MAX);
-    Layout { start, length, order: ByteOrder::Intel, signed: false }
+    Layout::unsigned(start, length)
 }
 
-/// The found checksum if the rule holds for every frame, of which the field must have several values.
+/// Returns the checksum if the rule holds for every frame and its field has enough different values.
 fn proven(
     frames: &[Frame],
     layout: Layout,
-    (kind, parameters): (&'static str, Vec<(&'static str, Parameter)>),
-    rule: Rule,
+    (kind, parameters): (&'static str, Vec<(&'static str, RuleParameter)>),
+    rule: ChecksumRule,
 ) -> Option<FoundChecksum> {
     let length = frames.first()?.data().len();
     let codec = SignalCodec::new(layout, length).ok()?;
@@ -107,21 +109,21 @@ fn proven(
     (evidence >= 20).then_some(FoundChecksum { layout, kind, parameters, rule })
 }
 
-/// Rules of eight bits without a free parameter.
+/// Tries the rules of eight bits without a free parameter.
 fn fixed_bytes(frames: &[Frame], field: Layout) -> Option<FoundChecksum> {
     let sums = [("toyota", Sum::TOYOTA), ("tesla", Sum::IDENTIFIER), ("mazda", Sum::MAZDA)];
-    let plain = [("sum8", Rule::Sum(Sum::PLAIN)), ("xor8", Rule::Xor { start: 0 })];
-    let rules = sums.map(|(kind, sum)| (kind, Rule::Sum(sum))).into_iter().chain(plain);
+    let plain = [("sum8", ChecksumRule::Sum(Sum::PLAIN)), ("xor8", ChecksumRule::Xor { start: 0 })];
+    let rules = sums.map(|(kind, sum)| (kind, ChecksumRule::Sum(sum))).into_iter().chain(plain);
     let found = rules.into_iter().find_map(|(kind, rule)| proven(frames, field, (kind, Vec::new()), rule));
     found.or_else(|| {
         let byte = usize::from(field.start / 8);
         let solved = constant(frames, byte, |data| Crc8::new(0x1D, false).of(0xFF, data) ^ 0xFF)?;
-        let rule = || Rule::Crc(CrcRule::j1850());
+        let rule = || ChecksumRule::Crc(CrcRule::j1850());
         (solved == 0).then(rule).and_then(|rule| proven(frames, field, ("j1850", Vec::new()), rule))
     })
 }
 
-/// Sums whose start value is solved for.
+/// Tries sums with an unknown start value, which the first frame gives.
 fn solved(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     if frames.len() < MIN_FRAMES_SOLVED {
         return None;
@@ -132,41 +134,41 @@ fn solved(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
         let stored = *data.get(*byte)?;
         let others = || data.iter().enumerate().filter(|(at, _)| at != byte).map(|(_, value)| *value);
         let start = stored.wrapping_sub(others().fold(0, u8::wrapping_add));
-        let sum = Rule::Sum(Sum { start, ..Sum::PLAIN });
-        let parameters = |start: u8| vec![("start", Parameter::Number(start.into()))];
+        let sum = ChecksumRule::Sum(Sum { start, ..Sum::PLAIN });
+        let parameters = |start: u8| vec![("start", RuleParameter::Number(start.into()))];
         proven(frames, field, ("sum8", parameters(start)), sum).or_else(|| {
             let start = others().fold(stored, |sum, byte| sum ^ byte);
-            proven(frames, field, ("xor8", parameters(start)), Rule::Xor { start })
+            proven(frames, field, ("xor8", parameters(start)), ChecksumRule::Xor { start })
         })
     })
 }
 
-/// Rules of four bits.
+/// Tries the rules of four bits.
 fn nibbles(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     if frames.len() < MIN_FRAMES_SOLVED {
         return None;
     }
     varying.iter().flat_map(|byte| [field(byte * 8, 4), field(byte * 8 + 4, 4)]).find_map(|field| {
-        let honda = proven(frames, field, ("honda", Vec::new()), Rule::Honda);
+        let honda = proven(frames, field, ("honda", Vec::new()), ChecksumRule::Honda);
         honda.or_else(|| {
             (0..=15).find_map(|start| {
-                let parameters = vec![("start", Parameter::Number(u16::from(start)))];
-                proven(frames, field, ("psa", parameters), Rule::Psa { start })
+                let parameters = vec![("start", RuleParameter::Number(u16::from(start)))];
+                proven(frames, field, ("psa", parameters), ChecksumRule::Psa { start })
             })
         })
     })
 }
 
-/// Rules of sixteen bits, at the beginning and at the end. The found rule is made once: making one leaks.
+/// Tries the rule of sixteen bits. It is made only once, because making one leaks memory.
 fn words(frames: &[Frame], length: usize) -> Option<FoundChecksum> {
     if !matches!(length, 8 | 16 | 24 | 32) {
         return None;
     }
-    let rule = Rule::Crc(CrcRule::hyundai_fd(length)?);
+    let rule = ChecksumRule::Crc(CrcRule::hyundai_fd(length)?);
     proven(frames, field(0, 16), ("hyundai_fd", Vec::new()), rule)
 }
 
-/// A CRC of eight bits in one byte over all others, with any polynomial.
+/// Tries a CRC of eight bits in one byte over all others, with any polynomial.
 fn crc8(frames: &[Frame], byte: usize, field: Layout) -> Option<FoundChecksum> {
     let all = (frames.len() >= MIN_FRAMES_GENERAL).then_some(1..=u8::MAX).into_iter().flatten();
     let polynomials = KNOWN_POLYNOMIALS.into_iter().chain(all);
@@ -178,18 +180,18 @@ fn crc8(frames: &[Frame], byte: usize, field: Layout) -> Option<FoundChecksum> {
         // An identifier before the data is a constant; one behind them is not.
         let behind = if with_identifier { identifier.as_slice() } else { &[] };
         let xorout = constant(frames, byte, |data| crc.of(crc.of(0, data), behind))?;
-        let parameters = Parameters::crc8(poly, 0, xorout).with_reflection(reflected);
-        let mut keys = vec![("poly", Parameter::Number(poly.into()))];
-        keys.extend((xorout != 0).then_some(("xorout", Parameter::Number(xorout.into()))));
-        keys.extend(reflected.then_some(("reflected", Parameter::Flag(true))));
-        keys.extend(with_identifier.then_some(("identifier", Parameter::Text("after"))));
+        let parameters = CrcParameters::crc8(poly, 0, xorout).with_reflection(reflected);
+        let mut keys = vec![("poly", RuleParameter::Number(poly.into()))];
+        keys.extend((xorout != 0).then_some(("xorout", RuleParameter::Number(xorout.into()))));
+        keys.extend(reflected.then_some(("reflected", RuleParameter::Flag(true))));
+        keys.extend(with_identifier.then_some(("identifier", RuleParameter::Text("after"))));
         let extra = if with_identifier { Extra::IdentifierAfter } else { Extra::Nothing };
-        let rule = Rule::Crc(CrcRule::new(parameters, extra, None));
+        let rule = ChecksumRule::Crc(CrcRule::new(parameters, extra, None));
         proven(frames, field, ("crc8", keys), rule)
     })
 }
 
-/// The identifier as CRCs take it, its low byte first.
+/// Returns the identifier as it enters CRCs, the low byte first.
 fn identifier(id: CanId) -> Vec<u8> {
     let bytes = id.number().to_le_bytes();
     match id {
@@ -198,7 +200,7 @@ fn identifier(id: CanId) -> Vec<u8> {
     }
 }
 
-/// The exclusive or of a sum and of the byte that should hold it, if it is the same in all frames.
+/// Returns the exclusive or of a sum and its byte, if it is the same in all frames.
 fn constant(frames: &[Frame], byte: usize, sum: impl Fn(&[u8]) -> u8) -> Option<u8> {
     let mut rest = Vec::new();
     let mut constants = frames.iter().map(|frame| {
@@ -211,7 +213,7 @@ fn constant(frames: &[Frame], byte: usize, sum: impl Fn(&[u8]) -> u8) -> Option<
     constants.all(|constant| constant == first).then_some(first)
 }
 
-/// CRC-8 "2F" with a constant for each value of the counter in the low half of byte 1.
+/// Tries CRC-8 "2F" with a constant for each value of the counter in the low half of byte 1.
 fn volkswagen(frames: &[Frame]) -> Option<FoundChecksum> {
     let crc = Crc8::new(0x2F, false);
     let mut constants = [None; 16];
@@ -230,11 +232,11 @@ fn volkswagen(frames: &[Frame]) -> Option<FoundChecksum> {
         return None;
     }
     let constants = constants.map(Option::unwrap_or_default);
-    let parameters = vec![("constants", Parameter::Bytes(constants))];
-    proven(frames, field(0, 8), ("vw", parameters), Rule::Crc(CrcRule::volkswagen(constants)))
+    let parameters = vec![("constants", RuleParameter::Bytes(constants))];
+    proven(frames, field(0, 8), ("vw", parameters), ChecksumRule::Crc(CrcRule::volkswagen(constants)))
 }
 
-/// A CRC of eight bits. Without a table: most polynomials are excluded by the first two frames.
+/// A CRC of eight bits, computed without a table because the first two frames exclude most polynomials.
 struct Crc8 {
     /// The polynomial in the order of the shifts.
     poly: u8,

@@ -1,14 +1,14 @@
 //! Search for a counter: bits that go up by one from frame to frame.
 
 use crate::core::can::frame::Frame;
-use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use crate::core::dbc::codec::{Layout, SignalCodec};
 
 /// A counter that all frames have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FoundCounter {
     /// Position of the counter.
     pub layout: Layout,
-    /// Lowest value.
+    /// Lowest value of the counter.
     pub first: u32,
     /// Highest value, after which it starts again.
     pub last: u32,
@@ -18,17 +18,15 @@ pub struct FoundCounter {
 
 /// Widths of counters in bits, the longest first: the low bits of a longer counter count as well.
 const WIDTHS: [u16; 7] = [8, 7, 6, 5, 4, 3, 2];
-/// Smallest number of frames that show a counter.
 const MIN_FRAMES: usize = 12;
 /// Smallest number of times that a counter must have started again.
 const MIN_WRAPS: u32 = 2;
-/// Smallest number of steps of a long counter that has not started again twice; its range is then that of its bits.
+/// Smallest number of steps of a long counter that has not started again twice; its range then follows from its bits.
 const MIN_STEPS: usize = 24;
 /// The largest number of lost frames between two.
 const MAX_STEP: u32 = 4;
 
-/// Finds the counter of frames that follow each other; `None` without one. Frames that repeat the one before in
-/// everything are passed over.
+/// Finds the counter of successive frames; `None` without one. A frame that equals the one before is skipped.
 pub fn find_counter(frames: &[Frame]) -> Option<FoundCounter> {
     let length = frames.iter().map(|frame| frame.data().len()).min()?;
     let mut distinct = frames.to_vec();
@@ -43,7 +41,7 @@ pub fn find_counter(frames: &[Frame]) -> Option<FoundCounter> {
 
 fn counter_at(frames: &[Frame], byte: usize, bit: u16, width: u16) -> Option<FoundCounter> {
     let start = u16::try_from(byte * 8).ok()? + bit;
-    let layout = Layout { start, length: width, order: ByteOrder::Intel, signed: false };
+    let layout = Layout::unsigned(start, width);
     let codec = SignalCodec::new(layout, byte + 1).ok()?;
     let value = |frame: &Frame| u32::try_from(codec.value(frame.padded())).unwrap_or(0);
     let values = || frames.iter().map(value);

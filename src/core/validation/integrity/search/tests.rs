@@ -1,16 +1,23 @@
 use super::*;
 use crate::core::can::frame::{CanId, Frame, MAX_DATA};
-use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use crate::core::validation::integrity::checksum::{Checksum, CrcRule, Extra, Parameters, Rule, Sum};
+use crate::core::dbc::codec::{Layout, SignalCodec};
+use crate::core::validation::integrity::checksum::{
+    Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,
+};
 
 const ID: CanId = CanId::Standard(0x2A5);
 
 fn layout(start: u16, length: u16) -> Layout {
-    Layout { start, length, order: ByteOrder::Intel, signed: false }
+    Layout::unsigned(start, length)
 }
 
 /// Frames with a counter in the low half of byte 1, contents that change now and then, and a checksum.
-fn frames(count: u32, length: usize, rule: Option<(&Rule, Layout)>, counter: Option<Layout>) -> Vec<Frame> {
+fn frames(
+    count: u32,
+    length: usize,
+    rule: Option<(&ChecksumRule, Layout)>,
+    counter: Option<Layout>,
+) -> Vec<Frame> {
     (0..count)
         .map(|at| {
             let mut data = [0; MAX_DATA];
@@ -31,31 +38,31 @@ fn frames(count: u32, length: usize, rule: Option<(&Rule, Layout)>, counter: Opt
         .collect()
 }
 
-fn crc8(poly: u8, init: u8, xorout: u8, reflected: bool, extra: Extra) -> Rule {
-    let parameters = Parameters::crc8(poly, init, xorout).with_reflection(reflected);
-    Rule::Crc(CrcRule::new(parameters, extra, None))
+fn crc8(poly: u8, init: u8, xorout: u8, reflected: bool, extra: Extra) -> ChecksumRule {
+    let parameters = CrcParameters::crc8(poly, init, xorout).with_reflection(reflected);
+    ChecksumRule::Crc(CrcRule::new(parameters, extra, None))
 }
 
 #[test]
 fn every_kind_of_checksum_is_found_where_it_is() {
     let constants = [3, 99, 200, 1, 0, 44, 7, 18, 201, 54, 90, 33, 2, 250, 128, 77];
     let cases = [
-        ("toyota", Rule::Sum(Sum::TOYOTA), layout(56, 8)),
-        ("tesla", Rule::Sum(Sum::IDENTIFIER), layout(56, 8)),
-        ("sum8", Rule::Sum(Sum::PLAIN), layout(56, 8)),
-        ("sum8", Rule::Sum(Sum { start: 0x33, ..Sum::PLAIN }), layout(0, 8)),
-        ("mazda", Rule::Sum(Sum::MAZDA), layout(56, 8)),
-        ("xor8", Rule::Xor { start: 0 }, layout(56, 8)),
-        ("xor8", Rule::Xor { start: 0x5F }, layout(48, 8)),
-        ("honda", Rule::Honda, layout(56, 4)),
-        ("psa", Rule::Psa { start: 9 }, layout(60, 4)),
-        ("j1850", Rule::Crc(CrcRule::j1850()), layout(56, 8)),
-        ("crc8", Rule::Crc(CrcRule::giorgio(0x0B)), layout(56, 8)),
+        ("toyota", ChecksumRule::Sum(Sum::TOYOTA), layout(56, 8)),
+        ("tesla", ChecksumRule::Sum(Sum::IDENTIFIER), layout(56, 8)),
+        ("sum8", ChecksumRule::Sum(Sum::PLAIN), layout(56, 8)),
+        ("sum8", ChecksumRule::Sum(Sum { start: 0x33, ..Sum::PLAIN }), layout(0, 8)),
+        ("mazda", ChecksumRule::Sum(Sum::MAZDA), layout(56, 8)),
+        ("xor8", ChecksumRule::Xor { start: 0 }, layout(56, 8)),
+        ("xor8", ChecksumRule::Xor { start: 0x5F }, layout(48, 8)),
+        ("honda", ChecksumRule::Honda, layout(56, 4)),
+        ("psa", ChecksumRule::Psa { start: 9 }, layout(60, 4)),
+        ("j1850", ChecksumRule::Crc(CrcRule::j1850()), layout(56, 8)),
+        ("crc8", ChecksumRule::Crc(CrcRule::giorgio(0x0B)), layout(56, 8)),
         ("crc8", crc8(0x2F, 0xFF, 0xFF, false, Extra::IdentifierBefore), layout(0, 8)),
         ("crc8", crc8(0x97, 0x12, 0x55, false, Extra::Nothing), layout(56, 8)),
         ("crc8", crc8(0xA7, 0, 0x01, true, Extra::IdentifierAfter), layout(40, 8)),
-        ("hyundai_fd", Rule::Crc(CrcRule::hyundai_fd(16).unwrap()), layout(0, 16)),
-        ("vw", Rule::Crc(CrcRule::volkswagen(constants)), layout(0, 8)),
+        ("hyundai_fd", ChecksumRule::Crc(CrcRule::hyundai_fd(16).unwrap()), layout(0, 16)),
+        ("vw", ChecksumRule::Crc(CrcRule::volkswagen(constants)), layout(0, 8)),
     ];
     for (kind, rule, field) in cases {
         let (length, counter) = if kind == "hyundai_fd" { (16, 20) } else { (8, 8) };
@@ -76,7 +83,8 @@ fn nothing_is_found_where_chance_would_do() {
     let rule = crc8(0x97, 0x12, 0x55, false, Extra::Nothing);
     let few = frames(3, 8, Some((&rule, layout(56, 8))), Some(layout(8, 4)));
     assert_eq!(find_checksum(&few), None, "three frames");
-    let mut broken = frames(400, 8, Some((&Rule::Xor { start: 0 }, layout(56, 8))), Some(layout(8, 4)));
+    let mut broken =
+        frames(400, 8, Some((&ChecksumRule::Xor { start: 0 }, layout(56, 8))), Some(layout(8, 4)));
     broken[200] = Frame::classic(ID, &[1, 2, 3, 4, 5, 6, 7, 8]).unwrap();
     assert_eq!(find_checksum(&broken), None, "a rule that does not hold once");
     assert_eq!(find_counter(&frames(400, 8, None, None)), None, "no counter");
