@@ -1,5 +1,8 @@
 //! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else;
-//! and makes the text of `--version`.
+//! generates the messages of ROS 2 from their definitions; and makes the text of `--version`.
+
+#[path = "build/ros_messages.rs"]
+mod ros_messages;
 
 use std::error::Error;
 use std::fmt::Write;
@@ -24,7 +27,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let [name, file] = [path, &path.canonicalize()?].map(|path| path.display().to_string());
         writeln!(list, "({name:?}, include_bytes!({file:?})),")?;
     }
-    fs::write(Path::new(&env::var("OUT_DIR")?).join("built_in.rs"), list + "]\n")?;
+    let output = PathBuf::from(env::var("OUT_DIR")?);
+    fs::write(output.join("built_in.rs"), list + "]\n")?;
+    fs::write(output.join("ros_messages.rs"), ros_messages::generate(Path::new("ros/msg"))?)?;
     println!("cargo::rustc-env=SIGNAL_GATEWAY_VERSION={}", version()?);
     Ok(())
 }

@@ -20,10 +20,11 @@ use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::report::Step;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use crate::io::ros::messages::{
-    DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
-    TurnIndicatorsReport,
+use crate::io::ros::messages::LightsMessage;
+use crate::io::ros::messages::autoware_vehicle_msgs::{
+    HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
 };
+use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.

@@ -52,7 +52,7 @@ from autoware_messages import (
     TwistWithCovariance,
     Uuid,
 )
-from messages import Header, Pose, Quaternion, Time, Turn, Vector
+from messages import Header, Point, Pose, Quaternion, Time, Turn, Vector
 
 NOTHING = Vector(0.0, 0.0, 0.0)
 # Nobody waits longer for the other side.
@@ -74,7 +74,7 @@ def number(value):
 def pose(x, y, yaw, z):
     x, y, yaw = number(x), number(y), number(yaw)
     # A height that is not known is that of a flat map.
-    return Pose(Vector(x, y, z or 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+    return Pose(Point(x, y, z or 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
 
 def path(points):

@@ -4,199 +4,40 @@ from dataclasses import dataclass
 from functools import cache
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int64, sequence, uint8, uint16
+from cyclonedds.idl.types import sequence, uint8
 
-from messages import Header, Pose, Quaternion, Time, Vector
+from definitions import message
+from messages import Header, Point, Pose, Quaternion, Time, Vector
 
-
-@dataclass
-class PoseWithCovariance(
-    IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"
-):
-    pose: Pose
-    covariance: array[float64, 36]
-
-
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector
-    angular: Vector
-
-
-@dataclass
-class TwistWithCovariance(
-    IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"
-):
-    twist: Twist
-    covariance: array[float64, 36]
-
-
-@dataclass
-class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
-    header: Header
-    child_frame_id: str
-    pose: PoseWithCovariance
-    twist: TwistWithCovariance
-
-
-@dataclass
-class Uuid(IdlStruct, typename="unique_identifier_msgs::msg::dds_::UUID_"):
-    uuid: array[uint8, 16]
-
-
-@dataclass
-class LaneletPrimitive(IdlStruct, typename="autoware_planning_msgs::msg::dds_::LaneletPrimitive_"):
-    id: int64
-    primitive_type: str
-
-
-@dataclass
-class LaneletSegment(IdlStruct, typename="autoware_planning_msgs::msg::dds_::LaneletSegment_"):
-    preferred_primitive: LaneletPrimitive
-    primitives: sequence[LaneletPrimitive]
-
-
-@dataclass
-class LaneletRoute(IdlStruct, typename="autoware_planning_msgs::msg::dds_::LaneletRoute_"):
-    header: Header
-    start_pose: Pose
-    goal_pose: Pose
-    segments: sequence[LaneletSegment]
-    uuid: Uuid
-    allow_modification: bool
-
-
-@dataclass
-class PathPoint(IdlStruct, typename="autoware_planning_msgs::msg::dds_::PathPoint_"):
-    pose: Pose
-    longitudinal_velocity_mps: float32
-    lateral_velocity_mps: float32
-    heading_rate_rps: float32
-    is_final: bool
-
-
-@dataclass
-class PathPointWithLaneId(
-    IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::PathPointWithLaneId_"
-):
-    point: PathPoint
-    lane_ids: sequence[int64]
-
-
-@dataclass
-class PathWithLaneId(
-    IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::PathWithLaneId_"
-):
-    header: Header
-    points: sequence[PathPointWithLaneId]
-    left_bound: sequence[Vector]
-    right_bound: sequence[Vector]
-
-
-@dataclass
-class ControlPoint(IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::ControlPoint_"):
-    pose: Pose
-    velocity: float32
-    shift_length: float32
-    distance: float32
-
-
-@dataclass
-class PredictedPath(IdlStruct, typename="autoware_perception_msgs::msg::dds_::PredictedPath_"):
-    path: sequence[Pose]
-    time_step: Time
-    confidence: float32
-
-
-@dataclass
-class SafetyFactor(IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::SafetyFactor_"):
-    type: uint16
-    object_id: Uuid
-    predicted_path: PredictedPath
-    ttc_begin: float32
-    ttc_end: float32
-    points: sequence[Vector]
-    is_safe: bool
-
-
-@dataclass
-class SafetyFactorArray(
-    IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::SafetyFactorArray_"
-):
-    header: Header
-    factors: sequence[SafetyFactor]
-    is_safe: bool
-    detail: str
-
-
-@dataclass
-class PlanningFactor(
-    IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::PlanningFactor_"
-):
-    module: str
-    is_driving_forward: bool
-    control_points: sequence[ControlPoint]
-    behavior: uint16
-    detail: str
-    safety_factors: SafetyFactorArray
-
-
-@dataclass
-class PlanningFactorArray(
-    IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::PlanningFactorArray_"
-):
-    header: Header
-    factors: sequence[PlanningFactor]
-
-
-@dataclass
-class PoseWithUuidStamped(IdlStruct, typename="autoware_planning_msgs::msg::dds_::PoseWithUuidStamped_"):
-    header: Header
-    pose: Pose
-    uuid: Uuid
-
-
-@dataclass
-class OperationModeState(
-    IdlStruct, typename="autoware_adapi_v1_msgs::msg::dds_::OperationModeState_"
-):
-    stamp: Time
-    mode: uint8
-    is_autoware_control_enabled: bool
-    is_in_transition: bool
-    is_stop_mode_available: bool
-    is_autonomous_mode_available: bool
-    is_local_mode_available: bool
-    is_remote_mode_available: bool
-
-
-@dataclass
-class Scenario(IdlStruct, typename="autoware_internal_planning_msgs::msg::dds_::Scenario_"):
-    current_scenario: str
-    activating_scenarios: sequence[str]
-
-
-@dataclass
-class TurnCommand(IdlStruct, typename="autoware_vehicle_msgs::msg::dds_::TurnIndicatorsCommand_"):
-    stamp: Time
-    command: uint8
-
-
-@dataclass
-class HazardCommand(IdlStruct, typename="autoware_vehicle_msgs::msg::dds_::HazardLightsCommand_"):
-    stamp: Time
-    command: uint8
-
-
-@dataclass
-class ControlMode(IdlStruct, typename="autoware_vehicle_msgs::msg::dds_::ControlModeReport_"):
-    stamp: Time
-    mode: uint8
+Duration = message("builtin_interfaces", "Duration")
+PoseWithCovariance = message("geometry_msgs", "PoseWithCovariance")
+Twist = message("geometry_msgs", "Twist")
+TwistWithCovariance = message("geometry_msgs", "TwistWithCovariance")
+Odometry = message("nav_msgs", "Odometry")
+Uuid = message("unique_identifier_msgs", "UUID")
+LaneletPrimitive = message("autoware_planning_msgs", "LaneletPrimitive")
+LaneletSegment = message("autoware_planning_msgs", "LaneletSegment")
+LaneletRoute = message("autoware_planning_msgs", "LaneletRoute")
+PathPoint = message("autoware_planning_msgs", "PathPoint")
+PoseWithUuidStamped = message("autoware_planning_msgs", "PoseWithUuidStamped")
+PredictedPath = message("autoware_perception_msgs", "PredictedPath")
+PathPointWithLaneId = message("autoware_internal_planning_msgs", "PathPointWithLaneId")
+PathWithLaneId = message("autoware_internal_planning_msgs", "PathWithLaneId")
+ControlPoint = message("autoware_internal_planning_msgs", "ControlPoint")
+SafetyFactor = message("autoware_internal_planning_msgs", "SafetyFactor")
+SafetyFactorArray = message("autoware_internal_planning_msgs", "SafetyFactorArray")
+PlanningFactor = message("autoware_internal_planning_msgs", "PlanningFactor")
+PlanningFactorArray = message("autoware_internal_planning_msgs", "PlanningFactorArray")
+Scenario = message("autoware_internal_planning_msgs", "Scenario")
+OperationModeState = message("autoware_adapi_v1_msgs", "OperationModeState")
+TurnCommand = message("autoware_vehicle_msgs", "TurnIndicatorsCommand")
+HazardCommand = message("autoware_vehicle_msgs", "HazardLightsCommand")
+ControlMode = message("autoware_vehicle_msgs", "ControlModeReport")
 
 
 # Contents of the test messages; the tests have the same.
 HEADER = Header(Time(7, 1), "map")
-POSE = Pose(Vector(1.0, 2.0, 3.0), Quaternion(0.0, 0.0, 1.0, 0.0))
+POSE = Pose(Point(1.0, 2.0, 3.0), Quaternion(0.0, 0.0, 1.0, 0.0))
 COVARIANCE = [float(number) for number in range(36)]
 ROUTE = LaneletRoute(
     HEADER,
@@ -207,7 +48,7 @@ ROUTE = LaneletRoute(
     True,
 )
 SAFETY = SafetyFactor(
-    2, Uuid([9] * 16), PredictedPath([POSE], Time(0, 500_000_000), 0.5), 1.5, 2.5, [Vector(4.0, 5.0, 6.0)], True
+    2, Uuid([9] * 16), PredictedPath([POSE], Duration(0, 500_000_000), 0.5), 1.5, 2.5, [Point(4.0, 5.0, 6.0)], True
 )
 FACTOR = PlanningFactor(
     "goal_planner",
@@ -228,7 +69,7 @@ SAMPLES = {
     "path": PathWithLaneId(
         HEADER,
         [PathPointWithLaneId(PathPoint(POSE, 4.5, 0.25, -0.5, True), [100, -7])],
-        [Vector(1.0, 2.0, 3.0)],
+        [Point(1.0, 2.0, 3.0)],
         [],
     ),
     "factors": PlanningFactorArray(HEADER, [FACTOR]),
@@ -259,5 +100,5 @@ def nonsense_type(name):
 def large_path(points, bound):
     """A path of so many points, with bounds of so many points."""
     point = PathPointWithLaneId(PathPoint(POSE, 4.5, 0.0, 0.0, False), [100, 101])
-    corner = Vector(1.0, 2.0, 3.0)
+    corner = Point(1.0, 2.0, 3.0)
     return PathWithLaneId(HEADER, [point] * points, [corner] * bound, [corner] * bound)

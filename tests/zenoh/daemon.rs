@@ -4,7 +4,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use signal_gateway::io::ros::type_hashes::type_hash;
+use signal_gateway::io::ros::messages::type_hash;
 
 use super::peer::{Peer, free_port, router, session};
 use crate::support::json_process::Mark;

@@ -7,7 +7,7 @@ use crate::session::Role;
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
-use signal_gateway::io::ros::type_hashes::type_hash;
+use signal_gateway::io::ros::messages::type_hash;
 
 /// The key of the report on turn indicators in a domain.
 pub(crate) fn turn_key(domain: u16) -> String {

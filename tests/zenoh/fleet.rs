@@ -9,8 +9,8 @@ use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
+use signal_gateway::io::ros::messages::type_hash;
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Transport, TypeHashes, ZenohSettings};
-use signal_gateway::io::ros::type_hashes::type_hash;
 
 use super::peer::{Peer, free_port, router};
 use crate::support::json_process::Mark;

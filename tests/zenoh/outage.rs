@@ -60,7 +60,7 @@ fn a_router_that_comes_later_or_is_killed_keeps_nobody_apart() {
 
 mod slow {
     use serde_json::json;
-    use signal_gateway::io::ros::type_hashes::type_hash;
+    use signal_gateway::io::ros::messages::type_hash;
 
     use super::*;
     use crate::session::{Gateway, KINDS};

@@ -1,7 +1,7 @@
 //! The services for parameters, as clients of `rmw_zenoh_cpp` use them.
 
 use serde_json::{Value, json};
-use signal_gateway::io::ros::type_hashes::{service_hash, type_hash};
+use signal_gateway::io::ros::messages::type_hash;
 
 use super::peer::{Peer, free_port, router, session};
 use crate::session::{Gateway, Role};
@@ -34,7 +34,7 @@ struct Client {
 impl Client {
     fn key(&self, service: &str) -> String {
         let (_, type_name) = SERVICES.into_iter().find(|(name, _)| *name == service).unwrap();
-        let hash = self.hash.unwrap_or_else(|| service_hash(type_name).unwrap());
+        let hash = self.hash.unwrap_or_else(|| type_hash("rcl_interfaces", type_name).unwrap());
         format!("{}/{NODE}/{service}/rcl_interfaces::srv::dds_::{type_name}_/{hash}", self.domain)
     }
 

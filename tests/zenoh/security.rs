@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use signal_gateway::io::ros::type_hashes::type_hash;
+use signal_gateway::io::ros::messages::type_hash;
 use tempfile::TempDir;
 
 use super::delivery::turn_key;

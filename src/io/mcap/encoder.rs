@@ -1,7 +1,5 @@
 //! Inputs and outputs of the gateway as messages of channels.
 
-use serde::Serialize;
-
 use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
@@ -10,24 +8,25 @@ use crate::core::command::output::CommandOutput;
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;
 use crate::io::ros::link::Order;
-use crate::io::ros::messages::{CdrBytes, Header};
+use crate::io::ros::messages::can_msgs;
+use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
+use crate::io::ros::messages::std_msgs::Header;
+use crate::io::ros::messages::{CdrBytes, TypeName};
 use crate::io::ros::outgoing::messages::{OutgoingMessage, OutgoingMessages};
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::io::ros::topics::{Durability, Topics, TypeName};
+use crate::io::ros::topics::{Durability, Topics};
 
 /// Samples that a player keeps of a bus.
 const CAN_DEPTH: i32 = 100;
 /// The channels of a bus, by the end of their topic and their type.
 const CAN_CHANNELS: [(&str, TypeName); 6] = [
-    ("from_can_bus", FRAME_TYPE),
-    ("from_can_bus_fd", FD_FRAME_TYPE),
-    ("to_can_bus", FRAME_TYPE),
-    ("to_can_bus_fd", FD_FRAME_TYPE),
-    ("to_can_bus_dry_run", FRAME_TYPE),
-    ("to_can_bus_dry_run_fd", FD_FRAME_TYPE),
+    ("from_can_bus", can_msgs::Frame::TYPE_NAME),
+    ("from_can_bus_fd", FdFrame::TYPE_NAME),
+    ("to_can_bus", can_msgs::Frame::TYPE_NAME),
+    ("to_can_bus_fd", FdFrame::TYPE_NAME),
+    ("to_can_bus_dry_run", can_msgs::Frame::TYPE_NAME),
+    ("to_can_bus_dry_run_fd", FdFrame::TYPE_NAME),
 ];
-const FRAME_TYPE: TypeName = ("can_msgs", "Frame");
-const FD_FRAME_TYPE: TypeName = ("ros2_socketcan_msgs", "FdFrame");
 
 /// A topic in a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,29 +71,6 @@ pub struct Encoder {
     encoders: LightsEncoders,
     interfaces: Vec<String>,
     hardware_id: String,
-}
-
-/// `can_msgs/msg/Frame`.
-#[derive(Debug, Serialize)]
-struct CanFrameMessage {
-    header: Header,
-    id: u32,
-    is_rtr: bool,
-    is_extended: bool,
-    is_error: bool,
-    dlc: u8,
-    data: [u8; 8],
-}
-
-/// `ros2_socketcan_msgs/msg/FdFrame`.
-#[derive(Debug, Serialize)]
-struct FdFrameMessage<'a> {
-    header: Header,
-    id: u32,
-    is_extended: bool,
-    is_error: bool,
-    len: u8,
-    data: &'a [u8],
 }
 
 impl Encoder {
@@ -188,19 +164,19 @@ impl Encoder {
         let (id, is_extended) = (frame.id().number(), matches!(frame.id(), CanId::Extended(_)));
         let len = u8::try_from(frame.data().len()).ok()?;
         let bytes = if frame.is_fd() {
-            let data = frame.data();
-            CdrBytes::encode(&FdFrameMessage { header, id, is_extended, is_error: false, len, data })
+            let data = frame.data().to_vec();
+            CdrBytes::encode(&FdFrame { header, id, is_extended, is_error: false, len, data })
         } else {
             let data = *frame.padded().first_chunk()?;
             let (is_rtr, is_error) = (false, false);
-            CdrBytes::encode(&CanFrameMessage { header, id, is_rtr, is_extended, is_error, dlc: len, data })
+            CdrBytes::encode(&can_msgs::Frame { header, id, is_rtr, is_extended, is_error, dlc: len, data })
         };
         let channel = self.can_channel(bus, kind + usize::from(frame.is_fd()));
         Some(RecordedMessage { channel, log_time: at, publish_time: stamp, bytes: bytes.ok()? })
     }
 
     fn error_frame(&self, bus: BusIndex, error: ErrorFrame, at: WallStamp) -> Option<RecordedMessage> {
-        let bytes = CdrBytes::encode(&CanFrameMessage {
+        let bytes = CdrBytes::encode(&can_msgs::Frame {
             header: self.header(bus, at)?,
             id: error.class(),
             is_rtr: false,

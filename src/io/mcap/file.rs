@@ -15,7 +15,7 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
 use super::encoder::{Channel, RecordedMessage};
-use super::schema;
+use crate::io::ros::messages::schema;
 use crate::io::ros::topics::Durability;
 
 /// A chunk is closed when it is larger than this, bytes.
@@ -99,7 +99,7 @@ impl McapFile {
             return Ok(known.id);
         }
         let (package, name) = channel.type_name;
-        let definition = schema::ros2msg(channel.type_name).unwrap_or_default();
+        let definition = schema(channel.type_name).unwrap_or_default();
         let schema =
             self.writer.add_schema(&format!("{package}/msg/{name}"), "ros2msg", definition.as_bytes());
         let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), offered_qos(channel))]);

@@ -2,7 +2,6 @@
 //!
 //! | file | what it does |
 //! |---|---|
-//! | [`schema`] | definitions of the messages, as `ros2msg` |
 //! | [`encoder`] | inputs and outputs of the gateway ─► messages of channels |
 //! | [`mod@file`] | messages ─► chunks of a file, which ends between two chunks whatever happens |
 //! | [`bag`] | a folder of such files with its `metadata.yaml`: a bag |
@@ -16,7 +15,6 @@ pub mod bag;
 pub mod encoder;
 pub mod file;
 pub mod recorder;
-pub mod schema;
 
 #[cfg(test)]
 mod tests;

@@ -12,6 +12,7 @@ use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::WallStamp;
+use crate::io::ros::messages::schema;
 use crate::io::ros::topics::{Durability, Topics};
 use crate::waiting::{DEADLINE, described, wait_until};
 
@@ -143,4 +144,24 @@ fn folder_that_cannot_be_made_costs_what_is_recorded_and_is_told_of() {
     // Still the first cause, though the folder is not tried again for each message.
     let cause = fs::create_dir_all(file.join("bags")).unwrap_err().to_string();
     assert_eq!(state.last_error, Some(cause));
+}
+
+#[test]
+fn schema_has_constants_and_every_type_in_it_once() {
+    let separator = "=".repeat(80);
+    let text = schema(("diagnostic_msgs", "DiagnosticArray")).unwrap();
+    let parts: Vec<_> = text.split(&separator).collect();
+    assert_eq!(parts[0], "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n");
+    let names: Vec<_> = parts[1..].iter().map(|part| part.lines().nth(1).unwrap()).collect();
+    assert_eq!(
+        names,
+        [
+            "MSG: std_msgs/Header",
+            "MSG: diagnostic_msgs/DiagnosticStatus",
+            "MSG: builtin_interfaces/Time",
+            "MSG: diagnostic_msgs/KeyValue"
+        ]
+    );
+    assert!(parts[2].contains("\nbyte ERROR=2\n") && parts[2].contains("\nbyte level\n"), "{text}");
+    assert_eq!(schema(("std_msgs", "Nothing")), None);
 }

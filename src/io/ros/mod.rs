@@ -14,5 +14,4 @@ pub mod reception;
 pub mod session;
 pub mod settings;
 pub mod topics;
-pub mod type_hashes;
 pub mod zenoh_config;

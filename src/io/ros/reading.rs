@@ -4,11 +4,14 @@ use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-use super::messages::{
-    Clock, ControlModeReport, FlaggedPoseWithUuidStamped, HazardLightsCommand, LaneletRoute, Odometry,
-    OperationModeState, PathWithLaneId, PlanningFactorArray, PoseWithUuidStamped, Scenario, Text,
-    TrafficLightGroupArray, TurnIndicatorsCommand,
-};
+use super::messages::autoware_adapi_v1_msgs::OperationModeState;
+use super::messages::autoware_internal_planning_msgs::{PathWithLaneId, PlanningFactorArray, Scenario};
+use super::messages::autoware_perception_msgs::TrafficLightGroupArray;
+use super::messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped};
+use super::messages::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
+use super::messages::nav_msgs::Odometry;
+use super::messages::rosgraph_msgs::Clock;
+use super::messages::std_msgs;
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::{CommandOrigin, SampleId};
@@ -65,7 +68,9 @@ pub fn read(
         SubscriptionKind::Groups(store) => bytes.whole::<TrafficLightGroupArray>()?.for_store(store).into(),
         SubscriptionKind::Camera => bytes.whole::<TrafficLightGroupArray>()?.for_arbiter().into(),
         SubscriptionKind::Clock => TrafficLightInput::Clock(bytes.whole::<Clock>()?.clock.into()).into(),
-        SubscriptionKind::Command => TrafficLightInput::Command(bytes.whole::<Text>()?.data).into(),
+        SubscriptionKind::Command => {
+            TrafficLightInput::Command(bytes.whole::<std_msgs::String>()?.data).into()
+        }
         SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
         SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),
         SubscriptionKind::PlannedPath => Input::Planner(bytes.whole::<PathWithLaneId>()?.into()),
@@ -74,7 +79,8 @@ pub fn read(
         }
         SubscriptionKind::ModifiedGoal => {
             let goal = bytes.whole::<PoseWithUuidStamped>();
-            let flagged = |_| bytes.whole::<FlaggedPoseWithUuidStamped>().map(|flagged| flagged.pose);
+            // Some releases append whether the goal may be moved.
+            let flagged = |_| bytes.whole::<(PoseWithUuidStamped, bool)>().map(|(goal, _)| goal);
             Input::Planner(goal.or_else(flagged)?.into())
         }
         SubscriptionKind::OperationMode => Input::Planner(bytes.whole::<OperationModeState>()?.into()),

@@ -11,6 +11,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::messages::LightsType;
+pub use super::messages::TypeName;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::target::StoreId;
@@ -213,9 +214,6 @@ impl SubscriptionKind {
         if matches!(self, Self::Command) { 50 } else { 1 }
     }
 }
-
-/// A message type as `(package, name)`.
-pub type TypeName = (&'static str, &'static str);
 
 /// Type of the turn-indicators topic.
 pub const TURN_INDICATORS_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndicatorsReport");

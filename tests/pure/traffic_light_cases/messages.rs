@@ -8,7 +8,9 @@ use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Col
 use signal_gateway::core::traffic_light::emission::{
     Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic,
 };
-use signal_gateway::io::ros::messages::{LightsMessage, LightsType, Time, TrafficLightElement};
+use signal_gateway::io::ros::messages::autoware_perception_msgs::TrafficLightElement;
+use signal_gateway::io::ros::messages::builtin_interfaces::Time;
+use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
 
 const BOTH: [Compat; 2] = [Compat::Improved, Compat::Upstream];
 const NOW: WallStamp = WallStamp::from_nanos(12_345_000_000_678);

@@ -4,10 +4,22 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
+use super::autoware_adapi_v1_msgs::OperationModeState;
+use super::autoware_internal_planning_msgs::{
+    ControlPoint, PathPointWithLaneId, PathWithLaneId, PlanningFactor, PlanningFactorArray, SafetyFactor,
+    SafetyFactorArray, Scenario,
+};
+use super::autoware_perception_msgs::PredictedPath;
+use super::autoware_planning_msgs::{
+    LaneletPrimitive, LaneletRoute, LaneletSegment, PathPoint, PoseWithUuidStamped,
+};
+use super::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
+use super::builtin_interfaces::Duration;
+use super::geometry_msgs::{Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
 use super::golden::{STAMP, Wire, cdr, with_stamp};
-use super::lanelet_route::MAX_SEGMENTS;
-use super::path_with_lane_id::{MAX_LANES, MAX_POINTS};
-use super::*;
+use super::nav_msgs::Odometry;
+use super::std_msgs::Header;
+use super::unique_identifier_msgs::UUID;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::{CommandOrigin, SampleId, WriterId};
 use crate::core::gateway::event::Input;
@@ -120,7 +132,7 @@ fn a_route_has_its_bytes_and_becomes_its_lanes() {
             },
             LaneletSegment { preferred_primitive: primitive(12, ""), primitives: vec![] },
         ],
-        uuid: Uuid { uuid: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16] },
+        uuid: UUID { uuid: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16] },
         allow_modification: true,
     };
     assert_eq!(cdr(&message), route());
@@ -166,7 +178,7 @@ fn a_path_has_its_bytes_and_becomes_its_points() {
 
 #[test]
 fn a_modified_goal_is_read_with_and_without_its_flag() {
-    let uuid = Uuid { uuid: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16] };
+    let uuid = UUID { uuid: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16] };
     let message = PoseWithUuidStamped { header: header(), pose: pose(), uuid };
     let wire = || Wire::with_header().doubles(&POSE).bytes(&uuid.uuid);
     assert_eq!(cdr(&message), wire().done());
@@ -184,7 +196,7 @@ fn planning_factors_have_their_bytes_and_become_an_input() {
         |velocity, shift_length, distance| ControlPoint { pose: pose(), velocity, shift_length, distance };
     let safety_factor = SafetyFactor {
         r#type: 2,
-        object_id: Uuid { uuid: [9; 16] },
+        object_id: UUID { uuid: [9; 16] },
         predicted_path: PredictedPath {
             path: vec![pose()],
             time_step: Duration { sec: 0, nanosec: 500_000_000 },
@@ -348,9 +360,17 @@ fn sequences_have_a_greatest_length() {
         ..LaneletRoute::default()
     };
     let cases = [
-        (Kind::PlannedPath, cdr(&path(MAX_POINTS, 1)), cdr(&path(MAX_POINTS + 1, 1))),
-        (Kind::PlannedPath, cdr(&path(1, MAX_LANES)), cdr(&path(1, MAX_LANES + 1))),
-        (Kind::Route, cdr(&route(MAX_SEGMENTS)), cdr(&route(MAX_SEGMENTS + 1))),
+        (
+            Kind::PlannedPath,
+            cdr(&path(PathWithLaneId::MAX_POINTS, 1)),
+            cdr(&path(PathWithLaneId::MAX_POINTS + 1, 1)),
+        ),
+        (
+            Kind::PlannedPath,
+            cdr(&path(1, PathPointWithLaneId::MAX_LANE_IDS)),
+            cdr(&path(1, PathPointWithLaneId::MAX_LANE_IDS + 1)),
+        ),
+        (Kind::Route, cdr(&route(LaneletRoute::MAX_SEGMENTS)), cdr(&route(LaneletRoute::MAX_SEGMENTS + 1))),
     ];
     for (kind, longest, too_long) in cases {
         input(kind, &longest);

@@ -1,19 +1,7 @@
-//! `geometry_msgs` as far as others need them, and the heading in a rotation.
+//! Poses of the plane and of `geometry_msgs`, and the heading in a rotation.
 
-use serde::{Deserialize, Serialize};
-
+use super::geometry_msgs::{Point, Pose, Quaternion};
 use crate::core::map::geometry as plane;
-
-/// `geometry_msgs/msg/Point`, metres.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Point {
-    /// East, in a map.
-    pub x: f64,
-    /// North, in a map.
-    pub y: f64,
-    /// Upwards, in a map.
-    pub z: f64,
-}
 
 impl From<[f64; 3]> for Point {
     fn from([x, y, z]: [f64; 3]) -> Self {
@@ -21,86 +9,19 @@ impl From<[f64; 3]> for Point {
     }
 }
 
-/// `geometry_msgs/msg/Vector3`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Vector3 {
-    /// Component along x.
-    pub x: f64,
-    /// Component along y.
-    pub y: f64,
-    /// Component along z.
-    pub z: f64,
-}
-
-/// `geometry_msgs/msg/Quaternion`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Quaternion {
-    /// First imaginary part.
-    pub x: f64,
-    /// Second imaginary part.
-    pub y: f64,
-    /// Third imaginary part.
-    pub z: f64,
-    /// Real part, the cosine of half the angle.
-    pub w: f64,
-}
-
-impl Default for Quaternion {
-    /// The identity: no rotation.
-    fn default() -> Self {
-        Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
-    }
-}
-
-/// `geometry_msgs/msg/Pose`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Pose {
-    /// Position of the pose.
-    pub position: Point,
-    /// Rotation from the frame of reference.
-    pub orientation: Quaternion,
-}
-
-/// `geometry_msgs/msg/PoseWithCovariance`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct PoseWithCovariance {
-    /// The most likely pose.
-    pub pose: Pose,
-    /// `float64[36]`, row by row: x, y, z, rotations about x, y, z.
-    pub covariance: [[f64; 6]; 6],
-}
-
-/// `geometry_msgs/msg/Twist`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Twist {
-    /// Linear velocity, m/s.
-    pub linear: Vector3,
-    /// Angular velocity, rad/s.
-    pub angular: Vector3,
-}
-
-/// `geometry_msgs/msg/TwistWithCovariance`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct TwistWithCovariance {
-    /// The most likely twist.
-    pub twist: Twist,
-    /// `float64[36]`, row by row: x, y, z, rotations about x, y, z.
-    pub covariance: [[f64; 6]; 6],
-}
-
 /// Sine of an angle from the vertical: below it, a rotation has no heading.
 const UPRIGHT: f64 = 1e-9;
 
 impl Quaternion {
-    /// Heading of the rotation, radians in (-π, π], counter-clockwise from +x, for a quaternion of any length
-    /// but zero; NaN when it is not a rotation or when its heading is undefined.
+    /// Returns the heading of the rotation, radians in (-π, π], counter-clockwise from +x. The quaternion may have any
+    /// length but zero; the result is NaN for something that is not a rotation or has no heading.
     pub fn yaw_rad(self) -> f64 {
         let parts = [self.x, self.y, self.z, self.w];
         let longest = parts.iter().fold(0.0, |longest: f64, part| longest.max(part.abs()));
         if longest == 0.0 || !parts.iter().all(|part| part.is_finite()) {
             return f64::NAN;
         }
-        // First by the largest part: squares of what is tiny or huge would be nothing or infinite.
+        // Divided by the largest part first: squares of tiny or huge numbers would be zero or infinite.
         let [x, y, z, w] = parts.map(|part| part / longest);
         let squares = x * x + y * y + z * z + w * w;
         let sine = 2.0 * (w * z + x * y) / squares;
@@ -114,7 +35,7 @@ impl Quaternion {
 }
 
 impl From<plane::Pose> for Pose {
-    /// Upright; on the ground of the map where the height is not known.
+    /// The pose is upright, and on the ground of the map where the height is not known.
     fn from(plane::Pose { position, yaw_rad }: plane::Pose) -> Self {
         let (sin, cos) = (yaw_rad / 2.0).sin_cos();
         let z = if position.z_m.is_finite() { position.z_m } else { 0.0 };

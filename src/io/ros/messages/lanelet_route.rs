@@ -2,62 +2,9 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
-use super::bounded::at_most;
-use super::geometry::Pose;
-use super::stamp::Header;
+use super::autoware_planning_msgs::{LaneletPrimitive, LaneletRoute, LaneletSegment};
 use crate::core::turn_signal::planner_input::{PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
-
-/// Most segments of a route.
-pub(super) const MAX_SEGMENTS: usize = 10_000;
-/// Most primitives of a segment.
-pub(super) const MAX_PRIMITIVES: usize = 1_000;
-
-/// `unique_identifier_msgs/msg/UUID`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Uuid {
-    /// Big-endian: the first byte is the highest.
-    pub uuid: [u8; 16],
-}
-
-/// `autoware_planning_msgs/msg/LaneletPrimitive`.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct LaneletPrimitive {
-    /// Id of a lanelet or an area on the map.
-    pub id: i64,
-    /// `lane`, `area` or empty, which is a lanelet.
-    pub primitive_type: String,
-}
-
-/// `autoware_planning_msgs/msg/LaneletSegment`.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct LaneletSegment {
-    /// The primitive to drive on.
-    pub preferred_primitive: LaneletPrimitive,
-    /// All primitives side by side.
-    #[serde(deserialize_with = "at_most::<_, _, MAX_PRIMITIVES>")]
-    pub primitives: Vec<LaneletPrimitive>,
-}
-
-/// `autoware_planning_msgs/msg/LaneletRoute`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct LaneletRoute {
-    /// Time of the route, and the frame of the poses.
-    pub header: Header,
-    /// Pose at which the route starts.
-    pub start_pose: Pose,
-    /// Pose at which the route ends.
-    pub goal_pose: Pose,
-    /// Segments in the order of driving.
-    #[serde(deserialize_with = "at_most::<_, _, MAX_SEGMENTS>")]
-    pub segments: Vec<LaneletSegment>,
-    /// Id of the route.
-    pub uuid: Uuid,
-    /// The goal may be moved.
-    pub allow_modification: bool,
-}
 
 impl LaneletPrimitive {
     fn is_lanelet(&self) -> bool {
@@ -66,7 +13,7 @@ impl LaneletPrimitive {
 }
 
 impl LaneletSegment {
-    /// The lanelets of the segment; `None` without one. An area that is preferred is replaced by the first lanelet.
+    /// Returns the lanelets of the segment; `None` without one. The first lanelet replaces a preferred area.
     fn lanes(&self) -> Option<Segment> {
         let lanelets = self.primitives.iter().filter(|primitive| primitive.is_lanelet());
         let mut lanes: Vec<i64> = lanelets.map(|primitive| primitive.id).collect();

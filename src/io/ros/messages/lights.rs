@@ -2,11 +2,10 @@
 
 use serde::{Serialize, Serializer};
 
-use super::clock::Clock;
-use super::marker_array::MarkerArray;
-use super::traffic_light_array_v1::TrafficLightArrayV1;
-use super::traffic_light_group_array::TrafficLightGroupArray;
-use super::traffic_signal_array::TrafficSignalArray;
+use super::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
+use super::rosgraph_msgs::Clock;
+use super::traffic_simulator_msgs::TrafficLightArrayV1;
+use super::visualization_msgs::MarkerArray;
 use crate::core::compat::Compat;
 pub use crate::core::traffic_light::architecture::LightsType;
 use crate::core::traffic_light::emission::{Emission, LightsContent};

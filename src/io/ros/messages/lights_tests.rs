@@ -1,7 +1,8 @@
 //! Bytes and JSON of the messages about traffic lights, and the inputs that received ones become.
 
+use super::autoware_perception_msgs::{TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray};
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
-use super::*;
+use super::{LightsMessage, LightsType, std_msgs};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{LampColor, MapLamp};
 use crate::core::time::WallStamp;
@@ -155,7 +156,7 @@ fn spheres_have_their_bytes() {
 
 #[test]
 fn strings_have_their_bytes() {
-    assert_eq!(cdr(&Text { data: "grün".to_owned() }), string("grün", false));
+    assert_eq!(cdr(&std_msgs::String { data: "grün".to_owned() }), string("grün", false));
 }
 
 #[test]
@@ -221,7 +222,7 @@ fn json_has_the_field_names_of_the_messages() {
             r#"{{"markers":[{{"header":{{"stamp":{stamp},"frame_id":"map"}},"ns":"bulb","id":4,"type":2,"action":0,"pose":{{"position":{{"x":1.0,"y":2.0,"z":-0.5}},"orientation":{{"x":0.0,"y":0.0,"z":0.0,"w":1.0}}}},"scale":{{"x":0.3,"y":0.3,"z":0.3}},"color":{{"r":0.0,"g":1.0,"b":0.0,"a":1.0}},"lifetime":{{"sec":0,"nanosec":0}},"frame_locked":false,"points":[],"colors":[],"texture_resource":"","texture":{{{empty},"format":"","data":[]}},"uv_coordinates":[],"text":"","mesh_resource":"","mesh_file":{{"filename":"","data":[]}},"mesh_use_embedded_materials":false}}]}}"#
         )
     );
-    assert_eq!(serde_json::to_string(&Text { data: "a".into() }).unwrap(), r#"{"data":"a"}"#);
+    assert_eq!(serde_json::to_string(&std_msgs::String { data: "a".into() }).unwrap(), r#"{"data":"a"}"#);
 }
 
 #[test]

@@ -1,12 +1,10 @@
 //! `visualization_msgs/msg/MarkerArray`: lamps as spheres for a viewer
 //! (docs/spec/traffic-lights.md, "Markers").
 
-use serde::{Deserialize, Serialize};
-
 use super::array_element::{ArrayElement, StampPosition, elements};
-use super::geometry::{Pose, Vector3};
-use super::marker::{ColorRgba, Marker};
-use super::stamp::Header;
+use super::geometry_msgs::{Pose, Vector3};
+use super::std_msgs::{ColorRGBA, Header};
+use super::visualization_msgs::{Marker, MarkerArray};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::LampColor;
 use crate::core::time::WallStamp;
@@ -21,33 +19,20 @@ const NAMESPACE: &str = "bulb";
 const DIAMETER_M: f64 = 0.3;
 /// Opacity of a lamp that is off.
 const ALPHA_OFF: f32 = 0.3;
-/// `Marker::SPHERE`, a type.
-const SPHERE: i32 = 2;
-/// `Marker::ADD`, an action.
-pub(super) const ADD: i32 = 0;
-/// `Marker::DELETEALL`, an action.
-const DELETE_ALL: i32 = 3;
 /// Lamps of a head have numbers below this.
 const NUMBERS_PER_HEAD: i64 = 4;
 
-/// `visualization_msgs/msg/MarkerArray`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MarkerArray {
-    /// Markers in the order of drawing.
-    pub markers: Vec<Marker>,
-}
-
 impl MarkerArray {
-    /// Makes a sphere for each lamp.
+    /// Creates a sphere for each lamp.
     pub fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> Self {
         Self { markers: elements(lamps, stamp, compat) }
     }
 
-    /// Deletes all markers drawn before. Upstream sends it before each array of spheres; a single
-    /// publisher that always draws all lamps needs none (Q19).
+    /// Creates the message that deletes all markers drawn before. Upstream sends it before each array of spheres; a
+    /// single publisher that always draws all lamps does not need it (Q19).
     pub fn delete_all(stamp: WallStamp) -> Self {
-        let header = Header { stamp: stamp.into(), frame_id: FRAME.to_owned() };
-        Self { markers: vec![Marker { header, action: DELETE_ALL, ..Marker::default() }] }
+        let header = Header::new(stamp, FRAME);
+        Self { markers: vec![Marker { header, action: Marker::DELETEALL, ..Marker::default() }] }
     }
 }
 
@@ -56,7 +41,6 @@ impl ArrayElement for Marker {
     const STAMP: StampPosition = StampPosition::Elements;
     const ALIGNMENT: usize = 4;
 
-    /// A sphere for a lamp.
     fn new(marker: &LampMarker, stamp: WallStamp, compat: Compat) -> Self {
         let (number, [r, g, b]) = match marker.lamp.color {
             LampColor::Green => (Color::Green as u8, [0.0, 1.0, 0.0]),
@@ -65,14 +49,14 @@ impl ArrayElement for Marker {
         };
         let (ns, id) = name(marker.way_id, number, compat);
         Self {
-            header: Header { stamp: stamp.into(), frame_id: FRAME.to_owned() },
+            header: Header::new(stamp, FRAME),
             ns,
             id,
-            r#type: SPHERE,
-            action: ADD,
+            r#type: Self::SPHERE,
+            action: Self::ADD,
             pose: Pose { position: marker.lamp.position_m.into(), ..Pose::default() },
             scale: Vector3 { x: DIAMETER_M, y: DIAMETER_M, z: DIAMETER_M },
-            color: ColorRgba { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
+            color: ColorRGBA { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
             ..Self::default()
         }
     }

@@ -1,74 +1,60 @@
-//! The ROS 2 messages this gateway sends and receives, field by field as their `.msg` files define
-//! them; one file for each message, with those of `autoware_vehicle_msgs` in `vehicle`.
+//! The ROS 2 messages that this gateway sends and receives.
 //!
-//! One `Serialize` serves two readers: CDR on the wire (fields in order) and JSON for people and
-//! scripts (fields by name; `level` is a number). Conversions from the core's types go one way.
-//! Sources: `builtin_interfaces`, `rcl_interfaces`, `rosgraph_msgs`, `std_msgs`, `geometry_msgs`, `nav_msgs`, `sensor_msgs`,
-//! `visualization_msgs` and `diagnostic_msgs` of `common_interfaces`, `unique_identifier_msgs` (Humble and
-//! Jazzy lay them out alike); `autoware_vehicle_msgs`, `autoware_perception_msgs` and
-//! `autoware_planning_msgs` 1.12, `autoware_internal_planning_msgs` 1.12, `autoware_adapi_v1_msgs`,
-//! `traffic_simulator_msgs` 25.0.
+//! The build generates the types from the definitions in `ros/msg`, in a module for each package, with their type hashes
+//! and the texts for recordings (`build/ros_messages.rs`). The files here convert from and to the core's types. One
+//! `Serialize` serves two readers: CDR on the wire has the fields in order, JSON has them by name.
 
 mod array_element;
 mod bounded;
 mod cdr_bytes;
-mod clock;
 mod diagnostics;
 mod element;
 mod geometry;
 mod lanelet_route;
 mod lights;
 mod lights_encoder;
-mod log;
-mod marker;
 mod marker_array;
-mod odometry;
-mod operation_mode_state;
-mod parameters;
-mod path_with_lane_id;
+mod planner_inputs;
 mod planning_factor_array;
-mod pose_with_uuid_stamped;
-mod scenario;
 mod section_markers;
 mod stamp;
-mod text;
 mod traffic_light_array_v1;
 mod traffic_light_group_array;
 mod traffic_signal_array;
 mod vehicle;
 
 pub use cdr_bytes::CdrBytes;
-pub use clock::Clock;
-pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
-pub use element::TrafficLightElement;
-pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
-pub use lanelet_route::{LaneletPrimitive, LaneletRoute, LaneletSegment, Uuid};
+pub use generated::*;
 pub use lights::{LightsMessage, LightsType};
 pub use lights_encoder::LightsEncoder;
-pub use log::Log;
-pub use marker::{ColorRgba, CompressedImage, Marker, MeshFile, UvCoordinate};
-pub use marker_array::MarkerArray;
-pub use odometry::Odometry;
-pub use operation_mode_state::OperationModeState;
-pub use parameters::{
-    FloatingPointRange, IntegerRange, ListParametersRequest, ListParametersResponse, NamedParameterValue,
-    ParameterDescriptor, ParameterEvent, ParameterNames, ParameterValue, SetParametersRequest,
-    SetParametersResult,
-};
-pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
-pub use planning_factor_array::{
-    ControlPoint, PlanningFactor, PlanningFactorArray, PredictedPath, SafetyFactor, SafetyFactorArray,
-};
-pub use pose_with_uuid_stamped::{FlaggedPoseWithUuidStamped, PoseWithUuidStamped};
-pub use scenario::Scenario;
-pub use stamp::{Duration, Header, Time};
-pub use text::Text;
-pub use traffic_light_array_v1::{TrafficLightArrayV1, TrafficLightBulbV1, TrafficLightV1};
-pub use traffic_light_group_array::{PredictedTrafficLightState, TrafficLightGroup, TrafficLightGroupArray};
-pub use traffic_signal_array::{TrafficSignal, TrafficSignalArray};
-pub use vehicle::{
-    ControlModeReport, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
-};
+
+/// A message type as `(package, name)`.
+pub type TypeName = (&'static str, &'static str);
+
+// Names and comments are the definitions' own.
+#[allow(missing_docs, unused_qualifications, clippy::pedantic, clippy::upper_case_acronyms)]
+mod generated {
+    use super::TypeName;
+    use super::bounded::at_most;
+
+    include!(concat!(env!("OUT_DIR"), "/ros_messages.rs"));
+}
+
+/// Returns the hash of a message or service type as ROS 2 has it since Iron (REP-2016); `None` for a type without a
+/// definition. `rmw_zenoh` has the hash in its keys, so that nodes whose definitions differ do not receive each other.
+pub fn type_hash(package: &str, name: &str) -> Option<&'static str> {
+    find(TYPE_HASHES, (package, name))
+}
+
+/// Returns the definition of a message and of all messages in it in the notation `ros2msg`; `None` for a type without a
+/// definition.
+pub(in crate::io) fn schema(type_name: TypeName) -> Option<&'static str> {
+    find(SCHEMAS, type_name)
+}
+
+fn find(table: &[(TypeName, &'static str)], type_name: (&str, &str)) -> Option<&'static str> {
+    table.iter().find(|(known, _)| *known == type_name).map(|(_, text)| *text)
+}
 
 #[cfg(test)]
 mod autoware_tests;

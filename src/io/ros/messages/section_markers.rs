@@ -1,10 +1,11 @@
 //! The decider's sections as markers for a viewer: arrows at their four points, and their names
 //! (docs/spec/turn-signal-decider.md, "Published sections").
 
-use super::geometry::Vector3;
-use super::marker::{ColorRgba, Marker};
-use super::marker_array::{ADD, FRAME, MarkerArray};
-use super::stamp::{Duration, Header};
+use super::builtin_interfaces::Duration;
+use super::geometry_msgs::Vector3;
+use super::marker_array::FRAME;
+use super::std_msgs::{ColorRGBA, Header};
+use super::visualization_msgs::{Marker, MarkerArray};
 use crate::core::map::geometry as plane;
 use crate::core::time::WallStamp;
 use crate::core::turn_signal::decision::Decision;
@@ -12,23 +13,19 @@ use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::side::Side;
 
-/// `Marker::ARROW`, a type.
-const ARROW: i32 = 0;
-/// `Marker::TEXT_VIEW_FACING`, a type.
-const TEXT: i32 = 9;
 /// Opacity of a candidate that is not signalled.
 const ALPHA_LOST: f32 = 0.35;
 /// Height of a text above its section, and of its letters, metres.
 const TEXT_HEIGHTS_M: (f64, f64) = (2.0, 0.8);
-/// Length of the arrows of a desired and of a required section, metres.
+/// Lengths of the arrows of a desired and of a required section, metres.
 const DESIRED_M: f64 = 2.0;
 const REQUIRED_M: f64 = 4.0;
-/// Markers of a gateway that is gone are deleted after this.
+/// The viewer deletes the markers of a gateway that has ended after this time.
 const LIFETIME: Duration = Duration { sec: 3, nanosec: 0 };
 
 impl MarkerArray {
-    /// The markers of all candidates with a side and numbers for points, after those before are deleted. What is
-    /// signalled is opaque.
+    /// Creates the markers of all candidates that have a side and finite points, after the deletion of all markers before.
+    /// The candidate that is signalled is opaque.
     pub fn sections(decision: &Decision, stamp: WallStamp) -> Self {
         let mut markers = Self::delete_all(stamp).markers;
         markers.extend(
@@ -47,13 +44,13 @@ fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: Wall
         Side::Left => [0.13, 0.4, 0.67],
         Side::Right => [0.85, 0.37, 0.05],
     };
-    let color = ColorRgba { r, g, b, a: if is_won { 1.0 } else { ALPHA_LOST } };
+    let color = ColorRGBA { r, g, b, a: if is_won { 1.0 } else { ALPHA_LOST } };
     let marker = |id, r#type, pose: plane::Pose, scale| Marker {
-        header: Header { stamp: stamp.into(), frame_id: FRAME.to_owned() },
+        header: Header::new(stamp, FRAME),
         ns: candidate.source.to_string(),
         id,
         r#type,
-        action: ADD,
+        action: Marker::ADD,
         pose: pose.into(),
         scale,
         color,
@@ -62,10 +59,11 @@ fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: Wall
     };
     let arrow = |id, pose, length_m: f64| {
         let thick_m = length_m / 8.0;
-        marker(id, ARROW, pose, Vector3 { x: length_m, y: thick_m, z: thick_m })
+        marker(id, Marker::ARROW, pose, Vector3 { x: length_m, y: thick_m, z: thick_m })
     };
     let (above_m, letter_m) = TEXT_HEIGHTS_M;
-    let mut label = marker(4, TEXT, section.required_start, Vector3 { x: 0.0, y: 0.0, z: letter_m });
+    let mut label =
+        marker(4, Marker::TEXT_VIEW_FACING, section.required_start, Vector3 { x: 0.0, y: 0.0, z: letter_m });
     label.pose.position.z += above_m;
     let name = candidate.subject.name(candidate.turn).unwrap_or_else(|| candidate.source.to_string());
     label.text = format!("{name}: {}", candidate.outcome);
@@ -80,7 +78,7 @@ fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: Wall
 
 #[cfg(test)]
 mod tests {
-    use super::super::planning_factor_array::PlanningFactorArray;
+    use super::super::autoware_internal_planning_msgs::PlanningFactorArray;
     use super::*;
     use crate::core::light_command::{HazardCommand, TurnCommand};
     use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};

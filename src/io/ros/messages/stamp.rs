@@ -1,17 +1,8 @@
-//! Stamps and headers, with which most messages begin.
+//! Conversions of stamps.
 
-use serde::{Deserialize, Serialize};
-
+use super::builtin_interfaces::Time;
+use super::std_msgs::Header;
 use crate::core::time::WallStamp;
-
-/// `builtin_interfaces/msg/Time`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Time {
-    /// Seconds since 1970-01-01 UTC.
-    pub sec: i32,
-    /// Nanoseconds of the second, 0 to 999 999 999.
-    pub nanosec: u32,
-}
 
 impl From<WallStamp> for Time {
     fn from(stamp: WallStamp) -> Self {
@@ -27,20 +18,9 @@ impl From<Time> for WallStamp {
     }
 }
 
-/// `builtin_interfaces/msg/Duration`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Duration {
-    /// Whole seconds; negative before zero.
-    pub sec: i32,
-    /// Nanoseconds of the second, 0 to 999 999 999.
-    pub nanosec: u32,
-}
-
-/// `std_msgs/msg/Header`.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Header {
-    /// Time of the data.
-    pub stamp: Time,
-    /// Frame of reference; empty in diagnostics.
-    pub frame_id: String,
+impl Header {
+    /// Creates the header of data in `frame_id`; diagnostics have an empty one.
+    pub fn new(stamp: WallStamp, frame_id: &str) -> Self {
+        Self { stamp: stamp.into(), frame_id: frame_id.to_owned() }
+    }
 }

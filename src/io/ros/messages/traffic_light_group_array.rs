@@ -1,15 +1,14 @@
 //! `autoware_perception_msgs/msg/TrafficLightGroupArray`: group by group, with predictions.
 //!
-//! Releases before 2025-05 have no `predictions`; their layout is that of
-//! [`TrafficSignalArray`](super::TrafficSignalArray).
+//! Releases before 2025-05 have no `predictions`, and the layout of `TrafficSignalArray`.
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::array_element::{ArrayElement, StampPosition, elements};
-use super::element::{TrafficLightElement, id};
-use super::stamp::Time;
+use super::autoware_perception_msgs::{
+    PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
+};
+use super::element::id;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::BulbSet;
@@ -17,19 +16,6 @@ use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction}
 use crate::core::traffic_light::engine::LightObservation;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::traffic_light::target::StoreId;
-
-/// `autoware_perception_msgs/msg/PredictedTrafficLightState`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PredictedTrafficLightState {
-    /// Begin of the predicted state.
-    pub predicted_stamp: Time,
-    /// The elements lit from then on.
-    pub simultaneous_elements: Vec<TrafficLightElement>,
-    /// Reliability, 0 to 1.
-    pub reliability: f32,
-    /// `V2N`, `V2I`, `V2V`, `LOCAL_PERCEPTION`, `MANUAL_OVERRIDE`, `SIMULATION` or `INTERNAL_ESTIMATION`.
-    pub information_source: String,
-}
 
 impl PredictedTrafficLightState {
     fn new(prediction: &Prediction, compat: Compat) -> Self {
@@ -44,34 +30,14 @@ impl PredictedTrafficLightState {
     }
 }
 
-/// `autoware_perception_msgs/msg/TrafficLightGroup`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrafficLightGroup {
-    /// Id of the regulatory element.
-    pub traffic_light_group_id: i64,
-    /// Ascending by the key of the bulb.
-    pub elements: Vec<TrafficLightElement>,
-    /// Ascending by time.
-    pub predictions: Vec<PredictedTrafficLightState>,
-}
-
-/// `autoware_perception_msgs/msg/TrafficLightGroupArray`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrafficLightGroupArray {
-    /// Time of the states.
-    pub stamp: Time,
-    /// States of the groups.
-    pub traffic_light_groups: Vec<TrafficLightGroup>,
-}
-
 impl TrafficLightGroupArray {
-    /// The message that shows `groups`.
+    /// Creates the message that shows `groups`.
     pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
         Self { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
     }
 
-    /// The core's input for a store. A group without elements removes its state; one with an undefined number is
-    /// left out as a whole and counted.
+    /// Returns the core's input for a store. A group without elements removes its state; a group with an undefined
+    /// number is left out as a whole and counted.
     pub fn for_store(&self, store: StoreId) -> TrafficLightInput {
         let (mut states, mut rejected) = (Vec::new(), 0);
         for group in &self.traffic_light_groups {
@@ -80,7 +46,7 @@ impl TrafficLightGroupArray {
                 rejected += 1;
                 continue;
             };
-            // That of the least certain bulb.
+            // The least certain bulb decides.
             let confidences = group.elements.iter().map(|element| f64::from(element.confidence));
             let confidence = confidences.fold(1.0, f64::min);
             let observation = (!bulbs.is_empty()).then_some(LightObservation { bulbs, confidence });
@@ -88,11 +54,9 @@ impl TrafficLightGroupArray {
         }
         TrafficLightInput::States { store, stamp: self.stamp.into(), states, rejected }
     }
-}
 
-impl TrafficLightGroupArray {
-    /// The core's input of a camera pipeline. A group with an undefined number is left out as a whole and counted;
-    /// predictions of cameras are not used.
+    /// Returns the core's input of a camera pipeline. A group with an undefined number is left out as a whole and
+    /// counted; predictions of cameras are not used.
     pub fn for_arbiter(&self) -> TrafficLightInput {
         let group = |group: &TrafficLightGroup| {
             let element = |element: &TrafficLightElement| {

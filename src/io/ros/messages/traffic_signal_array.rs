@@ -2,35 +2,15 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::array_element::{ArrayElement, StampPosition, elements};
-use super::element::{TrafficLightElement, id};
-use super::stamp::Time;
+use super::autoware_perception_msgs::{TrafficLightElement, TrafficSignal, TrafficSignalArray};
+use super::element::id;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::emission::GroupState;
 
-/// `autoware_perception_msgs/msg/TrafficSignal`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrafficSignal {
-    /// Id of the regulatory element.
-    pub traffic_signal_id: i64,
-    /// `TrafficSignalElement[]`, ascending by the key of the bulb.
-    pub elements: Vec<TrafficLightElement>,
-}
-
-/// `autoware_perception_msgs/msg/TrafficSignalArray`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrafficSignalArray {
-    /// Time of the states.
-    pub stamp: Time,
-    /// States of the groups.
-    pub signals: Vec<TrafficSignal>,
-}
-
 impl TrafficSignalArray {
-    /// The message that shows `groups`, without their predictions.
+    /// Creates the message that shows `groups`, without their predictions.
     pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
         Self { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
     }
@@ -42,9 +22,10 @@ impl ArrayElement for TrafficSignal {
     const ALIGNMENT: usize = 8;
 
     fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {
+        let elements = TrafficLightElement::all(&group.elements, compat);
         Self {
             traffic_signal_id: id(group.relation_id, compat),
-            elements: TrafficLightElement::all(&group.elements, compat),
+            elements: elements.into_iter().map(Into::into).collect(),
         }
     }
 

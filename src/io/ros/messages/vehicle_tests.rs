@@ -1,7 +1,8 @@
 //! Bytes and JSON of the messages about the vehicle.
 
+use super::autoware_vehicle_msgs::{HazardLightsReport, TurnIndicatorsReport};
+use super::diagnostic_msgs::DiagnosticArray;
 use super::golden::{STAMP, cdr, string, with_stamp};
-use super::*;
 use crate::core::diagnostics::{Diagnostics, Level, Status};
 use crate::core::time::WallStamp;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};

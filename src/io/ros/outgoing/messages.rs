@@ -14,10 +14,11 @@ use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::report::Step;
-use crate::io::ros::messages::{
-    DiagnosticArray, HazardLightsCommand, HazardLightsReport, Log, TurnIndicatorsCommand,
-    TurnIndicatorsReport,
+use crate::io::ros::messages::autoware_vehicle_msgs::{
+    HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
 };
+use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
+use crate::io::ros::messages::rcl_interfaces::Log;
 #[cfg(feature = "ros")]
 use crate::io::ros::parameters::Parameters;
 

@@ -11,7 +11,9 @@ use crate::core::traffic_light::emission::LightsTopic;
 #[cfg(feature = "ros")]
 use crate::io::ros::link::WrittenTopic;
 use crate::io::ros::link::{Delivery, Order};
-use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, MarkerArray, PlanningFactorArray};
+use crate::io::ros::messages::autoware_internal_planning_msgs::PlanningFactorArray;
+use crate::io::ros::messages::visualization_msgs::MarkerArray;
+use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
     COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, Durability, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,

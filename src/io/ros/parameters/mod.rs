@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::messages::{NamedParameterValue, ParameterEvent, ParameterValue as NoValue, Time};
+use super::messages::builtin_interfaces::Time;
+use super::messages::rcl_interfaces::{Parameter, ParameterEvent, ParameterValue as NoValue};
 pub use call::{Call, Middleware};
 pub use service::{MAX_REQUEST, MAX_RESPONSE, ParameterService};
 pub use value::ParameterValue;
@@ -60,7 +61,7 @@ impl Parameters {
 
     /// The event that makes these parameters of a node of others; `None` where nothing is different.
     pub fn event_after(&self, before: &Self, node: &str, stamp: Time) -> Option<ParameterEvent> {
-        let named = |name: &str, value| NamedParameterValue { name: name.to_owned(), value };
+        let named = |name: &str, value| Parameter { name: name.to_owned(), value };
         let (mut new_parameters, mut changed_parameters) = (Vec::new(), Vec::new());
         for (name, value) in &self.values {
             match before.get(name) {
@@ -106,7 +107,7 @@ mod tests {
         let after = parameters(&[("changed", 4), ("new", 5), ("same", 3)]);
         let stamp = Time { sec: 6, nanosec: 7 };
         let event = after.event_after(&before, "/car/lights", stamp).unwrap();
-        let shown = |list: &[NamedParameterValue]| {
+        let shown = |list: &[Parameter]| {
             list.iter()
                 .map(|one| (one.name.clone(), one.value.r#type, one.value.integer_value))
                 .collect::<Vec<_>>()

@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::{ParameterValue, Parameters};
-use crate::io::ros::messages::{
-    CdrBytes, ListParametersRequest, ListParametersResponse, NamedParameterValue, ParameterDescriptor,
-    ParameterNames, ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
+use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::messages::rcl_interfaces::{
+    GetParametersRequest, ListParametersRequest, ListParametersResult, Parameter, ParameterDescriptor,
+    ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
 };
 use crate::io::ros::reading::{Endian, Unreadable, read_message};
 
@@ -103,7 +104,7 @@ impl ParameterService {
             Self::Set => {
                 let SetParametersRequest { parameters } = read_message(request, endian)?;
                 within(parameters.len(), MAX_NAMES)?;
-                encode(parameters.iter().map(|_: &NamedParameterValue| refusal()))
+                encode(parameters.iter().map(|_: &Parameter| refusal()))
             }
             Self::SetAtomically => {
                 let SetParametersRequest { parameters } = read_message(request, endian)?;
@@ -115,7 +116,7 @@ impl ParameterService {
 }
 
 fn names(request: &[u8], endian: Endian) -> Result<Vec<String>, Unreadable> {
-    let ParameterNames { names } = read_message(request, endian)?;
+    let GetParametersRequest { names } = read_message(request, endian)?;
     within(names.len(), MAX_NAMES)?;
     Ok(names)
 }
@@ -156,7 +157,7 @@ fn descriptor(name: &str, parameters: &Parameters) -> ParameterDescriptor {
 }
 
 /// The parameters below the prefixes, no more than `depth` levels below, and the levels that they stand below.
-fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParametersResponse {
+fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParametersResult {
     let is_within = |rest: &str| depth == 0 || rest.split('.').count() as u64 <= depth;
     let is_listed = |name: &str| {
         let below = |prefix: &String| match name.strip_prefix(prefix.as_str()) {
@@ -170,7 +171,7 @@ fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParamet
     let mut levels: Vec<_> =
         names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0.to_owned())).collect();
     levels.dedup();
-    ListParametersResponse { names, prefixes: levels }
+    ListParametersResult { names, prefixes: levels }
 }
 
 #[cfg(test)]
@@ -199,7 +200,7 @@ mod tests {
     }
 
     fn named(names: &[&str]) -> CdrBytes {
-        request(&ParameterNames { names: names.iter().map(|name| (*name).to_owned()).collect() })
+        request(&GetParametersRequest { names: names.iter().map(|name| (*name).to_owned()).collect() })
     }
 
     #[test]
@@ -225,7 +226,7 @@ mod tests {
     fn parameters_are_listed_by_prefix_and_depth() {
         let list = |prefixes: &[&str], depth| {
             let prefixes = prefixes.iter().map(|prefix| (*prefix).to_owned()).collect();
-            let list: ListParametersResponse =
+            let list: ListParametersResult =
                 answer(ParameterService::List, &request(&ListParametersRequest { prefixes, depth }));
             (list.names.join(" "), list.prefixes.join(" "))
         };
@@ -243,7 +244,7 @@ mod tests {
 
     #[test]
     fn nothing_is_set_and_the_reason_says_what_to_do() {
-        let value = NamedParameterValue { name: "use_sim_time".to_owned(), value: ValueMessage::default() };
+        let value = Parameter { name: "use_sim_time".to_owned(), value: ValueMessage::default() };
         let two = request(&SetParametersRequest { parameters: vec![value.clone(), value] });
         let each: Vec<SetParametersResult> = answer(ParameterService::Set, &two);
         assert_eq!(each, [refusal(), refusal()]);

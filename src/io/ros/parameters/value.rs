@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::io::ros::messages::ParameterValue as Message;
+use crate::io::ros::messages::rcl_interfaces::ParameterValue as Message;
 
 /// A value of one of the types that parameters have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -65,7 +65,8 @@ mod tests {
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
     use crate::core::vehicle_lights::verdict::TurnIndicators;
-    use crate::io::ros::messages::{DiagnosticArray, TurnIndicatorsReport};
+    use crate::io::ros::messages::autoware_vehicle_msgs::TurnIndicatorsReport;
+    use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
     use crate::io::ros::outgoing::messages::{MAX_DIAGNOSTICS, Publication};
 
     fn diagnostics(number: i64) -> OutgoingMessage {

@@ -3,9 +3,9 @@
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::attachment::Gid;
+use crate::io::ros::messages::type_hash;
 use crate::io::ros::settings::TypeHashes;
 use crate::io::ros::topics::{Durability, Reliability};
-use crate::io::ros::type_hashes::{service_hash, type_hash};
 
 /// First part of all tokens, which `**` does not match.
 const GRAPH: &str = "@ros2_lv";
@@ -39,7 +39,7 @@ impl TopicKey {
     /// A service for parameters of this name and type; `None` for a type without a known hash.
     pub(super) fn service(name: &str, type_name: &str, hashes: TypeHashes) -> Option<Self> {
         let hash = match hashes {
-            TypeHashes::Rihs01 => service_hash(type_name)?,
+            TypeHashes::Rihs01 => type_hash("rcl_interfaces", type_name)?,
             TypeHashes::NotSupported => NOT_SUPPORTED,
         };
         let type_name = format!("rcl_interfaces::srv::dds_::{type_name}_");
