@@ -31,6 +31,7 @@ mod pure {
     mod snapshot;
     mod spec_citations;
     mod terminal_view;
+    mod topics;
     mod traffic_light_cases;
     mod turn_signal_cases;
     mod type_hashes;

@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::traffic_light::target::{LightChannel, StoreLayer, StoreId};
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::link::FrameBuffer;
-use signal_gateway::io::ros::reception::Reception;
+use signal_gateway::io::ros::reception::TopicReception;
 use signal_gateway::io::ros::topics::{Subscription, SubscriptionKind};
 
 /// Topics that are written.
@@ -26,7 +26,7 @@ fuzz_target!(|data: &[u8]| {
     ];
     let subscriptions = kinds.map(|kind| Subscription::new("/topic", kind));
     let inbox = Arc::new(Inbox::default());
-    let mut reception = Reception::new(&subscriptions, WRITTEN, Arc::clone(&inbox));
+    let mut reception = TopicReception::new(&subscriptions, WRITTEN, Arc::clone(&inbox));
     let mut frames = FrameBuffer::default();
     for piece in stream.chunks(usize::from(*size).max(1)) {
         frames.extend(piece);

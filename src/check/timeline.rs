@@ -99,24 +99,7 @@ impl TimelineCollector {
     /// Adds an output of the last step.
     pub fn given_out(&mut self, output: &Output, at: MonoTime) {
         match output {
-            Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
-                let (tone, text) = step.value().map_or((Tone::Nothing, "not published"), |value| {
-                    let tone = match value {
-                        TurnIndicators::Disable => Tone::Off,
-                        TurnIndicators::EnableLeft => Tone::Left,
-                        TurnIndicators::EnableRight => Tone::Right,
-                    };
-                    (tone, value.name())
-                });
-                self.begin((Group::Reports, 0, "turn_indicators".to_owned()), at, tone, text, true);
-            }
-            Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
-                let (tone, text) = step.value().map_or((Tone::Nothing, "not published"), |value| {
-                    let tone = if value == HazardLights::Enable { Tone::Hazard } else { Tone::Off };
-                    (tone, value.name())
-                });
-                self.begin((Group::Reports, 1, "hazard_lights".to_owned()), at, tone, text, true);
-            }
+            Output::VehicleLights(output) => self.report(*output, at),
             Output::Diagnostics { diagnostics, .. } => self.diagnostics(diagnostics, at),
             Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
             Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => {}
@@ -205,6 +188,26 @@ impl TimelineCollector {
             };
             self.begin(key, at, tone, &text, true);
         }
+    }
+
+    /// Begins a state of a report that has a lane.
+    fn report(&mut self, output: VehicleLightsOutput, at: MonoTime) {
+        let (lane, tone) = if let VehicleLightsOutput::TurnIndicators(step) = output {
+            let tone = step.value().map(|value| match value {
+                TurnIndicators::Disable => Tone::Off,
+                TurnIndicators::EnableLeft => Tone::Left,
+                TurnIndicators::EnableRight => Tone::Right,
+            });
+            (0, tone)
+        } else if let VehicleLightsOutput::HazardLights(step) = output {
+            let is_on = step.value().map(|value| value == HazardLights::Enable);
+            (1, is_on.map(|is_on| if is_on { Tone::Hazard } else { Tone::Off }))
+        } else {
+            return;
+        };
+        let (report, value) = output.named();
+        let (tone, text) = (tone.unwrap_or(Tone::Nothing), value.unwrap_or("not published"));
+        self.begin((Group::Reports, lane, report.to_owned()), at, tone, text, true);
     }
 
     fn turn_signal(&mut self, output: &TurnSignalOutput, at: MonoTime) {

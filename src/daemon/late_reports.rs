@@ -3,6 +3,7 @@
 //! Inputs of that time are decided in the order of their stamps, as in a recording. The reports are out of date when
 //! they are decided, so only the last one of each topic is published.
 
+use std::mem::discriminant;
 use std::time::Duration;
 
 use crate::core::gateway::event::Output;
@@ -14,8 +15,7 @@ const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
 /// The newest late output of each report topic.
 #[derive(Debug, Default)]
 pub(super) struct LateReports {
-    turn: Option<VehicleLightsOutput>,
-    hazard: Option<VehicleLightsOutput>,
+    held: Vec<VehicleLightsOutput>,
 }
 
 impl LateReports {
@@ -24,17 +24,14 @@ impl LateReports {
     pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
         let Output::VehicleLights(output) = output else { return false };
         let is_late = lag > MAX_REPORT_LAG;
-        let held = match output {
-            VehicleLightsOutput::TurnIndicators(_) => &mut self.turn,
-            VehicleLightsOutput::HazardLights(_) => &mut self.hazard,
-        };
-        *held = is_late.then_some(*output);
+        self.held.retain(|held| discriminant(held) != discriminant(output));
+        self.held.extend(is_late.then_some(*output));
         is_late
     }
 
     /// Takes the kept reports. Call it when everything that is due has been decided.
     pub(super) fn take(&mut self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
-        [self.turn.take(), self.hazard.take()].into_iter().flatten()
+        std::mem::take(&mut self.held).into_iter()
     }
 }
 

@@ -23,10 +23,9 @@ use crate::io::ros::parameters::Parameters;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{RosError, RosSession};
 use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
-use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
-
-/// The topic of a simulator's clock; ROS knows it by this name only.
-const CLOCK_TOPIC: &str = "/clock";
+use crate::io::ros::topics::{
+    Durability, LightsTopicSettings, OUTGOING, OutgoingTopic, Subscription, SubscriptionKind, Topics,
+};
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -207,14 +206,23 @@ fn names(settings: &Settings) -> NodeNames<'_> {
     }
 }
 
-/// Topics by the names that ROS 2 knows; what the profile leaves out has none, as it is never published.
+/// Returns the topics by the names that ROS 2 knows, without the log.
 pub fn topics(settings: &Settings) -> Topics {
-    let mut topics = configured_topics(settings);
+    resolved(configured_topics(settings), settings)
+}
+
+fn resolved(mut topics: Topics, settings: &Settings) -> Topics {
     topics.names_mut().for_each(|name| *name = names(settings).resolve(name));
     topics
 }
 
-/// The topics that are subscribed to, likewise.
+/// Returns the topics as configured, with the log.
+fn with_log(settings: &Settings) -> Topics {
+    let log = settings.ros.rosout.as_deref().unwrap_or_default();
+    configured_topics(settings).with(OutgoingTopic::Log, log)
+}
+
+/// Returns the subscriptions by the names that ROS 2 knows.
 fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     let mut subscriptions = configured_subscriptions(settings);
     for topic in &mut subscriptions {
@@ -225,9 +233,8 @@ fn subscriptions(settings: &Settings) -> Vec<Subscription> {
 
 /// Rules of remapping about topics that this node does not have, each with the topic that was probably meant.
 fn unused_rules(settings: &Settings) -> Vec<(&Remapping, Option<String>)> {
-    let (names, mut topics) = (names(settings), configured_topics(settings));
+    let (names, mut topics) = (names(settings), with_log(settings));
     let mut known: Vec<_> = topics.names_mut().map(|name| name.clone()).collect();
-    known.extend(settings.ros.rosout.clone());
     known.extend(configured_subscriptions(settings).into_iter().map(|topic| topic.name));
     let rules = settings.ros.remappings.iter();
     let unused = rules.filter(|rule| !known.iter().any(|topic| names.concerns(rule, topic)));
@@ -242,32 +249,37 @@ fn loop_topic(ros: &RosSettings) -> Option<String> {
     topics.names_mut().find(is_read).cloned()
 }
 
-/// Topics as configured.
+/// Returns the topics as configured; what the profile leaves out has no topic, as it is never published.
 fn configured_topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
-    let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
-    let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
-    let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
-    let commands = settings.turn_signal.as_ref().filter(|decider| decider.publishes_commands());
-    let sections = |name: fn(&DeciderOutputs) -> &String| {
-        let decider = settings.turn_signal.as_ref().filter(|decider| decider.runs)?;
-        Some(name(&decider.outputs)).filter(|name| !name.is_empty()).cloned()
-    };
-    Topics {
-        turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
-        hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
-        diagnostics: settings.ros.diagnostics.clone(),
-        lights: settings
-            .light_topics
-            .outputs
-            .iter()
-            .map(|lights_output| light_output(lights_output, settings))
-            .collect(),
-        turn_command: commands.map(|decider| decider.outputs.turn_command.clone()),
-        hazard_command: commands.map(|decider| decider.outputs.hazard_command.clone()),
-        section_markers: sections(|outputs| &outputs.markers),
-        planning_factors: sections(|outputs| &outputs.planning_factors),
+    let (ros, decider) = (&settings.ros, settings.turn_signal.as_ref().filter(|decider| decider.runs));
+    let mut topics = Topics::default();
+    for row in &OUTGOING {
+        let decided = |is_written: fn(&TurnSignalConfig) -> bool, name: fn(&DeciderOutputs) -> &String| {
+            decider.filter(|decider| is_written(decider)).map_or("", |decider| name(&decider.outputs))
+        };
+        let name = match row.topic {
+            OutgoingTopic::TurnIndicatorsReport if matches!(lights.turn, TurnBinding::LeftOut) => "",
+            OutgoingTopic::TurnIndicatorsReport => &ros.turn_indicators_status,
+            OutgoingTopic::HazardLightsReport if matches!(lights.hazard, HazardBinding::LeftOut) => "",
+            OutgoingTopic::HazardLightsReport => &ros.hazard_lights_status,
+            OutgoingTopic::Diagnostics => &ros.diagnostics,
+            OutgoingTopic::TurnCommand => {
+                decided(TurnSignalConfig::publishes_commands, |to| &to.turn_command)
+            }
+            OutgoingTopic::HazardCommand => {
+                decided(TurnSignalConfig::publishes_commands, |to| &to.hazard_command)
+            }
+            OutgoingTopic::SectionMarkers => decided(|_| true, |to| &to.markers),
+            OutgoingTopic::PlanningFactors => decided(|_| true, |to| &to.planning_factors),
+            // Not part of a recording; see `ros_settings`.
+            OutgoingTopic::Log => "",
+        };
+        topics = topics.with(row.topic, name);
     }
+    topics.lights =
+        settings.light_topics.outputs.iter().map(|output| light_output(output, settings)).collect();
+    topics
 }
 
 fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopicSettings {
@@ -285,7 +297,9 @@ fn configured_subscriptions(settings: &Settings) -> Vec<Subscription> {
     let states =
         topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
     let camera = topics.camera.iter().map(|name| Subscription::new(name, SubscriptionKind::Camera));
-    let clock = topics.use_sim_time.then(|| Subscription::new(CLOCK_TOPIC, SubscriptionKind::Clock));
+    let clock = topics
+        .use_sim_time
+        .then(|| Subscription::new(SubscriptionKind::Clock.row().default_name, SubscriptionKind::Clock));
     let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
     let decider = settings.turn_signal.iter().filter(|decider| decider.runs).flat_map(decider_subscriptions);
     let vehicle = settings.command.iter().flat_map(command_subscriptions);
@@ -343,9 +357,11 @@ fn parameters(settings: &Settings, domain_id: u16) -> Parameters {
     parameters.set("ros.graph", ros.graph);
     parameters.set("ros.memory_limit_mb", i64::from(ros.memory_limit_mb));
     let topics = topics(settings);
-    parameters.set("ros.topics.turn_indicators_status", topics.turn_indicators.as_str());
-    parameters.set("ros.topics.hazard_lights_status", topics.hazard_lights.as_str());
-    parameters.set("ros.topics.diagnostics", topics.diagnostics.as_str());
+    for row in &OUTGOING {
+        if let Some((section @ "ros.topics", key)) = row.key {
+            parameters.set(&format!("{section}.{key}"), topics.name(row.topic).unwrap_or_default());
+        }
+    }
     parameters
 }
 
@@ -359,10 +375,9 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         domain_id: network.domain_id,
         only_networks: network.only_networks,
         durability: durability(settings),
-        topics: topics(settings),
-        // Without the node in the graph nobody looks for its services.
+        topics: resolved(with_log(settings), settings),
+        // Services are only found by nodes that see this node in the graph.
         parameters: settings.ros.graph.then(|| parameters(settings, network.domain_id)),
-        rosout: settings.ros.rosout.as_ref().map(|name| names(settings).resolve(name)),
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),
@@ -413,7 +428,8 @@ mod tests {
         let own = |subscription: &Subscription| {
             matches!(subscription.kind, SubscriptionKind::OwnTurnCommand | SubscriptionKind::OwnHazardCommand)
         };
-        ([topics.turn_command, topics.hazard_command], read.len(), read.iter().any(own))
+        let commands = [OutgoingTopic::TurnCommand, OutgoingTopic::HazardCommand];
+        (commands.map(|topic| topics.name(topic).map(str::to_owned)), read.len(), read.iter().any(own))
     }
 
     #[test]

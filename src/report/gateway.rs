@@ -17,14 +17,8 @@ use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
-use crate::core::vehicle_lights::output::VehicleLightsOutput;
-use crate::core::vehicle_lights::report::Step;
-use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::io::ros::messages::LightsMessage;
-use crate::io::ros::messages::autoware_vehicle_msgs::{
-    HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
-};
-use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
+use crate::io::ros::outgoing::messages::{Publication, publications};
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
@@ -64,51 +58,37 @@ impl JsonTimeline {
     /// Traffic lights are a line for each message on each of their topics.
     pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
         match output {
-            Output::VehicleLights(output) => self.vehicle_lights(output, at),
             Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
-            Output::TurnSignal(output) => self.turn_signal(output, at),
+            Output::TurnSignal(TurnSignalOutput::Decision(decision)) => {
+                line(at, DECISIONS, decision::fields(decision))
+            }
             Output::Command(CommandOutput::Transmit { frame, .. }) => {
                 self.frame((frame.bus(), frame.frame()), true, at)
             }
             Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
                 self.frame((*bus, frame), false, at)
             }
-            Output::Diagnostics { diagnostics, stamp } if !diagnostics.refresh => line(
-                at,
-                &self.topics.diagnostics,
-                DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
-            ),
-            Output::Diagnostics { .. } | Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => None,
-        }
-    }
-
-    fn vehicle_lights(&self, output: &VehicleLightsOutput, at: MonoTime) -> Option<String> {
-        match *output {
-            VehicleLightsOutput::TurnIndicators(Step::Publish(report, stamp)) => {
-                line(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(report, stamp))
-            }
-            VehicleLightsOutput::HazardLights(Step::Publish(report, stamp)) => {
-                line(at, &self.topics.hazard_lights, HazardLightsReport::new(report, stamp))
-            }
-            VehicleLightsOutput::TurnIndicators(Step::Withdraw)
-            | VehicleLightsOutput::HazardLights(Step::Withdraw) => None,
-        }
-    }
-
-    fn turn_signal(&self, output: &TurnSignalOutput, at: MonoTime) -> Option<String> {
-        match output {
-            TurnSignalOutput::Decision(decision) => line(at, DECISIONS, decision::fields(decision)),
-            TurnSignalOutput::TurnCommand { command, stamp } => {
-                let topic = self.topics.turn_command.as_ref()?;
-                line(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
-            }
-            TurnSignalOutput::HazardCommand { command, stamp } => {
-                let topic = self.topics.hazard_command.as_ref()?;
-                line(at, topic, HazardLightsCommand::new(*command, *stamp))
-            }
+            Output::Diagnostics { diagnostics, .. } if diagnostics.refresh => None,
             // For viewers on ROS; the lines have them in the decisions.
-            TurnSignalOutput::Sections { .. } => None,
+            Output::TurnSignal(TurnSignalOutput::Sections { .. }) => None,
+            Output::VehicleLights(_)
+            | Output::TrafficLights(_)
+            | Output::TurnSignal(_)
+            | Output::Diagnostics { .. } => self.published(output, at),
         }
+    }
+
+    fn published(&self, output: &Output, at: MonoTime) -> Option<String> {
+        let lines = publications(output, &self.hardware_id).into_iter().filter_map(|(topic, publication)| {
+            let (Publication::Publish(message), Some(name)) = (publication, self.topics.name(topic)) else {
+                return None;
+            };
+            // Plain structs of numbers and strings: this cannot fail.
+            let [t, topic] = [serde_json::to_string(&seconds(at)).ok()?, serde_json::to_string(name).ok()?];
+            Some(format!(r#"{{"t":{t},"topic":{topic},"data":{}}}"#, message.json().ok()?))
+        });
+        let lines: Vec<_> = lines.collect();
+        (!lines.is_empty()).then(|| lines.join("\n"))
     }
 
     fn frame(&self, (bus, frame): (BusIndex, &Frame), sent: bool, at: MonoTime) -> Option<String> {
@@ -198,8 +178,7 @@ impl fmt::Display for Event {
 /// Finds the changes in a stream of outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
-    turn: Option<&'static str>,
-    hazard: Option<&'static str>,
+    reports: BTreeMap<&'static str, &'static str>,
     statuses: BTreeMap<String, (Level, String)>,
 }
 
@@ -207,11 +186,9 @@ impl Changes {
     /// The changes in this output.
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
         match output {
-            Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
-                published(&mut self.turn, "turn_indicators", step.value().map(TurnIndicators::name))
-            }
-            Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
-                published(&mut self.hazard, "hazard_lights", step.value().map(HazardLights::name))
+            Output::VehicleLights(output) => {
+                let (report, value) = output.named();
+                self.published(report, value)
             }
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
@@ -229,12 +206,25 @@ impl Changes {
 
     /// The report on the turn topic, by the name of its constant; `None` while there is none.
     pub fn turn(&self) -> Option<&'static str> {
-        self.turn
+        self.reports.get("turn_indicators").copied()
     }
 
     /// The report on the hazard topic, by the name of its constant; `None` while there is none.
     pub fn hazard(&self) -> Option<&'static str> {
-        self.hazard
+        self.reports.get("hazard_lights").copied()
+    }
+
+    fn published(&mut self, report: &'static str, now: Option<&'static str>) -> Vec<Event> {
+        let before = match now {
+            Some(value) => self.reports.insert(report, value),
+            None => self.reports.remove(report),
+        };
+        if before == now {
+            return Vec::new();
+        }
+        let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
+        let kind = if now.is_some() { EventKind::ReportPublished } else { EventKind::ReportWithdrawn };
+        vec![Event { level, task: report.to_owned(), text: text.to_owned(), kind, signals: String::new() }]
     }
 
     fn status(&mut self, status: &Status) -> Option<Event> {
@@ -270,16 +260,6 @@ fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
     is_news.then(event).into_iter().collect()
 }
 
-fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static str>) -> Vec<Event> {
-    if *before == now {
-        return Vec::new();
-    }
-    *before = now;
-    let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
-    let kind = if now.is_some() { EventKind::ReportPublished } else { EventKind::ReportWithdrawn };
-    vec![Event { level, task: task.to_owned(), text: text.to_owned(), kind, signals: String::new() }]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -287,6 +267,9 @@ mod tests {
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::{GroupState, LightsContent, LightsTopic};
+    use crate::core::vehicle_lights::output::VehicleLightsOutput;
+    use crate::core::vehicle_lights::report::Step;
+    use crate::core::vehicle_lights::verdict::TurnIndicators;
     use crate::io::ros::messages::LightsType;
     use crate::io::ros::topics::LightsTopicSettings;
 
@@ -333,7 +316,7 @@ mod tests {
         };
         let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
         let lights = vec![lights_topic(v2i, "/a"), lights_topic(camera, "/b"), lights_topic(v2i, "/c")];
-        let timeline = timeline(Topics { lights, ..Topics::default() });
+        let timeline = timeline(Topics::default().with_lights(lights));
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
             let (stamp, content) = (WallStamp::from_nanos(3), LightsContent::groups(groups));

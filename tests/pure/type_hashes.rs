@@ -44,5 +44,5 @@ fn everything_that_is_read_has_a_hash() {
         SubscriptionKind::ControlMode,
     ];
     let lacks = |(package, name): &(&str, &str)| type_hash(package, name).is_none();
-    assert_eq!(kinds.map(SubscriptionKind::type_name).into_iter().filter(lacks).collect::<Vec<_>>(), []);
+    assert_eq!(kinds.map(|kind| kind.row().type_name).into_iter().filter(lacks).collect::<Vec<_>>(), []);
 }

@@ -47,7 +47,7 @@ fn vehicle(domain: u16, port: u16, number: u32) -> RosSession {
         transport: Transport::Zenoh(ZenohSettings { config: Some(config), type_hashes: TypeHashes::Rihs01 }),
         ..RosSettings::default()
     };
-    for name in settings.topics.names_mut().filter(|name| !name.is_empty()) {
+    for name in settings.topics.names_mut() {
         *name = format!("/car{number}{name}");
     }
     RosSession::start(settings).unwrap()

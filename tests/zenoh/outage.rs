@@ -160,7 +160,7 @@ mod slow {
     /// Has a peer write a topic that the gateway reads, and waits until it has arrived in time.
     fn assert_heard(gateway: &Gateway, peer: &Peer, domain: u16, position: usize, when: &str) {
         let (name, kind) = KINDS[position];
-        let (package, message) = kind.type_name();
+        let (package, message) = kind.row().type_name;
         let hash = type_hash(package, message).unwrap();
         let key = format!("{domain}/{name}/{package}::msg::dds_::{message}_/{hash}");
         let bystander = Bystander::start();

@@ -106,7 +106,7 @@ fn who_has_no_certificate_or_no_grant_moves_no_light() {
     stranger.read("turn", "turn", &turn_key(domain), true);
 
     let (name, kind) = KINDS[TURN_COMMAND];
-    let (package, message) = kind.type_name();
+    let (package, message) = kind.row().type_name;
     let hash = type_hash(package, message).unwrap();
     let command =
         json!({"write": format!("{domain}/{name}/{package}::msg::dds_::{message}_/{hash}"), "sample": name});

@@ -129,7 +129,7 @@ fn every_output_arrives_with_its_key_its_token_and_its_attachment() {
 fn every_input_is_understood_and_nonsense_is_counted() {
     let bench = require!(Bench::new(Role::with_autoware));
     for (name, kind) in KINDS {
-        let key = bench.key(name, kind.type_name());
+        let key = bench.key(name, kind.row().type_name);
         bench.peer.token(
             Mark::START,
             "put",
@@ -141,7 +141,7 @@ fn every_input_is_understood_and_nonsense_is_counted() {
         assert!(!bench.arrival(position).is_null(), "{name}");
     }
     for (name, kind) in KINDS {
-        let key = bench.key(name, kind.type_name());
+        let key = bench.key(name, kind.row().type_name);
         for raw in ["", "00", "00010000", "00010000ffffff", "0009000001020304", "ffffffffffffffffff"] {
             bench.peer.order(&json!({"write": key, "raw": raw}));
         }
@@ -153,7 +153,7 @@ fn every_input_is_understood_and_nonsense_is_counted() {
     });
     // And it still understands.
     let (name, kind) = KINDS[10];
-    bench.peer.order(&json!({"write": bench.key(name, kind.type_name()), "sample": name}));
+    bench.peer.order(&json!({"write": bench.key(name, kind.row().type_name), "sample": name}));
     bench.gateway.next("another arrival", |line| line["event"] == "arrived" && line["subscription"] == 10);
 }
 

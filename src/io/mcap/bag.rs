@@ -7,10 +7,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::encoder::{Channel, RecordedMessage};
+use super::encoder::{RecordedChannel, RecordedMessage};
 use super::file::{McapFile, offered_qos};
 
-/// When a bag goes on in a new file.
+/// Limits after which a bag continues in a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileLimits {
     /// Size of a file, bytes; a file is larger by a chunk at most.
@@ -29,7 +29,7 @@ pub struct Bag {
     folder: PathBuf,
     name: String,
     limits: FileLimits,
-    channels: Vec<Channel>,
+    channels: Vec<RecordedChannel>,
     /// The files in the folder, oldest first; the last may be open.
     files: VecDeque<BagFile>,
     open: Option<McapFile>,
@@ -55,7 +55,7 @@ impl Bag {
     ///
     /// # Errors
     /// A folder that exists, or cannot be made.
-    pub fn create(folder: &Path, limits: FileLimits, channels: &[Channel]) -> io::Result<Self> {
+    pub fn create(folder: &Path, limits: FileLimits, channels: &[RecordedChannel]) -> io::Result<Self> {
         fs::create_dir(folder)?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
@@ -159,12 +159,12 @@ impl Bag {
         self.files.iter().map(|file| file.bytes).sum()
     }
 
-    /// Number of files.
+    /// Returns the number of files.
     pub fn file_count(&self) -> usize {
         self.files.len()
     }
 
-    /// The folder.
+    /// Returns the folder of the bag.
     pub fn folder(&self) -> &Path {
         &self.folder
     }

@@ -12,7 +12,7 @@ use crate::io::ros::messages::can_msgs;
 use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
 use crate::io::ros::messages::std_msgs::Header;
 use crate::io::ros::messages::{CdrBytes, TypeName};
-use crate::io::ros::outgoing::messages::{OutgoingMessage, OutgoingMessages};
+use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::io::ros::topics::{Durability, Topics};
 
@@ -30,7 +30,7 @@ const CAN_CHANNELS: [(&str, TypeName); 6] = [
 
 /// A topic in a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Channel {
+pub struct RecordedChannel {
     /// Absolute name of the topic.
     pub topic: String,
     /// Type of its messages.
@@ -67,7 +67,7 @@ pub struct RecordedBus {
 #[derive(Debug)]
 pub struct Encoder {
     table: Vec<Outgoing>,
-    channels: Vec<Channel>,
+    channels: Vec<RecordedChannel>,
     encoders: LightsEncoders,
     interfaces: Vec<String>,
     hardware_id: String,
@@ -77,7 +77,7 @@ impl Encoder {
     /// An encoder for the topics that are published, and for the frames of these buses.
     pub fn new(topics: &Topics, durability: Durability, hardware_id: &str, buses: &[RecordedBus]) -> Self {
         let table = table(topics, durability);
-        let published = table.iter().map(|outgoing| Channel {
+        let published = table.iter().map(|outgoing| RecordedChannel {
             topic: outgoing.name.clone(),
             type_name: outgoing.type_name,
             durability: outgoing.durability,
@@ -85,7 +85,7 @@ impl Encoder {
         });
         let frames = buses.iter().flat_map(|bus| {
             let name = topic_token(&bus.name);
-            CAN_CHANNELS.map(|(end, type_name)| Channel {
+            CAN_CHANNELS.map(|(end, type_name)| RecordedChannel {
                 topic: format!("/{name}/{end}"),
                 type_name,
                 durability: Durability::Volatile,
@@ -103,7 +103,7 @@ impl Encoder {
     }
 
     /// The channels, to which messages refer by their position.
-    pub fn channels(&self) -> &[Channel] {
+    pub fn channels(&self) -> &[RecordedChannel] {
         &self.channels
     }
 
@@ -136,9 +136,8 @@ impl Encoder {
     }
 
     fn published(&mut self, output: &Output, at: WallStamp) -> Vec<RecordedMessage> {
-        let Some(message) = OutgoingMessage::of(output, &self.hardware_id) else { return Vec::new() };
         let mut messages = OutgoingMessages::default();
-        messages.put(message);
+        messages.put(output, &self.hardware_id);
         let orders = orders(&self.table, &mut self.encoders, &messages);
         let samples = orders.into_iter().filter_map(|(channel, order)| match order {
             Ok(Order::Publish(samples)) => Some((channel, samples)),

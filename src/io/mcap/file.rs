@@ -1,7 +1,7 @@
 //! One file: messages in chunks.
 //!
 //! Chunks reach the disk whole, one after the other. One that does not, since the disk is full, waits in memory; what was
-//! written of it is cut off. So a file ends between two chunks, also that of a process that was killed, unless it was
+//! written of it is cut off. So a file ends between two chunks, also the file of a process that was killed, unless it was
 //! killed during the write: then readers stop at the chunk before.
 
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
-use super::encoder::{Channel, RecordedMessage};
+use super::encoder::{RecordedChannel, RecordedMessage};
 use crate::io::ros::messages::schema;
 use crate::io::ros::topics::Durability;
 
@@ -28,12 +28,12 @@ pub struct McapFile {
     writer: Writer<NoSeek<Pending>>,
     /// Bytes that are not on the disk yet; shared with the writer.
     pending: Pending,
-    disk: Disk,
+    disk: ChunkSink,
     channels: BTreeMap<usize, KnownChannel>,
 }
 
-/// Where chunks go.
-struct Disk {
+/// The sink that chunks are written to.
+struct ChunkSink {
     file: File,
     /// Bytes on the disk, all of them whole chunks.
     written: u64,
@@ -68,14 +68,14 @@ impl McapFile {
             .disable_seeking(true)
             .create(NoSeek::new(pending.clone()))
             .map_err(io_error)?;
-        Ok(Self { writer, pending, disk: Disk { file, written: 0 }, channels: BTreeMap::new() })
+        Ok(Self { writer, pending, disk: ChunkSink { file, written: 0 }, channels: BTreeMap::new() })
     }
 
     /// Adds a message of one of `channels`, in memory.
     ///
     /// # Errors
     /// A message that does not fit the format.
-    pub fn add(&mut self, message: &RecordedMessage, channels: &[Channel]) -> io::Result<()> {
+    pub fn add(&mut self, message: &RecordedMessage, channels: &[RecordedChannel]) -> io::Result<()> {
         let Some(channel) = channels.get(message.channel) else { return Ok(()) };
         let id = self.channel_id(message.channel, channel)?;
         let payload = message.bytes.as_ref();
@@ -94,7 +94,7 @@ impl McapFile {
         self.writer.write_to_known_channel(&header, &data).map_err(io_error)
     }
 
-    fn channel_id(&mut self, position: usize, channel: &Channel) -> io::Result<u16> {
+    fn channel_id(&mut self, position: usize, channel: &RecordedChannel) -> io::Result<u16> {
         if let Some(known) = self.channels.get(&position) {
             return Ok(known.id);
         }
@@ -159,7 +159,7 @@ impl McapFile {
     }
 }
 
-impl Disk {
+impl ChunkSink {
     /// Writes `bytes` at the end, all of them or none.
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         let written = self.file.write_all(bytes);
@@ -192,7 +192,7 @@ impl Write for Pending {
 }
 
 /// The quality of service of a channel as `rosbag2` writes it up to ROS 2 Humble and reads it in every version.
-pub(super) fn offered_qos(channel: &Channel) -> String {
+pub(super) fn offered_qos(channel: &RecordedChannel) -> String {
     let durability = match channel.durability {
         Durability::TransientLocal => 1,
         Durability::Volatile => 2,
@@ -206,7 +206,7 @@ pub(super) fn offered_qos(channel: &Channel) -> String {
     )
 }
 
-/// The writer's own errors; those of the disk come from [`Disk`].
+/// Errors of the writer itself; errors of the disk come from [`ChunkSink`].
 fn io_error(error: McapError) -> io::Error {
     io::Error::other(error)
 }

@@ -1,6 +1,6 @@
 //! The bags of a folder, and the thread that writes them.
 //!
-//! Each start begins a bag `gateway_<counter>_<time>`. The counter goes on from the folders that are there, so that it
+//! Each start begins a bag `gateway_<counter>_<time>`. The counter continues from the folders that are there, so that it
 //! orders them whatever the clock says. The oldest bags, then the oldest files of this one, make room for new ones.
 
 use std::fs;
@@ -34,7 +34,7 @@ const PREFIX: &str = "gateway_";
 /// How much is recorded, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecorderLimits {
-    /// When a bag goes on in a new file.
+    /// Limits after which a bag continues in a new file.
     pub file: FileLimits,
     /// Size of all bags in the folder, bytes; the oldest are removed.
     pub total_bytes: u64,
@@ -43,27 +43,27 @@ pub struct RecorderLimits {
 /// A recording in progress.
 #[derive(Debug)]
 pub struct McapRecorder {
-    queue: Arc<Queue>,
+    queue: Arc<RecorderQueue>,
     ended: Receiver<()>,
 }
 
 /// Something to record, with its log time.
 #[derive(Debug)]
-enum Event {
+enum RecordedEvent {
     Received(CanInput, WallStamp),
     GivenOut(Output, WallStamp),
 }
 
 #[derive(Debug, Default)]
-struct Queue {
-    waiting: Mutex<Waiting>,
+struct RecorderQueue {
+    waiting: Mutex<QueuedEvents>,
     stopping: Condvar,
     state: Mutex<McapState>,
 }
 
 #[derive(Debug, Default)]
-struct Waiting {
-    events: Vec<Event>,
+struct QueuedEvents {
+    events: Vec<RecordedEvent>,
     /// Number of events that found no room since the thread last looked.
     lost: u64,
     is_stopping: bool,
@@ -75,10 +75,10 @@ impl McapRecorder {
     /// # Errors
     /// A thread that cannot be started.
     pub fn start(folder: &Path, limits: RecorderLimits, encoder: Encoder) -> io::Result<Self> {
-        let queue = Arc::new(Queue::default());
+        let queue = Arc::new(RecorderQueue::default());
         lock(&queue.state).folder = folder.display().to_string();
         let (end, ended) = channel();
-        let mut writer = Writer {
+        let mut writer = BagWriter {
             queue: Arc::clone(&queue),
             folder: folder.to_owned(),
             limits,
@@ -99,15 +99,15 @@ impl McapRecorder {
 
     /// Records what was received on a bus. Never blocks: what finds the queue full is lost and counted.
     pub fn received(&self, input: CanInput, at: WallStamp) {
-        self.push(Event::Received(input, at));
+        self.push(RecordedEvent::Received(input, at));
     }
 
-    /// Records what was given out, likewise.
+    /// Records an output that was given out at `at`; never blocks.
     pub fn given_out(&self, output: Output, at: WallStamp) {
-        self.push(Event::GivenOut(output, at));
+        self.push(RecordedEvent::GivenOut(output, at));
     }
 
-    fn push(&self, event: Event) {
+    fn push(&self, event: RecordedEvent) {
         let mut waiting = lock(&self.queue.waiting);
         if waiting.events.len() < MAX_WAITING {
             waiting.events.push(event);
@@ -116,7 +116,7 @@ impl McapRecorder {
         }
     }
 
-    /// The present state.
+    /// Returns the present state.
     pub fn state(&self) -> McapState {
         lock(&self.queue.state).clone()
     }
@@ -135,9 +135,9 @@ impl McapRecorder {
     }
 }
 
-/// The thread's part.
-struct Writer {
-    queue: Arc<Queue>,
+/// The part of the writing thread.
+struct BagWriter {
+    queue: Arc<RecorderQueue>,
     folder: PathBuf,
     limits: RecorderLimits,
     encoder: Encoder,
@@ -152,7 +152,7 @@ struct Writer {
     next_flush: Instant,
 }
 
-impl Writer {
+impl BagWriter {
     /// Records what comes until a stop.
     fn run(&mut self) {
         loop {
@@ -178,7 +178,7 @@ impl Writer {
     }
 
     /// What waits, after [`TAKE_INTERVAL`] or a stop.
-    fn take(&self) -> (Vec<Event>, u64, bool) {
+    fn take(&self) -> (Vec<RecordedEvent>, u64, bool) {
         let waiting = lock(&self.queue.waiting);
         let waited =
             self.queue.stopping.wait_timeout_while(waiting, TAKE_INTERVAL, |waiting| !waiting.is_stopping);
@@ -188,12 +188,12 @@ impl Writer {
     }
 
     /// Adds events to the bag; an error is the first, after which the others are tried as well.
-    fn record(&mut self, events: &[Event]) -> io::Result<()> {
+    fn record(&mut self, events: &[RecordedEvent]) -> io::Result<()> {
         let mut outcome = Ok(());
         for event in events {
             let messages: Vec<RecordedMessage> = match event {
-                Event::Received(input, at) => self.encoder.received(input, *at).into_iter().collect(),
-                Event::GivenOut(output, at) => self.encoder.given_out(output, *at),
+                RecordedEvent::Received(input, at) => self.encoder.received(input, *at).into_iter().collect(),
+                RecordedEvent::GivenOut(output, at) => self.encoder.given_out(output, *at),
             };
             for message in messages {
                 let added = self.add(&message);

@@ -2,7 +2,7 @@
 //! writers, and a new reader is handed what a transient-local writer gave to the old one.
 //!
 //! Numbers that lie far below the highest one count as received. A single packet under a writer's identity can carry a
-//! number far ahead of it, so the highest number is forgotten again when the writer goes on below it.
+//! number far ahead of it, so the highest number is forgotten again when the writer continues below it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -28,7 +28,7 @@ const DOUBTFUL: usize = 8;
 pub(super) enum Receipt {
     /// It comes for the first time.
     First,
-    /// Likewise, and its writer goes on far below a number that came under its identity.
+    /// New, and its writer continues far below a number that was received under its identity.
     TakenAnew,
     /// It came before, or counts as received.
     Again,
@@ -37,16 +37,16 @@ pub(super) enum Receipt {
 /// The newest samples of each writer.
 #[derive(Debug, Default)]
 pub(super) struct DuplicateFilter {
-    writers: BTreeMap<Guid, Writer>,
+    writers: BTreeMap<Guid, KnownWriter>,
     turn: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Writer {
+struct KnownWriter {
     received: Numbers,
     /// What was received before the last leap over a whole window; `None` when nothing below it can be new.
     before: Option<Numbers>,
-    /// What was received far ahead of the writer, when it was taken anew.
+    /// Numbers that were received far ahead of the writer before it restarted.
     ahead: Option<Numbers>,
     /// When the highest number came.
     highest_at: Instant,
@@ -56,14 +56,14 @@ struct Writer {
     counted_at: Instant,
     /// Numbers that were received where the writer may never have been, newest first; zeros are none.
     doubtful: [i64; DOUBTFUL],
-    /// Order of the last sample among those of all writers.
+    /// Position of the last sample in the order of all writers' samples.
     turn: u64,
 }
 
 /// A window of sequence numbers.
 #[derive(Debug, Clone, Copy)]
 struct Numbers {
-    /// The highest one.
+    /// The highest number of the window.
     highest: i64,
     /// Bit n: `highest - n` was received.
     bits: u64,
@@ -84,7 +84,7 @@ impl DuplicateFilter {
         }
         self.forget_one();
         let received = Numbers::of(number);
-        let writer = Writer {
+        let writer = KnownWriter {
             received,
             before: Some(Numbers::NONE),
             ahead: None,
@@ -108,7 +108,7 @@ impl DuplicateFilter {
     }
 }
 
-impl Writer {
+impl KnownWriter {
     fn take(&mut self, number: i64, now: Instant) -> Receipt {
         if self.doubtful.contains(&number) {
             return Receipt::Again;
@@ -173,7 +173,7 @@ impl Numbers {
         number <= self.highest && self.highest.saturating_sub(number) < WINDOW
     }
 
-    /// Those of the window that were received.
+    /// Returns the numbers of the window that were received.
     fn numbers(self) -> impl Iterator<Item = i64> {
         let ages = (0..WINDOW).filter(move |age| self.bits >> age & 1 == 1);
         ages.map(move |age| self.highest.saturating_sub(age))

@@ -16,7 +16,7 @@ use crate::core::traffic_light::input::TrafficLightInput;
 const MAX_COMMANDS: usize = 256;
 
 #[derive(Debug, Default)]
-struct Waiting {
+struct WaitingInputs {
     /// In the order of their arrival, each with its subscription, by position in the settings' list; at
     /// most one state for each subscription.
     inputs: VecDeque<(usize, Input)>,
@@ -27,7 +27,7 @@ struct Waiting {
 /// Between the session's thread and a task; locks are held for moments only.
 #[derive(Debug, Default)]
 pub struct Inbox {
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<WaitingInputs>,
     arrived: Notify,
 }
 
@@ -77,7 +77,7 @@ impl Inbox {
     }
 
     /// Nothing behind this lock can be left half done by a panic.
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, WaitingInputs> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

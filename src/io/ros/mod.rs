@@ -6,7 +6,7 @@ pub mod link;
 pub mod messages;
 #[cfg(feature = "ros")]
 pub mod network;
-pub(in crate::io) mod outgoing;
+pub(crate) mod outgoing;
 pub mod parameters;
 pub mod reading;
 pub mod reception;

@@ -48,7 +48,7 @@ pub enum Unreadable {
     TooMuch {
         /// How much there is.
         length: usize,
-        /// The most.
+        /// The most that is read.
         limit: usize,
     },
     /// The hazard command has an undefined value.
@@ -63,7 +63,7 @@ pub fn read(
     bytes: &[u8],
     endian: Endian,
 ) -> Result<Input, Unreadable> {
-    let bytes = Bytes { bytes, endian };
+    let bytes = CdrInput { bytes, endian };
     Ok(match kind {
         SubscriptionKind::Groups(store) => bytes.whole::<TrafficLightGroupArray>()?.for_store(store).into(),
         SubscriptionKind::Camera => bytes.whole::<TrafficLightGroupArray>()?.for_arbiter().into(),
@@ -120,16 +120,16 @@ pub fn read(
 
 /// Decodes a message from its bytes, without their encapsulation header.
 pub(super) fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result<M, Unreadable> {
-    Bytes { bytes, endian }.whole()
+    CdrInput { bytes, endian }.whole()
 }
 
 #[derive(Clone, Copy)]
-struct Bytes<'a> {
+struct CdrInput<'a> {
     bytes: &'a [u8],
     endian: Endian,
 }
 
-impl Bytes<'_> {
+impl CdrInput<'_> {
     /// Decodes a message that takes all of the bytes, but for padding to a multiple of four: another layout may decode
     /// by chance, but hardly to its end.
     fn whole<M: DeserializeOwned>(self) -> Result<M, Unreadable> {

@@ -16,7 +16,7 @@ use crate::core::traffic_light::input::TrafficLightInput;
 /// State and counts of a topic that is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IncomingStatus {
-    /// Its absolute name.
+    /// Absolute name of the topic.
     pub name: Arc<str>,
     /// Writers that are matched now.
     pub writers: usize,
@@ -30,7 +30,7 @@ pub struct IncomingStatus {
 
 /// A message that concerns the session itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Signal {
+pub enum NetworkSignal {
     /// The network was joined.
     Ready,
     /// The network cannot be joined, for this reason.
@@ -50,15 +50,15 @@ pub enum Signal {
 
 /// The subscriptions of a session, and what was received for them.
 #[derive(Debug)]
-pub struct Reception {
+pub struct TopicReception {
     inbox: Arc<Inbox>,
     /// Number of topics that are written.
     written: usize,
-    subscriptions: Vec<Received>,
+    subscriptions: Vec<ReceivedTopic>,
     taken_anew: TakenAnew,
 }
 
-/// Writers that went on far below what came under their identity.
+/// Writers that continued far below a number that was received under their identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TakenAnew {
     /// How often there was one.
@@ -68,16 +68,16 @@ pub struct TakenAnew {
 }
 
 #[derive(Debug)]
-struct Received {
+struct ReceivedTopic {
     kind: SubscriptionKind,
     duplicate_filter: DuplicateFilter,
     status: IncomingStatus,
 }
 
-impl Reception {
+impl TopicReception {
     /// A reception of nothing yet into an inbox, beside so many topics that are written.
     pub fn new(subscriptions: &[Subscription], written: usize, inbox: Arc<Inbox>) -> Self {
-        let received = |subscription: &Subscription| Received {
+        let received = |subscription: &Subscription| ReceivedTopic {
             kind: subscription.kind,
             duplicate_filter: DuplicateFilter::default(),
             status: IncomingStatus {
@@ -98,16 +98,16 @@ impl Reception {
 
     /// Takes a message that the network side has sent until now: a sample goes to the inbox, unless it was received before. What concerns
     /// the session is given back.
-    pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<Signal>, Violation> {
+    pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<NetworkSignal>, Violation> {
         match FromNetwork::decode(frame)? {
             FromNetwork::Sample(sample) => self.take_sample(&sample, now)?,
             FromNetwork::Unreadable(subscription, reason) => {
                 undecodable(&mut self.subscription(subscription)?.status, reason);
             }
-            FromNetwork::Ready => return Ok(Some(Signal::Ready)),
-            FromNetwork::Failed(reason) => return Ok(Some(Signal::Failed(printable(reason)))),
+            FromNetwork::Ready => return Ok(Some(NetworkSignal::Ready)),
+            FromNetwork::Failed(reason) => return Ok(Some(NetworkSignal::Failed(printable(reason)))),
             FromNetwork::Pong { number, has_echo, is_heard } => {
-                return Ok(Some(Signal::Pong { number, has_echo, is_heard }));
+                return Ok(Some(NetworkSignal::Pong { number, has_echo, is_heard }));
             }
             FromNetwork::Status(status) => {
                 if status.readers.len() != self.written {
@@ -119,7 +119,7 @@ impl Reception {
                 for (received, writers) in self.subscriptions.iter_mut().zip(&status.writers) {
                     received.status.writers = usize::try_from(*writers).unwrap_or(usize::MAX);
                 }
-                return Ok(Some(Signal::Status(status)));
+                return Ok(Some(NetworkSignal::Status(status)));
             }
         }
         Ok(None)
@@ -135,12 +135,12 @@ impl Reception {
         self.subscriptions.iter().map(|received| &received.status)
     }
 
-    /// Writers that were taken anew.
+    /// Returns the writers that restarted their numbers.
     pub fn taken_anew(&self) -> TakenAnew {
         self.taken_anew
     }
 
-    /// Notes that so many writers were taken anew.
+    /// Notes that `count` writers restarted their numbers.
     pub fn note_taken_anew(&mut self, count: u32, now: Instant) {
         if self.taken_anew.count == 0 {
             tracing::warn!(
@@ -157,13 +157,13 @@ impl Reception {
         &self.inbox
     }
 
-    fn subscription(&mut self, index: u16) -> Result<&mut Received, Violation> {
+    fn subscription(&mut self, index: u16) -> Result<&mut ReceivedTopic, Violation> {
         let index = usize::from(index);
         self.subscriptions.get_mut(index).ok_or(Violation::Topic(index))
     }
 
     fn take_sample(&mut self, sample: &Sample<'_>, now: Instant) -> Result<(), Violation> {
-        let Received { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
+        let ReceivedTopic { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
         let endian = sample.encoding.into();
         let id = SampleId { writer: WriterId(sample.writer), sequence: sample.number };
         match read(*kind, id, sample.bytes, endian) {
@@ -218,9 +218,9 @@ mod tests {
         bytes
     }
 
-    fn reception() -> Reception {
+    fn reception() -> TopicReception {
         let subscriptions = [Subscription::new("/c", SubscriptionKind::Command)];
-        Reception::new(&subscriptions, 2, Arc::default())
+        TopicReception::new(&subscriptions, 2, Arc::default())
     }
 
     fn text(number: i64, bytes: &[u8]) -> Vec<u8> {
@@ -270,6 +270,6 @@ mod tests {
     #[test]
     fn a_text_stays_on_its_line() {
         let failed = reception().take(&frame(&FromNetwork::Failed("a\nb")), Instant::now());
-        assert_eq!(failed, Ok(Some(Signal::Failed("a b".to_owned()))));
+        assert_eq!(failed, Ok(Some(NetworkSignal::Failed("a b".to_owned()))));
     }
 }

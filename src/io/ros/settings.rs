@@ -26,8 +26,6 @@ pub struct RosSettings {
     pub durability: Durability,
     /// The topics that are written.
     pub topics: Topics,
-    /// Absolute name of the topic of warnings and errors, `/rosout`; `None` without it.
-    pub rosout: Option<String>,
     /// The parameters of the node; `None` without services for them.
     pub parameters: Option<Parameters>,
     /// The topics that are read.
@@ -45,17 +43,17 @@ pub struct RosSettings {
 /// What carries the messages.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Transport {
-    /// DDS.
+    /// The data distribution service of the OMG.
     #[default]
     Dds,
     /// Zenoh, in the conventions of `rmw_zenoh`.
     Zenoh(ZenohSettings),
 }
 
-/// Settings of Zenoh.
+/// Settings of the Zenoh session.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ZenohSettings {
-    /// The configuration of Zenoh in JSON5; `None` for that of a computer with a router on it.
+    /// The configuration of Zenoh in JSON5; `None` for a client of a router on the same computer.
     pub config: Option<String>,
     /// What stands for the hash of a type in keys.
     pub type_hashes: TypeHashes,
@@ -114,7 +112,6 @@ impl Default for RosSettings {
             only_networks: Vec::new(),
             durability: Durability::default(),
             topics: Topics::default(),
-            rosout: None,
             parameters: None,
             subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// The configuration without a file: that of a computer with a router on it.
+/// The configuration without a file: a client of a router on the same computer.
 pub const ONE_HOST: &str = include_str!("../../../config/zenoh/one_host.json5");
 
 /// Why a configuration cannot be used.

@@ -6,7 +6,7 @@ use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::io::ros::session::{RosSession, RosSettings, Topics};
+use signal_gateway::io::ros::session::{OutgoingTopic, RosSession, RosSettings, Topics};
 
 use crate::support::command_vehicle::{DBC, PROFILE};
 use crate::support::peer::{Cyclone, domain};
@@ -39,7 +39,7 @@ fn commands_are_followed_in_the_dry_run_of_a_recording() {
         node: "autoware".to_owned(),
         domain_id: domain,
         only_networks: vec!["127.0.0.1".parse().unwrap()],
-        topics: Topics { turn_command: Some(TURN_COMMANDS.to_owned()), ..Topics::default() },
+        topics: Topics::default().with(OutgoingTopic::TurnCommand, TURN_COMMANDS),
         ..RosSettings::default()
     })
     .unwrap();

@@ -9,7 +9,7 @@ use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::session::{
-    Isolation, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
+    Isolation, OutgoingTopic, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
 };
 use tokio::time::timeout;
 
@@ -37,13 +37,11 @@ fn session(domain_id: u16, node: &str, isolation: Isolation, topics: Topics, rea
 
 /// A session that sends commands on a topic.
 fn sender(domain_id: u16, name: &str, isolation: Isolation) -> RosSession {
-    let topics = Topics {
-        turn_indicators: String::new(),
-        hazard_lights: String::new(),
-        diagnostics: format!("/{name}/diagnostics"),
-        turn_command: Some(format!("/{name}")),
-        ..Topics::default()
-    };
+    let topics = Topics::default()
+        .with(OutgoingTopic::TurnIndicatorsReport, "")
+        .with(OutgoingTopic::HazardLightsReport, "")
+        .with(OutgoingTopic::Diagnostics, &format!("/{name}/diagnostics"))
+        .with(OutgoingTopic::TurnCommand, &format!("/{name}"));
     session(domain_id, name, isolation, topics, &[])
 }
 

@@ -6,7 +6,7 @@ use signal_gateway::core::command::origin::CommandOrigin;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::light_command::EnumOrUnknown;
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
-use signal_gateway::io::ros::session::{Subscription, SubscriptionKind, Topics};
+use signal_gateway::io::ros::session::{OutgoingTopic, Subscription, SubscriptionKind, Topics};
 
 /// Topics below `/`, in the order of the status.
 pub(crate) const KINDS: [(&str, SubscriptionKind); 13] = [
@@ -33,11 +33,9 @@ pub(crate) fn subscriptions() -> Vec<Subscription> {
 }
 
 pub(crate) fn topics() -> Topics {
-    Topics {
-        turn_command: Some("/commanded_turn".to_owned()),
-        hazard_command: Some("/commanded_hazard".to_owned()),
-        ..Topics::default()
-    }
+    Topics::default()
+        .with(OutgoingTopic::TurnCommand, "/commanded_turn")
+        .with(OutgoingTopic::HazardCommand, "/commanded_hazard")
 }
 
 /// The input that was received, as JSON; of a large path the number of points. Null for other inputs.

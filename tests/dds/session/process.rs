@@ -16,8 +16,8 @@ use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators
 use signal_gateway::io::process_log;
 use signal_gateway::io::ros::parameters::Parameters;
 use signal_gateway::io::ros::session::{
-    Durability, Isolation, OutgoingStatus, Recovery, RosSession, RosSettings, Topics, Transport, TypeHashes,
-    ZenohSettings,
+    Durability, Isolation, OutgoingStatus, OutgoingTopic, Recovery, RosSession, RosSettings, Topics,
+    Transport, TypeHashes, ZenohSettings,
 };
 
 use super::{ROLE, autoware_topics, lights};
@@ -34,9 +34,7 @@ fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };
     let role: Value = serde_json::from_str(&role).unwrap();
     let (topics, subscriptions) = match role["topics"].as_str() {
-        Some("lights") => {
-            (Topics { lights: lights::outlets(), ..Topics::default() }, lights::subscriptions())
-        }
+        Some("lights") => (Topics::default().with_lights(lights::outlets()), lights::subscriptions()),
         Some("autoware") => (autoware_topics::topics(), autoware_topics::subscriptions()),
         Some(_) | None => (Topics::default(), vec![]),
     };
@@ -53,8 +51,7 @@ fn session_process() {
         durability: if role["volatile"] == true { Durability::Volatile } else { Durability::TransientLocal },
         only_networks: networks.map(|address| address.as_str().unwrap().parse().unwrap()).collect(),
         hardware_id: "bench".to_owned(),
-        topics,
-        rosout: (role["rosout"] == true).then(|| "/rosout".to_owned()),
+        topics: if role["rosout"] == true { topics.with(OutgoingTopic::Log, "/rosout") } else { topics },
         parameters: (role["parameters"] == true).then(|| parameters(&role)),
         subscriptions,
         recovery: if role["alert"] == true { alert } else { Recovery::default() },

@@ -8,7 +8,9 @@ use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Col
 use signal_gateway::core::traffic_light::emission::{
     Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic,
 };
-use signal_gateway::io::ros::messages::autoware_perception_msgs::TrafficLightElement;
+use signal_gateway::io::ros::messages::autoware_perception_msgs::{
+    TrafficLightElement, TrafficSignalElement,
+};
 use signal_gateway::io::ros::messages::builtin_interfaces::Time;
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
 
@@ -41,7 +43,11 @@ fn group_k_one_group_with_both_bulbs_in_order() {
             [LightsMessage::SignalArray(array)] => {
                 assert_eq!(array.stamp, now, "133");
                 let ids: Vec<_> = array.signals.iter().map(|signal| signal.traffic_signal_id).collect();
-                (ids, array.signals[0].elements.clone())
+                let element = |element: &TrafficSignalElement| {
+                    let TrafficSignalElement { color, shape, status, confidence } = *element;
+                    TrafficLightElement { color, shape, status, confidence }
+                };
+                (ids, array.signals[0].elements.iter().map(element).collect::<Vec<_>>())
             }
             other => panic!("133: {other:?}"),
         };

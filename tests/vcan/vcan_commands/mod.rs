@@ -22,7 +22,7 @@ use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::io::ros::session::{RosSession, RosSettings, Topics};
+use signal_gateway::io::ros::session::{OutgoingTopic, RosSession, RosSettings, Topics};
 
 use crate::support::command_vehicle::{DBC, PROFILE, request_text};
 use crate::support::peer::domain;
@@ -62,13 +62,11 @@ struct Commander(RosSession);
 
 impl Commander {
     fn start(domain_id: u16) -> Self {
-        let topics = Topics {
-            turn_indicators: String::new(),
-            hazard_lights: String::new(),
-            turn_command: Some("/control/command/turn_indicators_cmd".to_owned()),
-            hazard_command: Some("/control/command/hazard_lights_cmd".to_owned()),
-            ..Topics::default()
-        };
+        let topics = Topics::default()
+            .with(OutgoingTopic::TurnIndicatorsReport, "")
+            .with(OutgoingTopic::HazardLightsReport, "")
+            .with(OutgoingTopic::TurnCommand, "/control/command/turn_indicators_cmd")
+            .with(OutgoingTopic::HazardCommand, "/control/command/hazard_lights_cmd");
         let only_networks = vec!["127.0.0.1".parse().unwrap()];
         let node = "commander".to_owned();
         let settings = RosSettings { node, domain_id, only_networks, topics, ..RosSettings::default() };

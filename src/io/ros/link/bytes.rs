@@ -4,9 +4,9 @@ use super::violation::Violation;
 
 /// The bytes of a message that were not read yet.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
+pub(super) struct FrameBytes<'a>(pub(super) &'a [u8]);
 
-impl<'a> Bytes<'a> {
+impl<'a> FrameBytes<'a> {
     fn array<const N: usize>(&mut self) -> Result<[u8; N], Violation> {
         let (array, rest) = self.0.split_first_chunk::<N>().ok_or(Violation::CutOff)?;
         self.0 = rest;

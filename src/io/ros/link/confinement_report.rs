@@ -7,7 +7,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use super::datagram;
 use crate::core::gateway::confinement::Layers;
 
-/// Sends a report.
+/// Sends a report to the gateway.
 pub fn send(socket: impl AsFd, missing: Layers, listener: Option<&OwnedFd>) -> io::Result<()> {
     datagram::send(socket, &missing.bits().to_le_bytes(), listener.map(AsFd::as_fd).as_slice())
 }

@@ -18,7 +18,7 @@ pub struct FrameBuffer {
 }
 
 impl FrameBuffer {
-    /// Adds received bytes.
+    /// Adds bytes that were received.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.bytes.drain(..self.taken);
         self.taken = 0;

@@ -1,6 +1,6 @@
 //! The messages of the link, and their bytes: a kind of one byte, and what belongs to it, little-endian.
 
-use super::bytes::Bytes;
+use super::bytes::FrameBytes;
 use super::settings::NetworkSettings;
 use super::violation::Violation;
 use crate::core::gateway::network::ZenohLinks;
@@ -17,7 +17,7 @@ pub const MAX_SAMPLE: usize = 8 * 1024 * 1024;
 /// An instruction for the writer of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Order {
-    /// Publish these samples.
+    /// Publish these samples, oldest first.
     Publish(Vec<CdrBytes>),
     /// Publish nothing, not even to readers that come later.
     Withdraw,
@@ -34,7 +34,7 @@ pub enum ToNetwork {
     Parameters(Box<Parameters>),
     /// Answer with the same number once a sample has gone out and come back.
     Ping(u64),
-    /// Leave the network.
+    /// Leave the network and end.
     Stop,
 }
 
@@ -69,7 +69,7 @@ pub struct Sample<'a> {
     pub subscription: u16,
     /// GUID of its writer.
     pub writer: [u8; 16],
-    /// Its number among those of its writer.
+    /// Its number at its writer.
     pub number: i64,
     /// Byte order of its bytes.
     pub encoding: SampleEncoding,
@@ -80,9 +80,9 @@ pub struct Sample<'a> {
 /// Byte order of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleEncoding {
-    /// `CDR_BE`.
+    /// `CDR_BE`: the most significant byte first.
     Big,
-    /// `CDR_LE`.
+    /// `CDR_LE`: the least significant byte first.
     Little,
 }
 
@@ -166,9 +166,9 @@ impl ToNetwork {
         }
     }
 
-    /// Reads a message.
+    /// Reads a message from its frame.
     pub fn decode(frame: &[u8]) -> Result<Self, Violation> {
-        let mut bytes = Bytes(frame);
+        let mut bytes = FrameBytes(frame);
         let message = match bytes.u8()? {
             START => {
                 let settings = serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?;
@@ -263,7 +263,7 @@ impl<'a> FromNetwork<'a> {
 
     /// Reads a message. Any bytes are safe to read.
     pub fn decode(frame: &'a [u8]) -> Result<Self, Violation> {
-        let mut bytes = Bytes(frame);
+        let mut bytes = FrameBytes(frame);
         let message = match bytes.u8()? {
             READY => Self::Ready,
             FAILED => Self::Failed(bytes.text(MAX_TEXT)?),
@@ -300,16 +300,16 @@ impl<'a> FromNetwork<'a> {
     }
 }
 
-fn counts(bytes: &mut Bytes<'_>) -> Result<Vec<u32>, Violation> {
+fn counts(bytes: &mut FrameBytes<'_>) -> Result<Vec<u32>, Violation> {
     let count = bytes.u16()?;
     // Each takes four bytes of a frame that is here already.
     (0..count).map(|_| bytes.u32()).collect()
 }
 
-fn links(bytes: &mut Bytes<'_>) -> Result<ZenohLinks, Violation> {
+fn links(bytes: &mut FrameBytes<'_>) -> Result<ZenohLinks, Violation> {
     let (routers, peers, lost, count) = (bytes.u32()?, bytes.u32()?, bytes.u64()?, bytes.u16()?);
     let mut node = || {
-        let node = Bytes(bytes.counted()?).text(MAX_TEXT)?;
+        let node = FrameBytes(bytes.counted()?).text(MAX_TEXT)?;
         Ok(node.to_owned())
     };
     // Each takes four bytes of a frame that is here already.
@@ -328,11 +328,11 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::settings::{Delivery, ReadTopic, WrittenTopic};
+    use super::super::settings::{ReadTopic, WrittenTopic};
     use super::*;
     use crate::io::ros::parameters::ParameterValue;
     use crate::io::ros::settings::{Recovery, Transport, TypeHashes, ZenohSettings};
-    use crate::io::ros::topics::{Durability, Reliability};
+    use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
     fn there_and_back(message: &ToNetwork) {
         let mut bytes = Vec::new();

@@ -15,6 +15,6 @@ mod violation;
 
 pub use frame::FrameBuffer;
 pub use message::{FromNetwork, MAX_SAMPLE, NetworkStatus, Order, Sample, SampleEncoding, ToNetwork};
-pub use settings::{Delivery, NetworkSettings, ReadTopic, WrittenTopic};
+pub use settings::{NetworkSettings, ReadTopic, WrittenTopic};
 pub use stream::Link;
 pub use violation::Violation;

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::io::ros::parameters::Parameters;
 use crate::io::ros::settings::{Recovery, Transport};
-use crate::io::ros::topics::{Durability, Reliability};
+use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
 /// The node's name in the graph, its network, and the topics it writes and reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NetworkSettings {
-    /// Node name.
+    /// Name of the node.
     pub node: String,
     /// Namespace of the node, absolute.
     pub namespace: String,
@@ -47,7 +47,7 @@ impl NetworkSettings {
 /// A topic that is written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WrittenTopic {
-    /// Its absolute name.
+    /// Absolute name of the topic.
     pub name: String,
     /// Package and name of its type.
     pub type_name: (String, String),
@@ -62,7 +62,7 @@ pub struct WrittenTopic {
 /// A topic that is read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReadTopic {
-    /// Its absolute name.
+    /// Absolute name of the topic.
     pub name: String,
     /// Package and name of its type.
     pub type_name: (String, String),
@@ -72,24 +72,4 @@ pub struct ReadTopic {
     pub durability: Durability,
     /// Samples kept while the network side is busy.
     pub depth: i32,
-}
-
-impl Delivery {
-    /// True if each message counts, and not only the newest of its topic.
-    pub fn counts_each(self) -> bool {
-        matches!(self, Self::Once | Self::Log)
-    }
-}
-
-/// The delivery of a topic's messages to readers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Delivery {
-    /// The newest counts, changes are rare, and it can be withdrawn.
-    Report,
-    /// The newest counts, and there are many a second.
-    Stream,
-    /// Sent to the readers of that moment, and not again.
-    Once,
-    /// Each counts, also for readers that come within [`LOG_LIFESPAN`](crate::io::ros::topics::LOG_LIFESPAN).
-    Log,
 }

@@ -1,4 +1,4 @@
-//! `diagnostic_msgs/msg/DiagnosticArray`.
+//! `diagnostic_msgs/msg/DiagnosticArray` from the core's diagnostics.
 
 use super::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use super::std_msgs::Header;

@@ -61,7 +61,9 @@ fn color(color: Color) -> u8 {
 /// Returns the constant of a shape. Upstream has none for the upper diagonals (Q7).
 fn shape(shape: BulbShape, compat: Compat) -> u8 {
     match shape {
-        BulbShape::UpperLeft | BulbShape::UpperRight if compat == Compat::Upstream => TrafficLightElement::UNKNOWN,
+        BulbShape::UpperLeft | BulbShape::UpperRight if compat == Compat::Upstream => {
+            TrafficLightElement::UNKNOWN
+        }
         BulbShape::Unknown => TrafficLightElement::UNKNOWN,
         BulbShape::Circle => TrafficLightElement::CIRCLE,
         BulbShape::Left => TrafficLightElement::LEFT_ARROW,

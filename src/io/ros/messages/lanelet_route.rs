@@ -1,4 +1,4 @@
-//! `autoware_planning_msgs/msg/LaneletRoute`.
+//! The decider's route from `autoware_planning_msgs/msg/LaneletRoute`.
 
 use std::sync::Arc;
 

@@ -2,10 +2,10 @@
 
 use serde::{Serialize, Serializer};
 
-use super::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
-use super::rosgraph_msgs::Clock;
-use super::traffic_simulator_msgs::TrafficLightArrayV1;
-use super::visualization_msgs::MarkerArray;
+use super::generated::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
+use super::generated::rosgraph_msgs::Clock;
+use super::generated::traffic_simulator_msgs::TrafficLightArrayV1;
+use super::generated::visualization_msgs::MarkerArray;
 use crate::core::compat::Compat;
 pub use crate::core::traffic_light::architecture::LightsType;
 use crate::core::traffic_light::emission::{Emission, LightsContent};

@@ -11,12 +11,12 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 
 use super::array_element::{ArrayElement, StampPosition};
-use super::autoware_perception_msgs::{TrafficLightGroup, TrafficSignal};
-use super::builtin_interfaces::Time;
 use super::cdr_bytes::CdrBytes;
-use super::rosgraph_msgs::Clock;
-use super::traffic_simulator_msgs::TrafficLightV1;
-use super::visualization_msgs::{Marker, MarkerArray};
+use super::generated::autoware_perception_msgs::{TrafficLightGroup, TrafficSignal};
+use super::generated::builtin_interfaces::Time;
+use super::generated::rosgraph_msgs::Clock;
+use super::generated::traffic_simulator_msgs::TrafficLightV1;
+use super::generated::visualization_msgs::{Marker, MarkerArray};
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::architecture::LightsType;
@@ -100,7 +100,7 @@ impl LightsEncoder {
 #[derive(Debug)]
 struct ArrayEncoder<E: ArrayElement> {
     /// The last messages, the newest first.
-    kept: Vec<Encoded<E::Item>>,
+    kept: Vec<EncodedArray<E::Item>>,
 }
 
 impl<E: ArrayElement> Default for ArrayEncoder<E> {
@@ -142,7 +142,7 @@ impl<E: ArrayElement> ArrayEncoder<E> {
 
 /// A message in CDR, and what it shows.
 #[derive(Debug, Clone)]
-struct Encoded<T> {
+struct EncodedArray<T> {
     /// The list of which the message was made, known by its address, which is not given to another list meanwhile.
     /// Holding the list itself would make the core copy it with the next change.
     content: Weak<Vec<T>>,
@@ -152,13 +152,13 @@ struct Encoded<T> {
     bytes: CdrBytes,
 }
 
-impl<T> Default for Encoded<T> {
+impl<T> Default for EncodedArray<T> {
     fn default() -> Self {
         Self { content: Weak::new(), items: Vec::new(), spans: Vec::new(), bytes: CdrBytes::default() }
     }
 }
 
-impl<T: Clone> Encoded<T> {
+impl<T: Clone> EncodedArray<T> {
     fn shows(&self, items: &Arc<Vec<T>>) -> bool {
         Weak::as_ptr(&self.content) == Arc::as_ptr(items)
     }

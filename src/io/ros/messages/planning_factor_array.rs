@@ -22,14 +22,12 @@ impl PlanningFactorArray {
         let factor = decision.won().and_then(|won| {
             let (section, distances) = (decision.sections.of(won.source)?, won.distances?);
             let [left, right] = match won.subject {
-                SignalSubject::Turn(_) | SignalSubject::RoundaboutEntry(_) | SignalSubject::RoundaboutExit(_) => {
-                    [PlanningFactor::TURN_LEFT, PlanningFactor::TURN_RIGHT]
+                SignalSubject::Turn(_)
+                | SignalSubject::RoundaboutEntry(_)
+                | SignalSubject::RoundaboutExit(_) => [PlanningFactor::TURN_LEFT, PlanningFactor::TURN_RIGHT],
+                SignalSubject::Unnamed | SignalSubject::Manoeuvre(_) => {
+                    [PlanningFactor::SHIFT_LEFT, PlanningFactor::SHIFT_RIGHT]
                 }
-                SignalSubject::Unnamed
-                | SignalSubject::PullOut
-                | SignalSubject::Avoidance
-                | SignalSubject::LaneChange
-                | SignalSubject::PullOver => [PlanningFactor::SHIFT_LEFT, PlanningFactor::SHIFT_RIGHT],
             };
             let behavior = if won.turn.side()? == Side::Left { left } else { right };
             #[allow(clippy::cast_possible_truncation)] // the message has 32 bits

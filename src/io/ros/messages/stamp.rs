@@ -1,4 +1,4 @@
-//! Conversions of stamps.
+//! Conversions of stamps and headers.
 
 use super::builtin_interfaces::Time;
 use super::std_msgs::Header;

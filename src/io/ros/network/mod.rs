@@ -6,6 +6,7 @@
 
 mod confinement;
 mod dds;
+mod distribution;
 mod orders;
 pub mod process;
 mod wakeup;
@@ -17,13 +18,13 @@ use std::os::unix::net::UnixStream;
 
 use tokio::runtime::Builder;
 
-use super::link::{FromNetwork, Link, NetworkSettings, ToNetwork};
+use super::link::{Link, NetworkSettings, ToNetwork};
 use super::settings::Transport;
-pub use dds::DISTRO;
-pub(super) use dds::identifier_length;
+pub use distribution::DISTRO;
+pub(super) use distribution::identifier_length;
 
 /// Serves the gateway at the other end of the socket until it says stop; `confine` is called with the engine that it wants,
-/// before anything of the network is there. An error is that of `confine`, or of the link, most often that the gateway is gone.
+/// before anything of the network is there. Fails with the error of `confine`, or of the link, most often because the gateway is gone.
 pub fn serve(socket: UnixStream, confine: impl FnOnce(&Transport) -> io::Result<()>) -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_all().build()?;
     let Some((settings, link)) = runtime.block_on(start(socket))? else { return Ok(()) };
@@ -33,7 +34,7 @@ pub fn serve(socket: UnixStream, confine: impl FnOnce(&Transport) -> io::Result<
         #[cfg(feature = "zenoh")]
         Transport::Zenoh(_) => zenoh::serve(&runtime, settings, link),
         #[cfg(not(feature = "zenoh"))]
-        Transport::Zenoh(_) => runtime.block_on(refuse("this build has no Zenoh", link)),
+        Transport::Zenoh(_) => runtime.block_on(orders::refuse("this build has no Zenoh", link)),
     }
 }
 
@@ -51,15 +52,4 @@ async fn start(socket: UnixStream) -> io::Result<Option<(NetworkSettings, Link)>
         }
         link.read()?;
     }
-}
-
-/// Says why the network cannot be joined.
-async fn refuse(reason: &str, mut link: Link) -> io::Result<()> {
-    link.answer(&FromNetwork::Failed(reason));
-    link.flush()?;
-    while link.waiting() > 0 {
-        link.ready().await?;
-        link.flush()?;
-    }
-    Ok(())
 }

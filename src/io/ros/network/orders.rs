@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use crate::io::ros::link::{Link, NetworkSettings, Order, ToNetwork};
+use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, Order, ToNetwork};
 use crate::io::ros::parameters::Parameters;
 
 /// What the gateway has sent since the last call of [`receive`].
 #[derive(Default)]
-pub(super) struct Received {
+pub(super) struct ReceivedOrders {
     /// To be carried out, by topic: the newest order, or all samples where each counts.
     pub(super) orders: BTreeMap<u16, Order>,
-    /// The newest parameters.
+    /// The newest parameters of the node.
     pub(super) parameters: Option<Parameters>,
     /// Pings to be answered.
     pub(super) pings: Vec<u64>,
@@ -19,10 +19,10 @@ pub(super) struct Received {
     pub(super) stop: bool,
 }
 
-/// Takes what the gateway has sent; an error is that of the link.
-pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result<Received> {
+/// Takes the messages that the gateway has sent; fails with the error of the link.
+pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result<ReceivedOrders> {
     link.read()?;
-    let mut received = Received::default();
+    let mut received = ReceivedOrders::default();
     while let Some(message) = next_message(link)? {
         match message {
             ToNetwork::Order(topic, order) => {
@@ -53,4 +53,15 @@ fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each:
             orders.insert(topic, order);
         }
     }
+}
+
+/// Tells the gateway why the network cannot be joined.
+pub(super) async fn refuse(reason: &str, mut link: Link) -> io::Result<()> {
+    link.answer(&FromNetwork::Failed(reason));
+    link.flush()?;
+    while link.waiting() > 0 {
+        link.ready().await?;
+        link.flush()?;
+    }
+    Ok(())
 }

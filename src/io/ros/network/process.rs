@@ -23,7 +23,7 @@ const TIME_TO_LEAVE: Duration = Duration::from_secs(1);
 /// before anything is opened here.
 ///
 /// # Errors
-/// That of the kernel: `ENOSYS` before Linux 5.9.
+/// The error of the kernel: `ENOSYS` before Linux 5.9.
 #[allow(unsafe_code)]
 pub fn close_inherited() -> io::Result<()> {
     // SAFETY: no pointers are passed, and nothing has been opened here yet.
@@ -39,9 +39,9 @@ pub fn run(memory_mb: u32, confined: impl FnOnce()) -> io::Result<()> {
     // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
     ignore_hangup();
     let socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
-    // Another standard input, such as a terminal, is nobody to serve.
+    // Another standard input, such as a terminal, is not a gateway.
     socket.peer_addr()?;
-    // As lists of processes show it; without a name of its own it would be that of the link to the program.
+    // As lists of processes show it; otherwise it would be the name of the link to the program.
     let _ = rustix::thread::set_name(c"signal-gw-net");
     let mut missing = confinement::confine(u64::from(memory_mb) << 20);
     let end = socket.try_clone()?;

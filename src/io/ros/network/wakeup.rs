@@ -5,12 +5,12 @@ use std::task::Wake;
 
 use tokio::sync::Notify;
 
-/// Between RustDDS's threads and the network side's task. Wake-ups that nobody waited for become one.
+/// Between RustDDS's threads and the network side's task. Wake-ups without a waiter become one.
 #[derive(Debug, Default)]
 pub(super) struct Wakeup(Notify);
 
 impl Wakeup {
-    /// Ends the wait.
+    /// Ends the present or next wait.
     #[cfg(feature = "zenoh")]
     pub(super) fn notify(&self) {
         self.0.notify_one();

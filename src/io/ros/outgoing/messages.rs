@@ -1,155 +1,170 @@
 //! Messages on their way out, by the topic they are for.
 //!
-//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Diagnostics keep
-//! their order; when [`MAX_DIAGNOSTICS`] wait, the oldest is dropped.
+//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Messages of which
+//! each counts keep their order, and the oldest is dropped when `max_waiting` of their row wait.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
 use std::sync::Arc;
+
+use serde::{Serialize, Serializer};
 
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
 use crate::core::traffic_light::output::TrafficLightOutput;
-use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::report::Step;
+use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::messages::autoware_internal_planning_msgs::PlanningFactorArray;
 use crate::io::ros::messages::autoware_vehicle_msgs::{
     HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
 };
 use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
-use crate::io::ros::messages::rcl_interfaces::Log;
+use crate::io::ros::messages::visualization_msgs::MarkerArray;
 #[cfg(feature = "ros")]
 use crate::io::ros::parameters::Parameters;
+use crate::io::ros::topics::OutgoingTopic;
 
-/// Diagnostics that may wait.
-pub(in crate::io) const MAX_DIAGNOSTICS: usize = 64;
-
-/// An instruction for a report topic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::io) enum Publication<M> {
-    /// Publish this message.
-    Publish(M),
+/// An instruction for a topic.
+pub(crate) enum Publication {
+    /// Publish this message now.
+    Publish(Box<dyn OutgoingPayload>),
     /// Publish nothing, not even to late readers.
     Withdraw,
 }
 
-impl<M> Publication<M> {
-    /// The publication of a step, as the message of its value.
-    pub(in crate::io) fn of<T>(step: Step<T>, message: impl FnOnce(T, WallStamp) -> M) -> Self {
+/// A message, whatever its type.
+pub(crate) trait OutgoingPayload: Send {
+    /// Encodes the message for DDS and recordings; fails only for a sequence of more than 2³² − 1 elements.
+    fn cdr(&self) -> cdr_encoding::Result<CdrBytes>;
+
+    /// Encodes the message as one line of JSON.
+    fn json(&self) -> serde_json::Result<String>;
+}
+
+impl<M: Serialize + Send> OutgoingPayload for M {
+    fn cdr(&self) -> cdr_encoding::Result<CdrBytes> {
+        CdrBytes::encode(self)
+    }
+
+    fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+}
+
+/// A message that is made when it is encoded: never, if its topic has no name.
+struct Lazy<F>(F);
+
+impl<M: Serialize, F: Fn() -> M> Serialize for Lazy<F> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (self.0)().serialize(serializer)
+    }
+}
+
+impl Publication {
+    /// Creates the publication of a message.
+    pub(crate) fn of(message: impl Serialize + Send + 'static) -> Self {
+        Self::Publish(Box::new(message))
+    }
+
+    /// Creates the publication of a report.
+    fn report<T, M: Serialize + Send + 'static>(step: Step<T>, message: fn(T, WallStamp) -> M) -> Self {
         match step {
-            Step::Publish(value, stamp) => Self::Publish(message(value, stamp)),
+            Step::Publish(value, stamp) => Self::of(message(value, stamp)),
             Step::Withdraw => Self::Withdraw,
         }
     }
 }
 
-/// A message for a topic, or the end.
-#[derive(Debug)]
-pub(in crate::io) enum OutgoingMessage {
-    /// For the turn-indicators report.
-    Turn(Publication<TurnIndicatorsReport>),
-    /// For the hazard-lights report.
-    Hazard(Publication<HazardLightsReport>),
-    /// For the diagnostics.
-    Diagnostics(DiagnosticArray),
-    /// For the topics of its emissions; the thread makes the messages.
-    Lights(Emission),
-    /// For the turn command.
-    TurnCommand(TurnIndicatorsCommand),
-    /// For the hazard command.
-    HazardCommand(HazardLightsCommand),
-    /// For the topics of the decider's sections; the thread makes the messages.
-    Sections(Arc<Decision>, WallStamp),
-    /// The parameters of the node from now on.
-    #[cfg(feature = "ros")]
-    Parameters(Box<Parameters>),
-    /// Leave the graph.
-    #[cfg(feature = "ros")]
-    Stop,
-}
-
-impl OutgoingMessage {
-    /// The message that publishes an output; `None` for what is not published.
-    pub(in crate::io) fn of(output: &Output, hardware_id: &str) -> Option<Self> {
-        Some(match output {
-            Output::VehicleLights(output) => match output {
-                VehicleLightsOutput::TurnIndicators(step) => {
-                    Self::Turn(Publication::of(*step, TurnIndicatorsReport::new))
-                }
-                VehicleLightsOutput::HazardLights(step) => {
-                    Self::Hazard(Publication::of(*step, HazardLightsReport::new))
-                }
-            },
-            Output::Diagnostics { diagnostics, stamp } => {
-                Self::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, hardware_id))
-            }
-            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => Self::Lights(emission.clone()),
-            Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
-                Self::TurnCommand(TurnIndicatorsCommand::new(*command, *stamp))
-            }
-            Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
-                Self::HazardCommand(HazardLightsCommand::new(*command, *stamp))
-            }
-            Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
-                Self::Sections(Arc::clone(decision), *stamp)
-            }
-            Output::TurnSignal(TurnSignalOutput::Decision(_))
-            | Output::TrafficLights(TrafficLightOutput::CommandRefused(_))
-            | Output::Command(_) => return None,
-        })
+impl fmt::Debug for Publication {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Publish(message) => write!(f, "Publish({})", message.json().unwrap_or_default()),
+            Self::Withdraw => f.write_str("Withdraw"),
+        }
     }
 }
 
-/// Everything that waits.
-#[derive(Debug, Default, PartialEq)]
+/// Returns what an output publishes on which topics; nothing for traffic lights, whose topics are configured one by one,
+/// and for outputs that are not published.
+pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingTopic, Publication)> {
+    match output {
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
+            let report = Publication::report(*step, TurnIndicatorsReport::new);
+            vec![(OutgoingTopic::TurnIndicatorsReport, report)]
+        }
+        Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
+            vec![(OutgoingTopic::HazardLightsReport, Publication::report(*step, HazardLightsReport::new))]
+        }
+        Output::Diagnostics { diagnostics, stamp } => {
+            let array = DiagnosticArray::new(diagnostics, *stamp, hardware_id);
+            vec![(OutgoingTopic::Diagnostics, Publication::of(array))]
+        }
+        Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
+            let message = TurnIndicatorsCommand::new(*command, *stamp);
+            vec![(OutgoingTopic::TurnCommand, Publication::of(message))]
+        }
+        Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
+            let message = HazardLightsCommand::new(*command, *stamp);
+            vec![(OutgoingTopic::HazardCommand, Publication::of(message))]
+        }
+        Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
+            let (drawn, stamp) = ([Arc::clone(decision), Arc::clone(decision)], *stamp);
+            let [markers, factors] = drawn;
+            let markers = Lazy(move || MarkerArray::sections(&markers, stamp));
+            let factors = Lazy(move || PlanningFactorArray::of_decision(&factors, stamp));
+            vec![
+                (OutgoingTopic::SectionMarkers, Publication::of(markers)),
+                (OutgoingTopic::PlanningFactors, Publication::of(factors)),
+            ]
+        }
+        Output::TurnSignal(TurnSignalOutput::Decision(_)) | Output::TrafficLights(_) | Output::Command(_) => {
+            Vec::new()
+        }
+    }
+}
+
+/// Everything that waits to be sent.
+#[derive(Debug, Default)]
 pub(in crate::io) struct OutgoingMessages {
-    /// The newest turn report, if there is a new one.
-    pub(in crate::io) turn: Option<Publication<TurnIndicatorsReport>>,
-    /// The newest hazard report, likewise.
-    pub(in crate::io) hazard: Option<Publication<HazardLightsReport>>,
-    /// Diagnostics, oldest first.
-    pub(in crate::io) diagnostics: VecDeque<DiagnosticArray>,
-    /// Warnings and errors, oldest first.
-    pub(in crate::io) log: VecDeque<Log>,
-    /// The newest emission of each topic.
+    /// What waits for each topic, oldest first.
+    pub(in crate::io) topics: BTreeMap<OutgoingTopic, VecDeque<Publication>>,
+    /// The newest emission of each topic of traffic lights.
     pub(in crate::io) lights: BTreeMap<LightsTopic, Emission>,
-    /// The newest turn command.
-    pub(in crate::io) turn_command: Option<TurnIndicatorsCommand>,
-    /// The newest hazard command.
-    pub(in crate::io) hazard_command: Option<HazardLightsCommand>,
-    /// The newest decision with its sections, and its time.
-    pub(in crate::io) sections: Option<(Arc<Decision>, WallStamp)>,
     /// The newest parameters of the node.
     #[cfg(feature = "ros")]
     pub(in crate::io) parameters: Option<Box<Parameters>>,
-    /// Leave the graph after sending the rest.
+    /// True if the session leaves the graph after sending the rest.
+    #[cfg(feature = "ros")]
     pub(in crate::io) stop: bool,
 }
 
 impl OutgoingMessages {
-    /// Adds a message; true if it replaced an emission that was not sent.
-    pub(in crate::io) fn put(&mut self, message: OutgoingMessage) -> bool {
-        match message {
-            OutgoingMessage::Turn(publication) => self.turn = Some(publication),
-            OutgoingMessage::Hazard(publication) => self.hazard = Some(publication),
-            OutgoingMessage::Diagnostics(array) => {
-                if self.diagnostics.len() >= MAX_DIAGNOSTICS {
-                    self.diagnostics.pop_front();
-                }
-                self.diagnostics.push_back(array);
-            }
-            OutgoingMessage::Lights(emission) => {
-                return self.lights.insert(emission.topic, emission).is_some();
-            }
-            OutgoingMessage::TurnCommand(command) => self.turn_command = Some(command),
-            OutgoingMessage::HazardCommand(command) => self.hazard_command = Some(command),
-            OutgoingMessage::Sections(decision, stamp) => self.sections = Some((decision, stamp)),
-            #[cfg(feature = "ros")]
-            OutgoingMessage::Parameters(parameters) => self.parameters = Some(parameters),
-            #[cfg(feature = "ros")]
-            OutgoingMessage::Stop => self.stop = true,
+    /// Adds the messages of an output; returns true if they replaced an emission that was not sent.
+    pub(in crate::io) fn put(&mut self, output: &Output, hardware_id: &str) -> bool {
+        if let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output {
+            return self.lights.insert(emission.topic, emission.clone()).is_some();
+        }
+        for (topic, publication) in publications(output, hardware_id) {
+            self.put_publication(topic, publication);
         }
         false
+    }
+
+    /// Adds a publication, and drops the oldest of its topic if too many wait.
+    pub(in crate::io) fn put_publication(&mut self, topic: OutgoingTopic, publication: Publication) {
+        let waiting = self.topics.entry(topic).or_default();
+        if waiting.len() >= topic.row().max_waiting {
+            waiting.pop_front();
+        }
+        waiting.push_back(publication);
+    }
+
+    /// Returns true if nothing waits.
+    #[cfg(test)]
+    pub(in crate::io) fn is_empty(&self) -> bool {
+        self.topics.is_empty() && self.lights.is_empty()
     }
 }

@@ -21,15 +21,15 @@ const ARENAS: &str = "2";
 
 /// What the kernel knows of a process.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Reading {
-    /// Its threads.
+pub(super) struct ProcessReading {
+    /// Threads of the process.
     pub(super) threads: Option<Threads>,
     /// Its memory that is in use.
     pub(super) memory_bytes: Option<u64>,
 }
 
-impl Reading {
-    /// That of a process now.
+impl ProcessReading {
+    /// Returns the state of a process now.
     pub(super) fn of(process: u32) -> Self {
         Self { threads: Threads::read(process), memory_bytes: memory_bytes(process) }
     }

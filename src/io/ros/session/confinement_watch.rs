@@ -21,7 +21,7 @@ impl ConfinementWatch {
     pub(super) fn start(socket: OwnedFd, without: Layers) -> io::Result<Self> {
         let known = Arc::new(Mutex::new(None));
         let shared = Arc::clone(&known);
-        // An error is that of a process that has ended.
+        // Fails for a process that has ended.
         let listen = move || drop(listen(socket, without, &shared));
         thread::Builder::new().name("ros confinement".to_owned()).spawn(listen)?;
         Ok(Self(known))
@@ -45,7 +45,7 @@ fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) 
         let mut ready = [PollFd::new(&listener, PollFlags::IN)];
         poll(&mut ready, None)?;
         if !ready[0].revents().contains(PollFlags::IN) {
-            return Ok(()); // nobody is left who could be refused anything
+            return Ok(()); // the process has ended
         }
         let Some(call) = refuse(&listener)? else { continue };
         let name = Sysno::new(call).map_or("unknown", |call| call.name());

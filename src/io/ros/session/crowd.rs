@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Participants and matched endpoints of others, together, beyond those of any ROS network: DDS has ports for 120 participants
+/// Participants and matched endpoints of others, together, more than any ROS network has: DDS has ports for 120 participants
 /// of a host, and a gateway's topics have a few readers each. RustDDS sends to each of them, and forgets none before its lease
 /// is over, which may be after 68 years.
 pub(super) const MAX_PEERS: u32 = 1000;
@@ -34,7 +34,7 @@ pub(super) struct Crowd {
 }
 
 impl Crowd {
-    /// Nobody yet.
+    /// Creates a watch that has seen no peer yet.
     pub(super) fn new(now: Instant) -> Self {
         Self { grown: (0, now), since: None, seen: None, replaced: None, interval: MIN_INTERVAL }
     }

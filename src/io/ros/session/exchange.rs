@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 use tokio::time::{sleep, timeout};
 
-use super::RosError;
 use super::crowd::Crowd;
+use super::error::RosError;
 use super::host::{Host, Hosts};
-use super::liveness::{Liveness, Way};
+use super::liveness::{Liveness, ReturnPath};
 use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
 use super::processor_watch::ProcessorWatch;
@@ -24,11 +24,12 @@ use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::link::{Link, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation};
-use crate::io::ros::outgoing::messages::OutgoingMessages;
-use crate::io::ros::outgoing::{LightsEncoders, Outgoing, log, orders, table};
+use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
+use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::io::ros::parameters::Parameters;
-use crate::io::ros::reception::{Reception, Signal};
+use crate::io::ros::reception::{NetworkSignal, TopicReception};
 use crate::io::ros::settings::{RosSettings, Transport};
+use crate::io::ros::topics::OutgoingTopic;
 
 /// Longest sleep between two looks at the network side.
 const TICK: Duration = Duration::from_millis(100);
@@ -39,7 +40,7 @@ const END_PATIENCE: Duration = Duration::from_secs(1);
 /// Longest time that the network side has for leaving the graph.
 const GOODBYE: Duration = Duration::from_millis(400);
 
-/// The thread's state.
+/// The state of the session's thread.
 pub(super) struct Exchange {
     hosts: Hosts,
     settings: NetworkSettings,
@@ -50,16 +51,16 @@ pub(super) struct Exchange {
     mailbox: Arc<Mailbox>,
     /// `None` if nothing goes to `/rosout`.
     rosout: Option<Rosout>,
-    reception: Reception,
-    phase: Phase,
+    reception: TopicReception,
+    phase: NetworkPhase,
     /// Killed, but not seen to end.
     unended: Vec<Host>,
     /// From the network side out and back to it.
-    echo_way: Way,
+    echo_way: ReturnPath,
     /// From the network side to a reader beside it.
-    witness_way: Way,
+    witness_way: ReturnPath,
     crowd: Crowd,
-    /// When network sides ended, those of the last minute.
+    /// Times at which network sides ended within the last minute.
     ends: Vec<Instant>,
     processor: ProcessorWatch,
     state: NetworkState,
@@ -76,8 +77,8 @@ pub(super) struct Exchange {
 }
 
 /// Where the network side is in its life.
-enum Phase {
-    /// It runs.
+enum NetworkPhase {
+    /// The network side runs.
     Active(Box<Active>),
     /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it reached.
     Ending {
@@ -130,9 +131,8 @@ impl Exchange {
         inbox: Arc<Inbox>,
         starter: Sender<Result<(), RosError>>,
     ) -> Self {
-        let mut table = table(&settings.topics, settings.durability);
-        table.extend(settings.rosout.as_deref().map(log));
-        let reception = Reception::new(&settings.subscriptions, table.len(), inbox);
+        let table = table(&settings.topics, settings.durability);
+        let reception = TopicReception::new(&settings.subscriptions, table.len(), inbox);
         mailbox.update_status(|status| {
             status.running = true;
             status.outgoing = table.iter().map(OutgoingStatus::unread).collect();
@@ -140,17 +140,20 @@ impl Exchange {
         });
         Self {
             settings: network_settings(&settings, &table),
-            rosout: settings.rosout.as_ref().map(|_| Rosout::new(&settings.namespace, &settings.node)),
+            rosout: settings
+                .topics
+                .name(OutgoingTopic::Log)
+                .map(|_| Rosout::new(&settings.namespace, &settings.node)),
             hosts: Hosts::new(settings.isolation),
             current: table.iter().map(|_| Order::Withdraw).collect(),
             table,
             encoders: LightsEncoders::default(),
             mailbox,
             reception,
-            phase: Phase::Down { until: Instant::now() },
+            phase: NetworkPhase::Down { until: Instant::now() },
             unended: Vec::new(),
-            echo_way: Way::default(),
-            witness_way: Way::default(),
+            echo_way: ReturnPath::default(),
+            witness_way: ReturnPath::default(),
             crowd: Crowd::new(Instant::now()),
             ends: Vec::new(),
             processor: ProcessorWatch::default(),
@@ -180,14 +183,14 @@ impl Exchange {
         while !self.mailbox.is_stopping() {
             let now = Instant::now();
             match &mut self.phase {
-                Phase::Active(_) => self.exchange(now),
-                Phase::Ending { .. } => self.see_end(now),
-                Phase::Down { until } if now >= *until => self.start(now),
-                Phase::Down { .. } => {}
-                Phase::Refused => return,
+                NetworkPhase::Active(_) => self.exchange(now),
+                NetworkPhase::Ending { .. } => self.see_end(now),
+                NetworkPhase::Down { until } if now >= *until => self.start(now),
+                NetworkPhase::Down { .. } => {}
+                NetworkPhase::Refused => return,
             }
             // Without a network side, messages are noted as current or lost.
-            if !matches!(self.phase, Phase::Active(_)) {
+            if !matches!(self.phase, NetworkPhase::Active(_)) {
                 self.deliver(&self.mailbox.take());
             }
             self.show(now);
@@ -199,10 +202,10 @@ impl Exchange {
     /// Waits for a message, for the network side, or for a time.
     async fn wait(&self, now: Instant) {
         let (link, pause) = match &self.phase {
-            Phase::Active(active) => (Some(&active.link), TICK),
-            Phase::Ending { .. } => (None, END_TICK),
-            Phase::Down { until } => (None, until.saturating_duration_since(now).min(TICK)),
-            Phase::Refused => (None, Duration::ZERO),
+            NetworkPhase::Active(active) => (Some(&active.link), TICK),
+            NetworkPhase::Ending { .. } => (None, END_TICK),
+            NetworkPhase::Down { until } => (None, until.saturating_duration_since(now).min(TICK)),
+            NetworkPhase::Refused => (None, Duration::ZERO),
         };
         let link_ready = async {
             match link {
@@ -226,7 +229,7 @@ impl Exchange {
                 self.state.restarts += u64::from(!is_first);
                 self.settings.echo_is_proven = self.echo_way.is_proven();
                 link.queue(&ToNetwork::Start(Box::new(self.settings.clone())));
-                self.phase = Phase::Active(Box::new(Active {
+                self.phase = NetworkPhase::Active(Box::new(Active {
                     host,
                     link,
                     liveness: Liveness::new(self.witness_way.is_proven(), now),
@@ -250,14 +253,16 @@ impl Exchange {
     fn refuse(&mut self, error: RosError) -> bool {
         let is_refused = self.starter.take().is_some_and(|starter| starter.send(Err(error)).is_ok());
         if is_refused {
-            self.phase = Phase::Refused;
+            self.phase = NetworkPhase::Refused;
         }
         is_refused
     }
 
     fn exchange(&mut self, now: Instant) {
         let Err(over) = self.converse(now) else { return };
-        let Phase::Active(active) = std::mem::replace(&mut self.phase, Phase::Down { until: now }) else {
+        let NetworkPhase::Active(active) =
+            std::mem::replace(&mut self.phase, NetworkPhase::Down { until: now })
+        else {
             return;
         };
         self.lost_lines = self.lost_lines.plus(active.lost_lines());
@@ -291,16 +296,16 @@ impl Exchange {
         }
         let leaves_until = can_leave.then_some(now + GOODBYE);
         let age = joined.map(|joined| now.saturating_duration_since(joined));
-        self.phase = Phase::Ending { host, since: now, failure, age, leaves_until };
+        self.phase = NetworkPhase::Ending { host, since: now, failure, age, leaves_until };
     }
 
     /// Reads what the network side has sent, and writes what it takes.
     fn converse(&mut self, now: Instant) -> Result<(), Over> {
-        let Phase::Active(active) = &mut self.phase else { return Ok(()) };
+        let NetworkPhase::Active(active) = &mut self.phase else { return Ok(()) };
         let read = active.link.read();
         while let Some(frame) = active.link.next_frame()? {
             match (self.reception.take(frame, now)?, active.joined) {
-                (Some(Signal::Ready), None) => {
+                (Some(NetworkSignal::Ready), None) => {
                     active.joined = Some(now);
                     active.liveness.joined();
                     (self.state.is_up, self.state.has_echo) = (true, true);
@@ -313,17 +318,17 @@ impl Exchange {
                         let _ = starter.send(Ok(()));
                     }
                 }
-                (Some(Signal::Failed(reason)), None) => {
+                (Some(NetworkSignal::Failed(reason)), None) => {
                     return Err(Over::Failed(NetworkFailure::NotStarted(reason)));
                 }
-                (Some(Signal::Status(status)), Some(_)) => {
+                (Some(NetworkSignal::Status(status)), Some(_)) => {
                     let unheard = status.unheard_writers.saturating_sub(active.status.unheard_writers);
                     if unheard > 0 {
                         self.reception.note_taken_anew(unheard, now);
                     }
                     active.status = status;
                 }
-                (Some(Signal::Pong { number, has_echo, is_heard }), Some(_)) => {
+                (Some(NetworkSignal::Pong { number, has_echo, is_heard }), Some(_)) => {
                     active.liveness.pong(number, is_heard)?;
                     if is_heard {
                         active.was_heard = true;
@@ -336,8 +341,8 @@ impl Exchange {
                     }
                 }
                 (None, Some(_)) => {}
-                (Some(Signal::Ready | Signal::Failed(_)), Some(_))
-                | (Some(Signal::Status(_) | Signal::Pong { .. }) | None, None) => {
+                (Some(NetworkSignal::Ready | NetworkSignal::Failed(_)), Some(_))
+                | (Some(NetworkSignal::Status(_) | NetworkSignal::Pong { .. }) | None, None) => {
                     return Err(Violation::OutOfTurn.into());
                 }
             }
@@ -355,7 +360,7 @@ impl Exchange {
         if active.link.waiting() == 0 {
             self.deliver(&self.take_messages());
         }
-        let Phase::Active(active) = &mut self.phase else { return Ok(()) };
+        let NetworkPhase::Active(active) = &mut self.phase else { return Ok(()) };
         if let Some(number) = active.joined.and_then(|_| active.liveness.next_ping(now)) {
             active.link.queue(&ToNetwork::Ping(number));
         }
@@ -365,9 +370,11 @@ impl Exchange {
     /// Takes what waits. Warnings wait on until the network was joined.
     fn take_messages(&self) -> OutgoingMessages {
         let mut messages = self.mailbox.take();
-        let has_joined = matches!(&self.phase, Phase::Active(active) if active.joined.is_some());
+        let has_joined = matches!(&self.phase, NetworkPhase::Active(active) if active.joined.is_some());
         if let Some(rosout) = self.rosout.as_ref().filter(|_| has_joined) {
-            messages.log = rosout.messages(take_warnings());
+            for message in rosout.messages(take_warnings()) {
+                messages.put_publication(OutgoingTopic::Log, Publication::of(message));
+            }
         }
         messages
     }
@@ -376,7 +383,7 @@ impl Exchange {
     fn deliver(&mut self, messages: &OutgoingMessages) {
         if let Some(parameters) = &messages.parameters {
             self.settings.parameters = self.settings.parameters.take().map(|_| Parameters::clone(parameters));
-            if let Phase::Active(active) = &mut self.phase {
+            if let NetworkPhase::Active(active) = &mut self.phase {
                 active.link.queue(&ToNetwork::Parameters(parameters.clone()));
             }
         }
@@ -392,8 +399,11 @@ impl Exchange {
         let counts_each = self.table.get(position).is_some_and(|outgoing| outgoing.delivery.counts_each());
         let message = ToNetwork::Order(u16::try_from(position).unwrap_or(u16::MAX), order);
         let is_sent = match &mut self.phase {
-            Phase::Active(active) if active.joined.is_some() => active.link.queue(&message),
-            Phase::Active(_) | Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => true,
+            NetworkPhase::Active(active) if active.joined.is_some() => active.link.queue(&message),
+            NetworkPhase::Active(_)
+            | NetworkPhase::Ending { .. }
+            | NetworkPhase::Down { .. }
+            | NetworkPhase::Refused => true,
         };
         if !is_sent {
             self.count_send_error("it is too large");
@@ -414,7 +424,7 @@ impl Exchange {
 
     /// Waits for the end of a network side that was killed.
     fn see_end(&mut self, now: Instant) {
-        let Phase::Ending { host, since, leaves_until, .. } = &mut self.phase else { return };
+        let NetworkPhase::Ending { host, since, leaves_until, .. } = &mut self.phase else { return };
         let end = host.end();
         if leaves_until.is_some_and(|until| now >= until) {
             host.kill();
@@ -423,8 +433,8 @@ impl Exchange {
         if end.is_none() && now.duration_since(*since) < END_PATIENCE {
             return;
         }
-        let ended = std::mem::replace(&mut self.phase, Phase::Down { until: now });
-        let Phase::Ending { host, failure, age, .. } = ended else { return };
+        let ended = std::mem::replace(&mut self.phase, NetworkPhase::Down { until: now });
+        let NetworkPhase::Ending { host, failure, age, .. } = ended else { return };
         if end.is_none() {
             self.unended.push(host);
         }
@@ -444,7 +454,7 @@ impl Exchange {
         }
         self.reception.lose_writers();
         (self.state.is_up, self.state.last_failure) = (false, Some(failure));
-        self.phase = Phase::Down { until: now + delay };
+        self.phase = NetworkPhase::Down { until: now + delay };
         // A first one that ended is not a start that failed: the next may do better.
         if let Some(starter) = self.starter.take() {
             let _ = starter.send(Ok(()));
@@ -454,7 +464,7 @@ impl Exchange {
     /// Sends what is left, and waits for the network side to say goodbye.
     async fn leave(&mut self) {
         self.deliver(&self.take_messages());
-        if let Phase::Active(active) = &mut self.phase {
+        if let NetworkPhase::Active(active) = &mut self.phase {
             active.link.queue(&ToNetwork::Stop);
             // Over either way: it has ended, or the time is up.
             let _ = timeout(GOODBYE, active.end()).await;
@@ -462,25 +472,12 @@ impl Exchange {
     }
 }
 
-impl Active {
-    /// Writes what waits, and reads until the other end is closed.
-    async fn end(&mut self) {
-        while self.link.flush().is_ok() && self.link.read().is_ok() {
-            // What it still has to say is of no use.
-            while let Ok(Some(_)) = self.link.next_frame() {}
-            if self.link.ready().await.is_err() {
-                return;
-            }
-        }
-    }
-}
-
 impl Drop for Exchange {
     fn drop(&mut self) {
         let host = match &mut self.phase {
-            Phase::Active(active) => Some(&mut active.host),
-            Phase::Ending { host, .. } => Some(host),
-            Phase::Down { .. } | Phase::Refused => None,
+            NetworkPhase::Active(active) => Some(&mut active.host),
+            NetworkPhase::Ending { host, .. } => Some(host),
+            NetworkPhase::Down { .. } | NetworkPhase::Refused => None,
         };
         if let Some(host) = host.filter(|host| host.is_isolated()) {
             host.kill();

@@ -10,7 +10,7 @@ use std::time::Duration;
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use tracing::level_filters::LevelFilter;
 
-use super::child::{Reading, failure, spawn};
+use super::child::{ProcessReading, failure, spawn};
 use super::confinement_watch::ConfinementWatch;
 use super::liveness::RestartDelay;
 use super::supervisor::Supervised;
@@ -33,14 +33,14 @@ pub(super) struct Hosts {
 pub(super) enum Host {
     /// A process, and what is known of its confinement.
     Process(Child, ConfinementWatch),
-    /// Likewise, of another user.
+    /// A process of another user.
     Service(Supervised, ConfinementWatch),
     /// A thread, which cannot be ended from outside.
     Thread(JoinHandle<io::Result<()>>),
 }
 
 impl Hosts {
-    /// Those of a session.
+    /// Creates the hosts of a session.
     pub(super) fn new(isolation: Isolation) -> Self {
         Self { isolation, delay: RestartDelay::default(), has_no_service: false }
     }
@@ -83,7 +83,7 @@ impl Hosts {
 }
 
 impl Host {
-    /// Where it runs.
+    /// Returns where the network side runs.
     pub(super) fn place(&self) -> Place {
         match self {
             Self::Process(..) => Place::Process,
@@ -119,11 +119,11 @@ impl Host {
     }
 
     /// What the kernel knows of its own process now; nothing of what cannot be read.
-    pub(super) fn look(&self) -> Reading {
+    pub(super) fn look(&self) -> ProcessReading {
         match self {
-            Self::Process(child, _) => Reading::of(child.id()),
+            Self::Process(child, _) => ProcessReading::of(child.id()),
             Self::Service(supervised, _) => supervised.look(),
-            Self::Thread(_) => Reading::default(),
+            Self::Thread(_) => ProcessReading::default(),
         }
     }
 

@@ -46,7 +46,7 @@ pub(super) struct Liveness {
     last_pong: u64,
 }
 
-/// Time without something.
+/// Time without a sign of life.
 #[derive(Debug, Default)]
 struct Silence {
     /// Time that was seen to pass.
@@ -180,12 +180,12 @@ const MAX_IN_VAIN: u32 = 5;
 
 /// Whether samples are known to come a way, on this computer.
 #[derive(Debug, Default)]
-pub(super) struct Way {
+pub(super) struct ReturnPath {
     is_proven: bool,
     in_vain: u32,
 }
 
-impl Way {
+impl ReturnPath {
     /// True if a sample that does not come is a sign.
     pub(super) fn is_proven(&self) -> bool {
         self.is_proven
@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn a_way_that_no_sample_comes_any_more_is_a_sign_for_five_network_sides() {
-        let mut way = Way::default();
+        let mut way = ReturnPath::default();
         (0..10).for_each(|_| way.note_in_vain());
         assert!(!way.is_proven());
         for count in [4, 5] {

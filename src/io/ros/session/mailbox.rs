@@ -1,14 +1,13 @@
 //! Messages from the caller to the session's thread, and the status that the thread shows.
-//!
-//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Diagnostics keep
-//! their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
 use super::status::RosStatus;
-use crate::io::ros::outgoing::messages::{OutgoingMessage, OutgoingMessages};
+use crate::core::gateway::event::Output;
+use crate::io::ros::outgoing::messages::OutgoingMessages;
+use crate::io::ros::parameters::Parameters;
 
 /// Between the caller and the thread; locks are held for moments only.
 #[derive(Debug, Default)]
@@ -19,11 +18,23 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Adds a message; never blocks.
-    pub(super) fn put(&self, message: OutgoingMessage) {
-        if lock(&self.messages).put(message) {
+    /// Adds the messages of an output; never blocks.
+    pub(super) fn put(&self, output: &Output, hardware_id: &str) {
+        if lock(&self.messages).put(output, hardware_id) {
             lock(&self.status).overtaken_lights += 1;
         }
+        self.arrived.notify_one();
+    }
+
+    /// Replaces the parameters of the node.
+    pub(super) fn put_parameters(&self, parameters: Parameters) {
+        lock(&self.messages).parameters = Some(Box::new(parameters));
+        self.arrived.notify_one();
+    }
+
+    /// Requests that the session sends what waits and ends.
+    pub(super) fn stop(&self) {
+        lock(&self.messages).stop = true;
         self.arrived.notify_one();
     }
 
@@ -32,7 +43,7 @@ impl Mailbox {
         self.arrived.notified().await;
     }
 
-    /// Takes everything out.
+    /// Takes all that waits out.
     pub(super) fn take(&self) -> OutgoingMessages {
         std::mem::take(&mut lock(&self.messages))
     }
@@ -64,42 +75,47 @@ mod tests {
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
+    use crate::core::traffic_light::output::TrafficLightOutput;
+    use crate::core::vehicle_lights::output::VehicleLightsOutput;
+    use crate::core::vehicle_lights::report::Step;
     use crate::core::vehicle_lights::verdict::TurnIndicators;
-    use crate::io::ros::messages::autoware_vehicle_msgs::TurnIndicatorsReport;
-    use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
-    use crate::io::ros::outgoing::messages::{MAX_DIAGNOSTICS, Publication};
+    use crate::io::ros::topics::OutgoingTopic;
 
-    fn diagnostics(number: i64) -> OutgoingMessage {
-        let nothing = Diagnostics { statuses: vec![], refresh: true };
-        OutgoingMessage::Diagnostics(DiagnosticArray::new(&nothing, WallStamp::from_nanos(number), ""))
+    impl Mailbox {
+        fn put_all(&self, outputs: impl IntoIterator<Item = Output>) {
+            outputs.into_iter().for_each(|output| self.put(&output, ""));
+        }
+    }
+
+    /// What waits for a topic, oldest first.
+    fn waiting(messages: &OutgoingMessages, topic: OutgoingTopic) -> Vec<String> {
+        messages.topics.get(&topic).into_iter().flatten().map(|waiting| format!("{waiting:?}")).collect()
     }
 
     #[test]
     fn the_newest_report_or_withdrawal_replaces_what_waits() {
         let mailbox = Mailbox::default();
-        let report = |state| TurnIndicatorsReport::new(state, WallStamp::default());
-        mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
-        mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableRight))));
+        let turn = |step| Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step));
+        let report = |state| turn(Step::Publish(state, WallStamp::default()));
+        mailbox.put_all([report(TurnIndicators::EnableLeft), report(TurnIndicators::EnableRight)]);
         let taken = mailbox.take();
-        assert_eq!(taken.turn, Some(Publication::Publish(report(TurnIndicators::EnableRight))));
-        assert_eq!(taken.hazard, None);
-        mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
-        mailbox.put(OutgoingMessage::Turn(Publication::Withdraw));
-        assert_eq!(mailbox.take().turn, Some(Publication::Withdraw));
-        assert_eq!(mailbox.take(), OutgoingMessages::default());
+        let right = r#"Publish({"stamp":{"sec":0,"nanosec":0},"report":3})"#;
+        assert_eq!(waiting(&taken, OutgoingTopic::TurnIndicatorsReport), [right]);
+        assert_eq!(waiting(&taken, OutgoingTopic::HazardLightsReport), [""; 0]);
+        mailbox.put_all([report(TurnIndicators::EnableLeft), turn(Step::Withdraw)]);
+        assert_eq!(waiting(&mailbox.take(), OutgoingTopic::TurnIndicatorsReport), ["Withdraw"]);
+        assert!(mailbox.take().is_empty());
     }
 
     #[test]
     fn the_newest_emission_of_each_topic_replaces_the_others_which_are_counted() {
         let mailbox = Mailbox::default();
-        let emission = |topic, nanos| Emission {
-            topic,
-            stamp: WallStamp::from_nanos(nanos),
-            content: LightsContent::groups([]),
+        let emission = |(topic, nanos)| {
+            let (stamp, content) = (WallStamp::from_nanos(nanos), LightsContent::groups([]));
+            Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
         };
-        for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
-            mailbox.put(OutgoingMessage::Lights(emission(topic, nanos)));
-        }
+        let emissions = [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)];
+        mailbox.put_all(emissions.map(emission));
         let taken = mailbox.take().lights;
         let stamps: Vec<_> = taken.values().map(|emission| emission.stamp.as_nanos()).collect();
         assert_eq!(stamps, [2, 3]);
@@ -109,7 +125,7 @@ mod tests {
     #[tokio::test]
     async fn a_message_ends_the_wait_also_when_it_came_before() {
         let mailbox = Mailbox::default();
-        mailbox.put(OutgoingMessage::Stop);
+        mailbox.stop();
         mailbox.arrived().await;
         assert!(mailbox.take().stop);
     }
@@ -117,12 +133,18 @@ mod tests {
     #[test]
     fn diagnostics_keep_their_order_and_the_oldest_are_dropped() {
         let mailbox = Mailbox::default();
-        let most = u32::try_from(MAX_DIAGNOSTICS).unwrap();
-        for number in 0..most + 2 {
-            mailbox.put(diagnostics(number.into()));
-        }
-        let taken = mailbox.take().diagnostics;
-        let numbers: Vec<u32> = taken.iter().map(|array| array.header.stamp.nanosec).collect();
-        assert_eq!(numbers, (2..most + 2).collect::<Vec<_>>());
+        let diagnostics = |number| Output::Diagnostics {
+            diagnostics: Diagnostics { statuses: vec![], refresh: true },
+            stamp: WallStamp::from_nanos(number),
+        };
+        let most = i64::try_from(OutgoingTopic::Diagnostics.row().max_waiting).unwrap();
+        mailbox.put_all((0..most + 2).map(diagnostics));
+        let waiting = waiting(&mailbox.take(), OutgoingTopic::Diagnostics);
+        let expected = |number| {
+            format!(
+                r#"Publish({{"header":{{"stamp":{{"sec":0,"nanosec":{number}}},"frame_id":""}},"status":[]}})"#
+            )
+        };
+        assert_eq!(waiting, (2..most + 2).map(expected).collect::<Vec<_>>());
     }
 }

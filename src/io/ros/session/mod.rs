@@ -13,6 +13,7 @@
 mod child;
 mod confinement_watch;
 mod crowd;
+mod error;
 mod exchange;
 mod host;
 mod liveness;
@@ -30,78 +31,32 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use ros2_client::names::{Name, NameError, NodeName};
+use ros2_client::names::{Name, NodeName};
 use tokio::runtime::Builder;
 
 use super::inbox::Inbox;
 pub use super::network::DISTRO;
 use super::network::identifier_length;
 use super::outgoing;
-use super::outgoing::messages::OutgoingMessage;
 use super::parameters::Parameters;
 pub use super::reception::IncomingStatus;
 pub use super::settings::{Isolation, Recovery, RosSettings, Transport, TypeHashes, ZenohSettings};
 pub use super::topics::{
-    Durability, LightsTopicSettings, Reliability, Subscription, SubscriptionKind, Topics,
+    Durability, LightsTopicSettings, OutgoingTopic, Reliability, Subscription, SubscriptionKind, Topics,
 };
 use crate::core::gateway::event::Output;
+use error::LAST_DOMAIN;
+pub use error::RosError;
 use exchange::Exchange;
 use mailbox::Mailbox;
 pub use status::{OutgoingStatus, RosStatus};
 
 /// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
 const STOP_PATIENCE: Duration = Duration::from_millis(450);
-/// Longest time that a start waits for the network side; after it, the session goes on without one for now.
+/// Longest time that a start waits for the network side; after it, the session continues without one for now.
 const START_PATIENCE: Duration = Duration::from_secs(5);
-/// The highest domain whose ports exist.
-const LAST_DOMAIN: u16 = 232;
 
-/// Why a session cannot start.
-#[derive(Debug, thiserror::Error)]
-pub enum RosError {
-    /// The node name or namespace is not allowed by ROS 2.
-    #[error(
-        "node `{node}` in namespace `{namespace}`: {why}; use letters, digits and `_`, and a namespace like `/` or `/vehicle`"
-    )]
-    Node {
-        /// The configured node name.
-        node: String,
-        /// The configured namespace.
-        namespace: String,
-        /// The rule that the name breaks.
-        why: NameError,
-    },
-    /// The topic name is not allowed by ROS 2.
-    #[error("topic `{topic}`: {why}; use an absolute name like `/diagnostics`")]
-    Topic {
-        /// The configured topic name.
-        topic: String,
-        /// The rule that the name breaks, as text.
-        why: String,
-    },
-    /// The subscription would keep no sample.
-    #[error("topic `{topic}`: a depth of {depth} keeps no sample; use 1 or more")]
-    Depth {
-        /// The topic's name.
-        topic: String,
-        /// The configured depth, samples.
-        depth: i32,
-    },
-    /// The domain has no UDP ports.
-    #[error("ROS_DOMAIN_ID {0} is out of range; use 0 to {LAST_DOMAIN}")]
-    Domain(u16),
-    /// DDS could not be set up.
-    #[error("DDS could not be set up: {0}; are the UDP ports of the domain free?")]
-    Dds(String),
-    /// Zenoh could not be set up.
-    #[error("Zenoh could not be set up: {0}; see the file of [ros.zenoh] config")]
-    Zenoh(String),
-    /// The thread or the process could not be started.
-    #[error("no thread or process for ROS 2: {0}")]
-    Start(#[from] io::Error),
-}
-
-/// A running session.
+/// A session that runs in its thread.
 #[derive(Debug)]
 pub struct RosSession {
     mailbox: Arc<Mailbox>,
@@ -111,7 +66,7 @@ pub struct RosSession {
 }
 
 impl RosSession {
-    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then goes on without it for now.
+    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then continues without it for now.
     pub fn start(settings: RosSettings) -> Result<Self, RosError> {
         check(&settings)?;
         let has_other_distribution = warn_of_other_distribution();
@@ -142,14 +97,12 @@ impl RosSession {
     /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by newer
     /// ones, diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
-        if let Some(message) = OutgoingMessage::of(output, &self.hardware_id) {
-            self.mailbox.put(message);
-        }
+        self.mailbox.put(output, &self.hardware_id);
     }
 
     /// Replaces the parameters of the node, where it has services for them.
     pub fn set_parameters(&self, parameters: Parameters) {
-        self.mailbox.put(OutgoingMessage::Parameters(Box::new(parameters)));
+        self.mailbox.put_parameters(parameters);
     }
 
     /// The inbox in which received messages wait.
@@ -165,7 +118,7 @@ impl RosSession {
     /// Sends what is still in the mailbox and leaves the graph, within half a second. When DDS
     /// takes longer, it is left to end by itself.
     pub fn stop(self) {
-        self.mailbox.put(OutgoingMessage::Stop);
+        self.mailbox.stop();
         // Ends when the thread has ended, or when the time is up.
         let _ = self.ended.recv_timeout(STOP_PATIENCE);
     }
@@ -173,7 +126,7 @@ impl RosSession {
 
 impl Drop for RosSession {
     fn drop(&mut self) {
-        self.mailbox.put(OutgoingMessage::Stop);
+        self.mailbox.stop();
     }
 }
 
@@ -186,7 +139,7 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     let written =
         outgoing::table(&settings.topics, settings.durability).into_iter().map(|outgoing| outgoing.name);
     let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
-    for topic in written.chain(settings.rosout.clone()).chain(read) {
+    for topic in written.chain(read) {
         let refused = |why: String| RosError::Topic { topic: topic.clone(), why };
         let name = Name::parse(&topic).map_err(|why| refused(why.to_string()))?;
         if !name.is_absolute() {
@@ -202,7 +155,7 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     Ok(())
 }
 
-/// Warns of a distribution in the environment that is not that of this build; true if its graph is another one. The data is the same
+/// Warns if the environment names another distribution than this build; returns true if its graph differs. The data is the same
 /// in every distribution, the graph is not (see `graph.rs`).
 fn warn_of_other_distribution() -> bool {
     match std::env::var("ROS_DISTRO") {
@@ -231,10 +184,13 @@ mod tests {
 
     #[test]
     fn names_and_domains_that_ros_does_not_allow_are_refused() {
+        let rename = |settings: &mut RosSettings, topic, name: &str| {
+            settings.topics = settings.topics.clone().with(topic, name);
+        };
         assert!(refusal(|s| s.node = "signal gateway".to_owned()).contains("`signal gateway`"));
         assert!(refusal(|s| s.namespace = "vehicle".to_owned()).contains("`vehicle`"));
-        assert!(refusal(|s| s.topics.diagnostics = "diagnostics".to_owned()).contains("`diagnostics`"));
-        assert!(refusal(|s| s.topics.hazard_lights = "/a//b".to_owned()).contains("`/a//b`"));
+        assert!(refusal(|s| rename(s, OutgoingTopic::Diagnostics, "diagnostics")).contains("`diagnostics`"));
+        assert!(refusal(|s| rename(s, OutgoingTopic::HazardLightsReport, "/a//b")).contains("`/a//b`"));
         assert!(refusal(|s| s.domain_id = 233).contains("233"));
         let commands = |name: &str, depth| Subscription {
             name: name.to_owned(),

@@ -7,10 +7,10 @@ use crate::io::ros::settings::{Isolation, RosSettings};
 /// What writers may keep where no process has a limit of its own, bytes.
 const THREAD_HISTORY: u64 = 256 << 20;
 
-/// The settings of the network side among those of a session.
+/// Returns the part of a session's settings that the network side needs.
 pub(super) fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettings {
     let read = settings.subscriptions.iter().map(|subscription| {
-        let (package, message) = subscription.kind.type_name();
+        let (package, message) = subscription.kind.row().type_name;
         ReadTopic {
             name: subscription.name.clone(),
             type_name: (package.to_owned(), message.to_owned()),

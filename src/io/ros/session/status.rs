@@ -11,8 +11,8 @@ use crate::io::ros::reception::IncomingStatus;
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// The topics that are written: turn indicators and hazard lights if they have a name, diagnostics, traffic
-    /// lights in the order of the settings, then those of the decider if they are configured, and the log.
+    /// The topics that are written: the vehicle's lights, diagnostics, traffic lights in the order of the settings, the
+    /// decider, the log.
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics that are read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
@@ -37,14 +37,14 @@ pub struct RosStatus {
 pub struct OutgoingStatus {
     /// Short name for people, e.g. `turn`, `hazard`, `V2I lights`.
     pub label: &'static str,
-    /// Its absolute name.
+    /// Absolute name of the topic.
     pub name: Arc<str>,
     /// Readers that are matched now.
     pub readers: usize,
 }
 
 impl OutgoingStatus {
-    /// The status of a topic while nobody reads it.
+    /// Creates the status of a topic without readers.
     pub(super) fn unread(outgoing: &Outgoing) -> Self {
         Self { label: outgoing.label(), name: outgoing.name.as_str().into(), readers: 0 }
     }

@@ -18,7 +18,7 @@ use rustix::process::{DumpableBehavior, Pid, PidfdFlags, pidfd_open, set_dumpabl
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::child::{Reading, failure, spawn};
+use super::child::{ProcessReading, failure, spawn};
 use crate::core::gateway::network::NetworkFailure;
 use crate::io::hangup::ignore_hangup;
 use crate::io::ros::link::datagram;
@@ -32,7 +32,7 @@ const TIME_TO_LEAVE: Duration = Duration::from_secs(2);
 
 /// What the gateway wants of a supervisor.
 #[derive(Debug, Serialize, Deserialize)]
-enum Order {
+enum SupervisorOrder {
     /// To start the network process; its ends of the link and of the report come along.
     Start {
         /// The level of the log, unless the environment sets one.
@@ -42,15 +42,15 @@ enum Order {
     },
     /// To look at it.
     Look,
-    /// To end it.
+    /// The handle that ends it.
     Kill,
 }
 
 /// What a supervisor says of its network process.
 #[derive(Debug, Serialize, Deserialize)]
-enum Report {
+enum SupervisorReport {
     /// What it looks like.
-    Reading(Reading),
+    Reading(ProcessReading),
     /// It has ended, with this status as `wait` gives it.
     Ended(i32),
 }
@@ -59,13 +59,13 @@ enum Report {
 #[derive(Debug)]
 pub(super) struct Supervised {
     socket: OwnedFd,
-    seen: Mutex<Seen>,
+    seen: Mutex<ObservedService>,
 }
 
 /// What its supervisor has said.
 #[derive(Debug, Default)]
-struct Seen {
-    reading: Option<Reading>,
+struct ObservedService {
+    reading: Option<ProcessReading>,
     end: Option<NetworkFailure>,
 }
 
@@ -77,19 +77,19 @@ impl Supervised {
         memory_limit_mb: u32,
         ends: [BorrowedFd<'_>; 2],
     ) -> io::Result<Self> {
-        // A socket that nobody serves any more must not hold up who connects.
+        // A socket without a server must not delay its clients.
         let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
         let socket = socket_with(AddressFamily::UNIX, SocketType::SEQPACKET, flags, None)?;
         connect(&socket, &SocketAddrUnix::new(path)?)?;
         let log_level = log_level.to_owned();
-        send(&socket, &Order::Start { log_level, memory_limit_mb }, &ends)?;
+        send(&socket, &SupervisorOrder::Start { log_level, memory_limit_mb }, &ends)?;
         Ok(Self { socket, seen: Mutex::default() })
     }
 
     /// Ends it, as soon as the supervisor runs.
     pub(super) fn kill(&self) {
         // A supervisor that is gone has taken it along.
-        let _ = send(&self.socket, &Order::Kill, &[]);
+        let _ = send(&self.socket, &SupervisorOrder::Kill, &[]);
     }
 
     /// The cause of its end; `None` while it has not ended.
@@ -100,10 +100,10 @@ impl Supervised {
     }
 
     /// Looks at it now; nothing is known of one whose supervisor does not answer at once.
-    pub(super) fn look(&self) -> Reading {
+    pub(super) fn look(&self) -> ProcessReading {
         let mut seen = self.seen();
         seen.reading = None;
-        if seen.end.is_none() && send(&self.socket, &Order::Look, &[]).is_ok() {
+        if seen.end.is_none() && send(&self.socket, &SupervisorOrder::Look, &[]).is_ok() {
             // An answer to a look that was given up may come first; it is as good.
             let _ = poll(&mut [PollFd::new(&self.socket, PollFlags::IN)], Some(&timespec(PATIENCE)));
             seen.take(&self.socket);
@@ -111,18 +111,18 @@ impl Supervised {
         seen.reading.clone().unwrap_or_default()
     }
 
-    fn seen(&self) -> MutexGuard<'_, Seen> {
+    fn seen(&self) -> MutexGuard<'_, ObservedService> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Seen {
+impl ObservedService {
     /// Takes what the supervisor has said until now.
     fn take(&mut self, socket: &OwnedFd) {
         while self.end.is_none() {
             match receive(socket) {
-                Ok(Some((Report::Reading(reading), _))) => self.reading = Some(reading),
-                Ok(Some((Report::Ended(status), _))) => {
+                Ok(Some((SupervisorReport::Reading(reading), _))) => self.reading = Some(reading),
+                Ok(Some((SupervisorReport::Ended(status), _))) => {
                     self.end = Some(failure(ExitStatus::from_raw(status)));
                 }
                 Err(error) => match Errno::from_io_error(&error) {
@@ -151,7 +151,7 @@ pub fn run(program: &Path) -> io::Result<()> {
 fn supervise(gateway: &OwnedFd, program: &Path) -> io::Result<()> {
     let refused = || io::Error::from(io::ErrorKind::InvalidData);
     let (order, ends) = receive(gateway)?.ok_or_else(refused)?;
-    let Order::Start { log_level, memory_limit_mb } = order else { return Err(refused()) };
+    let SupervisorOrder::Start { log_level, memory_limit_mb } = order else { return Err(refused()) };
     let [link, report] = <[OwnedFd; 2]>::try_from(ends).map_err(|_| refused())?;
     let mut child = spawn(program, &log_level, memory_limit_mb, UnixStream::from(link), report)?;
     let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw).ok_or_else(refused)?;
@@ -160,12 +160,16 @@ fn supervise(gateway: &OwnedFd, program: &Path) -> io::Result<()> {
         let mut ready = [PollFd::new(&ended, PollFlags::IN), PollFd::new(gateway, PollFlags::IN)];
         poll(&mut ready, None)?;
         if !ready[0].revents().is_empty() {
-            return send(gateway, &Report::Ended(child.wait()?.into_raw()), &[]);
+            return send(gateway, &SupervisorReport::Ended(child.wait()?.into_raw()), &[]);
         }
         match receive(gateway) {
-            Ok(Some((Order::Look, _))) => send(gateway, &Report::Reading(Reading::of(child.id())), &[])?,
-            Ok(Some((Order::Kill, _))) => child.kill()?,
-            Ok(Some((Order::Start { .. }, _)) | None) | Err(_) => return see_off(&mut child, &ended),
+            Ok(Some((SupervisorOrder::Look, _))) => {
+                send(gateway, &SupervisorReport::Reading(ProcessReading::of(child.id())), &[])?;
+            }
+            Ok(Some((SupervisorOrder::Kill, _))) => child.kill()?,
+            Ok(Some((SupervisorOrder::Start { .. }, _)) | None) | Err(_) => {
+                return see_off(&mut child, &ended);
+            }
         }
     }
 }
@@ -208,7 +212,7 @@ mod tests {
         rustix::io::ioctl_fionbio(&ours, true).unwrap();
         let ((link, their_link), (report, their_report)) =
             (UnixStream::pair().unwrap(), datagram::pair().unwrap());
-        let start = Order::Start { log_level: "info".to_owned(), memory_limit_mb: 64 };
+        let start = SupervisorOrder::Start { log_level: "info".to_owned(), memory_limit_mb: 64 };
         send(&ours, &start, &[their_link.as_fd(), their_report.as_fd()]).unwrap();
         let supervisor = thread::spawn(move || supervise(&theirs, Path::new(program)));
         (supervisor, Supervised { socket: ours, seen: Mutex::default() }, [OwnedFd::from(link), report])
@@ -225,7 +229,7 @@ mod tests {
         assert_eq!(process.end(), Some(NetworkFailure::SupervisorEnded));
     }
 
-    /// `yes` writes until nobody reads any more.
+    /// `yes` writes until its reader is gone.
     #[test]
     fn a_process_is_looked_at_and_killed_for_the_gateway() {
         let (supervisor, process, _ends) = supervised("/usr/bin/yes");
@@ -243,7 +247,7 @@ mod tests {
     fn what_a_supervisor_has_said_counts_also_when_it_has_ended_without_reading_all() {
         let (ours, theirs) = datagram::pair().unwrap();
         let process = Supervised { socket: ours, seen: Mutex::default() };
-        send(&theirs, &Report::Ended(9), &[]).unwrap();
+        send(&theirs, &SupervisorReport::Ended(9), &[]).unwrap();
         process.kill();
         drop(theirs);
         assert_eq!(process.end(), Some(NetworkFailure::Signalled(9)));

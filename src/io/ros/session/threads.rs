@@ -37,7 +37,7 @@ struct ProcessorTimes {
 }
 
 impl Threads {
-    /// Those of a process now; `None` if they cannot be read.
+    /// Returns the threads of a process now; `None` if they cannot be read.
     pub(super) fn read(process: u32) -> Option<Self> {
         let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
         // A thread that ends meanwhile has no files any more.
@@ -97,7 +97,7 @@ fn state(stat: &str) -> Option<ThreadState> {
     }
 }
 
-/// The first two fields of `schedstat`, nanoseconds; zeros are those of a kernel that does not measure.
+/// The first two fields of `schedstat`, nanoseconds; zeros from a kernel that does not measure.
 fn times(schedstat: &str) -> Option<ProcessorTimes> {
     let mut fields = schedstat.split_whitespace().map(str::parse).map_while(Result::ok);
     let (ran, waited) = (fields.next()?, fields.next()?);

@@ -15,20 +15,20 @@ use crate::io::ros::messages::LightsMessage;
 const IDS: Range<i64> = 0..12;
 
 #[derive(Debug, Clone)]
-enum Step {
+enum ListStep {
     /// Only the stamp is another one.
     Nothing,
     /// Lights look differently, or appear.
-    Set(Vec<Look>),
-    /// Lights disappear.
+    Set(Vec<LightLook>),
+    /// Lights disappear from the list.
     Remove(Vec<i64>),
-    /// An equal list at another address, as that of other groups after faults.
+    /// An equal list at another address, as other groups have after faults.
     Copy,
 }
 
 /// A light as each kind of message may show it.
 #[derive(Debug, Clone)]
-struct Look {
+struct LightLook {
     id: i64,
     bulbs: Vec<Bulb>,
     quarters: u8,
@@ -41,9 +41,9 @@ fn bulb() -> impl Strategy<Value = Bulb> {
         .prop_map(|(color, status, shape)| Bulb { color, status, shape })
 }
 
-fn look() -> impl Strategy<Value = Look> {
+fn look() -> impl Strategy<Value = LightLook> {
     let predictions = vec((0..3_usize, select(vec!["", "V2I", "SIMULATION"])), 0..4);
-    (IDS, vec(bulb(), 0..4), 0..=4_u8, predictions).prop_map(|(id, bulbs, quarters, predictions)| Look {
+    (IDS, vec(bulb(), 0..4), 0..=4_u8, predictions).prop_map(|(id, bulbs, quarters, predictions)| LightLook {
         id,
         bulbs,
         quarters,
@@ -51,12 +51,12 @@ fn look() -> impl Strategy<Value = Look> {
     })
 }
 
-fn step() -> impl Strategy<Value = Step> {
+fn step() -> impl Strategy<Value = ListStep> {
     prop_oneof![
-        3 => Just(Step::Nothing),
-        4 => vec(look(), 1..4).prop_map(Step::Set),
-        1 => vec(IDS, 1..3).prop_map(Step::Remove),
-        1 => Just(Step::Copy),
+        3 => Just(ListStep::Nothing),
+        4 => vec(look(), 1..4).prop_map(ListStep::Set),
+        1 => vec(IDS, 1..3).prop_map(ListStep::Remove),
+        1 => Just(ListStep::Copy),
     ]
 }
 
@@ -65,7 +65,7 @@ fn id(of: i64) -> i64 {
     if of % 3 == 0 { of + (1 << 40) } else { of }
 }
 
-impl Look {
+impl LightLook {
     fn light(&self) -> LightState {
         LightState { way_id: id(self.id), bulbs: self.bulb_set(), confidence: self.confidence() }
     }
@@ -104,13 +104,13 @@ impl Look {
 /// Changes a list as the core does: in place unless it is held elsewhere, and not at all without a difference.
 fn take<T: Clone>(
     list: &mut Arc<Vec<T>>,
-    step: &Step,
-    make: impl Fn(&Look) -> Vec<T>,
+    step: &ListStep,
+    make: impl Fn(&LightLook) -> Vec<T>,
     id_of: impl Fn(&T) -> i64,
 ) {
     match step {
-        Step::Nothing => {}
-        Step::Set(looks) => {
+        ListStep::Nothing => {}
+        ListStep::Set(looks) => {
             for look in looks {
                 let (list, made) = (Arc::make_mut(list), make(look));
                 let first = list.partition_point(|item| id_of(item) < id(look.id));
@@ -118,8 +118,10 @@ fn take<T: Clone>(
                 list.splice(first..end, made);
             }
         }
-        Step::Remove(ids) => Arc::make_mut(list).retain(|item| !ids.iter().any(|of| id(*of) == id_of(item))),
-        Step::Copy => *list = Arc::new((**list).clone()),
+        ListStep::Remove(ids) => {
+            Arc::make_mut(list).retain(|item| !ids.iter().any(|of| id(*of) == id_of(item)));
+        }
+        ListStep::Copy => *list = Arc::new((**list).clone()),
     }
 }
 
@@ -140,7 +142,7 @@ proptest! {
         for (step, nanos, keep) in steps {
             take(&mut lights, &step, |look| vec![look.light()], |light| light.way_id);
             take(&mut groups, &step, |look| vec![look.group()], |group| group.relation_id);
-            take(&mut markers, &step, Look::markers, |marker| marker.way_id);
+            take(&mut markers, &step, LightLook::markers, |marker| marker.way_id);
             for (lights_type, encoder) in &mut encoders {
                 let content = match lights_type {
                     LightsType::ArrayV1 => LightsContent::Lights(Arc::clone(&lights)),
@@ -173,7 +175,7 @@ fn address(encoder: &mut LightsEncoder, content: &LightsContent, nanos: i64) -> 
 
 #[test]
 fn bytes_that_are_not_held_are_patched_in_place() {
-    let look = Look { id: 1, bulbs: vec![], quarters: 2, predictions: vec![] };
+    let look = LightLook { id: 1, bulbs: vec![], quarters: 2, predictions: vec![] };
     let content = LightsContent::groups([(*look.group()).clone()]);
     let mut encoder = LightsEncoder::new(LightsType::GroupArray, Compat::Improved);
     let first = address(&mut encoder, &content, 1);

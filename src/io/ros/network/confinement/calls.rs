@@ -1,5 +1,5 @@
 //! The system calls that each engine needs, and of those with many meanings the meanings that it needs. All others fail with
-//! `EPERM`, and kill nobody. So the network process can neither run a program nor open a file (with Zenoh: to write), look into
+//! `EPERM` and never end the process. So the network process can neither run a program nor open a file (with Zenoh: to write), look into
 //! other processes, set their limits or priorities, have signals sent to them, or open sockets other than IP and the kernel's list
 //! of interfaces: it reaches neither CAN nor the service manager. With DDS it has no streams, and so no TCP.
 //!
@@ -49,7 +49,7 @@ fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<
     Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
 }
 
-/// What is refused also where all is in order, so that nobody is asked. When RustDDS lists interfaces, it looks a thousand times for
+/// Calls that are also refused in normal operation, so that they are not reported. When RustDDS lists interfaces, it looks a thousand times for
 /// what a desktop's network manager keeps of them, and does without; so does the C library without the cache of names that Zenoh
 /// makes it look for.
 fn unasked(engine: &Transport) -> Result<Calls, String> {

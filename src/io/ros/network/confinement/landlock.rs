@@ -1,7 +1,7 @@
 //! Landlock: what the network process may do with files, ports and other processes, whatever system calls it has left.
 //!
 //! With DDS: nothing. With Zenoh: read what names of hosts, certificates and libraries are in; and as a client, which connects with
-//! nobody but its routers, connect to their ports, and listen at none. As a peer it learns the ports of others from the network, so
+//! no host but its routers, connect to their ports, and listen at none. As a peer it learns the ports of others from the network, so
 //! that none can be left out.
 
 use std::collections::BTreeSet;

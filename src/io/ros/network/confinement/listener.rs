@@ -36,7 +36,7 @@ pub(super) fn apply_with_listener(program: &BpfProgram) -> io::Result<OwnedFd> {
         | libc::SECCOMP_FILTER_FLAG_TSYNC
         | libc::SECCOMP_FILTER_FLAG_TSYNC_ESRCH;
     let descriptor = install(program, flags)?;
-    // SAFETY: it is new, and nobody else has it.
+    // SAFETY: it is new, and owned by nothing else.
     Ok(unsafe { OwnedFd::from_raw_fd(descriptor) })
 }
 

@@ -1,7 +1,7 @@
 //! The confinement of the network process before it meets the network, so that whoever takes it over gains little. It is made
 //! of layers ([`Layer`]), each by a means of the kernel; what this kernel does not have, or what was refused, is reported.
 //!
-//! - It goes on when its parent ends, should it have been stopped, so as to end as well. It is the first that the kernel takes
+//! - If it was stopped when its parent ends, it is continued so that it ends as well. It is the first that the kernel takes
 //!   when memory is short. It leaves no core dump.
 //! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`), since
 //!   threads and allocators reserve much more address space than they use; memory that it would not count, which is shared or in
@@ -32,10 +32,10 @@ const OOM_SCORE: &str = "500";
 
 /// What is missing, with the reason.
 #[derive(Debug, Default)]
-pub(super) struct Missing(pub(super) Vec<(Layer, String)>);
+pub(super) struct MissingLayers(pub(super) Vec<(Layer, String)>);
 
-impl Missing {
-    /// The layers.
+impl MissingLayers {
+    /// The layers that the kernel has.
     pub(super) fn layers(&self) -> Layers {
         self.0.iter().map(|(layer, _)| *layer).collect()
     }
@@ -46,8 +46,8 @@ impl Missing {
 }
 
 /// Gives up what no engine needs, and all private writable memory beyond so many bytes.
-pub(super) fn confine(memory: u64) -> Missing {
-    let mut missing = Missing::default();
+pub(super) fn confine(memory: u64) -> MissingLayers {
+    let mut missing = MissingLayers::default();
     let limit = |resource, limit| setrlimit(resource, Rlimit { current: Some(limit), maximum: Some(limit) });
     missing.note(Layer::Capabilities, drop_capabilities());
     missing.note(Layer::ParentsEnd, set_parent_process_death_signal(Some(Signal::CONT)));
@@ -60,7 +60,7 @@ pub(super) fn confine(memory: u64) -> Missing {
 
 /// Gives up what this engine does not need, in all threads but for Landlock, which binds this one and those that it starts
 /// from now on. The kernel asks who listens at the descriptor, if there is one, what becomes of a call that is refused.
-pub(super) fn confine_to(engine: &Transport, missing: &mut Missing) -> Option<OwnedFd> {
+pub(super) fn confine_to(engine: &Transport, missing: &mut MissingLayers) -> Option<OwnedFd> {
     missing.note(Layer::Landlock, landlock::restrict(engine));
     missing
         .note(Layer::SystemCalls, calls::allow_only(engine))

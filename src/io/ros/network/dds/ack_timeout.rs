@@ -1,11 +1,11 @@
 //! Detects readers that no longer acknowledge: they forgot us while we still know them.
 //!
 //! That happens when an outage was longer than our lease but shorter than the peer's. The peer
-//! starts anew with us, and RustDDS takes its acknowledgements, counted from one again, for old.
+//! starts again with us, and RustDDS takes its acknowledgements, counted from one again, for old.
 
 use std::time::{Duration, Instant};
 
-/// The lease that RustDDS announces for us is 50 s; nobody forgets us earlier.
+/// The lease that RustDDS announces for us is 50 s; no peer forgets us earlier.
 const PATIENCE: Duration = Duration::from_secs(55);
 /// A reader that never acknowledges shall not cost more than a new participant an hour.
 const MAX_PATIENCE: Duration = Duration::from_secs(3600);

@@ -23,9 +23,9 @@ pub(super) fn prefix(bytes: &[u8]) -> Prefix {
 
 /// Peers whose lease ran out, and since when.
 #[derive(Debug, Default)]
-pub(super) struct Missing(BTreeMap<Prefix, Instant>);
+pub(super) struct MissingPeers(BTreeMap<Prefix, Instant>);
 
-impl Missing {
+impl MissingPeers {
     /// Adds a peer whose lease has run out.
     pub(super) fn insert(&mut self, peer: Prefix, now: Instant) {
         if self.0.len() >= MAX_MISSING
@@ -87,7 +87,7 @@ impl DiscoveryProbe {
     }
 
     /// Handles the events of the network since the last call.
-    pub(super) fn poll(&self, missing: &Missing) -> ProbeResult {
+    pub(super) fn poll(&self, missing: &MissingPeers) -> ProbeResult {
         let mut result = ProbeResult::NoneFound;
         while let Some(event) = self.events.try_recv_status() {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn missing_peers_are_bounded_and_given_up_after_a_day() {
         let start = Instant::now();
-        let mut missing = Missing::default();
+        let mut missing = MissingPeers::default();
         for number in 0..=MAX_MISSING {
             let peer = prefix(&u64::try_from(number).unwrap().to_be_bytes());
             missing.insert(peer, start + Duration::from_millis(u64::try_from(number).unwrap()));

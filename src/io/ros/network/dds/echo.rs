@@ -3,8 +3,8 @@
 //! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself. What
 //! RustDDS's thread then still does is to notice that no sample came within the deadline that the reader asks for.
 //!
-//! The topic is no ROS topic, and each participant has its own, so that nobody else reads it. Its name begins with `DCPS`, as
-//! those of DDS itself: such topics ROS 2 leaves out, of its lists and of its search for hashes of types. A sample may get
+//! The topic is not a ROS topic, and each participant has its own, so that no one else reads it. Its name begins with `DCPS`, as
+//! the topics of DDS itself: ROS 2 omits them from its lists and from its search for hashes of types. A sample may get
 //! lost, as the next comes soon.
 
 use std::task::Waker;
@@ -127,7 +127,7 @@ mod tests {
         let mut echo = Echo::new(&domain, &publisher, &subscriber).unwrap();
         let waker = Waker::from(Arc::new(Wakeup::default()));
         let (mut now, mut number) = (Instant::now(), 0);
-        // Those of the time to come are other readers.
+        // Later ones are other readers.
         for _ in 0..4 {
             now += std::time::Duration::from_secs(3);
             let mut is_first = true;

@@ -17,18 +17,16 @@ use rustdds::dds::result::CreateResult;
 use rustdds::no_key::DataWriterCdr;
 use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Subscriber, Timestamp, TopicKind};
 
-use super::topic_reader::{Taken, TopicReader};
+use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::io::ros::link::SampleEncoding;
-
-/// Lengths of an identifier: up to Humble, and since Iron.
-const LENGTHS: [usize; 2] = [24, 16];
+use crate::io::ros::network::distribution::{DISTRO, LENGTHS, identifier_length};
 
 /// Publishes to the graph which writers and readers belong to our node.
 pub(super) struct GraphEntry {
     participant: GUID,
     node: NodeName,
     writer: DataWriterCdr<ParticipantEntitiesInfo>,
-    reader: TopicReader,
+    reader: DdsTopicReader,
 }
 
 impl GraphEntry {
@@ -46,7 +44,7 @@ impl GraphEntry {
             TopicKind::NoKey,
         )?;
         let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
-        let reader = TopicReader::new(subscriber, &topic, None)?;
+        let reader = DdsTopicReader::new(subscriber, &topic, None)?;
         Ok(Self { participant: participant.guid(), node, writer, reader })
     }
 
@@ -54,8 +52,8 @@ impl GraphEntry {
     pub(super) fn meets_other_layout(&self, waker: &Waker) -> bool {
         let mut is_met = false;
         let has_more = self.reader.take(waker, |taken| {
-            if let Taken::Sample(_, _, encoded) = taken {
-                let own = identifier_length(super::DISTRO);
+            if let TakenSample::Sample(_, _, encoded) = taken {
+                let own = identifier_length(DISTRO);
                 is_met |= layout(&encoded.bytes, encoded.encoding).is_some_and(|length| length != own);
             }
             !is_met
@@ -77,13 +75,6 @@ impl GraphEntry {
             tracing::warn!("the node is not shown in the ROS 2 graph: {error}");
         }
     }
-}
-
-/// The length of the identifiers in the graph of a distribution, bytes.
-pub(in crate::io::ros) fn identifier_length(distribution: &str) -> usize {
-    let [long, short] = LENGTHS;
-    let has_long = ["dashing", "eloquent", "foxy", "galactic", "humble"].contains(&distribution);
-    if has_long { long } else { short }
 }
 
 /// The length of the identifiers of a message; `None` for one that neither layout explains.
@@ -156,7 +147,7 @@ mod tests {
     /// A participant's identifier, then a sequence of nodes: namespace, name, readers, writers.
     #[test]
     fn identifiers_have_the_length_of_the_distribution() {
-        let long = if super::super::DISTRO == "humble" { 24 } else { 16 };
+        let long = if DISTRO == "humble" { 24 } else { 16 };
         let listed = |first: u8| {
             let mut bytes = vec![0; long];
             bytes[0] = first;

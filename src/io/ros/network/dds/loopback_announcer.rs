@@ -4,7 +4,7 @@
 //! There it announces a participant to the ports of the first twelve participants of this computer instead. A peer that
 //! has none of these ports and listens to multicast on the loopback, such as Cyclone DDS without a participant index,
 //! receives nothing, and would be met no sooner than it announces itself again (8 s). So we take one of these ports, and
-//! what our own participants send there goes on by multicast.
+//! our own participants still send there by multicast.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -21,7 +21,7 @@ const AT_ONCE: usize = 64;
 /// A socket on one of the ports to which RustDDS announces its participants.
 pub(super) struct LoopbackAnnouncer {
     socket: UdpSocket,
-    /// Where peers listen.
+    /// Address at which peers listen.
     group: SocketAddrV4,
 }
 

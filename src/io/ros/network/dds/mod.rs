@@ -1,7 +1,7 @@
 //! The network side that speaks DDS.
 //!
 //! DDS is RustDDS itself. Of `ros2-client` only the names of the ROS graph and `ros_discovery_info` in the layout of the
-//! distribution are used, because its node brings endpoints that nobody needs here, and cannot take a publisher back.
+//! distribution are used, because its node brings endpoints that are not needed here, and cannot take a publisher back.
 //!
 //! # Withdrawn reports
 //!
@@ -26,7 +26,7 @@
 //!   `DiscoveryProbe`. The peer is new to it, so it can find it.
 //! * When it does, and only then, the probe becomes our participant: it gets writers with what is
 //!   current on them, and readers, and the old participant leaves when all its peers have found the
-//!   new one, which may have been replaced in turn meanwhile. Nobody else misses a sample; some get one
+//!   new one, which may have been replaced in turn meanwhile. No other peer misses a sample; some get one
 //!   twice. What we receive twice is recognised by its number (`reception.rs`).
 //! * A peer that was killed costs the probe's two idle threads until it is given up after a day.
 //! * An interface or address that was not there when the participant was made replaces the
@@ -62,23 +62,14 @@ mod worker;
 
 use std::io;
 
-use super::refuse;
 use crate::io::ros::link::{Link, NetworkSettings};
-pub(in crate::io::ros) use graph::identifier_length;
-use worker::Worker;
-
-#[cfg(all(feature = "humble", feature = "jazzy"))]
-compile_error!("choose one ROS 2 distribution: `humble` needs --no-default-features");
-#[cfg(not(any(feature = "humble", feature = "jazzy")))]
-compile_error!("`ros` is internal: choose the feature `humble` or `jazzy`");
-
-/// The distribution whose graph this build joins.
-pub const DISTRO: &str = if cfg!(feature = "humble") { "humble" } else { "jazzy" };
+use crate::io::ros::network::orders::refuse;
+use worker::DdsWorker;
 
 /// Serves the gateway with a participant of DDS until it says stop.
 pub(super) async fn serve(settings: NetworkSettings, link: Link) -> io::Result<()> {
     match worker::join(&settings) {
-        Ok(joined) => Worker::new(settings, joined, link).run().await,
+        Ok(joined) => DdsWorker::new(settings, joined, link).run().await,
         Err(reason) => refuse(&reason, link).await,
     }
 }

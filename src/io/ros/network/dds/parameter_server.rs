@@ -1,6 +1,6 @@
 //! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
 //!
-//! A response waits until a reader of the client's participant is matched, since nobody else would get it. Changes, which
+//! A response waits until a reader of the client's participant is matched, since no one would get it before. Changes, which
 //! a reload makes, are told on `/parameter_events`.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -16,7 +16,7 @@ use rustdds::{
 };
 
 use super::sample::SampleWriter;
-use super::topic_reader::{AsBytes, Copied, Encoded};
+use super::topic_reader::{AsBytes, Copied, EncodedSample};
 use crate::io::clock::Clock;
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::parameters::{MAX_REQUEST, Middleware, ParameterService, Parameters};
@@ -35,25 +35,25 @@ const DEPTH: i32 = 16;
 const MAX_SAMPLE: usize = MAX_REQUEST + 16;
 
 /// The services of one participant.
-pub(super) struct ParameterServer {
+pub(super) struct DdsParameterServer {
     parameters: Parameters,
     /// The node with its namespace.
     node: String,
     /// The writer of `/parameter_events`.
     events: SampleWriter,
-    endpoints: Vec<Endpoint>,
-    waiting: VecDeque<Response>,
+    endpoints: Vec<ServiceEndpoint>,
+    waiting: VecDeque<PendingResponse>,
 }
 
 /// Reader and writer of one service.
-struct Endpoint {
+struct ServiceEndpoint {
     service: ParameterService,
-    reader: SimpleDataReader<Encoded, AsBytes>,
+    reader: SimpleDataReader<EncodedSample, AsBytes>,
     writer: SampleWriter,
 }
 
 /// A response, and to whom.
-struct Response {
+struct PendingResponse {
     /// The position of its service among the endpoints.
     endpoint: usize,
     client: GUID,
@@ -62,7 +62,7 @@ struct Response {
     since: Instant,
 }
 
-impl ParameterServer {
+impl DdsParameterServer {
     /// The services of this node. The error is a text for people.
     pub(super) fn new(
         (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
@@ -82,8 +82,8 @@ impl ParameterServer {
         };
         let endpoint = |service| {
             let request = topic(service, "rq", "Request", "Request")?;
-            let reply = topic(service, "rr", "Reply", "Response")?;
-            Ok(Endpoint {
+            let reply = topic(service, "rr", "Reply", "PendingResponse")?;
+            Ok(ServiceEndpoint {
                 service,
                 reader: subscriber.create_simple_datareader_no_key(&request, None)?,
                 writer: publisher.create_datawriter_no_key(&reply, None)?,
@@ -137,7 +137,9 @@ impl ParameterServer {
         }
         let mut later = VecDeque::new();
         for response in self.waiting.drain(..) {
-            let Some(Endpoint { writer, .. }) = self.endpoints.get(response.endpoint) else { continue };
+            let Some(ServiceEndpoint { writer, .. }) = self.endpoints.get(response.endpoint) else {
+                continue;
+            };
             let readers = matched.get(&writer.guid());
             if readers
                 .is_some_and(|readers| readers.iter().any(|reader| reader.prefix == response.client.prefix))
@@ -159,7 +161,7 @@ impl ParameterServer {
     /// Takes the requests of one service.
     fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
         let Self { parameters, endpoints, waiting, .. } = self;
-        let Some(Endpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
+        let Some(ServiceEndpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
         // First, so that whatever arrives from here on wakes.
         reader.set_waker(Some(waker.clone()));
         reader.drain_read_notifications();
@@ -174,7 +176,7 @@ impl ParameterServer {
                 }
             };
             match answer(*service, parameters, &sample) {
-                Ok(reply) if waiting.len() < MAX_WAITING => waiting.push_back(Response {
+                Ok(reply) if waiting.len() < MAX_WAITING => waiting.push_back(PendingResponse {
                     endpoint: position,
                     client: sample.writer_guid(),
                     request: identity(&sample),
@@ -194,9 +196,9 @@ impl ParameterServer {
 fn answer(
     service: ParameterService,
     parameters: &Parameters,
-    sample: &DeserializedCacheChange<Encoded>,
+    sample: &DeserializedCacheChange<EncodedSample>,
 ) -> Result<CdrBytes, String> {
-    let Encoded { encoding, bytes } = &sample.sample;
+    let EncodedSample { encoding, bytes } = &sample.sample;
     let endian = (*encoding).into();
     let middleware = Middleware::of(sample.writer_guid().to_bytes());
     let call = middleware.call(bytes, endian).ok_or("it is cut off")?;
@@ -206,7 +208,7 @@ fn answer(
 
 /// The identity by which the client knows its request. Fast DDS has it answered to its reader, and leaves the number to
 /// the sample.
-fn identity(sample: &DeserializedCacheChange<Encoded>) -> SampleIdentity {
+fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
     let own = SampleIdentity { writer_guid: sample.writer_guid(), sequence_number: sample.sequence_number };
     let Some(given) =
         sample.related_sample_identity().filter(|given| given.writer_guid != GUID::GUID_UNKNOWN)

@@ -13,17 +13,17 @@ use rustdds::{
     StatusEvented, Subscriber, Topic, TopicKind,
 };
 
-use super::discovery_probe::{Missing, Prefix, prefix};
+use super::discovery_probe::{MissingPeers, Prefix, prefix};
 use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
-use super::parameter_server::ParameterServer;
+use super::parameter_server::DdsParameterServer;
 use super::silent_writers::ReadWriter;
-use super::topic_reader::{Taken, TopicReader};
-use super::topic_writer::TopicWriter;
+use super::topic_reader::{DdsTopicReader, TakenSample};
+use super::topic_writer::DdsTopicWriter;
 use super::type_check::TypeCheck;
-use crate::io::ros::link::{Delivery, NetworkSettings, Order, ReadTopic};
+use crate::io::ros::link::{NetworkSettings, Order, ReadTopic};
 use crate::io::ros::parameters::Parameters;
-use crate::io::ros::topics::{Durability, LOG_LIFESPAN, Reliability};
+use crate::io::ros::topics::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 
 /// Makes a participant; it announces itself at once.
 pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
@@ -38,11 +38,11 @@ pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainPart
 /// Node, writers and readers on one DDS participant. Dropping it leaves the graph.
 pub(super) struct Participant {
     /// Writers, in the order of the settings.
-    topic_writers: Vec<TopicWriter>,
+    topic_writers: Vec<DdsTopicWriter>,
     /// Readers, in the order of the settings.
-    topic_readers: Vec<TopicReader>,
+    topic_readers: Vec<DdsTopicReader>,
     /// `None` when the node has no services.
-    parameter_server: Option<ParameterServer>,
+    parameter_server: Option<DdsParameterServer>,
     /// `None` when the node is left out of the graph.
     graph: Option<GraphEntry>,
     echo: Echo,
@@ -76,7 +76,7 @@ impl Participant {
                 let lifespan = (written.delivery == Delivery::Log).then_some(LOG_LIFESPAN);
                 let qos = qos(Reliability::Reliable, written.durability, written.depth, lifespan);
                 let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
-                TopicWriter::new(&publisher, topic, written.durability, written.delivery).map_err(dds)
+                DdsTopicWriter::new(&publisher, topic, written.durability, written.delivery).map_err(dds)
             })
             .collect::<Result<Vec<_>, String>>()?;
         let topic_readers = settings
@@ -84,7 +84,8 @@ impl Participant {
             .iter()
             .map(|read| topic_reader((&domain, &subscriber), &node, read, read.durability))
             .collect::<Result<Vec<_>, String>>()?;
-        let serve = |parameters| ParameterServer::new((&domain, &publisher, &subscriber), &node, parameters);
+        let serve =
+            |parameters| DdsParameterServer::new((&domain, &publisher, &subscriber), &node, parameters);
         let parameter_server = settings.parameters.clone().map(serve).transpose()?;
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
@@ -149,7 +150,7 @@ impl Participant {
 
     /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more. True when
     /// there are more.
-    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, Taken) -> bool) -> bool {
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, TakenSample) -> bool) -> bool {
         let mut is_more = false;
         for (subscription, topic_reader) in (0..=u16::MAX).zip(&self.topic_readers) {
             is_more |= topic_reader.take(waker, |taken| hand_over(subscription, taken));
@@ -193,7 +194,7 @@ impl Participant {
 
     /// Drops the longest history when all are too long together. True when that made a new writer.
     fn bound_history(&mut self) -> Result<bool, String> {
-        if self.topic_writers.iter().map(TopicWriter::history_bytes).sum::<usize>() <= self.max_history {
+        if self.topic_writers.iter().map(DdsTopicWriter::history_bytes).sum::<usize>() <= self.max_history {
             return Ok(false);
         }
         tracing::warn!(
@@ -202,7 +203,7 @@ impl Participant {
             self.max_history >> 20
         );
         let longest = self.topic_writers.iter_mut().max_by_key(|writer| writer.history_bytes());
-        longest.map_or(Ok(false), TopicWriter::begin_anew)
+        longest.map_or(Ok(false), DdsTopicWriter::begin_anew)
     }
 
     /// True if each writer had everything acknowledged at some moment since the last call; waits some
@@ -246,7 +247,7 @@ impl Participant {
 
     /// Takes the events of the network since the last call; peers whose lease ran out are added to `missing`, except
     /// those in `own`.
-    pub(super) fn observe(&mut self, missing: &mut Missing, own: &[Prefix]) {
+    pub(super) fn observe(&mut self, missing: &mut MissingPeers, own: &[Prefix]) {
         while let Some(event) = self.events.try_recv_status() {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
             match event {
@@ -313,8 +314,8 @@ impl Participant {
     }
 
     fn endpoints(&self) -> impl Iterator<Item = GUID> {
-        let writers = self.topic_writers.iter().map(TopicWriter::guid);
-        let readers = self.topic_readers.iter().map(TopicReader::guid);
+        let writers = self.topic_writers.iter().map(DdsTopicWriter::guid);
+        let readers = self.topic_readers.iter().map(DdsTopicReader::guid);
         let services = self.parameter_server.iter();
         writers.chain(readers).chain(services.flat_map(|server| server.writers().chain(server.readers())))
     }
@@ -324,7 +325,7 @@ impl Participant {
         position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
     }
 
-    /// Takes our node out of the graph when that of the other nodes has the other layout; true if it does so.
+    /// Takes our node out of the graph when the other nodes' graph has the other layout; returns true if it did so.
     pub(super) fn leave_other_graph(&mut self, waker: &Waker) -> bool {
         let left = self.graph.take_if(|graph| graph.meets_other_layout(waker));
         left.is_some()
@@ -338,11 +339,11 @@ impl Participant {
     fn announce(&self) {
         if let Some(graph) = &self.graph {
             let services = || self.parameter_server.iter();
-            let writers = self.topic_writers.iter().map(TopicWriter::guid);
-            let readers = self.topic_readers.iter().map(TopicReader::guid);
+            let writers = self.topic_writers.iter().map(DdsTopicWriter::guid);
+            let readers = self.topic_readers.iter().map(DdsTopicReader::guid);
             graph.announce(
-                writers.chain(services().flat_map(ParameterServer::writers)),
-                readers.chain(services().flat_map(ParameterServer::readers)),
+                writers.chain(services().flat_map(DdsParameterServer::writers)),
+                readers.chain(services().flat_map(DdsParameterServer::readers)),
             );
         }
     }
@@ -363,10 +364,10 @@ pub(super) fn topic_reader(
     node: &NodeName,
     read: &ReadTopic,
     durability: Durability,
-) -> Result<TopicReader, String> {
+) -> Result<DdsTopicReader, String> {
     let qos = |durability| qos(read.reliability, durability, read.depth, None);
     let topic = topic(domain, node, &read.name, &read.type_name, &qos(read.durability))?;
-    TopicReader::new(subscriber, &topic, Some(qos(durability))).map_err(dds)
+    DdsTopicReader::new(subscriber, &topic, Some(qos(durability))).map_err(dds)
 }
 
 fn topic(

@@ -23,14 +23,14 @@ pub(super) struct Pings {
 /// An answer to all pings up to a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Answer {
-    /// The number.
+    /// Number of the ping.
     pub(super) number: u64,
     /// An echo is the reason.
     pub(super) has_echo: bool,
 }
 
 impl Pings {
-    /// None yet.
+    /// Creates a state without pings.
     pub(super) fn new(echo_is_proven: bool) -> Self {
         Self { open: None, echo_is_proven, noticed_silence: false, answered: 0 }
     }

@@ -1,14 +1,14 @@
 //! Whether the wall clock was set back, which a participant does not stand.
 //!
 //! RustDDS orders what a best-effort reader receives by the wall clock, and hands out what is not later than now. So after a step
-//! back its readers give nothing until the time before the step has come again; those of a new participant do.
+//! back its readers give nothing until the time before the step has come again; the readers of a new participant do.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// A smaller step makes readers wait no longer than a busy computer does.
 const MIN_STEP: Duration = Duration::from_millis(100);
 
-/// The wall clock beside one that nobody sets.
+/// The wall clock beside a clock that is never set.
 #[derive(Debug)]
 pub(super) struct SetBack {
     begun: Instant,
@@ -17,7 +17,7 @@ pub(super) struct SetBack {
 }
 
 impl SetBack {
-    /// From now on.
+    /// Starts to compare the clocks now.
     pub(super) fn watch() -> Self {
         let mut watched = Self { begun: Instant::now(), most_ahead: Duration::ZERO };
         watched.is_new();
@@ -51,7 +51,7 @@ mod tests {
         let mut is_step = |passed_s: f64, wall_s: f64| {
             watched.is_step_back(Duration::from_secs_f64(passed_s), Duration::from_secs_f64(wall_s))
         };
-        // It goes on, is 50 ms late, is set ahead by 60 s, by 3600 s back, and goes on; then by 60 s back and ahead.
+        // It runs, is 50 ms late, is set ahead by 60 s and back by 3600 s, and runs; then it is set back and ahead by 60 s.
         let times = [(1.0, 1001.0), (2.0, 1001.95), (3.0, 1063.0), (4.0, 1064.0)];
         assert!(times.into_iter().all(|(passed_s, wall_s)| !is_step(passed_s, wall_s)));
         assert!(is_step(5.0, 465.0));

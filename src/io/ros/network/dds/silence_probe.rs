@@ -10,7 +10,7 @@ use rustdds::{DomainParticipant, QosPolicies};
 
 use super::participant::{dds, topic_reader};
 use super::silent_writers::ReadWriter;
-use super::topic_reader::{Taken, TopicReader};
+use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::io::ros::link::NetworkSettings;
 use crate::io::ros::topics::Durability;
 
@@ -20,7 +20,7 @@ const LIFE: Duration = Duration::from_secs(3);
 /// Readers of the topics of writers that are suspected, on a participant of their own. What writers have kept for newcomers does
 /// not come here: only what they send from now on.
 pub(super) struct SilenceProbe {
-    readers: Vec<(u16, TopicReader)>,
+    readers: Vec<(u16, DdsTopicReader)>,
     since: Instant,
     /// The last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
@@ -48,7 +48,7 @@ impl SilenceProbe {
     pub(super) fn take(&self, waker: &Waker, mut heard: impl FnMut(ReadWriter, i64)) {
         for (position, reader) in &self.readers {
             let is_more = reader.take(waker, |taken| {
-                if let Taken::Sample(writer, number, _) = taken {
+                if let TakenSample::Sample(writer, number, _) = taken {
                     heard((*position, writer), number);
                 }
                 true
@@ -64,7 +64,7 @@ impl SilenceProbe {
         now.saturating_duration_since(self.since) >= LIFE
     }
 
-    /// The participant, to go on with.
+    /// Returns the participant as our next one.
     pub(super) fn into_participant(self) -> DomainParticipant {
         drop(self.readers);
         self.domain

@@ -1,7 +1,7 @@
 //! Writers that sent regularly, are still there, and are not heard any more.
 //!
 //! RustDDS believes what comes under a writer's identity: after one GAP or HEARTBEAT with a number far ahead, its reader
-//! takes all samples below it for received, and says nothing of it. A reader of another participant starts anew. So it shows
+//! takes all samples below it for received, and says nothing of it. A reader of another participant starts again. So it shows
 //! there whether a writer is only silent: one that was not heard has gone on in the meantime.
 
 use std::collections::BTreeMap;
@@ -58,7 +58,7 @@ struct Heard {
 }
 
 impl SilentWriters {
-    /// None yet.
+    /// Creates the watch of no writer yet.
     pub(super) fn new(now: Instant) -> Self {
         Self { writers: BTreeMap::new(), last_look: now, last_suspicion: None, wrong: 0, unheard: 0 }
     }
@@ -179,7 +179,7 @@ mod tests {
         (suspected, unheard)
     }
 
-    /// Ten samples a second, with numbers that go on from there.
+    /// Ten samples a second, with numbers that continue from there.
     fn regular(from_ms: u64, to_ms: u64, number: i64, is_elsewhere: bool) -> Vec<(u64, i64, bool)> {
         let samples = (from_ms..to_ms).step_by(100).zip(number..);
         samples.map(|(ms, number)| (ms, number, is_elsewhere)).collect()

@@ -20,9 +20,8 @@ use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 use super::history::History;
 use super::recent_samples::RecentSamples;
 use super::sample::{Padded, SampleWriter};
-use crate::io::ros::link::Delivery;
 use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::topics::Durability;
+use crate::io::ros::topics::{Delivery, Durability};
 
 /// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =
@@ -35,7 +34,7 @@ const MAX_HANDED_OVER: usize = 64 * 1024;
 const SETTLING: Duration = Duration::from_secs(2);
 
 /// A topic of one participant.
-pub(super) struct TopicWriter {
+pub(super) struct DdsTopicWriter {
     publisher: Publisher,
     topic: Topic,
     durability: Durability,
@@ -57,7 +56,7 @@ pub(super) struct TopicWriter {
     acknowledged: bool,
 }
 
-impl TopicWriter {
+impl DdsTopicWriter {
     /// A topic on which nothing was published yet; the quality of service is the topic's.
     pub(super) fn new(
         publisher: &Publisher,

@@ -32,14 +32,14 @@ impl TypeCheck {
         Self { written: written.map(dds).collect(), read: read.map(dds).collect(), reported: BTreeSet::new() }
     }
 
-    /// Warns once of a reader whose type differs from that of our writer.
+    /// Warns once of a reader whose type differs from our writer's.
     pub(super) fn reader(&mut self, topic: &str, type_name: &str) {
         if let Some(warning) = difference("read", "published", &self.written, topic, type_name) {
             self.warn(warning);
         }
     }
 
-    /// Warns once of a writer whose type differs from that of our reader.
+    /// Warns once of a writer whose type differs from our reader's.
     pub(super) fn writer(&mut self, topic: &str, type_name: &str) {
         if let Some(warning) = difference("published", "read", &self.read, topic, type_name) {
             self.warn(warning);

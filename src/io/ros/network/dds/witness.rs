@@ -3,7 +3,7 @@
 //! A sample that a participant sends to itself comes back even when no peer receives anything any more, as after thousands of
 //! participants were announced to it: its two threads work, but no peer is met, and none hears of it. So a second, small
 //! participant stands beside it, which RustDDS knows only from packets: it announces a reader of the echo, and another one in
-//! its place every few seconds, and takes what comes there. It has no multicast and announces itself to nobody else.
+//! its place every few seconds, and takes what comes there. It has no multicast and announces itself to no one else.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -29,8 +29,8 @@ const PARTICIPANT: [u8; 4] = [0, 0, 1, 0xC1];
 const DATA: (u8, u8) = (0x15, 0x05);
 const DISPOSAL: (u8, u8) = (0x15, 0x0B);
 const HEARTBEAT: (u8, u8) = (0x07, 0x03);
-/// It announces itself and its readers, and takes no announcement. RustDDS 0.15 looks for announcements of readers where
-/// those of writers are said to come.
+/// It announces itself and its readers, and takes no announcement. RustDDS 0.15 looks for announcements of readers
+/// in the place of announcements of writers.
 const ENDPOINTS: u32 = 0x15;
 /// Should it end before its participant does, that forgets it.
 const LEASE_S: u32 = 20;
@@ -45,7 +45,7 @@ pub(super) struct Witness {
     port: SocketAddrV4,
     topic: String,
     type_name: String,
-    /// Of its announcements.
+    /// Socket of its announcements.
     socket: UdpSocket,
     /// Of its present reader.
     reader: UdpSocket,
@@ -69,7 +69,7 @@ impl Witness {
         let offset = participant.checked_mul(2)?.checked_add(10)?;
         let port = domain.checked_mul(250)?.checked_add(7400)?.checked_add(offset)?;
         let mut prefix = observed;
-        // Those of RustDDS begin with the number of its vendor and are random at the end.
+        // The identities of RustDDS begin with the number of its vendor and are random at the end.
         prefix.iter_mut().take(4).for_each(|byte| *byte = !*byte);
         Some(Self {
             prefix,
@@ -87,7 +87,7 @@ impl Witness {
         })
     }
 
-    /// Its own identity.
+    /// Returns the prefix of its participant.
     pub(super) fn prefix(&self) -> Prefix {
         self.prefix
     }

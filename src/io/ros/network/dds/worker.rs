@@ -1,5 +1,5 @@
 //! The network side at work: orders to writers, samples to the gateway, and a new participant when the old one cannot
-//! go on.
+//! continue.
 
 use std::io;
 use std::net::Ipv4Addr;
@@ -10,9 +10,8 @@ use std::time::{Duration, Instant};
 use rustdds::RTPSEntity;
 use tokio::time::sleep;
 
-use super::DISTRO;
 use super::ack_timeout::AckTimeout;
-use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, ProbeResult, prefix};
+use super::discovery_probe::{DiscoveryProbe, MissingPeers, Prefix, ProbeResult, prefix};
 use super::interfaces::Interfaces;
 use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::{Participant, participant};
@@ -20,10 +19,11 @@ use super::pings::{Answer, Pings};
 use super::set_back::SetBack;
 use super::silence_probe::SilenceProbe;
 use super::silent_writers::SilentWriters;
-use super::topic_reader::Taken;
+use super::topic_reader::TakenSample;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
 use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::io::ros::network::distribution::DISTRO;
 use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::Parameters;
@@ -39,21 +39,20 @@ const MAX_OVERLAP: Duration = Duration::from_secs(35);
 const MAX_PREDECESSORS: usize = 3;
 /// Writers that a participant replaces before it is itself replaced, see [`Participant::replaced_writers`].
 const MAX_REPLACED_WRITERS: u32 = 1000;
-/// A round that takes longer means that the process was stopped. Peers may have given its participant up, and it does
-/// not find them again.
+/// A longer round means that the process was stopped, and that peers may have given its participant up for good.
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// Shortest time between two participants when the wall clock is set back again and again.
 const SET_BACK_INTERVAL: Duration = Duration::from_secs(1);
-/// Time since an echo after which nobody may be heard.
+/// Time since an echo after which readers may be deaf.
 const ECHO_MISSED: Duration = Duration::from_millis(600);
-/// Own participants that are remembered; those of the last lease (50 s) would do.
+/// Own participants that are remembered; all of the last lease (50 s) would do.
 const MAX_OWN: usize = 32;
 /// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's depth.
 const MAX_WAITING: usize = 256 * 1024;
 
 /// The network side's state.
 #[allow(clippy::struct_excessive_bools)] // each by itself
-pub(super) struct Worker {
+pub(super) struct DdsWorker {
     settings: NetworkSettings,
     /// Ends the wait when something was received.
     wakeup: Arc<Wakeup>,
@@ -65,7 +64,7 @@ pub(super) struct Worker {
     predecessors: Vec<(Participant, Instant)>,
     /// With the interfaces it was made with.
     probe: Option<(DiscoveryProbe, Interfaces)>,
-    missing: Missing,
+    missing: MissingPeers,
     /// Our own participants, gone or not, which are never missing.
     own: Vec<Prefix>,
     /// The interfaces that our participant was made with.
@@ -103,7 +102,7 @@ pub(super) struct Worker {
 }
 
 /// What joining the graph gives.
-pub(super) struct Joined {
+pub(super) struct JoinedParticipant {
     participant: Participant,
     /// The interfaces that the participant was made with.
     interfaces: Interfaces,
@@ -111,20 +110,20 @@ pub(super) struct Joined {
 }
 
 /// Joins the graph. The error is a text for people.
-pub(super) fn join(settings: &NetworkSettings) -> Result<Joined, String> {
+pub(super) fn join(settings: &NetworkSettings) -> Result<JoinedParticipant, String> {
     let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
     let only = &settings.only_networks;
     let uses_loopback = only.is_empty() || only.contains(&Ipv4Addr::LOCALHOST.into());
     // Before the participant, which announces itself at once.
     let announcer = uses_loopback.then(|| LoopbackAnnouncer::new(settings.domain_id)).flatten();
     let domain = participant(settings).map_err(|error| error.to_string())?;
-    Ok(Joined { participant: Participant::new(settings, domain)?, interfaces, announcer })
+    Ok(JoinedParticipant { participant: Participant::new(settings, domain)?, interfaces, announcer })
 }
 
-impl Worker {
+impl DdsWorker {
     /// A network side that has joined the graph with this participant.
-    pub(super) fn new(settings: NetworkSettings, joined: Joined, link: Link) -> Self {
-        let Joined { participant, interfaces, announcer } = joined;
+    pub(super) fn new(settings: NetworkSettings, joined: JoinedParticipant, link: Link) -> Self {
+        let JoinedParticipant { participant, interfaces, announcer } = joined;
         let wakeup = Arc::new(Wakeup::default());
         let now = Instant::now();
         Self {
@@ -133,7 +132,7 @@ impl Worker {
             wakeup,
             predecessors: Vec::new(),
             probe: None,
-            missing: Missing::default(),
+            missing: MissingPeers::default(),
             own: vec![participant.prefix()],
             participant,
             announcer,
@@ -163,7 +162,7 @@ impl Worker {
         }
     }
 
-    /// Works until the gateway says stop; an error is that of the link, whose other end is gone.
+    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone.
     pub(super) async fn run(mut self) -> io::Result<()> {
         self.link.answer(&FromNetwork::Ready);
         self.link.flush()?;
@@ -234,29 +233,31 @@ impl Worker {
         let Self { participant, predecessors, own, .. } = self;
         predecessors.retain_mut(|(predecessor, since)| {
             // Peers that it loses are not missing: our participant has met them or never will.
-            predecessor.observe(&mut Missing::default(), own);
+            predecessor.observe(&mut MissingPeers::default(), own);
             let overlap = since.elapsed();
             overlap < OVERLAP || (overlap < MAX_OVERLAP && !participant.serves_all_of(predecessor))
         });
     }
 
-    /// Hands received samples on to the gateway while it takes them, those of predecessors first: they read on until
+    /// Passes received samples to the gateway while it takes them, first the samples of predecessors: they read on until
     /// our participant has met all writers.
     fn receive(&mut self) {
         let Self { link, waker, silent_writers, .. } = self;
-        let mut hand_over = |subscription: u16, taken: Taken| {
-            if let Taken::Sample(writer, number, _) = &taken {
+        let mut hand_over = |subscription: u16, taken: TakenSample| {
+            if let TakenSample::Sample(writer, number, _) = &taken {
                 silent_writers.heard((subscription, *writer), *number);
             }
             match &taken {
-                Taken::Sample(writer, number, encoded) => link.answer(&FromNetwork::Sample(Sample {
+                TakenSample::Sample(writer, number, encoded) => link.answer(&FromNetwork::Sample(Sample {
                     subscription,
                     writer: writer.to_bytes(),
                     number: *number,
                     encoding: encoded.encoding,
                     bytes: &encoded.bytes,
                 })),
-                Taken::Unreadable(reason) => link.answer(&FromNetwork::Unreadable(subscription, reason)),
+                TakenSample::Unreadable(reason) => {
+                    link.answer(&FromNetwork::Unreadable(subscription, reason))
+                }
             };
             link.waiting() < MAX_WAITING
         };
@@ -287,7 +288,7 @@ impl Worker {
         }
     }
 
-    /// Looks whether the graph is that of the other distributions, and leaves it then.
+    /// Leaves the graph if the other nodes are of another distribution.
     fn watch_graph(&mut self) {
         if self.participant.leave_other_graph(&self.waker) {
             tracing::warn!(
@@ -349,7 +350,7 @@ impl Worker {
         }
     }
 
-    /// Goes on with a new participant at once when the wall clock was set back: see [`SetBack`].
+    /// Replaces the participant at once when the wall clock was set back: see [`SetBack`].
     fn follow_wall_clock(&mut self) {
         self.was_set_back |= self.wall_clock.is_new();
         if self.was_set_back
@@ -362,7 +363,7 @@ impl Worker {
         }
     }
 
-    /// Finds out whether writers that sent regularly are silent or not heard any more, and goes on with a new participant if one
+    /// Finds out whether writers that sent regularly are silent or not heard any more, and replaces the participant if one
     /// is not heard: see [`SilentWriters`].
     fn follow_silent_writers(&mut self) {
         self.suspect_writers();

@@ -13,22 +13,22 @@ pub(super) type Gid = [u8; GID_LENGTH as usize];
 /// What is attached to a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Attachment {
-    /// Number of the sample among those of its publisher, from 1.
+    /// Number of the sample at its publisher, from 1.
     pub(super) number: i64,
     /// Time of sending, ns since 1970.
     pub(super) sent_ns: i64,
-    /// Its publisher.
+    /// Identity of the publisher.
     pub(super) gid: Gid,
 }
 
 impl Attachment {
-    /// That of a sample which is sent now.
+    /// Creates the attachment of a sample that is sent now.
     pub(super) fn now(number: i64, gid: Gid) -> Self {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         Self { number, sent_ns: i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX), gid }
     }
 
-    /// Its bytes, little-endian.
+    /// Returns the bytes of the attachment, little-endian.
     pub(super) fn to_bytes(self) -> [u8; LENGTH] {
         let mut bytes = [0; LENGTH];
         let fields = [&self.number.to_le_bytes()[..], &self.sent_ns.to_le_bytes(), &[GID_LENGTH], &self.gid];

@@ -8,10 +8,10 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use super::keys::{Endpoint, EndpointKind, NodeKey, TopicKey, all_tokens, read_token, session_of};
+use super::keys::{EndpointKind, GraphEndpoint, NodeKey, TopicKey, all_tokens, read_token, session_of};
 use crate::core::gateway::network::ZenohLinks;
 
-/// Tokens on our topics that are remembered; those of a large fleet, and a bound for whoever declares them for fun.
+/// Tokens on our topics that are remembered: enough for a large fleet, and a bound against floods.
 const MAX_TOKENS: usize = 20_000;
 /// Nodes with another hash that are named in the log.
 const MAX_NAMED: usize = 100;
@@ -30,9 +30,9 @@ pub(super) struct Heritage {
 
 /// Shared with the threads of Zenoh, which call back.
 #[derive(Default)]
-struct Seen {
+struct SeenToken {
     /// Endpoints of others on our topics, by their tokens.
-    endpoints: BTreeMap<String, Endpoint>,
+    endpoints: BTreeMap<String, GraphEndpoint>,
     /// Connections, and whether the other end is a router.
     links: BTreeMap<String, bool>,
     lost: u64,
@@ -45,7 +45,7 @@ struct Seen {
 
 /// The graph as far as it concerns our topics.
 pub(super) struct Graph {
-    seen: Arc<Mutex<Seen>>,
+    seen: Arc<Mutex<SeenToken>>,
     /// The token of our node.
     _token: Option<LivelinessToken>,
 }
@@ -60,7 +60,7 @@ impl Graph {
         read: &[TopicKey],
         Heritage { session: former, lost, named, missing }: Heritage,
     ) -> zenoh::Result<Self> {
-        let seen = Arc::new(Mutex::new(Seen { lost, missing, named, ..Seen::default() }));
+        let seen = Arc::new(Mutex::new(SeenToken { lost, missing, named, ..SeenToken::default() }));
         let (links, not_a_peer) = (Arc::clone(&seen), former.clone());
         session
             .info()
@@ -137,7 +137,7 @@ impl Graph {
         u32::try_from(heard.count()).unwrap_or(u32::MAX)
     }
 
-    /// The connections.
+    /// Returns the present connections.
     pub(super) fn links(&self) -> ZenohLinks {
         let seen = lock(&self.seen);
         let count = |wanted| {
@@ -148,7 +148,7 @@ impl Graph {
     }
 }
 
-impl Seen {
+impl SeenToken {
     /// Peers come and go with each `ros2` command, which is not worth a line.
     fn note_link(&mut self, session: &str, is_router: bool, kind: SampleKind) {
         match (kind, is_router) {
@@ -179,7 +179,7 @@ impl Seen {
     fn note_token<'a>(
         &mut self,
         token: &str,
-        endpoint: Endpoint,
+        endpoint: GraphEndpoint,
         kind: SampleKind,
         ours: impl Iterator<Item = &'a TopicKey>,
     ) {
@@ -198,8 +198,8 @@ impl Seen {
     }
 
     /// Names an endpoint that will not hear us, or that we will not hear, once.
-    fn warn(&mut self, endpoint: &Endpoint, ours: &TopicKey) {
-        let Endpoint { node, topic: TopicKey { name, type_name, hash }, .. } = endpoint;
+    fn warn(&mut self, endpoint: &GraphEndpoint, ours: &TopicKey) {
+        let GraphEndpoint { node, topic: TopicKey { name, type_name, hash }, .. } = endpoint;
         if self.named.len() >= MAX_NAMED || !self.named.insert(format!("{node} {name} {type_name} {hash}")) {
             return;
         }
@@ -214,6 +214,6 @@ impl Seen {
 }
 
 /// Nothing behind this lock can be left half done by a panic.
-fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
+fn lock(seen: &Mutex<SeenToken>) -> MutexGuard<'_, SeenToken> {
     seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

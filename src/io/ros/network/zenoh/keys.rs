@@ -19,7 +19,7 @@ const NOT_SUPPORTED: &str = "TypeHashNotSupported";
 pub(super) struct TopicKey {
     /// Absolute name of the topic.
     pub(super) name: String,
-    /// Its type, `package::msg::dds_::Name_`.
+    /// Type as DDS names it, `package::msg::dds_::Name_`.
     pub(super) type_name: String,
     /// Hash of the type.
     pub(super) hash: String,
@@ -55,13 +55,13 @@ impl TopicKey {
 /// A node of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct NodeKey {
-    /// Domain.
+    /// Domain of the node.
     pub(super) domain: u16,
     /// Id of the session.
     pub(super) session: String,
-    /// Absolute namespace.
+    /// Absolute namespace of the node.
     pub(super) namespace: String,
-    /// Name.
+    /// Name of the node.
     pub(super) node: String,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct NodeKey {
 pub(super) struct NextId(u32);
 
 impl NextId {
-    /// The next one.
+    /// Returns the next id.
     pub(super) fn next(&mut self) -> u32 {
         self.0 = self.0.wrapping_add(1);
         self.0
@@ -80,11 +80,11 @@ impl NextId {
 /// What a token stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum EndpointKind {
-    /// A publisher.
+    /// A publisher of a topic.
     Publisher,
-    /// A subscription.
+    /// A subscription to a topic.
     Subscription,
-    /// A service.
+    /// A server of a service.
     Service,
 }
 
@@ -146,14 +146,14 @@ pub(super) fn session_tokens(domain: u16, session: &str) -> String {
 
 /// An endpoint as its token tells of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Endpoint {
+pub(super) struct GraphEndpoint {
     /// Id of its session.
     pub(super) session: String,
     /// A publisher or a subscription.
     pub(super) kind: EndpointKind,
     /// Its node, with namespace.
     pub(super) node: String,
-    /// Its topic.
+    /// Topic of the endpoint.
     pub(super) topic: TopicKey,
 }
 
@@ -163,7 +163,7 @@ pub(super) fn session_of(token: &str) -> Option<&str> {
     (parts.next()? == GRAPH).then(|| parts.nth(1)).flatten()
 }
 
-/// The node, with its namespace, whose token this is, or that of one of its endpoints.
+/// The node, with its namespace, that declared this token for itself or for one of its endpoints.
 pub(super) fn node_of(token: &str) -> Option<String> {
     let mut parts = token.split('/');
     let (GRAPH, namespace, node) = (parts.next()?, parts.nth(6)?, parts.next()?) else { return None };
@@ -171,8 +171,8 @@ pub(super) fn node_of(token: &str) -> Option<String> {
     Some(format!("{namespace}/{node}"))
 }
 
-/// Reads a token; `None` for those of nodes and services, and for what is none. What follows is of versions to come.
-pub(super) fn read_token(token: &str) -> Option<Endpoint> {
+/// Reads the token of an endpoint; `None` for other tokens and other texts. Fields of later versions may follow.
+pub(super) fn read_token(token: &str) -> Option<GraphEndpoint> {
     let (session, node) = (session_of(token)?.to_owned(), node_of(token)?);
     let mut parts = token.split('/').skip(5);
     let mut next = || parts.next();
@@ -183,7 +183,7 @@ pub(super) fn read_token(token: &str) -> Option<Endpoint> {
     };
     let (_enclave, _namespace, _node) = (next()?, next()?, next()?);
     let (name, type_name, hash) = (next()?.replace('%', "/"), next()?.to_owned(), next()?.to_owned());
-    Some(Endpoint { session, kind, node, topic: TopicKey { name, type_name, hash } })
+    Some(GraphEndpoint { session, kind, node, topic: TopicKey { name, type_name, hash } })
 }
 
 /// A name as one part of a key.

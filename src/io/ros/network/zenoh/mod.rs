@@ -26,13 +26,13 @@ use std::io;
 
 use tokio::runtime::Runtime;
 
-use super::refuse;
 use crate::io::ros::link::{Link, NetworkSettings};
-use worker::Worker;
+use crate::io::ros::network::orders::refuse;
+use worker::ZenohWorker;
 
 /// Serves the gateway with a session of Zenoh until it says stop.
 pub(super) fn serve(runtime: &Runtime, settings: NetworkSettings, link: Link) -> io::Result<()> {
-    let mut worker = Worker::new(settings, link);
+    let mut worker = ZenohWorker::new(settings, link);
     match worker.open() {
         Ok(()) => worker.run(runtime),
         Err(reason) => runtime.block_on(refuse(&reason, worker.into_link())),

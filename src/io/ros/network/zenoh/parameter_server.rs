@@ -12,15 +12,15 @@ use zenoh::{Session, Wait};
 
 use super::attachment::Attachment;
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
-use super::payload::{Received, with_header};
-use super::topic_writer::TopicWriter;
+use super::payload::{ReceivedPayload, with_header};
+use super::topic_writer::ZenohTopicWriter;
 use crate::io::clock::Clock;
-use crate::io::ros::link::{Delivery, Order, WrittenTopic};
+use crate::io::ros::link::{Order, WrittenTopic};
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::{MAX_REQUEST, ParameterService, Parameters};
 use crate::io::ros::settings::TypeHashes;
-use crate::io::ros::topics::{Durability, Reliability};
+use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
 /// Package of the services and of the event.
 const PACKAGE: &str = "rcl_interfaces";
@@ -32,12 +32,12 @@ const MAX_WAITING: usize = 64;
 const DEPTH: i32 = 1000;
 
 /// The services of one session.
-pub(super) struct ParameterServer {
+pub(super) struct ZenohParameterServer {
     parameters: Parameters,
     /// The node with its namespace.
     node: String,
-    events: TopicWriter,
-    waiting: Arc<Mutex<Waiting>>,
+    events: ZenohTopicWriter,
+    waiting: Arc<Mutex<WaitingRequests>>,
     /// Their keys, by position, with what ends when it is dropped.
     services: Vec<Service>,
 }
@@ -52,14 +52,14 @@ struct Service {
 
 /// Requests as they have arrived.
 #[derive(Default)]
-struct Waiting {
+struct WaitingRequests {
     /// Position of the service, and the request.
     queries: VecDeque<(usize, Query)>,
     /// Requests that found no room.
     refused: u64,
 }
 
-impl ParameterServer {
+impl ZenohParameterServer {
     /// Declares the services of this node.
     pub(super) fn new(
         session: &Session,
@@ -69,7 +69,7 @@ impl ParameterServer {
         parameters: Parameters,
         wakeup: &Arc<Wakeup>,
     ) -> zenoh::Result<Self> {
-        let waiting = Arc::<Mutex<Waiting>>::default();
+        let waiting = Arc::<Mutex<WaitingRequests>>::default();
         let full_name = format!("{}/{}", node.namespace, node.node);
         let qos = qos(Reliability::Reliable, Durability::Volatile, DEPTH);
         let mut services = Vec::new();
@@ -101,7 +101,7 @@ impl ParameterServer {
         };
         let key = TopicKey::new(EVENTS.0, (PACKAGE, EVENTS.1), hashes)
             .ok_or_else(|| format!("the hash of {} is not known", EVENTS.1))?;
-        let events = TopicWriter::new(session, node, ids, &events, key)?;
+        let events = ZenohTopicWriter::new(session, node, ids, &events, key)?;
         Ok(Self { parameters, node: full_name, events, waiting, services })
     }
 
@@ -121,7 +121,7 @@ impl ParameterServer {
 
     /// Answers the requests that have arrived. Gives the number of those that were not answered.
     pub(super) fn serve(&self) -> u64 {
-        let Waiting { queries, refused } = std::mem::take(&mut *lock(&self.waiting));
+        let WaitingRequests { queries, refused } = std::mem::take(&mut *lock(&self.waiting));
         let mut unanswered = refused;
         for (position, query) in queries {
             let Some(service) = self.services.get(position) else { continue };
@@ -141,7 +141,7 @@ impl Service {
         let attachment = query.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
         let attachment =
             attachment.ok_or("it has no number and no client attached, as rmw_zenoh attaches them")?;
-        let request = Received::read(query.payload().ok_or("it is empty")?, MAX_REQUEST)?;
+        let request = ReceivedPayload::read(query.payload().ok_or("it is empty")?, MAX_REQUEST)?;
         let response = self
             .kind
             .answer(parameters, request.bytes(), request.encoding.into())
@@ -156,7 +156,7 @@ impl Service {
     }
 }
 
-impl Waiting {
+impl WaitingRequests {
     fn put(&mut self, position: usize, query: Query) {
         if self.queries.len() < MAX_WAITING {
             self.queries.push_back((position, query));
@@ -167,6 +167,6 @@ impl Waiting {
 }
 
 /// Nothing behind this lock can be left half done by a panic.
-fn lock(waiting: &Mutex<Waiting>) -> MutexGuard<'_, Waiting> {
+fn lock(waiting: &Mutex<WaitingRequests>) -> MutexGuard<'_, WaitingRequests> {
     waiting.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -12,13 +12,13 @@ const LENGTH: usize = 4;
 const HEADER: [u8; LENGTH] = [0, 1, 0, 0];
 
 /// A message that was received.
-pub(super) struct Received {
-    /// Its encoding.
+pub(super) struct ReceivedPayload {
+    /// Byte order of the message.
     pub(super) encoding: SampleEncoding,
     payload: Vec<u8>,
 }
 
-impl Received {
+impl ReceivedPayload {
     /// Reads what is before a message of at most so many bytes. The error is a text for people.
     pub(super) fn read(payload: &ZBytes, limit: usize) -> Result<Self, String> {
         let length = payload.len();

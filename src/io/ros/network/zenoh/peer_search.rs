@@ -1,7 +1,7 @@
 //! When a peer is sought whose connection is lost, and what is done about it.
 //!
 //! Zenoh connects again with a router by itself, and with peers that a router or another peer speaks of. Of a peer that only the
-//! two ends gave up nobody speaks any more: both are there, and never hear each other again. Its tokens tell it from a
+//! two ends gave up neither speaks any more: both are there, and never receive each other again. Its tokens tell it from a
 //! peer that has ended: a router still has them. So a router is asked, and while it has them our session is replaced by a new one,
 //! which everybody meets as if it had just come.
 
@@ -20,7 +20,7 @@ pub(super) type Answer = BTreeMap<String, BTreeSet<String>>;
 
 /// What follows from an answer.
 #[derive(Debug, PartialEq, Eq, Default)]
-pub(super) struct Findings {
+pub(super) struct SearchFindings {
     /// Sessions that have ended, and are not sought any more.
     pub(super) ended: BTreeSet<String>,
     /// Nodes that are there and not connected, the first time that this is known.
@@ -97,10 +97,10 @@ impl PeerSearch {
         asked: &BTreeSet<String>,
         answer: Option<&Answer>,
         now: Instant,
-    ) -> Findings {
+    ) -> SearchFindings {
         self.is_asking = false;
         self.due = Some(now + ASK_AGAIN);
-        let mut findings = Findings::default();
+        let mut findings = SearchFindings::default();
         let Some(answer) = answer else { return findings };
         for session in asked {
             match (self.sought.get_mut(session), answer.get(session)) {
@@ -179,7 +179,7 @@ mod tests {
             self.search.question(|| true, now)
         }
 
-        fn answered(&mut self, asked: &[&str], nodes: &[(&str, &[&str])], millis: u64) -> Findings {
+        fn answered(&mut self, asked: &[&str], nodes: &[(&str, &[&str])], millis: u64) -> SearchFindings {
             let now = self.at(millis);
             self.search.answered(&set(asked), Some(&answer(nodes)), now)
         }
@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(bench.question(999), None, "it may come back by itself");
         assert_eq!(bench.question(1000), Some(set(&["a"])));
         assert_eq!(bench.question(1100), None, "one question at a time");
-        let ended = Findings { ended: set(&["a"]), ..Findings::default() };
+        let ended = SearchFindings { ended: set(&["a"]), ..SearchFindings::default() };
         assert_eq!(bench.answered(&["a"], &[], 1200), ended);
         assert_eq!(bench.lose(&[], 1300), []);
         assert_eq!(bench.question(1_000_000), None);
@@ -205,7 +205,7 @@ mod tests {
         bench.question(1000);
         let findings = bench.answered(&["a"], &[("a", &["/planner"])], 1010);
         let unreachable = vec!["/planner".to_owned()];
-        assert_eq!(findings, Findings { ended: set(&[]), unreachable, replace: true });
+        assert_eq!(findings, SearchFindings { ended: set(&[]), unreachable, replace: true });
         assert_eq!(bench.search.unreachable().collect::<Vec<_>>(), ["/planner"]);
         let back = bench.lose(&[], 1500);
         assert_eq!(back, [(set(&["/planner"]), Duration::from_millis(1500))]);
@@ -243,7 +243,7 @@ mod tests {
         let now = bench.at(5000);
         assert_eq!(bench.search.question(|| false, now), None);
         assert_eq!(bench.search.question(|| true, now), Some(set(&["a"])));
-        assert_eq!(bench.search.answered(&set(&["a"]), None, now), Findings::default());
+        assert_eq!(bench.search.answered(&set(&["a"]), None, now), SearchFindings::default());
         assert_eq!(bench.question(9999), None);
         assert_eq!(bench.question(10_000), Some(set(&["a"])));
     }
@@ -255,7 +255,7 @@ mod tests {
         bench.question(1000);
         bench.lose(&["b"], 1100);
         let findings = bench.answered(&["a"], &[("a", &["/planner"])], 1200);
-        assert_eq!(findings, Findings::default(), "a is back");
+        assert_eq!(findings, SearchFindings::default(), "a is back");
         assert_eq!(bench.question(2000), None);
         assert_eq!(bench.question(2100), Some(set(&["b"])));
     }

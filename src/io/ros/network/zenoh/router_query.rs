@@ -20,7 +20,7 @@ const MAX_NODES: usize = 8;
 /// of itself. Calls `then` with the answer; `None` if there was none.
 ///
 /// # Errors
-/// That of the kernel, which has no thread left.
+/// The error of the kernel, which has no thread left.
 pub(super) fn ask(
     config: zenoh::Config,
     domain: u16,
@@ -50,7 +50,7 @@ fn answer(config: zenoh::Config, domain: u16, sessions: &BTreeSet<String>) -> ze
             .timeout(PATIENCE)
             .callback(move |reply| {
                 let token = reply.result().ok().map(|sample| sample.key_expr().as_str().to_owned());
-                // Nobody waits any more when the time is up.
+                // The receiver is gone when the time is up.
                 let _ = sender.send(token);
             })
             .wait()?;

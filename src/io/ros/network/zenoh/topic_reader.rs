@@ -10,7 +10,7 @@ use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig}
 
 use super::attachment::Attachment;
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
-use super::payload::Received;
+use super::payload::ReceivedPayload;
 use crate::io::ros::link::{MAX_SAMPLE, ReadTopic};
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::topics::Durability;
@@ -19,8 +19,8 @@ use crate::io::ros::topics::Durability;
 pub(super) struct Arrived {
     /// What is attached to it.
     pub(super) attachment: Attachment,
-    /// Its message.
-    pub(super) message: Received,
+    /// The message with its header.
+    pub(super) message: ReceivedPayload,
 }
 
 /// A sample, or why it cannot be read.
@@ -28,13 +28,13 @@ pub(super) type Arrival = Result<Arrived, String>;
 
 /// What has arrived, at most as much as the topic's depth: the newest.
 #[derive(Clone)]
-struct Queue {
+struct SampleQueue {
     arrivals: Arc<Mutex<VecDeque<Arrival>>>,
     depth: usize,
     wakeup: Arc<Wakeup>,
 }
 
-impl Queue {
+impl SampleQueue {
     fn put(&self, arrival: Arrival) {
         let mut arrivals = self.lock();
         while arrivals.len() >= self.depth {
@@ -52,8 +52,8 @@ impl Queue {
 }
 
 /// A topic of our session.
-pub(super) struct TopicReader {
-    queue: Queue,
+pub(super) struct ZenohTopicReader {
+    queue: SampleQueue,
     /// Ends when it is dropped.
     _subscriber: Subscriber,
     _token: LivelinessToken,
@@ -65,7 +65,7 @@ enum Subscriber {
     WithHistory { _held: AdvancedSubscriber<()> },
 }
 
-impl TopicReader {
+impl ZenohTopicReader {
     /// Reads a topic from now on, and what is current on it if the settings want that.
     pub(super) fn new(
         session: &Session,
@@ -76,7 +76,7 @@ impl TopicReader {
         wakeup: Arc<Wakeup>,
     ) -> zenoh::Result<Self> {
         let depth = usize::try_from(settings.depth).unwrap_or_default().max(1);
-        let queue = Queue { arrivals: Arc::default(), depth, wakeup };
+        let queue = SampleQueue { arrivals: Arc::default(), depth, wakeup };
         let arrivals = queue.clone();
         let receive = move |sample: Sample| {
             if sample.kind() == SampleKind::Put {
@@ -108,5 +108,5 @@ fn arrival(sample: &Sample) -> Arrival {
     let attached = sample.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
     let attachment =
         attached.ok_or("it has no number and no publisher attached, as rmw_zenoh attaches them")?;
-    Ok(Arrived { attachment, message: Received::read(sample.payload(), MAX_SAMPLE)? })
+    Ok(Arrived { attachment, message: ReceivedPayload::read(sample.payload(), MAX_SAMPLE)? })
 }

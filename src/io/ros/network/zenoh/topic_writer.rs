@@ -10,20 +10,20 @@ use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig};
 use super::attachment::{Attachment, Gid};
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, gid, qos};
 use super::payload::with_header;
-use crate::io::ros::link::{Delivery, Order, WrittenTopic};
+use crate::io::ros::link::{Order, WrittenTopic};
 use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::topics::{Durability, LOG_LIFESPAN, Reliability};
+use crate::io::ros::topics::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 
 /// Time after which a report is sent again, see the module's documentation.
 const REPEAT: Duration = Duration::from_secs(1);
 
 /// A topic of our session.
-pub(super) struct TopicWriter {
+pub(super) struct ZenohTopicWriter {
     session: Session,
     node: NodeKey,
     settings: WrittenTopic,
     topic: TopicKey,
-    endpoint: Endpoint,
+    endpoint: WriterEndpoint,
     /// The report that stands; empty when there is none, and on other topics.
     current: Vec<CdrBytes>,
     /// Time of the newest sample of this publisher; `None` before its first.
@@ -31,7 +31,7 @@ pub(super) struct TopicWriter {
 }
 
 /// A publisher with its token; both end when they are dropped.
-struct Endpoint {
+struct WriterEndpoint {
     publisher: AdvancedPublisher<'static>,
     _token: LivelinessToken,
     gid: Gid,
@@ -39,7 +39,7 @@ struct Endpoint {
     number: i64,
 }
 
-impl TopicWriter {
+impl ZenohTopicWriter {
     /// A topic on which nothing was published yet.
     pub(super) fn new(
         session: &Session,
@@ -106,7 +106,7 @@ impl TopicWriter {
     }
 }
 
-impl Endpoint {
+impl WriterEndpoint {
     fn put(&mut self, sample: &CdrBytes) -> zenoh::Result<()> {
         self.number += 1;
         let attachment = Attachment::now(self.number, self.gid).to_bytes();
@@ -121,7 +121,7 @@ fn endpoint(
     ids: &mut NextId,
     settings: &WrittenTopic,
     topic: &TopicKey,
-) -> zenoh::Result<Endpoint> {
+) -> zenoh::Result<WriterEndpoint> {
     let qos = qos(Reliability::Reliable, settings.durability, settings.depth);
     let token = node.endpoint_token(ids.next(), EndpointKind::Publisher, topic, &qos);
     let builder = session
@@ -136,7 +136,7 @@ fn endpoint(
         }
         Durability::Volatile => builder,
     };
-    Ok(Endpoint {
+    Ok(WriterEndpoint {
         publisher: builder.wait()?,
         gid: gid(&token),
         _token: session.liveliness().declare_token(token).wait()?,

@@ -13,18 +13,19 @@ use zenoh::{Session, Wait};
 
 use super::graph::{Graph, Heritage};
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey};
-use super::parameter_server::ParameterServer;
+use super::parameter_server::ZenohParameterServer;
 use super::peer_search::{Answer, PeerSearch};
 use super::router_query;
-use super::topic_reader::TopicReader;
-use super::topic_writer::TopicWriter;
+use super::topic_reader::ZenohTopicReader;
+use super::topic_writer::ZenohTopicWriter;
 use crate::core::gateway::network::ZenohLinks;
 use crate::core::gateway::process_status::LostLines;
 use crate::io::process_log;
-use crate::io::ros::link::{Delivery, FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
 use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::settings::{Transport, TypeHashes};
+use crate::io::ros::topics::Delivery;
 use crate::io::ros::zenoh_config;
 
 /// Longest sleep between two looks at what is due.
@@ -39,39 +40,39 @@ const OVERLAP: Duration = Duration::from_secs(1);
 const MAX_NAMED: (usize, usize) = (5, 100);
 
 /// The names of what is written and read.
-struct Keys {
+struct SessionKeys {
     hashes: TypeHashes,
     written: Vec<TopicKey>,
     read: Vec<TopicKey>,
 }
 
 /// A session with its endpoints.
-struct Joined {
+struct JoinedSession {
     session: Session,
     ids: NextId,
-    writers: Vec<TopicWriter>,
-    readers: Vec<TopicReader>,
+    writers: Vec<ZenohTopicWriter>,
+    readers: Vec<ZenohTopicReader>,
     graph: Graph,
-    parameter_server: Option<ParameterServer>,
+    parameter_server: Option<ZenohParameterServer>,
 }
 
 /// What a router has said of sessions that it was asked for.
 type Answered = (BTreeSet<String>, Option<Answer>);
 
 /// The network side's state.
-pub(super) struct Worker {
+pub(super) struct ZenohWorker {
     settings: NetworkSettings,
-    /// That of the session.
+    /// Configuration of the session.
     config: zenoh::Config,
-    keys: Keys,
+    keys: SessionKeys,
     /// Ends the wait when something was received.
     wakeup: Arc<Wakeup>,
     /// A session that is being opened.
     opening: Option<Receiver<zenoh::Result<Session>>>,
     /// `None` until a session is open.
-    joined: Option<Joined>,
+    joined: Option<JoinedSession>,
     /// A session that was replaced, without what it wrote, and since when.
-    replaced: Option<(Instant, Joined)>,
+    replaced: Option<(Instant, JoinedSession)>,
     /// The newest order of each topic but those delivered once, for a session that is opened.
     current: BTreeMap<u16, Order>,
     search: PeerSearch,
@@ -87,7 +88,7 @@ pub(super) struct Worker {
     link: Link,
 }
 
-impl Keys {
+impl SessionKeys {
     fn new(settings: &NetworkSettings, hashes: TypeHashes) -> Result<Self, String> {
         let key = |name: &str, (package, message): &(String, String)| {
             TopicKey::new(name, (package, message), hashes)
@@ -103,12 +104,12 @@ impl Keys {
     }
 }
 
-impl Joined {
+impl JoinedSession {
     /// Declares everything on a session.
     fn new(
         session: Session,
         settings: &NetworkSettings,
-        Keys { hashes, written, read }: &Keys,
+        SessionKeys { hashes, written, read }: &SessionKeys,
         wakeup: &Arc<Wakeup>,
         heritage: Heritage,
     ) -> zenoh::Result<Self> {
@@ -122,16 +123,16 @@ impl Joined {
         let graph = Graph::new(&session, &node, settings.graph, written, read, heritage)?;
         let writers = settings.written.iter().zip(written);
         let writers =
-            writers.map(|(topic, key)| TopicWriter::new(&session, &node, &mut ids, topic, key.clone()));
+            writers.map(|(topic, key)| ZenohTopicWriter::new(&session, &node, &mut ids, topic, key.clone()));
         let writers = writers.collect::<zenoh::Result<Vec<_>>>()?;
         let readers = settings.read.iter().zip(read);
-        let readers = readers
-            .map(|(topic, key)| TopicReader::new(&session, &node, &mut ids, topic, key, Arc::clone(wakeup)));
+        let readers = readers.map(|(topic, key)| {
+            ZenohTopicReader::new(&session, &node, &mut ids, topic, key, Arc::clone(wakeup))
+        });
         let readers = readers.collect::<zenoh::Result<Vec<_>>>()?;
-        let parameter_server = settings
-            .parameters
-            .clone()
-            .map(|parameters| ParameterServer::new(&session, &node, &mut ids, *hashes, parameters, wakeup));
+        let parameter_server = settings.parameters.clone().map(|parameters| {
+            ZenohParameterServer::new(&session, &node, &mut ids, *hashes, parameters, wakeup)
+        });
         let parameter_server = parameter_server.transpose()?;
         Ok(Self { session, ids, writers, readers, graph, parameter_server })
     }
@@ -140,19 +141,19 @@ impl Joined {
     fn act(
         &mut self,
         position: usize,
-        act: impl FnOnce(&mut TopicWriter, &mut NextId) -> zenoh::Result<()>,
+        act: impl FnOnce(&mut ZenohTopicWriter, &mut NextId) -> zenoh::Result<()>,
     ) -> zenoh::Result<()> {
         self.writers.get_mut(position).map_or(Ok(()), |writer| act(writer, &mut self.ids))
     }
 }
 
-impl Worker {
+impl ZenohWorker {
     /// A network side that has not joined the network.
     pub(super) fn new(settings: NetworkSettings, link: Link) -> Self {
         Self {
             settings,
             config: zenoh::Config::default(),
-            keys: Keys { hashes: TypeHashes::default(), written: Vec::new(), read: Vec::new() },
+            keys: SessionKeys { hashes: TypeHashes::default(), written: Vec::new(), read: Vec::new() },
             wakeup: Arc::default(),
             opening: None,
             joined: None,
@@ -174,14 +175,14 @@ impl Worker {
         self.link
     }
 
-    /// Opens a session, whether there is a network or not; that of a client waits for a router, so that it is opened by a
+    /// Opens a session, whether there is a network or not; a client's session waits for a router, so that it is opened by a
     /// thread of its own. The error is a text for people.
     pub(super) fn open(&mut self) -> Result<(), String> {
         let Transport::Zenoh(zenoh) = &self.settings.transport else {
             return Err("not configured".to_owned());
         };
         self.config = zenoh_config::parse(zenoh.config.as_deref()).map_err(|error| error.to_string())?;
-        self.keys = Keys::new(&self.settings, zenoh.type_hashes)?;
+        self.keys = SessionKeys::new(&self.settings, zenoh.type_hashes)?;
         if !zenoh_config::waits_for_router(&self.config) {
             let session = zenoh::open(self.config.clone()).wait().map_err(|error| error.to_string())?;
             return self.join(session).map_err(|error| error.to_string());
@@ -194,7 +195,7 @@ impl Worker {
         let (sender, receiver) = channel();
         let wakeup = Arc::clone(&self.wakeup);
         let open = move || {
-            // Nobody waits any more when the network side has ended.
+            // The receiver is gone when the network side has ended.
             let _ = sender.send(zenoh::open(config).wait());
             wakeup.notify();
         };
@@ -207,8 +208,13 @@ impl Worker {
     fn join(&mut self, session: Session) -> zenoh::Result<()> {
         let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.session));
         let is_first = heritage.is_none();
-        let joined =
-            Joined::new(session, &self.settings, &self.keys, &self.wakeup, heritage.unwrap_or_default())?;
+        let joined = JoinedSession::new(
+            session,
+            &self.settings,
+            &self.keys,
+            &self.wakeup,
+            heritage.unwrap_or_default(),
+        )?;
         if let Some(mut former) = self.joined.replace(joined) {
             former.writers.clear();
             former.parameter_server = None;
@@ -271,7 +277,7 @@ impl Worker {
             let (sender, wakeup) = (self.answers.0.clone(), Arc::clone(&self.wakeup));
             let unasked = sessions.clone();
             let then = move |asked, answer| {
-                // Nobody waits any more when the network side has ended.
+                // The receiver is gone when the network side has ended.
                 let _ = sender.send((asked, answer));
                 wakeup.notify();
             };
@@ -283,7 +289,7 @@ impl Worker {
         }
     }
 
-    /// Works until the gateway says stop; an error is that of the link, whose other end is gone, or of a session that
+    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone, or of a session that
     /// cannot be opened.
     pub(super) fn run(mut self, runtime: &Runtime) -> io::Result<()> {
         self.link.answer(&FromNetwork::Ready);
@@ -313,9 +319,10 @@ impl Worker {
             }
             self.receive();
             let server = self.joined.as_ref().and_then(|joined| joined.parameter_server.as_ref());
-            self.unanswered_requests += server.map_or(0, ParameterServer::serve);
+            self.unanswered_requests += server.map_or(0, ZenohParameterServer::serve);
             for position in 0..self.keys.written.len() {
-                let settled = self.joined.as_mut().map(|joined| joined.act(position, TopicWriter::settle));
+                let settled =
+                    self.joined.as_mut().map(|joined| joined.act(position, ZenohTopicWriter::settle));
                 self.count_write_error(settled.unwrap_or(Ok(())));
             }
             self.update_status();
@@ -341,7 +348,7 @@ impl Worker {
             self.carry_out(topic, order);
         }
         if let Some(parameters) = received.parameters {
-            if let Some(Joined { parameter_server: Some(server), ids, .. }) = &mut self.joined {
+            if let Some(JoinedSession { parameter_server: Some(server), ids, .. }) = &mut self.joined {
                 server.set_parameters(parameters.clone(), ids);
             }
             self.settings.parameters = self.settings.parameters.take().map(|_| parameters);

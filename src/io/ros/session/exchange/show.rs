@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Active, Exchange, Phase};
+use super::{Active, Exchange, NetworkPhase};
 use crate::core::gateway::network::{Burden, NetworkState};
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::link::NetworkStatus;
@@ -25,15 +25,15 @@ impl Exchange {
         });
         let none = NetworkStatus::default();
         let (seen, joined) = match &self.phase {
-            Phase::Active(active) => (&active.status, active.joined),
-            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (&none, None),
+            NetworkPhase::Active(active) => (&active.status, active.joined),
+            NetworkPhase::Ending { .. } | NetworkPhase::Down { .. } | NetworkPhase::Refused => (&none, None),
         };
         if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
             self.state.peers = peers(seen);
             let active = match &self.phase {
-                Phase::Active(active) => Some(active),
-                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
+                NetworkPhase::Active(active) => Some(active),
+                NetworkPhase::Ending { .. } | NetworkPhase::Down { .. } | NetworkPhase::Refused => None,
             };
             let reading = active.map(|active| active.host.look()).unwrap_or_default();
             self.state.processor_percent = self.processor.look(reading.threads, now);
@@ -83,8 +83,19 @@ pub(super) fn peers(status: &NetworkStatus) -> u32 {
 }
 
 impl Active {
-    /// Log lines that it did not write; none of a thread, whose log is that of this process.
+    /// Returns the log lines that it did not write; none of a thread, which shares the log of this process.
     pub(super) fn lost_lines(&self) -> LostLines {
         if self.host.is_isolated() { self.status.lost_lines } else { LostLines::default() }
+    }
+
+    /// Writes what waits, and reads until the other end is closed.
+    pub(super) async fn end(&mut self) {
+        while self.link.flush().is_ok() && self.link.read().is_ok() {
+            // What it still has to say is of no use.
+            while let Ok(Some(_)) = self.link.next_frame() {}
+            if self.link.ready().await.is_err() {
+                return;
+            }
+        }
     }
 }

@@ -1,0 +1,48 @@
+//! The rows of topics: every type is defined, and the documentation has the table that they make.
+
+use signal_gateway::io::ros::messages::type_hash;
+use signal_gateway::io::ros::topics::{
+    Delivery, Durability, LOG_LIFESPAN, OUTGOING, OutgoingRow, RowDurability, TopicFlow,
+};
+
+const EDGES: [&str; 2] = [
+    "<!-- Made by `UPDATE_DOCS=1 cargo test --test pure topics` from io::ros::topics. -->\n",
+    "<!-- The end of the table. -->\n",
+];
+
+fn line(row: &OutgoingRow) -> String {
+    let (package, name) = row.type_name;
+    let durability = match row.durability {
+        RowDurability::Configured | RowDurability::Fixed(Durability::TransientLocal) => "transient local",
+        RowDurability::Fixed(Durability::Volatile) => "volatile",
+    };
+    let kept = match row.delivery {
+        Delivery::Log => format!("lifespan {} s", LOG_LIFESPAN.as_secs()),
+        Delivery::Report | Delivery::Stream | Delivery::Once => format!("depth {}", row.depth),
+    };
+    let (topic, when) = (row.default_name, row.when);
+    format!("| `{topic}` | `{package}/msg/{name}` | reliable, {durability}, {kept} | {when} |\n")
+}
+
+#[test]
+fn documentation_has_the_topics_of_reports_diagnostics_and_log() {
+    let is_shown = |row: &&OutgoingRow| matches!(row.flow, TopicFlow::VehicleLights | TopicFlow::Gateway);
+    let lines: String = OUTGOING.iter().filter(is_shown).map(line).collect();
+    let table = format!("| topic | type | QoS | when |\n|---|---|---|---|\n{lines}");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/vehicle-lights.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let (before, rest) = text.split_once(EDGES[0]).unwrap();
+    let (shown, after) = rest.split_once(EDGES[1]).unwrap();
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(path, [before, EDGES[0], &table, EDGES[1], after].concat()).unwrap();
+    } else {
+        assert_eq!(shown, table, "renew it: UPDATE_DOCS=1 cargo test --test pure topics");
+    }
+}
+
+#[test]
+fn every_type_that_is_written_is_defined() {
+    let lacks = |row: &&OutgoingRow| type_hash(row.type_name.0, row.type_name.1).is_none();
+    let undefined: Vec<_> = OUTGOING.iter().filter(lacks).map(|row| row.label).collect();
+    assert_eq!(undefined, [""; 0]);
+}
