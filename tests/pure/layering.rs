@@ -28,7 +28,8 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["dbc"],
     &["can", "map"],
     &["diagnostics"],
-    &["time", "compat", "light_command", "names", "near_miss", "provenance"],
+    &["time", "compat", "light_command", "near_miss", "provenance"],
+    &["names"],
 ];
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
 const PURE_CRATES: &[&str] = &[

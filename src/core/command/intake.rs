@@ -3,6 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::Turn;
 use super::feedback_monitor::Lights;
 use super::origin::CommandOrigin;
@@ -49,6 +52,23 @@ pub enum CommandState<T> {
     Requested(T),
     /// Nothing has been received for longer than the limit; the last message requested this, or was `NO_COMMAND`.
     TimedOut(Option<T>),
+}
+
+/// The latest command as it is shown: a value, or why there is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
+pub enum LatestCommand {
+    /// None since start.
+    Never,
+    /// The sender requests nothing.
+    NothingRequested,
+    /// Its timeout has passed.
+    Silent,
+    Off,
+    Left,
+    Right,
+    On,
 }
 
 /// Number of messages since start, by use.

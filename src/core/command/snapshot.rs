@@ -7,6 +7,7 @@ use super::arbitration::DecisionReason;
 use super::control_mode::{ControlMode, ModeState};
 use super::feedback_monitor::{Compliance, Lights};
 use super::flow::CommandFlow;
+use super::intake::LatestCommand;
 use super::settings::CommandSource;
 use super::status::{FunctionView, StatusText};
 use crate::core::can::bus::Bus;
@@ -75,23 +76,6 @@ pub enum LightsValue {
 }
 
 display_by_name!(LightsValue);
-
-/// The latest command: a value, or why there is none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[allow(missing_docs)] // their names say it
-pub enum LatestCommand {
-    /// None since start.
-    Never,
-    /// The sender requests nothing.
-    NothingRequested,
-    /// Its timeout has passed.
-    Silent,
-    Off,
-    Left,
-    Right,
-    On,
-}
 
 /// Frames of one message to the vehicle, since start.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
