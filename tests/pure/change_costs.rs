@@ -7,7 +7,7 @@ use std::fs;
 
 use crate::support::sources::{files_below, project};
 
-const FOLDERS: [&str; 6] = ["src", "config", "dbc", "docs", "tests", "benches"];
+const FOLDERS: [&str; 7] = ["src", "build", "config", "dbc", "docs", "tests", "benches"];
 
 /// Documents and cases that are generated.
 const NOT_COUNTED: [&str; 8] = [
