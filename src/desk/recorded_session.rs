@@ -16,7 +16,7 @@ use crate::io::can::log::{Log, no_frame};
 /// The frames of a recording, and its marks.
 #[derive(Debug)]
 pub struct RecordedSession {
-    /// The frames.
+    /// Frames of the recording, by message.
     pub capture: Capture,
     /// The driver's actions, ascending.
     pub marks: Vec<(MonoTime, DriverMark)>,

@@ -67,11 +67,11 @@ impl Defaults {
 
 /// Period of a message in ms; `None` overrides the default of the file too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct CycleTime(Option<u32>);
+struct MessagePeriod(Option<u32>);
 
 #[derive(Debug, Default)]
 struct Details {
-    cycle: Option<CycleTime>,
+    cycle: Option<MessagePeriod>,
     format: Option<EnumValue>,
     rules: BTreeMap<String, MultiplexRule>,
     numbers: BTreeMap<String, Number>,
@@ -96,7 +96,7 @@ impl Details {
             return;
         }
         let first = match detail {
-            Detail::Cycle(cycle) => *self.cycle.get_or_insert(CycleTime(cycle)) == CycleTime(cycle),
+            Detail::Cycle(cycle) => *self.cycle.get_or_insert(MessagePeriod(cycle)) == MessagePeriod(cycle),
             Detail::FrameFormat(format) => *self.format.get_or_insert_with(|| format.clone()) == format,
             Detail::Multiplexed { signal, multiplexor, ranges } => {
                 let rule = MultiplexRule { multiplexor, ranges };
@@ -146,7 +146,7 @@ impl Details {
                 Err(reason) => findings.rejected(&location, reason),
             }
         }
-        let cycle_ms = self.cycle.unwrap_or(CycleTime(defaults.cycle_ms)).0;
+        let cycle_ms = self.cycle.unwrap_or(MessagePeriod(defaults.cycle_ms)).0;
         let format = defaults.format(length, self.format.as_ref());
         Message { name, id, length, format, cycle_ms, line: location.line, signals: joined }
     }

@@ -1,4 +1,4 @@
-//! Judges whether frames are those of a vehicle profile: lengths, periods, counters and checksums, values, and whether
+//! Judges whether frames fit a vehicle profile: lengths, periods, counters and checksums, values, and whether
 //! a driver behaves as they show.
 //!
 //! [`ProfileEvidence`](evidence::ProfileEvidence) takes frames one by one and keeps counts only, so that a recording of

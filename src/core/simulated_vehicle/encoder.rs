@@ -33,7 +33,7 @@ pub(super) enum SignalValue {
 
 /// Part of the vehicle's state that a signal reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum SignalSubject {
+pub(super) enum ReportedSubject {
     Turn,
     Side {
         is_left: bool,
@@ -57,7 +57,7 @@ pub(super) enum SignalSubject {
     },
 }
 
-impl SignalSubject {
+impl ReportedSubject {
     /// Returns true if the quality of the reports applies to it.
     fn has_quality(self) -> bool {
         !matches!(self, Self::Condition | Self::Fault { .. } | Self::Mode | Self::Driver { .. })
@@ -67,7 +67,7 @@ impl SignalSubject {
 /// One content of a signal: its subject with the values of the profile.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SignalContent {
-    pub(super) subject: SignalSubject,
+    pub(super) subject: ReportedSubject,
     pub(super) values: ValueMap<SignalValue>,
 }
 
@@ -85,28 +85,28 @@ impl SignalContent {
         let hazard = state.code == TurnCode::Both;
         match self.subject {
             // A signal without a value for hazard reports off meanwhile.
-            SignalSubject::Turn if hazard && !self.knows(SignalValue::Turn(TurnCode::Both)) => {
+            ReportedSubject::Turn if hazard && !self.knows(SignalValue::Turn(TurnCode::Both)) => {
                 SignalValue::Turn(TurnCode::Off)
             }
-            SignalSubject::Turn => SignalValue::Turn(state.code),
-            SignalSubject::Side { is_left, both } => SignalValue::On(match state.code {
+            ReportedSubject::Turn => SignalValue::Turn(state.code),
+            ReportedSubject::Side { is_left, both } => SignalValue::On(match state.code {
                 TurnCode::Off => false,
                 TurnCode::Left => is_left,
                 TurnCode::Right => !is_left,
                 TurnCode::Both => both == BothOn::Hazard,
             }),
-            SignalSubject::Lamp { is_left } => {
+            ReportedSubject::Lamp { is_left } => {
                 SignalValue::On(if is_left { state.lit.left } else { state.lit.right })
             }
-            SignalSubject::Stalk => SignalValue::Stalk(state.stalk),
-            SignalSubject::Hazard => SignalValue::On(hazard),
-            SignalSubject::Button => SignalValue::On(state.button),
-            SignalSubject::Condition => SignalValue::On(true),
-            SignalSubject::Fault { sides } => {
+            ReportedSubject::Stalk => SignalValue::Stalk(state.stalk),
+            ReportedSubject::Hazard => SignalValue::On(hazard),
+            ReportedSubject::Button => SignalValue::On(state.button),
+            ReportedSubject::Condition => SignalValue::On(true),
+            ReportedSubject::Fault { sides } => {
                 SignalValue::On(sides.left && state.broken.left || sides.right && state.broken.right)
             }
-            SignalSubject::Mode => SignalValue::Mode(state.mode),
-            SignalSubject::Driver { overrides } => SignalValue::On(
+            ReportedSubject::Mode => SignalValue::Mode(state.mode),
+            ReportedSubject::Driver { overrides } => SignalValue::On(
                 overrides.turn && state.driver.turn || overrides.hazard && state.driver.hazard,
             ),
         }
@@ -150,7 +150,7 @@ impl SignalEncoder {
     }
 
     /// Returns true if it reports a subject for which `is_wanted` holds.
-    pub(super) fn encodes_any(&self, is_wanted: fn(SignalSubject) -> bool) -> bool {
+    pub(super) fn encodes_any(&self, is_wanted: fn(ReportedSubject) -> bool) -> bool {
         self.contents.iter().any(|content| is_wanted(content.subject))
     }
 

@@ -1,6 +1,6 @@
 //! Requests for which the vehicle has no signal. They are performed as far as possible and reported.
 
-use super::encoder::{SignalEncoder, SignalSubject};
+use super::encoder::{ReportedSubject, SignalEncoder};
 use super::plan::PlannedMessage;
 use super::request::{FrameFault, SimulatedFault, SimulationRequest};
 
@@ -12,7 +12,7 @@ pub(super) fn missing_signal(
     let mut encoders = messages.iter().flat_map(|message| &message.pages).flat_map(|page| &page.encoders);
     let (is_there, text) = match request {
         SimulationRequest::Mode(_) => (
-            encoders.any(|encoder| encoder.encodes_any(|subject| matches!(subject, SignalSubject::Mode))),
+            encoders.any(|encoder| encoder.encodes_any(|subject| matches!(subject, ReportedSubject::Mode))),
             "no signal reports the control mode",
         ),
         SimulationRequest::Fault(SimulatedFault::Report(quality)) => {
@@ -40,5 +40,7 @@ pub(super) fn missing_signal(
 }
 
 fn shows_bulbs(encoder: &SignalEncoder) -> bool {
-    encoder.encodes_any(|subject| matches!(subject, SignalSubject::Fault { .. } | SignalSubject::Lamp { .. }))
+    encoder.encodes_any(|subject| {
+        matches!(subject, ReportedSubject::Fault { .. } | ReportedSubject::Lamp { .. })
+    })
 }

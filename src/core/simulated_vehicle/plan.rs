@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::encoder::{SignalContent, SignalEncoder, SignalSubject, SignalValue};
+use super::encoder::{ReportedSubject, SignalContent, SignalEncoder, SignalValue};
 use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
 use crate::core::can::link::BusIndex;
@@ -128,15 +128,15 @@ impl Draft<'_> {
                 HazardSource::BothSides => {}
                 HazardSource::Signal { role, .. } => {
                     let on = |code: HazardCode| SignalValue::On(code.active);
-                    self.add(table, role, SignalSubject::Hazard, on)?;
+                    self.add(table, role, ReportedSubject::Hazard, on)?;
                 }
                 HazardSource::Button { role, .. } => {
-                    self.add(table, role, SignalSubject::Button, SignalValue::On)?;
+                    self.add(table, role, ReportedSubject::Button, SignalValue::On)?;
                 }
             }
         }
         for fault in lights.turn_faults.signals.iter().chain(&lights.hazard_faults.signals) {
-            self.add(table, &fault.role, SignalSubject::Fault { sides: fault.sides }, SignalValue::On)?;
+            self.add(table, &fault.role, ReportedSubject::Fault { sides: fault.sides }, SignalValue::On)?;
         }
         Ok(())
     }
@@ -144,31 +144,38 @@ impl Draft<'_> {
     fn turn(&mut self, table: &SignalTable, source: &TurnSource) -> Result<(), PlanError> {
         match source {
             TurnSource::Enumerated { role, .. } => {
-                self.add(table, role, SignalSubject::Turn, SignalValue::Turn)
+                self.add(table, role, ReportedSubject::Turn, SignalValue::Turn)
             }
             TurnSource::Pair { pair, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.add(table, role, SignalSubject::Side { is_left, both: pair.both }, SignalValue::On)?;
+                    self.add(
+                        table,
+                        role,
+                        ReportedSubject::Side { is_left, both: pair.both },
+                        SignalValue::On,
+                    )?;
                 }
                 Ok(())
             }
             TurnSource::Lamps { pair, settings, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.add(table, role, SignalSubject::Lamp { is_left }, SignalValue::On)?;
+                    self.add(table, role, ReportedSubject::Lamp { is_left }, SignalValue::On)?;
                     self.shows_lamps(table, role.signal, settings.lit_until_changed);
                 }
                 Ok(())
             }
-            TurnSource::Stalk { role, .. } => self.add(table, role, SignalSubject::Stalk, SignalValue::Stalk),
+            TurnSource::Stalk { role, .. } => {
+                self.add(table, role, ReportedSubject::Stalk, SignalValue::Stalk)
+            }
         }
     }
 
     fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
         if let Some(role) = &command.control_mode {
-            self.add(&command.table, role, SignalSubject::Mode, SignalValue::Mode)?;
+            self.add(&command.table, role, ReportedSubject::Mode, SignalValue::Mode)?;
         }
         for driver in &command.driver {
-            let subject = SignalSubject::Driver { overrides: driver.overrides };
+            let subject = ReportedSubject::Driver { overrides: driver.overrides };
             self.add(&command.table, &driver.role, subject, SignalValue::On)?;
         }
         Ok(())
@@ -177,7 +184,7 @@ impl Draft<'_> {
     /// Adds the condition of a source. Where sources exclude each other, the first of them applies.
     fn condition(&mut self, table: &SignalTable, condition: Option<&Role<bool>>) -> Result<(), PlanError> {
         let Some(role) = condition else { return Ok(()) };
-        self.add(table, role, SignalSubject::Condition, SignalValue::On)
+        self.add(table, role, ReportedSubject::Condition, SignalValue::On)
     }
 
     /// Adds the heartbeat messages, which are sent with all bits zero.
@@ -199,7 +206,7 @@ impl Draft<'_> {
         &mut self,
         table: &SignalTable,
         role: &Role<T>,
-        subject: SignalSubject,
+        subject: ReportedSubject,
         value: impl Fn(T) -> SignalValue,
     ) -> Result<(), PlanError> {
         let Some(signal) = table.signals.get(role.signal.0) else { return Ok(()) };
