@@ -38,6 +38,6 @@ mod vehicle;
 
 pub use gateway::{Overrides, Settings, interface_name, load, load_profile, load_profile_for_node};
 pub use map::{MapLights, find_map, read_lane_network, read_lights};
-pub use reading::key::{KeyEffect, KeyRow, ValueShape};
+pub use reading::key::{KeyEffect, KeyRow, ValueShape, description};
 pub use reading::location::SourceLocation;
 pub use reading::problem::{MissingTimeout, Problem, Refused};

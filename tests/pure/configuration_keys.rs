@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use signal_gateway::config::gateway::reference::{description, document, sections};
+use signal_gateway::config::description;
+use signal_gateway::config::gateway::reference::{document, sections};
 
 mod agreement;
 mod schemas;

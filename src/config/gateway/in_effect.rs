@@ -7,11 +7,12 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf, absolute};
 use std::rc::Rc;
 
-use super::Settings;
 use crate::config::built_in::{display, project_path};
 use crate::config::files::Files;
 use crate::config::reading::checker::RecordedKey;
 use crate::config::reading::key::KeyEffect;
+use crate::config::ros_names::Remapping;
+use crate::core::gateway::GatewaySettings;
 use crate::core::gateway::configuration::EffectiveConfiguration;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 
@@ -19,7 +20,8 @@ use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 pub(super) fn in_effect(
     recorded: Vec<RecordedKey>,
     files: &DigestedFiles<'_>,
-    settings: &Settings,
+    gateway: &GatewaySettings,
+    remappings: &[Remapping],
     profile: &[(String, String)],
 ) -> EffectiveConfiguration {
     let mut parts = EffectiveConfiguration::default();
@@ -39,21 +41,21 @@ pub(super) fn in_effect(
     }
     for (key, value) in profile {
         // The machine that sends frames to the vehicle never changes while it runs: they carry counters and obey its rules.
-        let is_fixed = settings.command.is_some() && key.contains("[command");
+        let is_fixed = gateway.command.is_some() && key.contains("[command");
         let parts = if is_fixed { &mut parts.fixed } else { &mut parts.reloadable };
         parts.insert(format!("vehicle profile {key}"), value.clone());
     }
     let mut fix = |part: &str, value: String| parts.fixed.insert(part.to_owned(), value);
-    let buses: Vec<_> = settings.gateway.buses.iter().map(|bus| bus.name.as_str()).collect();
+    let buses: Vec<_> = gateway.buses.iter().map(|bus| bus.name.as_str()).collect();
     fix("vehicle profile: buses", buses.join(", "));
-    let lights = &settings.gateway.lights;
+    let lights = &gateway.lights;
     fix("vehicle profile: has [turn]", (!matches!(lights.turn, TurnBinding::LeftOut)).to_string());
     fix("vehicle profile: has [hazard]", (!matches!(lights.hazard, HazardBinding::LeftOut)).to_string());
-    let remappings = settings.ros.remappings.iter().map(|rule| format!("{}:={}", rule.from, rule.to));
+    let remappings = remappings.iter().map(|rule| format!("{}:={}", rule.from, rule.to));
     fix("remappings", remappings.collect::<Vec<_>>().join(", "));
-    if let Some(command) = &settings.command {
+    if let Some((_, binding)) = &gateway.command {
         // The DBC is part of it.
-        let binding = format!("{:?}", command.binding);
+        let binding = format!("{binding:?}");
         fix(
             "vehicle profile: command messages",
             format!("#{:016x}", digest(DIGEST_START, binding.as_bytes())),

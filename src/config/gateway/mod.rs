@@ -14,6 +14,7 @@ pub mod reference;
 mod reports;
 mod ros;
 mod status;
+mod top;
 pub mod traffic_lights;
 pub mod turn_signal;
 
@@ -27,6 +28,7 @@ pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::{DEFAULT_NODE, RosConfig};
 pub use status::StatusConfig;
+pub use top::SourceKind;
 
 pub use super::vehicle::LoadedDbc;
 
@@ -34,11 +36,10 @@ use super::built_in::{BuiltIn, display};
 use super::file_kind::FileKind;
 use super::files::Files;
 use super::named_file::{find, find_here};
-use super::reading::checker::{Checker, Keywords};
+use super::reading::checker::Checker;
 use super::reading::fields::Fields;
 use super::reading::location::{Location, SourceLocation, Text};
 use super::reading::problem::{Problem, Refused, cannot_read, remedy_of};
-use super::reading::row::{key_rows, keyword, text};
 use super::reading::toml_text::from_toml;
 use super::ros_names::RosOverrides;
 use super::vehicle::{self, SEE, Vehicle};
@@ -52,29 +53,9 @@ use crate::io::standard_input;
 use can::{CanConfig, cans};
 use command::CommandConfig;
 use in_effect::{DigestedFiles, in_effect};
+use top::{PROFILE, SOURCE};
 use traffic_lights::{LightTopics, traffic_lights};
 use turn_signal::{TurnSignalConfig, turn_signal};
-
-/// The origin of frames in `run`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SourceKind {
-    /// Frames come from the configured interfaces.
-    #[default]
-    Socketcan,
-    /// Frames come from the configured recording.
-    Recording,
-}
-
-const SOURCES: Keywords<SourceKind> =
-    &[("socketcan", SourceKind::Socketcan), ("recording", SourceKind::Recording)];
-
-key_rows! {
-    PROFILE: String = text("profile").example("\"vehicles/hyundai_kia.toml\"").doc("The vehicle profile: which DBC signals mean what. See the end of this file for its keys.
-A path relative to this file, or a name of `signal-gateway profiles list`; a file wins. Maps, drives and scenarios
-of the project have names as well. Instead of a path the profile can stand here as [vehicle], [vehicle.turn] and so on.");
-    SOURCE: SourceKind = keyword("source", SOURCES).or_text("socketcan").restart()
-        .doc("where `run` takes frames from: \"socketcan\" (the interfaces below) or \"recording\"");
-}
 
 const MISSING_CONFIGURATION: &str = "give a configuration with --config FILE, or only a vehicle with --profile NAME: `signal-gateway profiles list` \
      names them, `signal-gateway identify LOG` finds the one that fits a recording";
@@ -216,7 +197,8 @@ fn resolve(
     let settings = read.map(|(settings, profile_keys)| {
         let recorded = checker.recorded();
         let parameters = parameters::parameters(&root, &recorded);
-        let in_effect = in_effect(recorded, &files, &settings, &profile_keys);
+        let in_effect =
+            in_effect(recorded, &files, &settings.gateway, &settings.ros.remappings, &profile_keys);
         Settings { parameters, in_effect, ..settings }
     });
     checker.finish(settings).map_err(Refused)

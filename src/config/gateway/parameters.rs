@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use super::reference::description;
 use crate::config::reading::checker::RecordedKey;
+use crate::config::reading::key::description;
 use crate::config::reading::value::{Kind, Value};
 use crate::io::ros::parameters::{ParameterValue, Parameters};
 

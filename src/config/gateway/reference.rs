@@ -2,10 +2,10 @@
 
 use super::traffic_lights::{arbiter, faults, topics};
 use super::{
-    black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, traffic_lights,
+    black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, top, traffic_lights,
     turn_signal,
 };
-use crate::config::reading::key::{KeyRow, ValueShape};
+use crate::config::reading::key::{KeyRow, description};
 use crate::config::{country, decider, dimensions};
 
 /// A section of `gateway.toml`.
@@ -38,7 +38,7 @@ pub fn sections() -> Vec<KeySection> {
     let optional = |path, doc, keys| KeySection { is_optional: true, ..section(path, doc, keys) };
     let decider_keys = [turn_signal::keys(), country::keys(), decider::keys()].concat();
     vec![
-        section("", "", super::keys()),
+        section("", "", top::keys()),
         KeySection {
             shown: "powertrain",
             ..section(
@@ -122,36 +122,6 @@ pub fn sections() -> Vec<KeySection> {
         optional("turn_signal.inputs", "\"\": not read, where that is possible", turn_signal::topics::keys()),
         optional("turn_signal.outputs", "", turn_signal::topics::written::keys()),
     ]
-}
-
-/// Returns the meaning of a key with the range of its values.
-pub fn description(row: &dyn KeyRow) -> String {
-    let range = match row.shape() {
-        ValueShape::Whole(min, max, unit) if min > i64::MIN && max < i64::MAX => {
-            format!("{min} to {max} {unit}")
-        }
-        ValueShape::Number(min, max, unit) if max < f64::MAX => format!("{min} to {max} {unit}"),
-        ValueShape::Keyword(words) => {
-            words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(", ")
-        }
-        ValueShape::Flag => "true or false".to_owned(),
-        ValueShape::Whole(..)
-        | ValueShape::Number(..)
-        | ValueShape::Text
-        | ValueShape::Path
-        | ValueShape::Texts
-        | ValueShape::Names
-        | ValueShape::Tables(_) => String::new(),
-    };
-    let (doc, range) = (row.doc(), range.trim_end());
-    let is_number = matches!(row.shape(), ValueShape::Whole(..) | ValueShape::Number(..));
-    if doc.contains("{range}") {
-        doc.replace("{range}", range)
-    } else if is_number && !range.is_empty() {
-        format!("{doc}, {range}")
-    } else {
-        doc.to_owned()
-    }
 }
 
 /// Returns the sections of the documented file.

@@ -54,6 +54,36 @@ pub trait KeyRow: Sync {
     }
 }
 
+/// Returns the meaning of a key with the range of its values.
+pub fn description(row: &dyn KeyRow) -> String {
+    let range = match row.shape() {
+        ValueShape::Whole(min, max, unit) if min > i64::MIN && max < i64::MAX => {
+            format!("{min} to {max} {unit}")
+        }
+        ValueShape::Number(min, max, unit) if max < f64::MAX => format!("{min} to {max} {unit}"),
+        ValueShape::Keyword(words) => {
+            words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(", ")
+        }
+        ValueShape::Flag => "true or false".to_owned(),
+        ValueShape::Whole(..)
+        | ValueShape::Number(..)
+        | ValueShape::Text
+        | ValueShape::Path
+        | ValueShape::Texts
+        | ValueShape::Names
+        | ValueShape::Tables(_) => String::new(),
+    };
+    let (doc, range) = (row.doc(), range.trim_end());
+    let is_number = matches!(row.shape(), ValueShape::Whole(..) | ValueShape::Number(..));
+    if doc.contains("{range}") {
+        doc.replace("{range}", range)
+    } else if is_number && !range.is_empty() {
+        format!("{doc}, {range}")
+    } else {
+        doc.to_owned()
+    }
+}
+
 impl fmt::Debug for dyn KeyRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

@@ -1,6 +1,6 @@
 //! The schemas that are kept by hand against the readers: each table of each shipped file gets a key that does not exist, and each of
 //! its values is replaced by one that cannot be right. The readers then name the keys, the ranges and the keywords that they accept.
-//! A validator that is not ours judges the same files in `tests/editor`.
+//! `schemas` and `tests/editor` ask validators that are not ours.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -77,9 +77,11 @@ impl Comparison {
                     self.table(path, file, (&node, &at), pointer);
                 }
                 for key in entries.keys() {
-                    let (below, step) = match &node["properties"][key] {
-                        Value::Null => (&node["additionalProperties"], "*"),
-                        below => (below, key.as_str()),
+                    let below = &node["properties"][key];
+                    let (below, step) = if below.is_null() {
+                        (&node["additionalProperties"], "*")
+                    } else {
+                        (below, key.as_str())
                     };
                     if *below == false {
                         self.differences
@@ -136,7 +138,7 @@ impl Comparison {
             }
             (_, min, max) if !min.is_null() && !max.is_null() => {
                 let number = |value: &Value| value.as_f64().unwrap();
-                (Value::from(number(max) as i64 + 1), format!("give {} to {}", number(min), number(max)))
+                (wrong_number(&node["type"], max), format!("give {} to {}", number(min), number(max)))
             }
             _ => return,
         };
@@ -171,6 +173,14 @@ impl Comparison {
         }
         let differences: Vec<_> = self.differences.into_iter().collect();
         assert!(differences.is_empty(), "{}:\n{}", self.kind, differences.join("\n"));
+    }
+}
+
+/// A number above a maximum, of the type that the schema wants.
+fn wrong_number(kind: &Value, max: &Value) -> Value {
+    match max.as_i64() {
+        Some(max) if kind == "integer" => (max + 1).into(),
+        Some(_) | None => (max.as_f64().unwrap() + 1.0).into(),
     }
 }
 

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
-use signal_gateway::config::gateway::reference::{KeySection, description, sections};
-use signal_gateway::config::{KeyRow, ValueShape};
+use signal_gateway::config::gateway::reference::{KeySection, sections};
+use signal_gateway::config::{KeyRow, ValueShape, description};
 use signal_gateway::core::turn_signal::parameters::table::DeciderParameter;
 
 use super::{check, project};
@@ -122,7 +122,19 @@ fn the_schema_of_drives_has_the_rows_that_drives_share_with_the_gateway() {
     }
 }
 
-/// The files of a folder with an extension, with their texts as JSON.
+/// The file with each date as a text, which JSON has in its place.
+fn with_texts_for_dates(file: Value) -> Value {
+    match file {
+        Value::Object(mut entries) => match entries.remove("$__toml_private_datetime") {
+            Some(date) => date,
+            None => entries.into_iter().map(|(key, value)| (key, with_texts_for_dates(value))).collect(),
+        },
+        Value::Array(items) => items.into_iter().map(with_texts_for_dates).collect(),
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => file,
+    }
+}
+
+/// The TOML files of a folder, as JSON.
 pub(super) fn files(folder: &str) -> Vec<(PathBuf, Value)> {
     let entries = std::fs::read_dir(project(folder)).unwrap().map(|entry| entry.unwrap().path());
     let mut paths: Vec<_> =
@@ -130,7 +142,54 @@ pub(super) fn files(folder: &str) -> Vec<(PathBuf, Value)> {
     paths.sort();
     let json = |path: &PathBuf| {
         let table: toml::Table = std::fs::read_to_string(path).unwrap().parse().unwrap();
-        serde_json::to_value(table).unwrap()
+        with_texts_for_dates(serde_json::to_value(table).unwrap())
     };
     paths.into_iter().map(|path| (path.clone(), json(&path))).collect()
+}
+
+/// The judgement of a validator that is not ours.
+fn judge(kind: &str, file: &Value) -> Result<(), String> {
+    let path = project(&format!("docs/schema/{kind}.schema.json"));
+    let mut schemas = boon::Schemas::new();
+    let index = boon::Compiler::new().compile(path.to_str().unwrap(), &mut schemas).unwrap();
+    schemas.validate(file, index).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_validator_accepts_every_shipped_file() {
+    let mut count = 0;
+    for (kind, folder) in [
+        ("gateway", "config"),
+        ("gateway", "packaging/debian"),
+        ("profile", "config/vehicles"),
+        ("drive", "config/drives"),
+        ("scenario", "config/scenarios"),
+    ] {
+        for (path, file) in files(folder) {
+            assert_eq!(judge(kind, &file), Ok(()), "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 120, "{count} files");
+}
+
+#[test]
+fn a_validator_refuses_unknown_keys_and_values_out_of_range() {
+    for (kind, toml) in [
+        ("gateway", "[black_box]\nbefore_s = 301"),
+        ("gateway", "[black_box]\nbefor_s = 30"),
+        ("gateway", "[turn_signal.parameters]\nturn_signal_search_time = -1"),
+        ("gateway", "[ros]\ntransport = \"tcp\""),
+        ("gateway", "[can.body]\ninterfaces = \"can0\""),
+        ("gateway", "[traffic_lights.faults.camera]\nconfusion = [{ from = \"green\", into = \"red\" }]"),
+        ("profile", "name = \"x\"\nturn.lamp.hold_ms = 0"),
+        ("profile", "name = \"x\"\nmessage.A.timing = \"often\""),
+        ("scenario", "[[event]]\ndo = [{ sets = \"11\" }]"),
+        ("scenario", "[[event]]\ntimes = 0\ndo = []"),
+        ("drive", "map = \"x\"\nroute.segments = [1]\ndrive.speed = [{ at_m = 0, mps = 101 }]"),
+        ("drive", "map = \"x\"\nroute.segments = [1]\ndrive.speed = [{ at_m = 0, kmh = 10 }]"),
+    ] {
+        let table: toml::Table = toml.parse().unwrap();
+        assert!(judge(kind, &serde_json::to_value(table).unwrap()).is_err(), "{kind}: {toml}");
+    }
 }

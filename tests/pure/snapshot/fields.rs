@@ -57,8 +57,8 @@ impl Fields {
     fn target(&self, field: &Value) -> Value {
         let of =
             |value: &Value| value["$ref"].as_str().map(|path| path.rsplit('/').next().unwrap().to_owned());
-        let alternatives = field["anyOf"].as_array().into_iter().flatten();
-        let name = of(field).or_else(|| alternatives.filter_map(of).next());
+        let mut alternatives = field["anyOf"].as_array().into_iter().flatten();
+        let name = of(field).or_else(|| alternatives.find_map(of));
         name.map_or_else(|| field.clone(), |name| self.definitions[&name].clone())
     }
 }
