@@ -161,7 +161,6 @@ impl fmt::Display for Date {
 impl Date {
     /// Reads `YYYY-MM-DD`; `None` for a text that is not a day of the calendar.
     pub fn parse(text: &str) -> Option<Self> {
-        let is_plain = text.len() == 10 && text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'-');
         let mut parts = text.split('-');
         let year = parts.next()?.parse().ok()?;
         let [month, day] = [parts.next()?.parse().ok()?, parts.next()?.parse().ok()?];
@@ -172,7 +171,7 @@ impl Date {
             _ => 31,
         };
         let is_day = (2000..=9999).contains(&year) && (1..=12).contains(&month) && (1..=days).contains(&day);
-        (is_plain && is_day && parts.next().is_none()).then_some(Self { year, month, day })
+        is_day.then_some(Self { year, month, day }).filter(|date| date.to_string() == text)
     }
 }
 

@@ -56,7 +56,7 @@ mod tests {
         for output in [turn(TurnIndicators::EnableLeft, 1), hazard, turn(TurnIndicators::EnableRight, 2)] {
             assert!(late.holds(&Output::VehicleLights(output), LATE));
         }
-        assert_eq!(late.take().collect::<Vec<_>>(), [turn(TurnIndicators::EnableRight, 2), hazard]);
+        assert_eq!(late.take().collect::<Vec<_>>(), [hazard, turn(TurnIndicators::EnableRight, 2)]);
         assert_eq!(late.take().count(), 0);
     }
 

@@ -34,6 +34,17 @@ pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime
     Status { name: format!("{node}: {}", settings.interface), level, message, values }
 }
 
+impl ControllerState {
+    /// Returns how bad the state is by itself.
+    pub fn level(self) -> Level {
+        match self {
+            Self::ErrorActive => Level::Ok,
+            Self::Warning | Self::Passive | Self::Restarted => Level::Warn,
+            Self::BusOff | Self::Stopped => Level::Error,
+        }
+    }
+}
+
 /// `EPROTONOSUPPORT` and `EAFNOSUPPORT`: the kernel has no raw CAN sockets, or no CAN at all.
 const NO_CAN: [i32; 2] = [93, 97];
 

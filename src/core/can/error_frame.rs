@@ -7,7 +7,6 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::core::diagnostics::Level;
 use crate::core::names::display_by_name;
 
 /// Class bits of an error frame (`CAN_ERR_*`).
@@ -86,15 +85,6 @@ impl ControllerState {
     /// All states in the order of their declaration.
     pub const ALL: [Self; 6] =
         [Self::ErrorActive, Self::Warning, Self::Passive, Self::BusOff, Self::Restarted, Self::Stopped];
-
-    /// Returns how bad the state is by itself.
-    pub fn level(self) -> Level {
-        match self {
-            Self::ErrorActive => Level::Ok,
-            Self::Warning | Self::Passive | Self::Restarted => Level::Warn,
-            Self::BusOff | Self::Stopped => Level::Error,
-        }
-    }
 }
 
 // As `ip -details link` shows them.

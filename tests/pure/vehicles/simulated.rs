@@ -150,7 +150,7 @@ fn a_broken_bulb_is_found() {
 
 #[test]
 fn the_side_of_a_broken_bulb_does_not_depend_on_the_words_of_a_text() {
-    let mut settings = read_profile("vw_meb");
+    let mut settings = read_profile("tesla_model3");
     for signal in &mut settings.gateway.lights.turn_faults.signals {
         signal.text = signal.text.replace("left", "linke").replace("right", "rechte");
     }
