@@ -204,7 +204,7 @@ impl LiveBus {
             self.rate_hz = f64::from(std::mem::take(&mut self.counted)) / time.as_secs_f64();
             self.since = now;
         }
-        let link = self.link.map_or_else(|| "no link yet".to_owned(), |link| format!("link {link}"));
+        let link = self.link.map_or_else(|| "no link yet".to_owned(), LinkState::text);
         let more = match self.not_shown {
             0 => String::new(),
             frames => format!(", {frames} frames of more than {MAX_ROWS} identifiers not shown"),

@@ -116,7 +116,7 @@ pub(super) fn project_path(path: &Path) -> Option<PathBuf> {
 }
 
 /// A path without `.` and `..`: `a/c` of `a/b/../c`.
-fn without_dots(path: &Path) -> PathBuf {
+pub(crate) fn without_dots(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for component in path.components() {
         match component {

@@ -108,9 +108,12 @@ fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     Ok((socket, address))
 }
 
-/// Returns the time by which systemd orders a reload and its request: µs since boot.
+/// Returns the time of the clock that orders a reload against its request: µs since boot.
+#[allow(unsafe_code)] // rustix wants a vDSO for this, which not every kernel gives
 fn monotonic_micros() -> i64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is to a timespec of our own. This clock always exists.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
     time.tv_sec.saturating_mul(1_000_000).saturating_add(time.tv_nsec / 1_000)
 }
 

@@ -1,10 +1,12 @@
 //! How a snapshot is shown: the level, the words and the sentences of each thing, which the page's feed carries, and of
 //! which terminal and status text are made.
 
+use std::collections::BTreeSet;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::counts;
+use super::counts::{self, Count};
 use crate::core::can::bus::BusReception;
 use crate::core::can::link::LinkState;
 use crate::core::can::snapshot::BusSnapshot;
@@ -13,7 +15,6 @@ use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::Snapshot;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::names::words;
-use crate::core::traffic_light::bulb::Bulb;
 use crate::core::turn_signal::flow::snapshot::{CandidateSnapshot, DeciderSnapshot, DecisionSnapshot};
 use crate::core::turn_signal::resolve::CandidateOutcome;
 use crate::core::validation::snapshot::{IntegritySnapshot, MessageSnapshot, SignalSnapshot, UsedBy};
@@ -105,7 +106,7 @@ pub struct RawView {
 pub struct BusView {
     /// Name in the vehicle profile.
     pub name: String,
-    /// Level of its diagnostic status.
+    /// The worst level of link, controller and reception.
     pub level: Level,
     /// Its state in a few words: the first of link, controller and reception that is not good.
     pub state: String,
@@ -133,7 +134,7 @@ pub struct DecisionView {
     pub turn: String,
     /// Basis, winner, rule, minimum duration and hazard lights.
     pub reason: String,
-    /// The candidates that have a record.
+    /// The candidates, each with its outcome.
     pub candidates: Vec<CandidateView>,
     /// Manoeuvres and findings, a sentence each.
     pub remarks: Vec<String>,
@@ -269,11 +270,6 @@ pub fn integrity_text(integrity: &IntegritySnapshot) -> String {
     }
 }
 
-/// `● green left` without the mark: a lamp of a traffic light, without what most lamps are.
-pub fn bulb_text(bulb: Bulb) -> String {
-    bulb.to_string().replace(" solidOn", "").replace("solidOff", "off").replace(" circle", "")
-}
-
 fn report_view<T>(
     key: &'static str,
     snapshot: &Snapshot,
@@ -340,7 +336,8 @@ fn steps(
     let buses: Vec<_> =
         snapshot.buses.iter().filter(|bus| signals.iter().any(|signal| signal.bus == bus.name)).collect();
     let mut messages: Vec<_> = signals.iter().filter_map(|signal| message_of(snapshot, signal)).collect();
-    messages.dedup_by(|one, other| one.name == other.name);
+    let mut seen = BTreeSet::new();
+    messages.retain(|message| seen.insert((&message.name, &message.bus)));
     let checks: Vec<_> = messages.iter().filter_map(|message| message.integrity.as_ref()).collect();
     let with_age: Vec<_> =
         signals.iter().filter_map(|signal| Some((signal.age_ms?, signal.timeout_ms))).collect();
@@ -407,23 +404,25 @@ fn reception_text(reception: Option<BusReception>) -> String {
 }
 
 fn bus_view(bus: &BusSnapshot) -> BusView {
-    let parts: Vec<_> = bus.parts().collect();
-    let state = parts.iter().find(|(level, _)| *level > Level::Ok).or(parts.last());
+    let states: Vec<_> = bus.states().collect();
+    let state = states.iter().find(|(level, _)| *level > Level::Ok).or(states.last());
     let is_silent = bus.reception != Some(BusReception::Receiving);
     BusView {
         name: bus.name.clone(),
-        level: bus.level,
+        level: bus.worst(),
         state: state.map_or_else(String::new, |(_, text)| text.clone()),
-        badges: parts
-            .into_iter()
+        badges: bus
+            .details()
             .map(|(level, name)| Badge { level: Some(level), name, text: String::new() })
             .collect(),
         silence: bus.silence_ms.filter(|_| is_silent).map(age_text),
-        counts: counts::BUS
-            .iter()
-            .filter_map(|count| Some(CountView { label: count.label?, count: (count.value)(bus) }))
-            .collect(),
+        counts: counts::BUS.iter().filter_map(|count| count_view(count, bus)).collect(),
     }
+}
+
+fn count_view<T>(row: &Count<T>, counted: &T) -> Option<CountView> {
+    let count = (row.value)(counted);
+    Some(CountView { label: row.label?, count }).filter(|_| count > 0 || !row.only_if_any)
 }
 
 fn decision_view(decision: &DecisionSnapshot) -> DecisionView {

@@ -342,14 +342,14 @@ fn function_text(function: &FunctionSnapshot) -> String {
 }
 
 fn bus_text(bus: &BusSnapshot) -> String {
-    let mut parts: Vec<_> = bus.parts().map(|(_, text)| text).collect();
+    let mut parts: Vec<_> = bus.details().map(|(_, text)| text).collect();
     parts.push(format!("{} frames of the profile/s", bus.rate_hz));
     if let Some(traffic) = bus.traffic {
         let load = traffic.load_percent.map_or_else(String::new, |load| format!(", load {load} %"));
         parts.push(format!("{} frames/s in all{load}", traffic.rate_hz));
     }
     let counts = counts::BUS.iter().filter_map(|count| Some((count.label?, (count.value)(bus))));
-    parts.extend(counts.filter(|(_, count)| *count > 0).map(|(label, count)| format!("{count} {label}")));
+    parts.extend(counts.filter(|(_, count)| *count > 0).map(|(label, count)| format!("{label} {count}")));
     parts.join(", ")
 }
 

@@ -79,7 +79,13 @@ def main():
         print("skipped: taplo is not installed")
         return 77
     with tempfile.TemporaryDirectory() as folder:
-        answers = [ask(program, pathlib.Path(folder)), validate(program, pathlib.Path(folder))]
+        folder = pathlib.Path(folder)
+        server = LanguageServer(program, folder)
+        try:
+            answers = [ask(server, folder), validate(program, folder)]
+        finally:
+            server.process.kill()
+            server.process.wait()
         return 0 if all(answers) else 1
 
 
@@ -122,8 +128,7 @@ def validate(program, folder):
     return right
 
 
-def ask(program, folder):
-    server = LanguageServer(program, folder)
+def ask(server, folder):
     uri = folder.as_uri()
     settings = {"schema": {"enabled": True, "links": False, "catalogs": []}}
     server.request(
@@ -193,7 +198,6 @@ def ask(program, folder):
         right &= check(f"{kind}: error", server.diagnostics[document["uri"]], error)
         right &= check(f"{kind}: completion", server.request("textDocument/completion", at(*completed)), keys)
         right &= check(f"{kind}: help", server.request("textDocument/hover", at(*hovered)), help_text)
-    server.process.kill()
     return right
 
 

@@ -10,8 +10,8 @@ key_rows! {
     FOLDER: PathBuf = path("folder").example("\"black-box\"").restart()
         .doc("default: black-box in systemd's state directory; nothing without either");
     BEFORE_S: Duration = seconds("before_s", 1, 300).or(30).doc("time kept before the change");
-    AFTER_S: Duration = seconds("after_s", 1, 300).or(10).doc("and after it");
-    KEEP: usize = whole("keep", 1, 1000, "recordings").or(20).doc("newest recordings kept, {range}; each has at most 100000 frames");
+    AFTER_S: Duration = seconds("after_s", 1, 300).or(10).doc("time kept after the change");
+    KEEP: usize = whole("keep", 1, 1000, "recordings").or(20).doc("kept: the newest {range}; each has at most 100000 frames");
 }
 
 /// The recordings that are kept around a change to ERROR.

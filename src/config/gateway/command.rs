@@ -53,11 +53,11 @@ key_rows! {
     CONTROL_MODE_TIMEOUT_MS: Duration = limit("control_mode_timeout_ms").or(1000).restart()
         .doc("topic: longest valid time without a message");
     TURN_TIMEOUT_MS: Duration = limit("turn_timeout_ms").or(1000).restart()
-        .doc("longest time without a turn command, {range}; then …");
+        .doc("longest time without a turn command, {range}; then on_turn_timeout");
     ON_TURN_TIMEOUT: TimeoutAction = keyword("on_turn_timeout", ON_TIMEOUT).or_text("off").restart()
         .doc("\"off\", \"hold\": the last request, or \"hazard\": hazard lights on");
     HAZARD_TIMEOUT_MS: Duration = limit("hazard_timeout_ms").or(1000).restart()
-        .doc("longest time without a hazard command, {range}; then …");
+        .doc("longest time without a hazard command, {range}; then on_hazard_timeout");
     // Lights that are on in an emergency stay on.
     ON_HAZARD_TIMEOUT: TimeoutAction = keyword("on_hazard_timeout", ON_TIMEOUT).or_text("hold").restart()
         .doc("\"off\", \"hold\" or \"hazard\"");
@@ -65,8 +65,8 @@ key_rows! {
         .doc("last frames: \"release\": request nothing, \"off\": lights off, \"hazard\": hazard lights on");
     // The default is longer than the report of a flashing lamp takes.
     WARN_AFTER_MS: Duration = limit("warn_after_ms").or(1500).restart()
-        .doc("the report differs from the command for longer: WARN, {range} …");
-    ERROR_AFTER_MS: Duration = limit("error_after_ms").or_time(ERROR_AFTER).restart().doc("… and ERROR, not less");
+        .doc("the report differs from the command for longer: WARN");
+    ERROR_AFTER_MS: Duration = limit("error_after_ms").or_time(ERROR_AFTER).restart().doc("the report differs for longer: ERROR; {range}, not less than warn_after_ms");
 }
 
 pub(super) mod topics {

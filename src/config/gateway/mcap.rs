@@ -8,8 +8,8 @@ use crate::config::reading::row::{key_rows, path, seconds, whole};
 
 key_rows! {
     FOLDER: PathBuf = path("folder").example("\"bags\"").restart().doc("nothing without it; `run --record DIR` replaces it");
-    FILE_MB: u64 = whole("file_mb", 1, 1_000_000, "MB").or(256).restart().doc("a new file from this size on, {range},");
-    FILE_S: Duration = seconds("file_s", 1, 86_400).or(600).restart().doc("and from this time on");
+    FILE_MB: u64 = whole("file_mb", 1, 1_000_000, "MB").or(256).restart().doc("a new file from this size on");
+    FILE_S: Duration = seconds("file_s", 1, 86_400).or(600).restart().doc("a new file from this time on");
     TOTAL_MB: u64 = whole("total_mb", 1, 1_000_000, "MB").or(4096).restart()
         .doc("size of the folder, {range}; the oldest recordings are removed");
 }

@@ -300,7 +300,11 @@ fn settings(
         .table("traffic_lights")
         .and_then(|section| traffic_lights(files, section, overrides.use_sim_time));
     let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
-    let decider = top.table("turn_signal").and_then(|section| turn_signal(files, section));
+    let decider = top.table("turn_signal").and_then(|section| {
+        let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));
+        // The files of a decider that does not run are not in effect.
+        turn_signal(if runs { files } else { files.plain() }, section)
+    });
     let binding = vehicle.as_ref().ok().map(|vehicle| &vehicle.command);
     let command = top.table("command").and_then(|section| command::command(section, binding, decides));
     let cans = match (&vehicle, profile) {

@@ -44,6 +44,9 @@ pub(super) fn recording(fields: Fields<'_>) -> Option<Recording> {
     fields.require(&["file"], "");
     let file = fields.given(&FILE);
     let (speed, repeat, stamps) = (fields.read(&SPEED), fields.read(&REPEAT), fields.read(&STAMPS));
+    let checker = fields.checker;
     fields.done();
+    // A recording that plays keeps what it began with.
+    checker.keep_recorded(|key| key.section != "recording" || key.row.name() == FILE.name);
     Some(Recording { file: file?, speed, repeat, stamps })
 }

@@ -36,7 +36,7 @@ key_rows! {
     MEMORY_LIMIT_MB: u32 = whole("memory_limit_mb", 128, 16_384, "MB").or(384).restart()
         .doc("of the process that speaks DDS, {range}; more for thousands of traffic lights");
     TRANSPORT: bool = keyword("transport", TRANSPORTS).or_text("dds").restart()
-        .doc("or \"zenoh\", in the conventions of rmw_zenoh: docs/fleet.md");
+        .doc("\"dds\", or \"zenoh\" in the conventions of rmw_zenoh: docs/fleet.md");
     ROSOUT: bool = flag("rosout", true).restart().doc("false: warnings and errors of the log do not go to /rosout");
     GRAPH: bool = flag("graph", true).restart()
         .doc("false: `ros2 node list` does not show the node; topics are as before, see docs/vehicle-lights.md");
@@ -139,6 +139,9 @@ fn transport(files: &dyn Files, fields: &Fields<'_>) -> Transport {
         }
         Transport::Zenoh(ZenohSettings { config, type_hashes })
     } else {
+        // What is not used is not in effect.
+        section.record(&zenoh::CONFIG, "none");
+        section.record(&zenoh::TYPE_HASHES, "none");
         Transport::Dds
     };
     section.done();
@@ -154,7 +157,7 @@ fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<
     if let Ok(text) = &text {
         // Another content is another configuration.
         let content = digest(DIGEST_START, text.as_bytes());
-        section.record(&zenoh::CONFIG, format!("{}, content #{content:016x}", path.display()));
+        section.record(&zenoh::CONFIG, format!("#{content:016x}"));
     }
     text.inspect_err(|reason| {
         let reason = format!("{}: {reason}", path.display());

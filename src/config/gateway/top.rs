@@ -17,9 +17,9 @@ const SOURCES: Keywords<SourceKind> =
     &[("socketcan", SourceKind::Socketcan), ("recording", SourceKind::Recording)];
 
 key_rows! {
-    PROFILE: String = text("profile").example("\"vehicles/hyundai_kia.toml\"").doc("The vehicle profile: which DBC signals mean what. See the end of this file for its keys.
+    PROFILE: String = text("profile").example("\"vehicles/hyundai_kia.toml\"").doc("The vehicle profile: which DBC signals mean what. See the end of config/gateway.toml for its keys.
 A path relative to this file, or a name of `signal-gateway profiles list`; a file wins. Maps, drives and scenarios
 of the project have names as well. Instead of a path the profile can stand here as [vehicle], [vehicle.turn] and so on.");
     SOURCE: SourceKind = keyword("source", SOURCES).or_text("socketcan").restart()
-        .doc("where `run` takes frames from: \"socketcan\" (the interfaces below) or \"recording\"");
+        .doc("where `run` takes frames from: \"socketcan\" (the interfaces of [can]) or \"recording\"");
 }

@@ -62,7 +62,11 @@ pub fn description(row: &dyn KeyRow) -> String {
         }
         ValueShape::Number(min, max, unit) if max < f64::MAX => format!("{min} to {max} {unit}"),
         ValueShape::Keyword(words) => {
-            words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(", ")
+            let words: Vec<_> = words.iter().map(|word| format!("{word:?}")).collect();
+            match words.split_last() {
+                Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+                _ => words.concat(),
+            }
         }
         ValueShape::Flag => "true or false".to_owned(),
         ValueShape::Whole(..)

@@ -10,6 +10,7 @@ use super::checker::Keywords;
 use super::fields::Fields;
 use super::key::{KeyEffect, KeyRow, ValueShape};
 use super::value::{Entry, Kind, Value};
+use crate::config::built_in::without_dots;
 use crate::config::ros_names::is_topic;
 
 /// A key of a file, whose values become a `T`.
@@ -312,9 +313,11 @@ impl Fields<'_> {
             Some(toml) => plain_number(toml.trim_matches('"')),
             None => "none".to_owned(),
         };
-        let path = |value: &Value| absolute(self.checker.beside(&shown(value))).ok();
+        let path =
+            |value: &Value| absolute(self.checker.beside(&shown(value))).ok().map(|path| without_dots(&path));
         let text = match (self.value(key.name), key.shape()) {
             (None, _) => default(),
+            (Some(value), _) if is_empty(value) && key.default_toml().is_none() => default(),
             (Some(value), ValueShape::Path) => {
                 path(value).map_or_else(|| shown(value), |path| path.display().to_string())
             }
@@ -349,6 +352,15 @@ fn flatten(section: &str, entries: &[Entry], keys: &mut Vec<(String, String)>) {
                 keys.push((name, shown(value)));
             }
         }
+    }
+}
+
+/// Returns true for a list or a table without anything in it.
+fn is_empty(value: &Value) -> bool {
+    match &value.kind {
+        Kind::List(items) => items.is_empty(),
+        Kind::Map(entries) => entries.is_empty(),
+        Kind::Null | Kind::Scalar { .. } => false,
     }
 }
 

@@ -28,3 +28,10 @@ pub enum LinkState {
 }
 
 display_by_name!(LinkState);
+
+impl LinkState {
+    /// Returns the state in words.
+    pub fn text(self) -> String {
+        if self == Self::NotCan { "not a CAN interface".to_owned() } else { format!("link {self}") }
+    }
+}

@@ -65,7 +65,7 @@ pub struct ControllerSnapshot {
 /// All frames of an interface, those that the gateway does not need as well.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrafficSnapshot {
-    /// Frames per second over the last 5 s: received and sent, on a virtual interface received.
+    /// Frames per second over the last 5 s: received and sent; on vcan, which gives back what is sent, only received.
     pub rate_hz: f64,
     /// Share of the time in which the bus is busy, percent: an estimate from the number of frames and bytes, without
     /// stuff bits; `None` without a bit rate, as on a virtual bus.
@@ -88,13 +88,29 @@ impl BusSnapshot {
         matches!(self.reception, Some(BusReception::Receiving | BusReception::Losing))
     }
 
-    /// Returns the link, the controller and the reception, each with its level and its text.
-    pub fn parts(&self) -> impl Iterator<Item = (Level, String)> {
+    /// Returns the link, the controller and the reception, each with its level and its state in words.
+    pub fn states(&self) -> impl Iterator<Item = (Level, String)> {
+        self.parts(|controller| controller.state.to_string())
+    }
+
+    /// Like `states`, but with the error counters of the controller, which change all the time.
+    pub fn details(&self) -> impl Iterator<Item = (Level, String)> {
+        self.parts(|controller| controller.report().to_string())
+    }
+
+    fn parts(
+        &self,
+        text: fn(&ControllerSnapshot) -> String,
+    ) -> impl Iterator<Item = (Level, String)> + use<> {
         let link = if self.link == LinkState::Up { Level::Ok } else { Level::Error };
+        let controller = self.controller.as_ref().map(|found| (found.state.level(), text(found)));
         let reception = self.reception.map(|reception| (reception.level(), words(&reception)));
-        let controller =
-            self.controller.as_ref().map(|found| (found.state.level(), found.report().to_string()));
-        [(link, format!("link {}", words(&self.link)))].into_iter().chain(controller).chain(reception)
+        [(link, self.link.text())].into_iter().chain(controller).chain(reception)
+    }
+
+    /// Returns the worst level of these states. The diagnostic status keeps a controller's state for longer.
+    pub fn worst(&self) -> Level {
+        self.states().map(|(level, _)| level).max().unwrap_or(Level::Ok)
     }
 
     /// The state of a bus whose frames of the vehicle profile have a rate of `rate_hz`.

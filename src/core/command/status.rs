@@ -189,7 +189,7 @@ impl<T: Lights> FunctionView<'_, T> {
         }
     }
 
-    /// Returns the command; `Never` for one without a name of its own, which there is not.
+    /// Returns the latest command. Each value has a variant of its name, so the fallback `Never` is not reached.
     pub(super) fn latest_command(&self) -> LatestCommand {
         match self.finding.command_state {
             CommandState::NeverReceived => LatestCommand::Never,

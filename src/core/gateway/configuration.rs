@@ -10,8 +10,8 @@ use crate::core::time::WallStamp;
 
 /// A configuration in effect: the value of each part, with its defaults, by the part's name, such as `[ros] domain_id`.
 ///
-/// A value is text for people where it is short, else a digest. Values of two configurations compare where the same build
-/// made them.
+/// A value is what the user has written, or the default; of a file it is a digest of the content. Values of two
+/// configurations compare where the same build made them.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct EffectiveConfiguration {
     /// Parts that a reload changes while the gateway runs.
@@ -117,7 +117,8 @@ fn changes(old: &BTreeMap<String, String>, new: &BTreeMap<String, String>) -> Ve
 
 /// A digest says only that a value is another one.
 fn is_digest(value: &str) -> bool {
-    value.starts_with('#')
+    let digits = value.strip_prefix('#').unwrap_or_default();
+    digits.len() == 16 && digits.bytes().all(|digit| digit.is_ascii_hexdigit())
 }
 
 impl fmt::Display for Change {
@@ -153,9 +154,11 @@ mod tests {
 
     #[test]
     fn plan_names_each_part_that_differs_and_no_other() {
-        let old = configuration(&[("a", "1"), ("b", "#1"), ("c", "3")], &[("[ros] domain_id", "0")]);
+        let old =
+            configuration(&[("a", "1"), ("b", "#0000000000000001"), ("c", "3")], &[("[ros] domain_id", "0")]);
         assert!(plan(&old, &old).is_empty());
-        let new = configuration(&[("a", "2"), ("b", "#2"), ("d", "4")], &[("[ros] domain_id", "7")]);
+        let new =
+            configuration(&[("a", "2"), ("b", "#0000000000000002"), ("d", "4")], &[("[ros] domain_id", "7")]);
         let plan = plan(&old, &new);
         assert_eq!(changes_text(&plan.reloadable), "a: 1 → 2; b: changed; c: removed; d: added, 4");
         assert_eq!(changes_text(&plan.restart), "[ros] domain_id: 0 → 7");

@@ -40,7 +40,8 @@ pub struct Snapshot {
     pub process: Option<ProcessSnapshot>,
     /// Report on turn indicators; `None` when the profile leaves it out.
     pub turn_indicators: Option<ReportSnapshot<TurnIndicators>>,
-    /// Report on hazard lights; `None` when the profile leaves it out.
+    /// Report on hazard lights, with the fields of `turn_indicators`, where `published` is `DISABLE` or `ENABLE`. `None` when
+    /// the profile leaves it out.
     pub hazard_lights: Option<ReportSnapshot<HazardLights>>,
     /// Commands to the vehicle; `None` unless configured.
     pub commands: Option<CommandSnapshot>,

@@ -2,7 +2,7 @@
 //! a driver behaves as they show.
 //!
 //! [`ProfileEvidence`](evidence::ProfileEvidence) takes frames one by one and keeps counts only, so that a recording of
-//! any length is judged in one pass and constant memory. From it come [`Finding`](finding::Finding)s for a profile that
+//! any length is judged in one pass and constant memory. From it come [`ProfileFinding`](finding::ProfileFinding)s for a profile that
 //! is checked, and a [`Fit`](fit::Fit) for one that is searched.
 
 pub mod evidence;

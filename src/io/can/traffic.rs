@@ -59,7 +59,14 @@ impl TrafficMeter {
             self.readings.clear();
             return None;
         };
-        while self.readings.get(1).is_some_and(|(at, _)| now - *at >= RateMeter::WINDOW) {
+        if self.readings.back().is_some_and(|(_, before)| counts.frames < before.frames) {
+            // The interface was made again.
+            self.readings.clear();
+        }
+        // After a time without readings the newest counts, and no mean over that time.
+        while self.readings.len() > 1
+            && self.readings.front().is_some_and(|(at, _)| now - *at > RateMeter::WINDOW)
+        {
             self.readings.pop_front();
         }
         let before = self.readings.front().copied();
@@ -78,14 +85,21 @@ fn counts(interface: &str) -> Option<FrameCounts> {
         let text = fs::read_to_string(format!("/sys/class/net/{interface}/statistics/{name}")).ok()?;
         text.trim().parse().ok()
     };
-    counted(is_virtual(interface), read)
+    counted(is_looped(interface), read)
 }
 
-/// Received and sent frames. A frame that is sent on a virtual interface comes back, and the kernel counts it as
-/// received as well.
-fn counted(is_virtual: bool, read: impl Fn(&str) -> Option<u64>) -> Option<FrameCounts> {
+/// Returns true for `vcan`, whose driver gives each sent frame back to its own interface; `vxcan` gives it to a peer, and
+/// `slcan` has a bus below.
+fn is_looped(interface: &str) -> bool {
+    let index = |name: &str| fs::read_to_string(format!("/sys/class/net/{interface}/{name}")).ok();
+    let has_no_peer = index("iflink") == index("ifindex");
+    is_virtual(interface) && has_no_peer && bitrate(interface).is_none()
+}
+
+/// Returns received and sent frames. A frame that is sent on a looped interface is counted as received as well.
+fn counted(is_looped: bool, read: impl Fn(&str) -> Option<u64>) -> Option<FrameCounts> {
     let sum = |received: &str, sent: &str| {
-        let sent = if is_virtual { Some(0) } else { read(sent) };
+        let sent = if is_looped { Some(0) } else { read(sent) };
         Some(read(received)?.saturating_add(sent?))
     };
     Some(FrameCounts { frames: sum("rx_packets", "tx_packets")?, bytes: sum("rx_bytes", "tx_bytes")? })

@@ -111,7 +111,7 @@ pub enum Stage {
 pub struct BusLine {
     /// Name of the bus and its interface.
     pub name: String,
-    /// Link, reception and controller, where one of them is worth a word.
+    /// Link, controller and reception, as far as they are known.
     pub state: String,
     /// How bad its state is.
     pub level: Level,
@@ -270,8 +270,8 @@ fn is_linked(bus: &BusSnapshot) -> bool {
 fn bus(bus: &BusSnapshot) -> BusLine {
     BusLine {
         name: format!("{} ({})", bus.name, bus.interface),
-        state: bus.parts().map(|(_, text)| text).collect::<Vec<_>>().join(", "),
-        level: bus.level,
+        state: bus.details().map(|(_, text)| text).collect::<Vec<_>>().join(", "),
+        level: bus.worst(),
         rate_hz: bus.traffic.map_or(bus.rate_hz, |traffic| traffic.rate_hz.max(bus.rate_hz)),
         load_percent: bus.traffic.and_then(|traffic| traffic.load_percent),
         drops: bus.drops,

@@ -10,14 +10,14 @@ use crate::core::traffic_light::faults::{ChannelFaults, Confusion, FaultSettings
 
 key_rows! {
     SEED: u64 = any_whole("seed").or(0).doc("the same seed, the same faults");
-    LATENCY_MS: Duration = millis("latency_ms", 0, MAX_LATENCY_MS).or(0).doc("mean");
-    JITTER_MS: Duration = millis("jitter_ms", 0, MAX_LATENCY_MS).or(0).doc("plus or minus, at most the latency");
+    LATENCY_MS: Duration = millis("latency_ms", 0, MAX_LATENCY_MS).or(0).doc("mean latency");
+    JITTER_MS: Duration = millis("jitter_ms", 0, MAX_LATENCY_MS).or(0).doc("the latency varies by plus or minus this, at most by all of it");
     LOSS: f64 = share("loss").doc("probability that a message is lost");
-    FREEZE: f64 = share("freeze").doc("probability that the sender repeats its last message, {range} …");
-    FREEZE_MESSAGES: f64 = length("freeze_messages").doc("… for so many messages, on average");
+    FREEZE: f64 = share("freeze").doc("probability that the sender repeats its last message");
+    FREEZE_MESSAGES: f64 = length("freeze_messages").doc("mean length of a freeze, in messages");
     STAMP_OFFSET_MS: i64 = any_whole("stamp_offset_ms").or(0).doc("added to the stamp");
-    MISS: f64 = share("miss").doc("probability that a group is missing, {range} …");
-    MISS_MESSAGES: f64 = length("miss_messages").doc("… for so many messages, on average");
+    MISS: f64 = share("miss").doc("probability that a group is missing");
+    MISS_MESSAGES: f64 = length("miss_messages").doc("mean length of a gap, in messages");
     UNKNOWN: f64 = share("unknown").doc("probability that a group is unknown in a message");
     CONFUSION: Vec<Confusion> = collection("confusion", || ValueShape::Tables(confusion_keys()), confusions)
         .example("[{ from = \"green\", to = \"red\", probability = 0.0 }]").doc("colours taken for others");

@@ -20,7 +20,7 @@ pub(super) enum StampPosition {
 
 /// An element of the array that a message consists of.
 pub(super) trait ArrayElement: Serialize {
-    /// The item of a [`Content`](crate::core::traffic_light::emission::Content) that the element shows.
+    /// The item of [`LightsContent`](crate::core::traffic_light::emission::LightsContent) that the element shows.
     type Item: Debug + Clone;
     /// Position of the stamp in the message.
     const STAMP: StampPosition;

@@ -82,7 +82,7 @@ impl DdsParameterServer {
         };
         let endpoint = |service| {
             let request = topic(service, "rq", "Request", "Request")?;
-            let reply = topic(service, "rr", "Reply", "PendingResponse")?;
+            let reply = topic(service, "rr", "Reply", "Response")?;
             Ok(ServiceEndpoint {
                 service,
                 reader: subscriber.create_simple_datareader_no_key(&request, None)?,
