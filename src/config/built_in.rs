@@ -1,7 +1,7 @@
 //! Files that come with the project, in the binary: profiles with their DBCs, maps, drives and scenarios by name, rules of
 //! countries by code.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, Path, PathBuf, absolute};
 
 use crate::core::near_miss::near_misses;
 use crate::io::standard_input;
@@ -115,8 +115,14 @@ pub(super) fn project_path(path: &Path) -> Option<PathBuf> {
     path.strip_prefix(ROOT).map(without_dots).ok()
 }
 
+/// Returns the path from the root, without `.` and `..`, so that a file has one name wherever the program was started; `None` for an
+/// empty path.
+pub(crate) fn full_path(path: &Path) -> Option<PathBuf> {
+    absolute(path).ok().map(|path| without_dots(&path))
+}
+
 /// A path without `.` and `..`: `a/c` of `a/b/../c`.
-pub(crate) fn without_dots(path: &Path) -> PathBuf {
+fn without_dots(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for component in path.components() {
         match component {

@@ -23,8 +23,8 @@ pub type ReadConfiguration = Arc<dyn Fn() -> Result<Settings, String> + Send + S
 const RELOADED: &str = "4c1e8a4b0f5d4a0e9f0b6a3d7c52e130";
 const REFUSED: &str = "4c1e8a4b0f5d4a0e9f0b6a3d7c52e131";
 
-/// A configuration that can be used, with its parts.
-type Read = Result<Box<(Settings, EffectiveConfiguration)>, String>;
+/// A configuration that can be used.
+type Read = Result<Box<Settings>, String>;
 
 /// Reads configurations, one at a time.
 pub(super) struct Reloader {
@@ -49,10 +49,7 @@ impl Reloader {
         self.reading = Some(reading);
         let read = Arc::clone(&self.read);
         let work = move || {
-            let read = read().map(|settings| {
-                let parts = settings.in_effect.clone();
-                Box::new((settings, parts))
-            });
+            let read = read().map(Box::new);
             // The receiver is gone once the gateway stops.
             let _ = sender.send(read);
         };
@@ -115,8 +112,8 @@ fn take_over(
     in_effect: &EffectiveConfiguration,
     (live, receivers, gateway_io): (&mut Live, &Receivers, &mut GatewayIo),
 ) -> Result<(EffectiveConfiguration, Vec<Change>), ReloadRefusal> {
-    let (settings, parts) = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
-    let plan = plan(in_effect, &parts);
+    let settings = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
+    let plan = plan(in_effect, &settings.in_effect);
     if !plan.restart.is_empty() {
         let reason = format!("restart needed for {}", changes_text(&plan.restart));
         return Err(ReloadRefusal { reason, changes: plan.restart });
@@ -128,5 +125,5 @@ fn take_over(
     }
     gateway_io.reconfigure(&settings);
     live.reconfigure(settings.gateway);
-    Ok((parts, plan.reloadable))
+    Ok((settings.in_effect, plan.reloadable))
 }

@@ -4,10 +4,10 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use crate::config::built_in::{display, project_path, without_dots};
+use crate::config::built_in::{display, full_path, project_path};
 use crate::config::files::Files;
 use crate::config::reading::checker::RecordedKey;
 use crate::config::reading::key::KeyEffect;
@@ -36,10 +36,7 @@ pub(super) fn in_effect(
     }
     for (path, digest) in files.digests.borrow().iter() {
         let is_built_in = project_path(path).is_some();
-        let path = absolute(path)
-            .ok()
-            .filter(|_| !is_built_in)
-            .map_or_else(|| path.clone(), |path| without_dots(&path));
+        let path = full_path(path).filter(|_| !is_built_in).unwrap_or_else(|| path.clone());
         parts.reloadable.insert(format!("file {}", display(&path)), format!("#{:016x}", digest.get()));
     }
     for (key, value) in profile {

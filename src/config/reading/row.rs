@@ -2,7 +2,7 @@
 //! records the value in effect; the shipped `gateway.toml`, the schema for editors, the difference of a reload and the
 //! descriptions of the node's parameters are made of the same rows.
 
-use std::path::{PathBuf, absolute};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::checker::Keywords;
 use super::fields::Fields;
 use super::key::{KeyEffect, KeyRow, ValueShape};
 use super::value::{Entry, Kind, Value};
-use crate::config::built_in::without_dots;
+use crate::config::built_in::full_path;
 use crate::config::ros_names::is_topic;
 
 /// A key of a file, whose values become a `T`.
@@ -313,8 +313,7 @@ impl Fields<'_> {
             Some(toml) => plain_number(toml.trim_matches('"')),
             None => "none".to_owned(),
         };
-        let path =
-            |value: &Value| absolute(self.checker.beside(&shown(value))).ok().map(|path| without_dots(&path));
+        let path = |value: &Value| full_path(&self.checker.beside(&shown(value)));
         let text = match (self.value(key.name), key.shape()) {
             (None, _) => default(),
             (Some(value), _) if is_empty(value) && key.default_toml().is_none() => default(),

@@ -45,11 +45,11 @@ impl TrafficMeter {
         if self.readings.back().is_some_and(|(before, _)| now - *before < MIN_INTERVAL) {
             return self.last;
         }
-        let before = self.take(now, counts(&self.interface));
+        let bitrate = bitrate(&self.interface);
+        let before = self.take(now, counts(&self.interface, bitrate.is_none()));
         let newest = self.readings.back().map(|(_, counts)| *counts);
-        self.last = before
-            .zip(newest)
-            .map(|((at, before), counts)| traffic(before, counts, now - at, bitrate(&self.interface)));
+        self.last =
+            before.zip(newest).map(|((at, before), counts)| traffic(before, counts, now - at, bitrate));
         self.last
     }
 
@@ -80,20 +80,20 @@ pub fn is_virtual(interface: &str) -> bool {
     Path::new("/sys/devices/virtual/net").join(interface).exists()
 }
 
-fn counts(interface: &str) -> Option<FrameCounts> {
+fn counts(interface: &str, has_no_bitrate: bool) -> Option<FrameCounts> {
     let read = |name: &str| -> Option<u64> {
         let text = fs::read_to_string(format!("/sys/class/net/{interface}/statistics/{name}")).ok()?;
         text.trim().parse().ok()
     };
-    counted(is_looped(interface), read)
+    counted(has_no_bitrate && is_looped(interface), read)
 }
 
-/// Returns true for `vcan`, whose driver gives each sent frame back to its own interface; `vxcan` gives it to a peer, and
-/// `slcan` has a bus below.
+/// Returns true for `vcan`, whose driver gives each sent frame back to its own interface; `vxcan` gives it to a peer.
+/// `slcan` has no peer, but a bit rate.
 fn is_looped(interface: &str) -> bool {
     let index = |name: &str| fs::read_to_string(format!("/sys/class/net/{interface}/{name}")).ok();
     let has_no_peer = index("iflink") == index("ifindex");
-    is_virtual(interface) && has_no_peer && bitrate(interface).is_none()
+    is_virtual(interface) && has_no_peer
 }
 
 /// Returns received and sent frames. A frame that is sent on a looped interface is counted as received as well.

@@ -27,7 +27,6 @@ use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::flow::LightsFlowSettings;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::core::traffic_light::quirks::LightQuirks;
 use crate::core::traffic_light::target::StoreId;
 use faults::faults;
 pub use topics::LightsOutput;
@@ -130,12 +129,7 @@ pub(super) fn traffic_lights(
     }
     let (copy_on_enable, one_group_per_head) =
         (fields.given(&COPY_ON_ENABLE), fields.given(&ONE_GROUP_PER_HEAD));
-    // The defaults of these two depend on `compat`.
-    let quirks = LightQuirks::from(compat);
-    let copy_on_enable = copy_on_enable.unwrap_or(!quirks.enables_without_copy);
-    let one_group_per_head = one_group_per_head.unwrap_or(quirks.one_group_per_head);
-    fields.record(&COPY_ON_ENABLE, copy_on_enable.to_string());
-    fields.record(&ONE_GROUP_PER_HEAD, one_group_per_head.to_string());
+    let path = fields.table_path();
     fields.done();
     if checker.count() > before {
         return None;
@@ -146,8 +140,11 @@ pub(super) fn traffic_lights(
     lights.frame_rate = frame_rate.unwrap_or(lights.frame_rate);
     lights.ground_truth_rate = ground_truth_rate.unwrap_or(lights.ground_truth_rate);
     lights.v2i_rate = v2i_rate.unwrap_or(lights.v2i_rate);
-    lights.copy_on_enable = copy_on_enable;
-    lights.one_group_per_head = one_group_per_head;
+    lights.copy_on_enable = copy_on_enable.unwrap_or(lights.copy_on_enable);
+    lights.one_group_per_head = one_group_per_head.unwrap_or(lights.one_group_per_head);
+    // The defaults of these two depend on `compat`.
+    checker.record(&path, &COPY_ON_ENABLE, lights.copy_on_enable.to_string());
+    checker.record(&path, &ONE_GROUP_PER_HEAD, lights.one_group_per_head.to_string());
     lights.v2i_timeout = v2i_timeout;
     lights.topics = topics(&outputs, camera.is_some());
     let external_camera = camera.is_some();
