@@ -255,6 +255,28 @@ fn two_new_addresses_in_a_row_lose_no_command_of_a_peer_without_multicast() {
     commands.assert_each_arrived_once();
 }
 
+/// RustDDS finds a peer again whose announcement is another one than before the outage, but does not match its endpoints.
+#[test]
+fn a_peer_that_announces_something_else_after_an_outage_is_written_to_again() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, OFTEN));
+    let net = require!(Net::new(3));
+    net.plug();
+    let domain = domain();
+    let gateway = Role::new(domain).alert().inside(net.name(0)).start();
+    let far = turn_reader(&cyclone.inside(net.name(1)), domain, "transient_local");
+    gateway.wait_until("a reader", |status| status["readers"][0] == 1);
+    for report in 1..=3 {
+        net.ip(2, "link set port1 down");
+        let is_lost = looks_for_or_stood_still(&gateway, 1);
+        gateway.wait_until("a discovery probe", is_lost);
+        far.send(&report.to_string());
+        gateway.send(&format!("turn left {report}"));
+        net.ip(2, "link set port1 up");
+        far.next("the current report", has_report(2, report));
+        gateway.wait_until("nobody who is missing", |status| status["missing"] == 0);
+    }
+}
+
 /// A volatile writer hands nothing to a reader it has just met; here the reader is an old acquaintance.
 #[test]
 fn a_volatile_report_that_changed_during_an_outage_arrives_after_it() {

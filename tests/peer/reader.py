@@ -7,7 +7,8 @@ KIND is one of messages.py, factors, sections (markers), gid16 or gid24 (the ROS
 of JSON for each event: `ready` (with the time of day since which it reads, nanoseconds), and with the kind or its name
 `matched` and `unmatched` (with the writer's QoS), `sample` (with the writer's time of day). What arrived on a topic before
 a sample of one that is named behind it is printed before that sample. Samples that wait for us: 10, or
-SIGNAL_GATEWAY_PEER_DEPTH. The node they belong to: SIGNAL_GATEWAY_PEER_NODE, or none. Ends when standard input does.
+SIGNAL_GATEWAY_PEER_DEPTH. The node they belong to: SIGNAL_GATEWAY_PEER_NODE, or none. Each line of standard input becomes the
+participant's user data, which makes its announcement another one. Ends when standard input does.
 """
 
 import json
@@ -114,7 +115,8 @@ def main():
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[participant, readers, ended])
     watcher.start()
-    sys.stdin.read()
+    for line in sys.stdin:
+        participant.set_qos(Qos(Policy.Userdata(line.encode())))
     ended.set()
     watcher.join()
     # Returning frees the participant, which announces to the network that it leaves.

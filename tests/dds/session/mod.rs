@@ -131,6 +131,17 @@ const AGAIN: Duration = Duration::from_secs(30);
 /// A running session, which takes the commands of [`process::session_process`].
 pub(crate) struct Gateway(JsonProcess);
 
+/// A test that fails shows what its gateway has logged.
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let logged = self.0.lines(Mark::START).into_iter().filter(|(_, line)| line["event"] == "log");
+            logged
+                .for_each(|(_, line)| println!("the gateway: {}", line["text"].as_str().unwrap_or_default()));
+        }
+    }
+}
+
 /// What a wait is for, and the status that was seen last.
 struct Awaited<'a>(&'a str, RefCell<Value>);
 

@@ -36,7 +36,7 @@ impl MissingPeers {
         self.0.insert(peer, now);
     }
 
-    /// Removes a peer that was found again or has left in order.
+    /// Removes a peer that has left in order.
     pub(super) fn remove(&mut self, peer: &Prefix) {
         self.0.remove(peer);
     }

@@ -16,8 +16,9 @@
 //! # Outages
 //!
 //! RustDDS 0.15 discards repeated participant announcements by their sequence number, so a peer
-//! that was silent for longer than its lease is never found again by the same participant, and
-//! nothing in RustDDS's interface makes it forget. A new participant finds the peer at once. But
+//! that was silent for longer than its lease is not found again by the same participant, and
+//! nothing in RustDDS's interface makes it forget. A peer that announces something new is found again,
+//! but its readers and writers are not matched. A new participant finds the peer at once. But
 //! the other peers would lose us for a moment if ours were simply rebuilt on suspicion, and a
 //! peer that was killed looks the same as one behind a broken link. So:
 //!

@@ -263,8 +263,8 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
                     let peer = prefix(&dpd.guid.to_bytes());
+                    // One that is missing stays so: RustDDS does not match the endpoints of a peer that it finds again.
                     self.peers += u32::from(!own.contains(&peer) && !self.echo.is_witness(&peer));
-                    missing.remove(&peer);
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
                     let peer = prefix(id.as_ref());
