@@ -20,11 +20,11 @@ pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
         (Transmit::On, SourceKind::Socketcan) => "frames are sent",
     };
     let source = match command.settings.source {
-        CommandSource::Topic => &command.topics.turn_indicators_cmd,
+        CommandSource::Topic => command.topics.name("turn_indicators_cmd"),
         CommandSource::Decider => "the decider",
     };
     let mode = match command.settings.mode_from {
-        ModeFrom::Topic { .. } => &command.topics.control_mode,
+        ModeFrom::Topic { .. } => command.topics.name("control_mode"),
         ModeFrom::Signal => "a signal of the vehicle",
     };
     report.line("commands", format!("{sent}; turn commands of {source}, control mode of {mode}"));

@@ -54,30 +54,22 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
     for parameter in PARAMETERS.iter().take(SIGNAL_PARAMETERS) {
         report.line("", format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
     }
-    for (name, what) in [
-        (&decider.inputs.odometry, "odometry"),
-        (&decider.inputs.route, "route"),
-        (&decider.inputs.planned_path, "planned path"),
-        (&decider.inputs.modified_goal, "modified goal"),
-        (&decider.inputs.operation_mode, "operation mode"),
-        (&decider.inputs.scenario, "scenario"),
-        (&decider.inputs.hazard_request, "hazard request"),
-    ] {
-        let name = if name.is_empty() { "no topic" } else { name };
-        report.line("", format!("{what} from {name}"));
+    let (read, written) = (|key| decider.inputs.name(key), |key| decider.outputs.name(key));
+    let inputs = "odometry route planned_path modified_goal operation_mode scenario hazard_request";
+    for key in inputs.split(' ') {
+        let name = if read(key).is_empty() { "no topic" } else { read(key) };
+        report.line("", format!("{} from {name}", key.replace('_', " ")));
     }
-    let modules = decider.inputs.planning_factors.len();
+    let modules = if read("planning_factors").is_empty() { 0 } else { FactorTopic::ALL.len() };
     report.line("", format!("planning factors of {modules} of {} modules", FactorTopic::ALL.len()));
-    for (name, what) in
-        [(&decider.outputs.markers, "markers"), (&decider.outputs.planning_factors, "planning factor")]
-    {
-        if !name.is_empty() {
-            report.line("", format!("{what} of what is signalled to {name}"));
+    for (key, what) in [("markers", "markers"), ("planning_factors", "planning factor")] {
+        if !written(key).is_empty() {
+            report.line("", format!("{what} of what is signalled to {}", written(key)));
         }
     }
     if decider.publishes_commands() {
-        let outputs = &decider.outputs;
-        report.line("", format!("commands to {} and {}", outputs.turn_command, outputs.hazard_command));
+        let (turn, hazard) = (written("turn_command"), written("hazard_command"));
+        report.line("", format!("commands to {turn} and {hazard}"));
     }
 }
 

@@ -7,8 +7,9 @@ use super::ros_environment::{self, RosEnvironmentError};
 use crate::config::Settings;
 use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
+use crate::config::gateway::topic_names::TopicNames;
 use crate::config::gateway::traffic_lights::LightsOutput;
-use crate::config::gateway::turn_signal::{DeciderOutputs, TurnSignalConfig};
+use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::ros_names::{NodeNames, Remapping};
 use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::gateway::event::Output;
@@ -17,6 +18,7 @@ use crate::core::gateway::snapshot::RosSnapshot;
 #[cfg(feature = "ros")]
 use crate::core::gateway::snapshot::TopicSnapshot;
 use crate::core::near_miss::mistyped;
+use crate::core::turn_signal::planner_input::FactorTopic;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::parameters::Parameters;
@@ -254,27 +256,20 @@ fn configured_topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
     let (ros, decider) = (&settings.ros, settings.turn_signal.as_ref().filter(|decider| decider.runs));
     let mut topics = Topics::default();
+    let commands = [OutgoingTopic::TurnCommand, OutgoingTopic::HazardCommand];
+    let left_out = [
+        (matches!(lights.turn, TurnBinding::LeftOut), &[OutgoingTopic::TurnIndicatorsReport][..]),
+        (matches!(lights.hazard, HazardBinding::LeftOut), &[OutgoingTopic::HazardLightsReport]),
+        (!decider.is_some_and(TurnSignalConfig::publishes_commands), &commands),
+    ];
     for row in &OUTGOING {
-        let decided = |is_written: fn(&TurnSignalConfig) -> bool, name: fn(&DeciderOutputs) -> &String| {
-            decider.filter(|decider| is_written(decider)).map_or("", |decider| name(&decider.outputs))
+        let is_left_out = left_out.iter().any(|(is_it, topics)| *is_it && topics.contains(&row.topic));
+        let named = |(section, key)| match section {
+            "ros.topics" => ros.topics.name(key),
+            _ => decider.map_or("", |decider| decider.outputs.name(key)),
         };
-        let name = match row.topic {
-            OutgoingTopic::TurnIndicatorsReport if matches!(lights.turn, TurnBinding::LeftOut) => "",
-            OutgoingTopic::TurnIndicatorsReport => &ros.turn_indicators_status,
-            OutgoingTopic::HazardLightsReport if matches!(lights.hazard, HazardBinding::LeftOut) => "",
-            OutgoingTopic::HazardLightsReport => &ros.hazard_lights_status,
-            OutgoingTopic::Diagnostics => &ros.diagnostics,
-            OutgoingTopic::TurnCommand => {
-                decided(TurnSignalConfig::publishes_commands, |to| &to.turn_command)
-            }
-            OutgoingTopic::HazardCommand => {
-                decided(TurnSignalConfig::publishes_commands, |to| &to.hazard_command)
-            }
-            OutgoingTopic::SectionMarkers => decided(|_| true, |to| &to.markers),
-            OutgoingTopic::PlanningFactors => decided(|_| true, |to| &to.planning_factors),
-            // Not part of a recording; see `ros_settings`.
-            OutgoingTopic::Log => "",
-        };
+        // Without a key: the log, which is not part of a recording; see `ros_settings`.
+        let name = row.key.filter(|_| !is_left_out).map_or("", named);
         topics = topics.with(row.topic, name);
     }
     topics.lights =
@@ -310,39 +305,43 @@ fn configured_subscriptions(settings: &Settings) -> Vec<Subscription> {
 fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
     let CommandConfig { settings, topics, .. } = command;
     let turn = match settings.source {
-        CommandSource::Topic => Some((&topics.turn_indicators_cmd, SubscriptionKind::TurnCommand)),
+        CommandSource::Topic => Some(SubscriptionKind::TurnCommand),
         CommandSource::Decider => None,
     };
     let mode = match settings.mode_from {
-        ModeFrom::Topic { .. } => Some((&topics.control_mode, SubscriptionKind::ControlMode)),
+        ModeFrom::Topic { .. } => Some(SubscriptionKind::ControlMode),
         ModeFrom::Signal => None,
     };
-    let hazard = Some((&topics.hazard_lights_cmd, SubscriptionKind::HazardCommand));
-    let topics = [turn, hazard, mode].into_iter().flatten();
-    topics.map(|(name, kind)| Subscription::new(name, kind)).collect()
+    let kinds = [turn, Some(SubscriptionKind::HazardCommand), mode].into_iter().flatten();
+    kinds.filter_map(|kind| subscription(topics, kind)).collect()
 }
 
 /// Autoware's own commands only for comparing: where we command they are ours.
 fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
-    let inputs = &decider.inputs;
-    let mut topics = vec![
-        (&inputs.odometry, SubscriptionKind::Odometry),
-        (&inputs.route, SubscriptionKind::Route),
-        (&inputs.planned_path, SubscriptionKind::PlannedPath),
-        (&inputs.modified_goal, SubscriptionKind::ModifiedGoal),
-        (&inputs.operation_mode, SubscriptionKind::OperationMode),
-        (&inputs.scenario, SubscriptionKind::Scenario),
-        (&inputs.hazard_request, SubscriptionKind::HazardRequest),
+    use SubscriptionKind as Kind;
+    let mut kinds = vec![
+        Kind::Odometry,
+        Kind::Route,
+        Kind::PlannedPath,
+        Kind::ModifiedGoal,
+        Kind::OperationMode,
+        Kind::Scenario,
+        Kind::HazardRequest,
     ];
-    topics.extend(
-        inputs.planning_factors.iter().map(|(topic, name)| (name, SubscriptionKind::Factors(*topic))),
-    );
+    kinds.extend(FactorTopic::ALL.map(Kind::Factors));
     if !decider.publishes_commands() {
-        topics.push((&inputs.own_turn_command, SubscriptionKind::OwnTurnCommand));
-        topics.push((&inputs.own_hazard_command, SubscriptionKind::OwnHazardCommand));
+        kinds.extend([Kind::OwnTurnCommand, Kind::OwnHazardCommand]);
     }
-    let named = topics.into_iter().filter(|(name, _)| !name.is_empty());
-    named.map(|(name, kind)| Subscription::new(name, kind)).collect()
+    kinds.into_iter().filter_map(|kind| subscription(&decider.inputs, kind)).collect()
+}
+
+/// Returns the subscription to a topic of this kind; `None` if no topic is named.
+fn subscription(names: &TopicNames, kind: SubscriptionKind) -> Option<Subscription> {
+    let (_, key) = kind.row().key?;
+    let name = Some(names.name(key)).filter(|name| !name.is_empty())?;
+    // The name is a folder, in which each module has its topic.
+    let SubscriptionKind::Factors(topic) = kind else { return Some(Subscription::new(name, kind)) };
+    Some(Subscription::new(&format!("{name}/{}", topic.name()), kind))
 }
 
 /// The keys of the configuration, and of `[ros]` and the clock what is in effect.
@@ -402,7 +401,6 @@ mod tests {
 
     use super::*;
     use crate::config::files::Files;
-    use crate::config::gateway::command::CommandTopics;
     use crate::config::{Overrides, load};
     use crate::core::command::arbitration::ArbitrationRules;
     use crate::core::command::feedback_monitor::FeedbackLimits;
@@ -456,11 +454,12 @@ mod tests {
                 rules: ArbitrationRules::default(),
                 limits: FeedbackLimits { warn: second, error: second },
             };
-            let topics = CommandTopics {
-                turn_indicators_cmd: "/turn".into(),
-                hazard_lights_cmd: "/hazard".into(),
-                control_mode: "/mode".into(),
-            };
+            let names = [
+                ("turn_indicators_cmd", "/turn"),
+                ("hazard_lights_cmd", "/hazard"),
+                ("control_mode", "/mode"),
+            ];
+            let topics = names.into_iter().map(|(key, name)| (key, name.to_owned())).collect();
             let config = CommandConfig { settings, binding: CommandBinding::default(), topics };
             command_subscriptions(&config).into_iter().map(|read| (read.name, read.kind)).collect::<Vec<_>>()
         };

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use super::topic_names::TopicNames;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, keyword, limit};
+use crate::config::reading::row::{ConfigKey, key_rows, keyword, limit, topic};
 use crate::core::command::arbitration::{ArbitrationRules, ShutdownAction, TimeoutAction};
 use crate::core::command::feedback_monitor::FeedbackLimits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
@@ -27,18 +28,7 @@ pub struct CommandConfig {
     /// The binding of the vehicle profile; never empty.
     pub binding: CommandBinding,
     /// Topics of commands and control mode.
-    pub topics: CommandTopics,
-}
-
-/// Topics that commands and the control mode are read from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CommandTopics {
-    /// `TurnIndicatorsCommand`; not read when the decider is the source.
-    pub turn_indicators_cmd: String,
-    /// Topic of `HazardLightsCommand`, which is always read.
-    pub hazard_lights_cmd: String,
-    /// `ControlModeReport`; not read when the mode comes from a signal.
-    pub control_mode: String,
+    pub topics: TopicNames,
 }
 
 const ERROR_AFTER: Duration = Duration::from_secs(3);
@@ -69,28 +59,14 @@ key_rows! {
     ERROR_AFTER_MS: Duration = limit("error_after_ms").or_time(ERROR_AFTER).restart().doc("the report differs for longer: ERROR; {range}, not less than warn_after_ms");
 }
 
-pub(super) mod topics {
-    use crate::config::reading::row::{key_rows, topic};
-
-    key_rows! {
-        TURN_INDICATORS_CMD: String = topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd")
-            .doc("TurnIndicatorsCommand; not read when the decider is the source");
-        HAZARD_LIGHTS_CMD: String = topic("hazard_lights_cmd", "/control/command/hazard_lights_cmd").doc("HazardLightsCommand");
-        CONTROL_MODE: String = topic("control_mode", "/vehicle/status/control_mode")
-            .doc("ControlModeReport; not read when the mode comes from a signal");
-    }
-
-    /// Reads the topics of commands and control mode.
-    pub(super) fn read(fields: super::Fields<'_>) -> super::CommandTopics {
-        let topics = super::CommandTopics {
-            turn_indicators_cmd: fields.read(&TURN_INDICATORS_CMD),
-            hazard_lights_cmd: fields.read(&HAZARD_LIGHTS_CMD),
-            control_mode: fields.read(&CONTROL_MODE),
-        };
-        fields.done();
-        topics
-    }
-}
+/// The topics of commands and of the control mode.
+pub(super) static TOPICS: [ConfigKey<String>; 3] = [
+    topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd")
+        .doc("TurnIndicatorsCommand; not read when the decider is the source"),
+    topic("hazard_lights_cmd", "/control/command/hazard_lights_cmd").doc("HazardLightsCommand"),
+    topic("control_mode", "/vehicle/status/control_mode")
+        .doc("ControlModeReport; not read when the mode comes from a signal"),
+];
 
 /// Reads the section. `binding` comes from the vehicle profile, unless the profile was refused; `decides` is
 /// true if the decider publishes commands.
@@ -129,7 +105,9 @@ pub(super) fn command(
         },
         limits: FeedbackLimits { warn, error },
     };
-    let topics = topics::read(fields.section("topics"));
+    let section = fields.section("topics");
+    let topics = TopicNames::read(&section, &TOPICS);
+    section.done();
     fields.done();
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }

@@ -15,6 +15,7 @@ mod reports;
 mod ros;
 mod status;
 mod top;
+pub mod topic_names;
 pub mod traffic_lights;
 pub mod turn_signal;
 

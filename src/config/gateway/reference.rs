@@ -1,5 +1,6 @@
 //! All sections with the rows of their keys, and the text of the documented file that is made of them.
 
+use super::topic_names::rows;
 use super::traffic_lights::{arbiter, faults, topics};
 use super::{
     black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, top, traffic_lights,
@@ -79,14 +80,14 @@ pub fn sections() -> Vec<KeySection> {
         section(
             "ros.topics",
             "all topics: absolute, relative to the namespace (a/b), or private to the node (~/a)",
-            ros::topics::keys(),
+            rows(&ros::TOPICS),
         ),
         optional(
             "command",
             "commands to the vehicle, see docs/commands.md; without this section: none are followed",
             command::keys(),
         ),
-        optional("command.topics", "", command::topics::keys()),
+        optional("command.topics", "", rows(&command::TOPICS)),
         optional(
             "traffic_lights",
             "without this section: none. Needs no profile when there is no vehicle",
@@ -119,8 +120,12 @@ pub fn sections() -> Vec<KeySection> {
         ),
         optional("turn_signal.vehicle", "dimensions; default: Autoware's sample vehicle", dimensions::keys()),
         optional("turn_signal.age_limits", "older is not used", decider::age_limits::keys()),
-        optional("turn_signal.inputs", "\"\": not read, where that is possible", turn_signal::topics::keys()),
-        optional("turn_signal.outputs", "", turn_signal::topics::written::keys()),
+        optional(
+            "turn_signal.inputs",
+            "\"\": not read, where that is possible",
+            rows(&turn_signal::topics::INPUTS),
+        ),
+        optional("turn_signal.outputs", "", rows(&turn_signal::topics::OUTPUTS)),
     ]
 }
 

@@ -2,24 +2,25 @@
 
 use std::net::IpAddr;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use super::in_effect::{DIGEST_START, digest};
 use super::reports::Durability;
+use super::topic_names::{TopicNames, written};
 use crate::config::files::Files;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::key::ValueShape;
 use crate::config::reading::problem::cannot_read;
-use crate::config::reading::row::{collection, flag, key_rows, keyword, other, text, whole};
+use crate::config::reading::row::{ConfigKey, collection, flag, key_rows, keyword, other, text, whole};
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{Remapping, is_name, is_namespace};
 use crate::io::ros::settings::{Transport, TypeHashes, ZenohSettings};
+use crate::io::ros::topics::LOG_NAME;
 use crate::io::ros::zenoh_config;
 
 /// Name of the node unless it is configured.
 pub const DEFAULT_NODE: &str = "signal_gateway";
-/// The topic of all nodes' logs; tools know it by this name only.
-const LOG_TOPIC: &str = "/rosout";
 
 key_rows! {
     ENABLED: bool = flag("enabled", true).restart().doc("false: `run` and `demo` only log");
@@ -61,24 +62,8 @@ pub(super) mod zenoh {
     }
 }
 
-pub(super) mod topics {
-    use crate::config::reading::row::{key_rows, topic};
-
-    key_rows! {
-        TURN_INDICATORS_STATUS: String = topic("turn_indicators_status", "/vehicle/status/turn_indicators_status")
-            .doc("TurnIndicatorsReport");
-        HAZARD_LIGHTS_STATUS: String = topic("hazard_lights_status", "/vehicle/status/hazard_lights_status").doc("HazardLightsReport");
-        DIAGNOSTICS: String = topic("diagnostics", "/diagnostics").doc("DiagnosticArray");
-    }
-
-    /// Reads the section: the topics of turn indicators, hazard lights and diagnostics.
-    pub(super) fn read(fields: super::Fields<'_>) -> [String; 3] {
-        let topics =
-            [&TURN_INDICATORS_STATUS, &HAZARD_LIGHTS_STATUS, &DIAGNOSTICS].map(|key| fields.read(key));
-        fields.done();
-        topics
-    }
-}
+/// The topics of the reports and of the diagnostics.
+pub(super) static TOPICS: LazyLock<Vec<ConfigKey<String>>> = LazyLock::new(|| written("ros.topics"));
 
 /// Settings of the ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,12 +90,8 @@ pub struct RosConfig {
     pub transport: Transport,
     /// Durability of the two reports.
     pub durability: Durability,
-    /// Topic on which `TurnIndicatorsReport` is published.
-    pub turn_indicators_status: String,
-    /// Topic on which `HazardLightsReport` is published.
-    pub hazard_lights_status: String,
-    /// Topic on which `DiagnosticArray` is published.
-    pub diagnostics: String,
+    /// Topics of the reports and of the diagnostics.
+    pub topics: TopicNames,
 }
 
 /// Transports by keyword; true for Zenoh.
@@ -190,7 +171,9 @@ pub(super) fn ros(
     fields.record(&NAMESPACE, &namespace);
     fields.record(&ROSOUT, rosout.to_string());
     let only_networks = fields.read(&ONLY_NETWORKS);
-    let [turn_indicators_status, hazard_lights_status, diagnostics] = topics::read(fields.section("topics"));
+    let section = fields.section("topics");
+    let topics = TopicNames::read(&section, &TOPICS);
+    section.done();
     let config = RosConfig {
         enabled: fields.read(&ENABLED),
         isolated: true,
@@ -198,14 +181,12 @@ pub(super) fn ros(
         namespace,
         remappings: overrides.remappings.clone(),
         graph: fields.read(&GRAPH),
-        rosout: rosout.then(|| LOG_TOPIC.to_owned()),
+        rosout: rosout.then(|| LOG_NAME.to_owned()),
         domain_id: fields.given(&DOMAIN_ID),
         only_networks,
         transport: transport(files, &fields),
         durability,
-        turn_indicators_status,
-        hazard_lights_status,
-        diagnostics,
+        topics,
     };
     fields.done();
     (node, config)

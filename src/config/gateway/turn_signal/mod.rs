@@ -9,6 +9,7 @@ use std::time::Duration;
 use crate::config::built_in::BuiltIn;
 use crate::config::decider;
 use crate::config::files::Files;
+use crate::config::gateway::topic_names::TopicNames;
 use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
@@ -19,7 +20,6 @@ use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
 use topics::topics;
-pub use topics::{DeciderInputs, DeciderOutputs};
 
 const COMPAT: Keywords<DeciderCompat> = &[
     (DeciderCompat::Improved.name(), DeciderCompat::Improved),
@@ -37,9 +37,9 @@ pub struct TurnSignalConfig {
     /// Path of its lanelet2 map.
     pub map: PathBuf,
     /// Topics that its inputs are read from.
-    pub inputs: DeciderInputs,
+    pub inputs: TopicNames,
     /// Topics that its commands are written to.
-    pub outputs: DeciderOutputs,
+    pub outputs: TopicNames,
 }
 
 impl TurnSignalConfig {
@@ -97,7 +97,9 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
             road: Arc::new(road),
             role,
             period,
-            publishes_sections: outputs.have_sections(),
+            publishes_sections: ["markers", "planning_factors"]
+                .iter()
+                .any(|key| !outputs.name(key).is_empty()),
         },
         runs: is_enabled || is_shadow,
         map,

@@ -64,6 +64,8 @@ pub struct OutgoingRow {
     pub delivery: Delivery,
     /// Messages that may wait to be sent; the oldest make room.
     pub max_waiting: usize,
+    /// Meaning of the key, for the documentation.
+    pub doc: &'static str,
     /// When a message is published, for the documentation.
     pub when: &'static str,
 }
@@ -85,6 +87,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         key: Some(("ros.topics", "turn_indicators_status")),
         default_name: "/vehicle/status/turn_indicators_status",
         type_name: TurnIndicatorsReport::TYPE_NAME,
+        doc: "TurnIndicatorsReport",
         ..REPORT
     },
     OutgoingRow {
@@ -93,6 +96,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         key: Some(("ros.topics", "hazard_lights_status")),
         default_name: "/vehicle/status/hazard_lights_status",
         type_name: HazardLightsReport::TYPE_NAME,
+        doc: "HazardLightsReport",
         ..REPORT
     },
     OutgoingRow {
@@ -102,6 +106,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         key: Some(("ros.topics", "diagnostics")),
         default_name: "/diagnostics",
         type_name: DiagnosticArray::TYPE_NAME,
+        doc: "DiagnosticArray",
         durability: RowDurability::Fixed(Durability::Volatile),
         depth: 10,
         delivery: Delivery::Once,
@@ -114,6 +119,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         key: Some(("turn_signal.outputs", "turn_command")),
         default_name: "/planning/turn_indicators_cmd",
         type_name: TurnIndicatorsCommand::TYPE_NAME,
+        doc: "TurnIndicatorsCommand",
         ..DECISION
     },
     OutgoingRow {
@@ -122,6 +128,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         key: Some(("turn_signal.outputs", "hazard_command")),
         default_name: "/planning/hazard_lights_cmd",
         type_name: HazardLightsCommand::TYPE_NAME,
+        doc: "HazardLightsCommand",
         ..DECISION
     },
     OutgoingRow {
@@ -129,6 +136,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         label: "section markers",
         key: Some(("turn_signal.outputs", "markers")),
         type_name: MarkerArray::TYPE_NAME,
+        doc: "e.g. \"/turn_signal/sections\": the sections as markers for RViz; also in shadow mode",
         ..DECISION
     },
     OutgoingRow {
@@ -136,6 +144,8 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         label: "planning factors",
         key: Some(("turn_signal.outputs", "planning_factors")),
         type_name: PlanningFactorArray::TYPE_NAME,
+        doc: "e.g. \"/planning/planning_factors/signal_gateway\": what is signalled, as a planning factor; also in \
+              shadow mode",
         ..DECISION
     },
     OutgoingRow {
@@ -145,6 +155,7 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         key: None,
         default_name: LOG_NAME,
         type_name: Log::TYPE_NAME,
+        doc: "",
         durability: RowDurability::Fixed(Durability::TransientLocal),
         // `rclcpp` keeps a thousand, of all levels.
         depth: LOG_DEPTH,
@@ -163,6 +174,7 @@ const REPORT: OutgoingRow = OutgoingRow {
     key: None,
     default_name: "",
     type_name: ("", ""),
+    doc: "",
     durability: RowDurability::Configured,
     depth: 1,
     delivery: Delivery::Report,
