@@ -197,7 +197,7 @@ fn resolve(
     let read = Fields::of(&checker, &root).and_then(|top| settings(&files, top, profile, overrides));
     let settings = read.map(|(settings, profile_keys)| {
         let recorded = checker.recorded();
-        let parameters = parameters::parameters(&root, &recorded);
+        let parameters = parameters::parameters(&root);
         let in_effect =
             in_effect(recorded, &files, &settings.gateway, &settings.ros.remappings, &profile_keys);
         Settings { parameters, in_effect, ..settings }

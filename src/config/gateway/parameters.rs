@@ -2,21 +2,33 @@
 
 use std::str::FromStr;
 
-use crate::config::reading::checker::RecordedKey;
+use super::reference::sections;
 use crate::config::reading::key::description;
 use crate::config::reading::value::{Kind, Value};
 use crate::io::ros::parameters::{ParameterValue, Parameters};
 
-/// The parameters for the keys of a table, with the descriptions of the keys that were read through their rows.
-pub(super) fn parameters(root: &Value, recorded: &[RecordedKey]) -> Parameters {
+/// The parameters for the keys of a table, with the descriptions of the keys.
+pub(super) fn parameters(root: &Value) -> Parameters {
     let mut parameters = Parameters::default();
     add(&mut parameters, "", root);
-    for RecordedKey { section, row, .. } in recorded {
-        let name =
-            if section.is_empty() { row.name().to_owned() } else { format!("{section}.{}", row.name()) };
-        parameters.describe(&name, description(*row));
+    for (section, row) in
+        sections().iter().flat_map(|section| section.keys.iter().map(move |row| (section, *row)))
+    {
+        let is_it = |name: &&str| is_key(name, section.path, row.name());
+        let names: Vec<_> = parameters.names().filter(is_it).map(str::to_owned).collect();
+        for name in names {
+            parameters.describe(&name, description(row));
+        }
     }
     parameters
+}
+
+/// True for the name of this key in a section, in whose path a star stands for any name.
+fn is_key(name: &str, section: &str, key: &str) -> bool {
+    let path: Vec<_> = section.split('.').filter(|part| !part.is_empty()).chain([key]).collect();
+    let name: Vec<_> = name.split('.').collect();
+    name.len() == path.len()
+        && name.iter().zip(path).all(|(part, expected)| expected == "*" || *part == expected)
 }
 
 fn add(parameters: &mut Parameters, name: &str, value: &Value) {
@@ -82,7 +94,26 @@ mod tests {
 
     fn of(toml: &str) -> Parameters {
         let text = Text::new(Path::new("gateway.toml"), toml.as_bytes().to_vec()).unwrap();
-        parameters(&from_toml(&text, "").unwrap(), &[])
+        parameters(&from_toml(&text, "").unwrap())
+    }
+
+    #[test]
+    fn each_key_is_described_whether_it_is_in_effect_or_not() {
+        let keys = [
+            ("can.a.interface", "can0"),
+            ("turn_signal.planning_hz", "cycles"),
+            ("turn_signal.outputs.markers", "RViz"),
+            ("traffic_lights.faults.camera.seed", "the same seed"),
+        ];
+        for (name, part) in keys {
+            let parameters = of(&format!("{name} = 1"));
+            assert!(
+                parameters.description(name).contains(part),
+                "{name}: {:?}",
+                parameters.description(name)
+            );
+        }
+        assert_eq!(of("can.a.b.interface = 1").description("can.a.b.interface"), "");
     }
 
     #[test]

@@ -74,9 +74,14 @@ pub(crate) const fn whole<T: TryFrom<i64>>(
     row(name, KeyType::Whole(min, max, unit, |number| number.try_into().ok()))
 }
 
-/// A whole number of any size that its type can hold.
-pub(crate) const fn any_whole<T: FromStr>(name: &'static str) -> ConfigKey<T> {
+/// A whole number of any size.
+pub(crate) const fn any_whole(name: &'static str) -> ConfigKey<i64> {
     other(name, || ValueShape::Whole(i64::MIN, i64::MAX, ""), read_whole, |text| text.parse().ok())
+}
+
+/// A whole number that is not negative, of any size.
+pub(crate) const fn any_count(name: &'static str) -> ConfigKey<u64> {
+    other(name, || ValueShape::Whole(0, i64::MAX, ""), read_whole, |text| text.parse().ok())
 }
 
 /// A number of a range.

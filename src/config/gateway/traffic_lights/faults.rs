@@ -4,12 +4,14 @@ use std::time::Duration;
 
 use crate::config::reading::fields::Fields;
 use crate::config::reading::key::{KeyRow, ValueShape};
-use crate::config::reading::row::{ConfigKey, any_whole, collection, key_rows, millis, number, other};
+use crate::config::reading::row::{
+    ConfigKey, any_count, any_whole, collection, key_rows, millis, number, other,
+};
 use crate::core::traffic_light::bulb::Color;
 use crate::core::traffic_light::faults::{ChannelFaults, Confusion, FaultSettings, Spells};
 
 key_rows! {
-    SEED: u64 = any_whole("seed").or(0).doc("the same seed, the same faults");
+    SEED: u64 = any_count("seed").or(0).doc("the same seed, the same faults");
     LATENCY_MS: Duration = millis("latency_ms", 0, MAX_LATENCY_MS).or(0).doc("mean latency");
     JITTER_MS: Duration = millis("jitter_ms", 0, MAX_LATENCY_MS).or(0).doc("the latency varies by plus or minus this, at most by all of it");
     LOSS: f64 = share("loss").doc("probability that a message is lost");

@@ -19,7 +19,7 @@ use crate::config::reading::row::{flag, key_rows, keyword, millis, number_as, te
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
-use topics::topics;
+use topics::{is_command, topics};
 
 const COMPAT: Keywords<DeciderCompat> = &[
     (DeciderCompat::Improved.name(), DeciderCompat::Improved),
@@ -91,16 +91,9 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
     }
     let (map, road) = map?;
     let role = if is_shadow { DeciderRole::Shadow { tolerance } } else { DeciderRole::Command };
+    let publishes_sections = outputs.iter().any(|(key, name)| !is_command(key) && !name.is_empty());
     Some(TurnSignalConfig {
-        flow: TurnSignalSettings {
-            decider,
-            road: Arc::new(road),
-            role,
-            period,
-            publishes_sections: ["markers", "planning_factors"]
-                .iter()
-                .any(|key| !outputs.name(key).is_empty()),
-        },
+        flow: TurnSignalSettings { decider, road: Arc::new(road), role, period, publishes_sections },
         runs: is_enabled || is_shadow,
         map,
         inputs,

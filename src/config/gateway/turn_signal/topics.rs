@@ -32,6 +32,11 @@ const FACTORS: &str = "planning_factors";
 pub(in crate::config::gateway) static OUTPUTS: LazyLock<Vec<ConfigKey<String>>> =
     LazyLock::new(|| written("turn_signal.outputs"));
 
+/// True for the key of a command, which is written only where the decider commands.
+pub(super) fn is_command(key: &str) -> bool {
+    key.ends_with("_command")
+}
+
 /// Reads the topics of both sections, and refuses two of the same name, lest a topic that is published comes
 /// back as an input. Autoware's own commands are read only where nothing is published, so they may share theirs.
 pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (TopicNames, TopicNames) {
@@ -43,7 +48,6 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Topi
             && module.is_some_and(|module| FactorTopic::ALL.iter().any(|topic| topic.name() == module))
     };
     let is_own = |key: &str| key.starts_with("own_");
-    let is_command = |key: &str| key.ends_with("_command");
     let read = inputs.iter().filter(|(key, _)| *key != FACTORS && !(publishes && is_own(key)));
     let written = outputs.iter().filter(|(key, _)| publishes || !is_command(key));
     let topics: Vec<_> = read.map(|topic| (&from, topic)).chain(written.map(|topic| (&to, topic))).collect();
