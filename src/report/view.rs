@@ -144,7 +144,7 @@ impl View {
         let mut fields = vec![("MESSAGE_ID", worst.kind.message_id()), ("CAUSE", worst.cause())];
         for event in &events {
             fields.push(("TASK", event.task.as_str()));
-            fields.extend(event.signals.split(", ").map(|signal| ("SIGNAL", signal)));
+            fields.extend(event.signals.iter().map(|signal| ("SIGNAL", signal.as_str())));
         }
         process_log::record(level, &text, &fields);
     }

@@ -188,11 +188,10 @@ impl Snapshot {
     }
 
     fn with_statuses(mut self, statuses: &[Status]) -> Self {
-        let node = format!("{}: ", self.node);
         self.level = statuses.iter().map(|status| status.level).fold(self.level, Level::max);
         self.diagnostics.extend(statuses.iter().map(|status| {
             StatusSnapshot {
-                task: status.name.strip_prefix(&node).unwrap_or(&status.name).to_owned(),
+                task: status.task.clone(),
                 level: status.level,
                 message: status.message.clone(),
                 values: status
