@@ -102,7 +102,8 @@ pub struct ZenohLinks {
 }
 
 /// Why a network side ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum NetworkFailure {
     /// It ended by itself with this exit code.
     Exited(i32),
