@@ -31,6 +31,7 @@ mod pure {
     mod snapshot;
     mod spec_citations;
     mod terminal_view;
+    mod text_rules;
     mod topics;
     mod traffic_light_cases;
     mod turn_signal_cases;

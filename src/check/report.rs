@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::patch::Fix;
+use crate::core::names::variant_name;
 use crate::core::plausibility::finding::Severity;
 use crate::report::text::{Layout, counted, escaped, wrapped};
 
@@ -85,7 +86,7 @@ impl CheckReport {
         }
         for finding in self.findings() {
             let color = if layout.has_color { color(finding.severity) } else { "" };
-            add(&mut text, name(finding.severity), color, &escaped(&finding.text), layout);
+            add(&mut text, variant_name(&finding.severity), color, &escaped(&finding.text), layout);
         }
         text.push('\n');
         text.push_str(&self.summary());
@@ -99,7 +100,7 @@ impl CheckReport {
 
     fn summary(&self) -> String {
         [Severity::Error, Severity::Warning, Severity::Note]
-            .map(|severity| counted(self.count(severity) as u64, name(severity)))
+            .map(|severity| counted(self.count(severity) as u64, variant_name(&severity)))
             .join(", ")
     }
 
@@ -107,7 +108,7 @@ impl CheckReport {
     pub fn json(&self) -> String {
         let finding = |finding: &ReportedFinding| {
             let fix = finding.fix.as_ref().map(|fix| json!({ "section": fix.section(), "line": fix.line }));
-            json!({ "severity": name(finding.severity), "text": finding.text, "fix": fix })
+            json!({ "severity": finding.severity, "text": finding.text, "fix": fix })
         };
         let facts: Vec<_> =
             self.facts.iter().map(|fact| json!({ "about": fact.heading, "text": fact.text })).collect();
@@ -126,14 +127,6 @@ impl CheckReport {
     /// Returns the known fixes for the profile.
     pub fn fixes(&self) -> Vec<&Fix> {
         self.findings.iter().filter_map(|finding| finding.fix.as_ref()).collect()
-    }
-}
-
-fn name(severity: Severity) -> &'static str {
-    match severity {
-        Severity::Note => "note",
-        Severity::Warning => "warning",
-        Severity::Error => "error",
     }
 }
 

@@ -19,7 +19,6 @@ use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::raw_state::{RawState, raw_state};
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use crate::report::gateway::task_of;
 use crate::report::timeline::{CausingFrame, Group, Lane, Timeline, Tone};
 
 /// Maximum number of lanes for traffic lights; a map has thousands of lights.
@@ -161,7 +160,7 @@ impl TimelineCollector {
     fn diagnostics(&mut self, diagnostics: &Diagnostics, at: MonoTime) {
         for (position, status) in diagnostics.statuses.iter().enumerate() {
             let tone = Tone::from(status.level);
-            let label = task_of(&status.name);
+            let label = &status.task;
             let known =
                 self.lanes.keys().find(|(group, _, name)| *group == Group::Diagnostics && name == label);
             let key = known.cloned().unwrap_or_else(|| (Group::Diagnostics, position, label.to_owned()));

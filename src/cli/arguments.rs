@@ -108,7 +108,8 @@ fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Re
         }
     };
     let is_given = args.config.is_some() || args.profile.is_some();
-    let settings = settings.map_err(|refused| if is_given { with_neighbours(refused) } else { refused })?;
+    let with_hints = |refused| with_neighbours(refused, args.profile.as_deref());
+    let settings = settings.map_err(|refused| if is_given { with_hints(refused) } else { refused })?;
     for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
         let path = plain_path(&dbc.path);
         let rejected = counted(dbc.database.rejected().try_into().unwrap_or(u64::MAX), "statement");

@@ -233,8 +233,8 @@ impl LiveSession {
 /// Shows the requests on standard output: with a countdown on a terminal, as lines elsewhere.
 struct DiscoveryScreen {
     is_terminal: bool,
-    /// The present request with its beginning and end.
-    request: Option<(String, MonoTime, MonoTime)>,
+    /// The present request with its beginning, and its number in front of it.
+    request: Option<(DriverRequest, MonoTime, String)>,
 }
 
 impl DiscoveryScreen {
@@ -250,22 +250,21 @@ impl DiscoveryScreen {
     }
 
     fn show(&mut self, event: &DiscoveryEvent, discovery: &Discovery, now: MonoTime) -> io::Result<()> {
-        if let Some((text, ..)) = self.request.take().filter(|_| self.is_terminal) {
-            let text: String = format!("  {text}").chars().take(Self::width()).collect();
-            self.line(text.trim_end())?;
+        if let Some((request, _, step)) = self.request.take().filter(|_| self.is_terminal) {
+            let text = format!("  {step}{}", Self::request_and_next(&request));
+            self.line(text.chars().take(Self::width()).collect::<String>().trim_end())?;
         }
         match event {
-            DiscoveryEvent::Request(DriverRequest { mark, next, until }) => {
+            DiscoveryEvent::Request(request) => {
                 let (done, all) = discovery.progress();
-                let step = match mark {
+                let step = match request.mark {
                     DriverMark::Quiet | DriverMark::Off => "     ".to_owned(),
                     DriverMark::Left | DriverMark::Right | DriverMark::Hazard => format!("{done}/{all}  "),
                 };
-                let text = step + &texts::request(*mark, *next, Self::width());
                 if !self.is_terminal {
-                    self.line(text.trim_end())?;
+                    self.line(&format!("{step}{}", Self::request_and_next(request)))?;
                 }
-                self.request = Some((text, now, *until));
+                self.request = Some((*request, now, step));
                 Ok(())
             }
             DiscoveryEvent::Seen { action, messages, bits } => {
@@ -277,17 +276,23 @@ impl DiscoveryScreen {
     }
 
     fn tick(&mut self, now: MonoTime) -> io::Result<()> {
-        let Some((text, from, until)) = self.request.as_ref().filter(|_| self.is_terminal) else {
+        let Some((DriverRequest { mark, until, .. }, from, step)) =
+            self.request.as_ref().filter(|_| self.is_terminal)
+        else {
             return Ok(());
         };
         let mut out = io::stdout().lock();
         let countdown = texts::countdown(*from, *until, now);
         // A wrapped line cannot be erased, so the request is cut and the next one is left out.
-        let request = text.split("  next: ").next().unwrap_or(text).trim_end();
+        let request = format!("{step}{}", texts::request(*mark, Self::width()));
         let room = Self::width().saturating_sub(countdown.chars().count() + 5);
         let request: String = request.chars().take(room).collect();
         write!(out, "\r\x1b[K\x1b[1m> {request}\x1b[0m  {countdown}")?;
         out.flush()
+    }
+
+    fn request_and_next(request: &DriverRequest) -> String {
+        texts::request_and_next(request.mark, request.next, Self::width())
     }
 
     /// Returns the width of the terminal, or 80.

@@ -100,10 +100,12 @@ pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Adds hints to similar files to the problems with missing files.
-pub(super) fn with_neighbours(Refused(mut problems): Refused) -> Refused {
+/// Adds hints to similar files to the problems with missing files. A `profile` that resembles a built-in one has its
+/// hint already.
+pub(super) fn with_neighbours(Refused(mut problems): Refused, profile: Option<&Path>) -> Refused {
+    let has_hint = |path: &Path| profile == Some(path) && !BuiltIn::Profile.probably_meant(path).is_empty();
     for problem in problems.iter_mut().filter(|problem| problem.position.is_none()) {
-        if !problem.remedy.starts_with("did you mean") && !problem.file.exists() {
+        if !problem.file.exists() && !has_hint(&problem.file) {
             problem.remedy = neighbour(&problem.file).unwrap_or_else(|| std::mem::take(&mut problem.remedy));
         }
     }

@@ -3,6 +3,9 @@
 
 use std::path::{Component, Path, PathBuf, absolute};
 
+use serde::Serialize;
+
+use crate::core::names::variant_name;
 use crate::core::near_miss::near_misses;
 use crate::io::standard_input;
 
@@ -13,7 +16,8 @@ const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/built_in.rs"
 const ROOT: &str = "built-in:";
 
 /// The kinds of files that have names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum BuiltIn {
     /// A vehicle profile; its DBCs are built in as well.
     Profile,
@@ -30,12 +34,7 @@ impl BuiltIn {
 
     /// The kind as people call it.
     fn noun(self) -> &'static str {
-        match self {
-            Self::Profile => "profile",
-            Self::Map => "map",
-            Self::Drive => "drive",
-            Self::Scenario => "scenario",
-        }
+        variant_name(&self)
     }
 
     /// Folder and end of the path of its files in the project; the name is in between.
@@ -67,10 +66,10 @@ impl BuiltIn {
         Some(Path::new(ROOT).join(path))
     }
 
-    /// The built-in names that were probably meant by a name or path, as a question; else `otherwise`.
-    pub fn did_you_mean(self, given: &Path, otherwise: &str) -> String {
+    /// The built-in names that were probably meant by a name or path, at most three.
+    pub fn probably_meant(self, given: &Path) -> Vec<&'static str> {
         let Some(given) = given.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()) else {
-            return otherwise.to_owned();
+            return Vec::new();
         };
         let contains = |name: &&str| given.len() >= 3 && name.contains(&given);
         let mut names = near_misses(&given, self.names());
@@ -78,6 +77,12 @@ impl BuiltIn {
             names = self.names().filter(contains).collect();
         }
         names.truncate(3);
+        names
+    }
+
+    /// The built-in names that were probably meant by a name or path, as a question; else `otherwise`.
+    pub fn did_you_mean(self, given: &Path, otherwise: &str) -> String {
+        let names = self.probably_meant(given);
         if names.is_empty() {
             return otherwise.to_owned();
         }

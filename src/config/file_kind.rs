@@ -6,7 +6,7 @@ use std::path::Path;
 use super::files::Files;
 use super::reading::location::Text;
 use super::reading::problem::Problem;
-use crate::io::can::formats::{known_magic, remedy_for};
+use crate::io::can::formats::{Looks, known_magic};
 use crate::io::can::log::Log;
 
 /// The length of a file's beginning by which it is recognised, bytes. A TOML file is looked at as a whole.
@@ -32,7 +32,7 @@ pub enum FileKind {
     /// A recording of CAN frames.
     Recording,
     /// Something else, such as a picture.
-    Other(&'static str),
+    Other(Looks),
 }
 
 /// The keys at the top of each kind of TOML file that no other kind has there.
@@ -124,7 +124,7 @@ impl FileKind {
             Self::Map => "a map",
             Self::Dbc => "a DBC file",
             Self::Recording => "a recording of CAN frames",
-            Self::Other(name) => name,
+            Self::Other(looks) => looks.name,
         }
     }
 
@@ -146,7 +146,7 @@ impl FileKind {
             Self::Recording => {
                 "give it as the LOG of `signal-gateway check`, `identify`, `decode` or `replay`"
             }
-            Self::Other(name) => remedy_for(name),
+            Self::Other(looks) => looks.remedy,
         }
     }
 }
@@ -247,8 +247,8 @@ mod tests {
             (b"; nothing\n", None),
             (b"MDF     4.10", Some(FileKind::Recording)),
             (b"OpenSCENARIO:\n  a: 1\n", Some(FileKind::Scenario)),
-            (b"\x89PNG\r\n", Some(FileKind::Other("a picture (PNG)"))),
-            (b"<html><body>", Some(FileKind::Other("a web page"))),
+            (b"\x89PNG\r\n", Some(FileKind::Other(Looks { name: "a picture (PNG)", remedy: "" }))),
+            (b"<html><body>", Some(FileKind::Other(Looks { name: "a web page", remedy: "" }))),
             (b"name = \"x\"\n", None),
             (b"", None),
         ] {

@@ -32,19 +32,35 @@ display_by_name!(Level);
 /// One `DiagnosticStatus` without the hardware id, which is common to all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Status {
-    /// Name of node and task, `<node>: <task>`.
-    pub name: String,
+    /// What the status is about, e.g. `turn_indicators` or an interface.
+    pub task: String,
     /// Severity of the status.
     pub level: Level,
     /// Short text, which changes only with the condition.
     pub message: String,
     /// Keys and values with details in a fixed order.
     pub values: Vec<(&'static str, String)>,
+    /// Signals of the vehicle that it is about, `MESSAGE.SIGNAL` of the DBC.
+    pub signals: Vec<String>,
+}
+
+impl Status {
+    /// Creates the status of a task, which is about no signal.
+    pub fn new(
+        task: impl Into<String>,
+        level: Level,
+        message: String,
+        values: Vec<(&'static str, String)>,
+    ) -> Self {
+        Self { task: task.into(), level, message, values, signals: Vec::new() }
+    }
 }
 
 /// Statuses that are published together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostics {
+    /// ROS node name, which begins the name of each status: `<node>: <task>`.
+    pub node: String,
     /// The statuses, in a fixed order.
     pub statuses: Vec<Status>,
     /// True for a refresh of all tasks; false for those that have changed.

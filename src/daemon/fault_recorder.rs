@@ -100,7 +100,7 @@ impl FaultRecorder {
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {
-                let before = self.levels.insert(status.name.clone(), status.level);
+                let before = self.levels.insert(status.task.clone(), status.level);
                 // A status that was never OK has not changed.
                 fault |= status.level == Level::Error && before.is_some_and(|before| before != Level::Error);
             }

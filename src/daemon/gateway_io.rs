@@ -181,10 +181,8 @@ impl GatewayIo {
         let statuses = self.process_statuses();
         let changed = changed(&statuses, &self.given_out);
         self.given_out = statuses;
-        if changed.is_empty() {
-            return;
-        }
-        let diagnostics = Diagnostics { statuses: changed, refresh: false };
+        let Some(node) = self.node.clone().filter(|_| !changed.is_empty()) else { return };
+        let diagnostics = Diagnostics { node, statuses: changed, refresh: false };
         self.hand_on(&Output::Diagnostics { diagnostics, stamp: now.wall }, now, Duration::ZERO);
     }
 
@@ -304,19 +302,21 @@ impl GatewayIo {
     fn process_statuses(&self) -> Vec<Status> {
         // Called in any case, since it writes lines that are due.
         let log = process_log::state();
-        let Some(node) = &self.node else { return Vec::new() };
-        let recordings = self.faults.as_ref().map(|faults| faults.state().status(node));
-        let mcap = self.mcap.as_ref().map(|mcap| mcap.state().status(node));
+        if self.node.is_none() {
+            return Vec::new();
+        }
+        let recordings = self.faults.as_ref().map(|faults| faults.state().status());
+        let mcap = self.mcap.as_ref().map(|mcap| mcap.state().status());
         let network = self.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
-        let log = log.map(|log| log.with(elsewhere).status(node));
-        let configuration = self.configuration.as_ref().map(|configuration| configuration.status(node));
+        let log = log.map(|log| log.with(elsewhere).status());
+        let configuration = self.configuration.as_ref().map(ConfigurationState::status);
         recordings
             .into_iter()
             .chain(configuration)
             .chain(mcap)
             .chain(log)
-            .chain(network.map(|network| network.status(node)))
+            .chain(network.map(|network| network.status()))
             .collect()
     }
 
@@ -395,7 +395,7 @@ impl GatewayIo {
 fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
     let is_known = |status: &Status| {
         let is_same = |known: &Status| {
-            (&known.name, known.level, &known.message) == (&status.name, status.level, &status.message)
+            (&known.task, known.level, &known.message) == (&status.task, status.level, &status.message)
         };
         given_out.iter().any(is_same)
     };
@@ -455,11 +455,8 @@ mod tests {
 
     #[test]
     fn a_status_is_given_out_again_when_its_level_or_message_differs() {
-        let status = |name: &str, level, message: &str, count: &str| Status {
-            name: name.to_owned(),
-            level,
-            message: message.to_owned(),
-            values: vec![("count", count.to_owned())],
+        let status = |task: &str, level, message: &str, count: &str| {
+            Status::new(task, level, message.to_owned(), vec![("count", count.to_owned())])
         };
         let before = [status("log", Level::Ok, "a", "1"), status("ros", Level::Ok, "a", "1")];
         assert_eq!(changed(&before, &[]), before);

@@ -94,13 +94,14 @@ pub(super) fn apply(
             let text = changes_text(&changes);
             let text = if text.is_empty() { "nothing is different" } else { &text };
             let text = format!("configuration reloaded: {text}");
-            process_log::record(tracing::Level::INFO, &text, &[("MESSAGE_ID", RELOADED)]);
+            process_log::record(tracing::Level::INFO, "configuration", &text, &[("MESSAGE_ID", RELOADED)]);
             state.applied(parts, changes, now.wall);
         }
         Err(ReloadRefusal { reason, changes }) => {
             let text = format!("configuration not reloaded, the one before goes on: {reason}");
             let cause = reason.lines().next().unwrap_or_default();
-            process_log::record(tracing::Level::WARN, &text, &[("MESSAGE_ID", REFUSED), ("CAUSE", cause)]);
+            let fields = [("MESSAGE_ID", REFUSED), ("CAUSE", cause)];
+            process_log::record(tracing::Level::WARN, "configuration", &text, &fields);
             state.refused(reason, changes, now.wall);
         }
     }

@@ -117,15 +117,16 @@ fn write_directly(text: &str) {
     drop(io::Write::write_all(&mut io::stderr(), text.as_bytes()));
 }
 
-/// Logs a message, with these fields in the journal. Their names are in capitals.
-pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
+/// Logs a message about a subject, with these fields in the journal, whose names are in capitals. Messages about one
+/// subject are limited together.
+pub fn record(level: Level, subject: &str, text: &str, fields: &[(&str, &str)]) {
     let Some(log) = LOG.get().filter(|log| log.is_journal) else {
         match level {
-            Level::ERROR => tracing::error!("{text}"),
-            Level::WARN => tracing::warn!("{text}"),
-            Level::INFO => tracing::info!("{text}"),
-            Level::DEBUG => tracing::debug!("{text}"),
-            Level::TRACE => tracing::trace!("{text}"),
+            Level::ERROR => tracing::error!(log.subject = subject, "{text}"),
+            Level::WARN => tracing::warn!(log.subject = subject, "{text}"),
+            Level::INFO => tracing::info!(log.subject = subject, "{text}"),
+            Level::DEBUG => tracing::debug!(log.subject = subject, "{text}"),
+            Level::TRACE => tracing::trace!(log.subject = subject, "{text}"),
         }
         return;
     };
@@ -136,7 +137,7 @@ pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
         Level::DEBUG => tracing::enabled!(Level::DEBUG),
         Level::TRACE => tracing::enabled!(Level::TRACE),
     };
-    let kind = MessageKind::of_text(text);
+    let kind = MessageKind::of_subject(subject);
     if is_enabled {
         warnings::offer(kind.clone(), Warning::new(level, text));
     }
@@ -145,9 +146,9 @@ pub fn record(level: Level, text: &str, fields: &[(&str, &str)]) {
     }
 }
 
-/// Passes a message that is not in the log to the reader of the warnings.
-pub fn warn_others(level: Level, text: &str) {
-    warnings::offer(MessageKind::of_text(text), Warning::new(level, text));
+/// Passes a message about a subject that is not in the log to the reader of the warnings.
+pub fn warn_others(level: Level, subject: &str, text: &str) {
+    warnings::offer(MessageKind::of_subject(subject), Warning::new(level, text));
 }
 
 /// Writes to a duplicate of another file from the next line on, unless the log goes to the journal.

@@ -11,11 +11,17 @@ use crate::core::time::MonoTime;
 /// Columns from which on a terminal shows a request in full, beside its countdown.
 const WIDE: usize = 80;
 
+/// What the driver is asked to do, in a line of a terminal of that width.
+pub fn request(mark: DriverMark, width: usize) -> &'static str {
+    if width < WIDE { short_request(mark) } else { long_request(mark) }
+}
+
 /// What the driver is asked to do, and the action that comes next, in a line of a terminal of that width.
-pub fn request(mark: DriverMark, next: Option<DriverAction>, width: usize) -> String {
-    let next = next.map_or(String::new(), |action| format!("next: {}", action.to_string().to_uppercase()));
-    let (room, request) = if width < WIDE { (30, short_request(mark)) } else { (60, long_request(mark)) };
-    format!("{request:<room$}{next}")
+pub fn request_and_next(mark: DriverMark, next: Option<DriverAction>, width: usize) -> String {
+    let request = request(mark, width);
+    let Some(next) = next else { return request.to_owned() };
+    let room = if width < WIDE { 30 } else { 60 };
+    format!("{request:<room$}next: {}", next.to_string().to_uppercase())
 }
 
 fn short_request(mark: DriverMark) -> &'static str {
@@ -153,12 +159,13 @@ mod tests {
                 .map(|mark| (width, mark))
         }) {
             // The marker of the line, the number of the request, and two blanks before the countdown.
-            let length = 2 + 5 + request(mark, None, width).trim_end().len() + 2 + countdown;
+            let length = 2 + 5 + request(mark, width).len() + 2 + countdown;
             // Only nothing is asked for so long.
             let length = if mark == DriverMark::Quiet { length } else { length - 5 };
             assert!(length <= width, "{mark:?} at {width}: {length}");
         }
-        assert!(request(DriverMark::Off, Some(DriverAction::Right), 50).ends_with("next: RIGHT"));
+        let line = request_and_next(DriverMark::Off, Some(DriverAction::Right), 50);
+        assert!(line.ends_with("next: RIGHT"), "{line}");
     }
 
     #[test]

@@ -130,8 +130,8 @@ pub struct Event {
     pub text: String,
     /// What has changed.
     pub kind: EventKind,
-    /// Signals that it is about, as its status names them; empty without any.
-    pub signals: String,
+    /// Signals that it is about, as its status names them.
+    pub signals: Vec<String>,
 }
 
 /// What a change is about. The journal has an identifier for each, which never changes.
@@ -224,29 +224,23 @@ impl Changes {
         }
         let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
         let kind = if now.is_some() { EventKind::ReportPublished } else { EventKind::ReportWithdrawn };
-        vec![Event { level, task: report.to_owned(), text: text.to_owned(), kind, signals: String::new() }]
+        vec![Event { level, task: report.to_owned(), text: text.to_owned(), kind, signals: Vec::new() }]
     }
 
     fn status(&mut self, status: &Status) -> Option<Event> {
         let now = (status.level, status.message.clone());
-        if self.statuses.get(&status.name) == Some(&now) {
+        if self.statuses.get(&status.task) == Some(&now) {
             return None;
         }
-        self.statuses.insert(status.name.clone(), now);
-        let signals = status.values.iter().find(|(key, _)| *key == "signal");
+        self.statuses.insert(status.task.clone(), now);
         Some(Event {
             level: status.level,
-            task: task_of(&status.name).to_owned(),
+            task: status.task.clone(),
             text: status.message.clone(),
             kind: EventKind::Status(status.level),
-            signals: signals.map_or_else(String::new, |(_, names)| names.clone()),
+            signals: status.signals.clone(),
         })
     }
-}
-
-/// The task in `<node>: <task>`.
-pub fn task_of(status_name: &str) -> &str {
-    status_name.split_once(": ").map_or(status_name, |(_, task)| task)
 }
 
 fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
@@ -255,7 +249,7 @@ fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
         task: FRAMES.to_owned(),
         text: format!("{verb} {frame}"),
         kind: EventKind::CommandSent,
-        signals: String::new(),
+        signals: Vec::new(),
     };
     is_news.then(event).into_iter().collect()
 }
@@ -286,8 +280,8 @@ mod tests {
 
     fn status(level: Level, refresh: bool) -> Output {
         let values = vec![("age_ms", "3".to_owned())];
-        let status = Status { name: "gw: can0".into(), level, message: "text".into(), values };
-        let diagnostics = Diagnostics { statuses: vec![status], refresh };
+        let statuses = vec![Status::new("can0", level, "text".into(), values)];
+        let diagnostics = Diagnostics { node: "gw".into(), statuses, refresh };
         Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(2_000_000_000) }
     }
 

@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     fn event(task: &str, text: &str, kind: EventKind) -> Event {
-        Event { level: Level::Ok, task: task.to_owned(), text: text.to_owned(), kind, signals: String::new() }
+        Event { level: Level::Ok, task: task.to_owned(), text: text.to_owned(), kind, signals: Vec::new() }
     }
 
     #[test]

@@ -131,22 +131,23 @@ impl View {
         let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
         let texts: Vec<_> = events.iter().map(|Event { task, text, .. }| format!("{task}: {text}")).collect();
         let text = escaped(&texts.join("; ")).into_owned();
+        let subject = events.first().map_or("", |event| event.task.as_str());
         let level = match worst.level {
             Level::Ok => tracing::Level::INFO,
             Level::Warn | Level::Stale => tracing::Level::WARN,
             Level::Error => tracing::Level::ERROR,
         };
         if !matches!(self.destination, Destination::Journal) {
-            process_log::warn_others(level, &text);
+            process_log::warn_others(level, subject, &text);
             return;
         }
         // A field may come several times: each task of the moment is found.
         let mut fields = vec![("MESSAGE_ID", worst.kind.message_id()), ("CAUSE", worst.cause())];
         for event in &events {
             fields.push(("TASK", event.task.as_str()));
-            fields.extend(event.signals.split(", ").map(|signal| ("SIGNAL", signal)));
+            fields.extend(event.signals.iter().map(|signal| ("SIGNAL", signal.as_str())));
         }
-        process_log::record(level, &text, &fields);
+        process_log::record(level, subject, &text, &fields);
     }
 
     /// True if a new snapshot would be shown.

@@ -284,7 +284,7 @@ fn a_recording_with_error_frames_replays_to_the_same_findings() {
     while replay.step().unwrap() {
         while let Some(output) = replay.poll_output() {
             let Output::Diagnostics { diagnostics, .. } = output else { continue };
-            for status in diagnostics.statuses.into_iter().filter(|status| status.name.ends_with("can0")) {
+            for status in diagnostics.statuses.into_iter().filter(|status| status.task == "can0") {
                 let text = status.message;
                 let is_controllers =
                     ["error-", "bus-off", "restarted"].iter().any(|start| text.starts_with(start));

@@ -161,7 +161,7 @@ fn in_tests_of_source(text: &str) -> Vec<Finding> {
 }
 
 /// Number of tokens of an item from its attribute on: to its braces or its semicolon.
-fn item_length(tokens: &[TokenTree]) -> usize {
+pub(super) fn item_length(tokens: &[TokenTree]) -> usize {
     let is_end = |token: &TokenTree| match token {
         TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
         TokenTree::Punct(punct) => punct.as_char() == ';',

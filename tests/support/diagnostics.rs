@@ -172,8 +172,8 @@ fn fits(pattern: &str, text: &str) -> bool {
 
 /// Fails when a status has a message or a key that `docs/diagnostics.md` does not list.
 pub(crate) fn assert_listed(status: &Status) {
-    let name = status.name.split_once(": ").unwrap().1;
-    if let Err(wrong) = Task::of(name).parts(status) {
-        panic!("{wrong} of `{name}` in tests/diagnostics.toml: {status:?}");
+    let task = &status.task;
+    if let Err(wrong) = Task::of(task).parts(status) {
+        panic!("{wrong} of `{task}` in tests/diagnostics.toml: {status:?}");
     }
 }

@@ -32,7 +32,6 @@ pub(crate) struct VirtualGateway {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StatusChange {
     pub(crate) at: MonoTime,
-    /// The status's name without the node's.
     pub(crate) task: String,
     pub(crate) level: Level,
     pub(crate) message: String,
@@ -44,7 +43,7 @@ impl StatusChange {
         let changed = diagnostics.statuses.into_iter().filter(move |_| !diagnostics.refresh);
         changed.inspect(assert_listed).map(move |status| Self {
             at,
-            task: status.name.split_once(": ").unwrap().1.to_owned(),
+            task: status.task,
             level: status.level,
             message: status.message,
         })
@@ -151,10 +150,10 @@ impl VirtualGateway {
         self.outputs.iter().filter_map(|(at, output)| Some((millis(*at), pick(output)?))).collect()
     }
 
-    /// The status of a task now, by the end of its name.
+    /// The status of a task now.
     pub(crate) fn status(&self, task: &str) -> Status {
         let statuses = self.gateway.statuses(self.now.mono);
-        statuses.into_iter().find(|status| status.name.ends_with(task)).unwrap()
+        statuses.into_iter().find(|status| status.task == task).unwrap()
     }
 
     /// Level and message of a task now.

@@ -121,9 +121,9 @@ impl Desk {
             match output {
                 Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
                     for status in diagnostics.statuses {
-                        if status.name.ends_with(": turn_indicators") {
+                        if status.task == "turn_indicators" {
                             self.turn.push(status.message);
-                        } else if !status.name.ends_with(": hazard_lights") {
+                        } else if status.task != "hazard_lights" {
                             self.changes.push((status.level, status.message));
                         }
                     }

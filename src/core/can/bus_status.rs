@@ -6,8 +6,8 @@ use crate::core::can::link::LinkState;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
-/// Diagnostic status of a bus; `node` is the name before the colon.
-pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime) -> Status {
+/// Diagnostic status of a bus.
+pub(in crate::core) fn status(bus: &Bus, rate_hz: f64, now: MonoTime) -> Status {
     let settings = bus.settings();
     let counts = &bus.counts;
     let (level, message) = level_and_message(bus, now);
@@ -31,7 +31,7 @@ pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime
     if counts.bad_records > 0 {
         values.push(("bad_lines", counts.bad_records.to_string()));
     }
-    Status { name: format!("{node}: {}", settings.interface), level, message, values }
+    Status::new(&settings.interface, level, message, values)
 }
 
 impl ControllerState {

@@ -1,9 +1,12 @@
 //! Marks of the driver's actions in a recording.
 
-use std::fmt;
+use serde::{Deserialize, Serialize};
+
+use crate::core::names::{display_by_name, variant};
 
 /// A change of the driver's action, noted at its time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum DriverMark {
     /// The driver operates nothing from now on.
     Quiet,
@@ -21,25 +24,10 @@ impl DriverMark {
     /// All marks in the order of their declaration.
     pub const ALL: [Self; 5] = [Self::Quiet, Self::Left, Self::Right, Self::Hazard, Self::Off];
 
-    /// Returns the name of the mark in a file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Quiet => "quiet",
-            Self::Left => "left",
-            Self::Right => "right",
-            Self::Hazard => "hazard",
-            Self::Off => "off",
-        }
-    }
-
     /// Returns the mark with this name, in upper or lower case; `None` when there is none.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|mark| mark.name().eq_ignore_ascii_case(name))
+        variant(&name.to_ascii_lowercase())
     }
 }
 
-impl fmt::Display for DriverMark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
+display_by_name!(DriverMark);

@@ -17,15 +17,11 @@ pub(super) type StatusText = (Level, String);
 
 impl CommandFlow {
     /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
-    pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+    pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let (turn, hazard) = self.views();
         let hazard_text = self.hazard_text(&hazard);
-        let status = |task: &str, (level, message): StatusText, values| Status {
-            name: format!("{node}: {task}"),
-            level,
-            message,
-            values,
-        };
+        let status =
+            |task: &str, (level, message): StatusText, values| Status::new(task, level, message, values);
         vec![
             status("turn_indicators_command", turn.text(), turn.values(now)),
             status("hazard_lights_command", hazard_text, hazard.values(now)),

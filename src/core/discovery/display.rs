@@ -8,7 +8,7 @@ use super::timeline::DriverAction;
 
 impl fmt::Display for DriverAction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.mark().name())
+        self.mark().fmt(f)
     }
 }
 

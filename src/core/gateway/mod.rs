@@ -205,7 +205,7 @@ impl Gateway {
     pub fn read_wall_clock(&mut self, now: Now) {
         let wall_clock = self.wall_clock.get_or_insert_with(|| WallClock::new(now));
         if wall_clock.read(now) {
-            let status = wall_clock.status(&self.perception.node, now.mono);
+            let status = wall_clock.status(now.mono);
             self.publish_changed(vec![status], now);
         }
     }
@@ -234,10 +234,10 @@ impl Gateway {
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses = self.perception.flow_statuses(now);
         if let Some(commands) = &self.commands {
-            statuses.extend(commands.statuses(&self.perception.node, &self.perception.buses, now));
+            statuses.extend(commands.statuses(&self.perception.buses, now));
         }
         statuses.extend(self.perception.bus_statuses(now));
-        statuses.extend(self.wall_clock.map(|wall_clock| wall_clock.status(&self.perception.node, now)));
+        statuses.extend(self.wall_clock.map(|wall_clock| wall_clock.status(now)));
         statuses
     }
 
@@ -313,7 +313,7 @@ impl Gateway {
         if !has_news {
             return Vec::new();
         }
-        self.command_headlines.changed(commands.statuses(&self.perception.node, buses, now.mono))
+        self.command_headlines.changed(commands.statuses(buses, now.mono))
     }
 
     /// Publishes the changed statuses, buses included, and all statuses when they are due.
@@ -321,16 +321,19 @@ impl Gateway {
         changed.extend(self.perception.changed_buses(now.mono));
         self.publish_changed(changed, now);
         if self.perception.refresh_statuses(now.mono) {
-            let diagnostics = Diagnostics { statuses: self.statuses(now.mono), refresh: true };
-            self.outputs.push_back(Output::Diagnostics { diagnostics, stamp: now.wall });
+            self.publish(self.statuses(now.mono), true, now);
         }
     }
 
     fn publish_changed(&mut self, statuses: Vec<Status>, now: Now) {
         if !statuses.is_empty() {
-            let diagnostics = Diagnostics { statuses, refresh: false };
-            self.outputs.push_back(Output::Diagnostics { diagnostics, stamp: now.wall });
+            self.publish(statuses, false, now);
         }
+    }
+
+    fn publish(&mut self, statuses: Vec<Status>, refresh: bool, now: Now) {
+        let diagnostics = Diagnostics { node: self.perception.node.clone(), statuses, refresh };
+        self.outputs.push_back(Output::Diagnostics { diagnostics, stamp: now.wall });
     }
 }
 

@@ -102,7 +102,8 @@ pub struct ZenohLinks {
 }
 
 /// Why a network side ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum NetworkFailure {
     /// It ended by itself with this exit code.
     Exited(i32),
@@ -149,8 +150,8 @@ impl NetworkState {
         if self.links.is_some() { "zenoh" } else { "dds" }
     }
 
-    /// The status of a node's network side.
-    pub fn status(&self, node: &str) -> Status {
+    /// The status of the network side.
+    pub fn status(&self) -> Status {
         let (level, message) = level_and_message(self);
         let mut values = vec![("runs_as", self.place.to_string()), ("restarts", self.restarts.to_string())];
         values.push(("restarts_last_minute", self.recent_ends.to_string()));
@@ -177,7 +178,7 @@ impl NetworkState {
                 values.push(("zenoh_unreachable", unreachable.join(", ")));
             }
         }
-        Status { name: format!("{node}: ros"), level, message, values }
+        Status::new("ros", level, message, values)
     }
 }
 
@@ -235,7 +236,7 @@ mod tests {
         let age = Some(Duration::from_secs(1));
         let mut state = NetworkState { is_up: true, has_echo: true, age, ..NetworkState::default() };
         change(&mut state);
-        let status = state.status("gw");
+        let status = state.status();
         (status.level, status.message)
     }
 
@@ -300,7 +301,7 @@ mod tests {
         assert_eq!(alone, (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned()));
         assert_eq!([level(links(1, 0)), level(links(0, 1))], [Level::Ok; 2]);
         let state = NetworkState { links: Some(links(1, 2)), ..NetworkState::default() };
-        let values = state.status("gw").values;
+        let values = state.status().values;
         let expected = [
             ("transport", "zenoh"),
             ("zenoh_routers", "1"),
@@ -311,7 +312,7 @@ mod tests {
             expected.iter().all(|(key, value)| values.contains(&(*key, (*value).to_owned()))),
             "{values:?}"
         );
-        let values = NetworkState::default().status("gw").values;
+        let values = NetworkState::default().status().values;
         assert!(
             values.contains(&("transport", "dds".to_owned()))
                 && !values.iter().any(|(key, _)| key.starts_with("zenoh"))
@@ -325,7 +326,7 @@ mod tests {
         let (level, message) = headline(|state| state.links = Some(links.clone()));
         let expected = "lost the connection with /planner, /ns/commander; connecting again";
         assert_eq!((level, message.as_str()), (Level::Warn, expected));
-        let values = NetworkState { links: Some(links), ..NetworkState::default() }.status("gw").values;
+        let values = NetworkState { links: Some(links), ..NetworkState::default() }.status().values;
         assert!(values.contains(&("zenoh_unreachable", "/planner, /ns/commander".to_owned())), "{values:?}");
     }
 }

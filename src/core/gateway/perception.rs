@@ -211,7 +211,7 @@ impl Perception {
             }
             self.timers.set(Timer::TrafficLights, flow.next_deadline(now.mono));
             if has_news {
-                let statuses = flow.statuses(&self.node, &self.buses, now.mono);
+                let statuses = flow.statuses(&self.buses, now.mono);
                 changed.extend(self.traffic_light_headlines.changed(statuses));
             }
         }
@@ -221,7 +221,7 @@ impl Perception {
                 emit(Output::TurnSignal(output));
             }
             self.timers.set(Timer::Decider, flow.next_deadline());
-            changed.extend(has_news.then(|| flow.status(&self.node, now.mono)));
+            changed.extend(has_news.then(|| flow.status(now.mono)));
         }
         let buses = self.buses.iter().filter_map(|bus| bus.next_deadline(now.mono));
         self.timers.set(Timer::Buses, buses.min());
@@ -257,9 +257,9 @@ impl Perception {
     pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
         if let Some(flow) = &self.traffic_lights {
-            statuses.extend(flow.statuses(&self.node, &self.buses, now));
+            statuses.extend(flow.statuses(&self.buses, now));
         }
-        statuses.extend(self.turn_signal.as_ref().map(|flow| flow.status(&self.node, now)));
+        statuses.extend(self.turn_signal.as_ref().map(|flow| flow.status(now)));
         statuses
     }
 
@@ -277,12 +277,12 @@ impl Perception {
     }
 
     fn lights_status(&self, task: Task, now: MonoTime) -> Status {
-        self.lights.status(task, &self.node, &self.buses, now)
+        self.lights.status(task, &self.buses, now)
     }
 
     fn bus_status(&self, index: usize, now: MonoTime) -> Status {
         let (bus, rate) = (&self.buses[index], &self.bus_rates[index]);
-        bus_status::status(bus, &self.node, rate.rate_hz(bus.counts.frames, now), now)
+        bus_status::status(bus, rate.rate_hz(bus.counts.frames, now), now)
     }
 }
 

@@ -27,8 +27,8 @@ pub struct RecorderState {
 }
 
 impl RecorderState {
-    /// The status of a node's recordings. It is never an ERROR, which would ask for another recording.
-    pub fn status(&self, node: &str) -> Status {
+    /// The status of the recordings. It is never an ERROR, which would ask for another recording.
+    pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
         let (level, message) = if self.is_failing {
             (Level::Warn, format!("recordings cannot be written: {last_error}"))
@@ -43,13 +43,13 @@ impl RecorderState {
             ("failures", self.failures.to_string()),
             ("last_error", last_error.to_owned()),
         ];
-        Status { name: format!("{node}: black_box"), level, message, values }
+        Status::new("black_box", level, message, values)
     }
 }
 
 impl ConfigurationState {
-    /// The status of a node's configuration.
-    pub fn status(&self, node: &str) -> Status {
+    /// The status of the configuration.
+    pub fn status(&self) -> Status {
         let reason = self.last_reload.as_ref().and_then(|reload| reload.reason.as_deref());
         let first = reason.and_then(|reason| reason.lines().next());
         let (level, message) = match (first, &self.last_reload) {
@@ -65,7 +65,7 @@ impl ConfigurationState {
             ("last_changes", text),
             ("last_error", reason.unwrap_or("none").to_owned()),
         ];
-        Status { name: format!("{node}: configuration"), level, message, values }
+        Status::new("configuration", level, message, values)
     }
 }
 
@@ -93,8 +93,8 @@ pub struct McapState {
 }
 
 impl McapState {
-    /// The status of a node's recording.
-    pub fn status(&self, node: &str) -> Status {
+    /// The status of the recording.
+    pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
         let (level, message) = if self.is_failing {
             (Level::Warn, format!("the recording cannot be written: {last_error}"))
@@ -111,7 +111,7 @@ impl McapState {
             ("failures", self.failures.to_string()),
             ("last_error", last_error.to_owned()),
         ];
-        Status { name: format!("{node}: mcap"), level, message, values }
+        Status::new("mcap", level, message, values)
     }
 }
 
@@ -161,8 +161,8 @@ impl LogState {
         Self { suppressed, dropped, ..self }
     }
 
-    /// The status of a node's log.
-    pub fn status(&self, node: &str) -> Status {
+    /// The status of the log.
+    pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
         let (level, message) = if self.is_failing {
             (Level::Warn, format!("log lines are lost: {last_error}"))
@@ -174,6 +174,6 @@ impl LogState {
             ("dropped_lines", self.dropped.to_string()),
             ("last_error", last_error.to_owned()),
         ];
-        Status { name: format!("{node}: log"), level, message, values }
+        Status::new("log", level, message, values)
     }
 }

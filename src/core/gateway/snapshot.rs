@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Gateway;
 use super::configuration::ConfigurationState;
-use super::network::{NetworkState, ZenohLinks};
+use super::network::{NetworkFailure, NetworkState, ZenohLinks};
 use super::process_status::{LogState, RecorderState};
 use crate::core::can::snapshot::BusSnapshot;
 use crate::core::command::snapshot::CommandSnapshot;
@@ -103,7 +103,7 @@ pub struct RosSnapshot {
     /// Times since start that the network side was replaced.
     pub restarts: u64,
     /// Why it ended the last time; `None` if it has not.
-    pub last_failure: Option<String>,
+    pub last_failure: Option<NetworkFailure>,
     /// Time since it joined the network, ms; `None` while it is not up.
     pub joined_ms: Option<u64>,
     /// Memory in use by its process, bytes; `None` where that is not known.
@@ -188,11 +188,10 @@ impl Snapshot {
     }
 
     fn with_statuses(mut self, statuses: &[Status]) -> Self {
-        let node = format!("{}: ", self.node);
         self.level = statuses.iter().map(|status| status.level).fold(self.level, Level::max);
         self.diagnostics.extend(statuses.iter().map(|status| {
             StatusSnapshot {
-                task: status.name.strip_prefix(&node).unwrap_or(&status.name).to_owned(),
+                task: status.task.clone(),
                 level: status.level,
                 message: status.message.clone(),
                 values: status
@@ -212,7 +211,7 @@ impl RosSnapshot {
         Self {
             is_up: network.is_up,
             restarts: network.restarts,
-            last_failure: network.last_failure.as_ref().map(ToString::to_string),
+            last_failure: network.last_failure.clone(),
             joined_ms: network.age.map(millis),
             memory_bytes: network.memory_bytes,
             links: network.links.clone(),

@@ -44,7 +44,7 @@ impl WallClock {
 
     /// Returns the status `wall_clock`.
     #[allow(clippy::cast_precision_loss)] // a step to the millisecond
-    pub(super) fn status(&self, node: &str, now: MonoTime) -> Status {
+    pub(super) fn status(&self, now: MonoTime) -> Status {
         let text = |step_ns: i64| format!("{:+.3}", step_ns as f64 / 1e9);
         let recent = self.last_step.filter(|(_, at)| now.since(*at) <= STEP_SHOWN);
         let (level, message) = match recent {
@@ -53,7 +53,7 @@ impl WallClock {
         };
         let last_step = self.last_step.map_or("-".to_owned(), |(step_ns, _)| text(step_ns));
         let values = vec![("steps", self.steps.to_string()), ("last_step_s", last_step)];
-        Status { name: format!("{node}: {WALL_CLOCK_TASK}"), level, message, values }
+        Status::new(WALL_CLOCK_TASK, level, message, values)
     }
 }
 
@@ -71,13 +71,13 @@ mod tests {
     fn a_step_is_counted_and_a_warning_for_ten_seconds() {
         let mut clock = WallClock::new(now(0, 0));
         assert!(!clock.read(now(250, 0)));
-        assert_eq!(clock.status("n", MonoTime::from_millis(250)).message, "steady");
+        assert_eq!(clock.status(MonoTime::from_millis(250)).message, "steady");
         assert!(clock.read(now(500, -2000)));
         assert!(!clock.read(now(750, -2000)));
-        let status = clock.status("n", MonoTime::from_millis(10_500));
+        let status = clock.status(MonoTime::from_millis(10_500));
         assert_eq!((status.level, &*status.message), (Level::Warn, "the wall clock has stepped by -2.000 s"));
         assert_eq!(status.values, [("steps", "1".to_owned()), ("last_step_s", "-2.000".to_owned())]);
-        assert_eq!(clock.status("n", MonoTime::from_millis(10_501)).level, Level::Ok);
+        assert_eq!(clock.status(MonoTime::from_millis(10_501)).level, Level::Ok);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::core::map::geometry::path::NearestLimits;
 use crate::core::map::geometry::polyline::{length_m, nearest};
 use crate::core::map::geometry::shape::contains;
@@ -28,7 +30,8 @@ pub struct Roadside {
 }
 
 /// The direction of a turn, by the tag `turn_direction`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum TurnDirection {
     /// No tag, or a value that does not name a direction.
     #[default]

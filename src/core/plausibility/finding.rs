@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde::Serialize;
+
 use super::evidence::ProfileEvidence;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use super::states::{Implausible, StateHistory};
@@ -10,7 +12,8 @@ use crate::core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSourc
 use crate::core::vehicle_lights::state::TurnCode;
 
 /// Weight of a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// It is only a hint; nothing is wrong.
     Note,

@@ -1,9 +1,12 @@
 //! Outputs of the vehicle: frames on its buses, and events for observers.
 
+use serde::Serialize;
+
 use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
 use crate::core::command::Turn;
+use crate::core::names::variant_name;
 use crate::core::vehicle_lights::state::TurnCode;
 
 /// Output of the vehicle.
@@ -70,7 +73,8 @@ pub enum VehicleEvent {
 }
 
 /// Origin of a request for lights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Who {
     /// There is no request.
     Nobody,
@@ -83,10 +87,6 @@ pub enum Who {
 impl Who {
     /// Returns the name in text and JSON.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Nobody => "nobody",
-            Self::Command => "command",
-            Self::Driver => "driver",
-        }
+        variant_name(&self)
     }
 }

@@ -298,10 +298,10 @@ impl TrafficLightFlow {
     }
 
     /// Returns one status for each channel, one for the scenario, one for the V2X unit if there is one.
-    pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+    pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let clock = self.clock.as_ref();
         let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
-        let mut statuses = self.run.engine.statuses(node, time);
+        let mut statuses = self.run.engine.statuses(time);
         if let Some(scenario) = statuses.last_mut() {
             scenario.values.push(("refused_commands", self.refused.to_string()));
             if let Some(clock) = clock {
@@ -318,7 +318,7 @@ impl TrafficLightFlow {
             }
         }
         if !self.reception.binding().is_empty() {
-            statuses.push(self.reception.status(node, buses, now));
+            statuses.push(self.reception.status(buses, now));
         }
         statuses
     }

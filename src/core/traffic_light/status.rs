@@ -16,12 +16,12 @@ const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
 impl TrafficLights {
     /// One status for each channel and one for the scenario.
-    pub fn statuses(&self, node: &str, now: MonoTime) -> Vec<Status> {
-        let channels = LightChannel::ALL.into_iter().map(|channel| self.channel_status(node, channel, now));
-        channels.chain([self.scenario_status(node, now)]).collect()
+    pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
+        let channels = LightChannel::ALL.into_iter().map(|channel| self.channel_status(channel, now));
+        channels.chain([self.scenario_status(now)]).collect()
     }
 
-    fn channel_status(&self, node: &str, channel: LightChannel, now: MonoTime) -> Status {
+    fn channel_status(&self, channel: LightChannel, now: MonoTime) -> Status {
         let (truth_rate, v2i_rate) = self.rates();
         let (rate, stale) = match channel {
             LightChannel::Conventional => (truth_rate, 0),
@@ -52,10 +52,10 @@ impl TrafficLights {
         if let Some((Some(id), _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
         }
-        Status { name: format!("{node}: traffic_lights_{}", channel.name()), level, message, values }
+        Status::new(format!("traffic_lights_{}", channel.name()), level, message, values)
     }
 
-    fn scenario_status(&self, node: &str, now: MonoTime) -> Status {
+    fn scenario_status(&self, now: MonoTime) -> Status {
         let scenario = self.scenario();
         let is_empty = scenario.controllers.is_empty() && scenario.acts.is_empty();
         let (level, message) = match self.verdict() {
@@ -88,6 +88,6 @@ impl TrafficLights {
             values.push(("controller", text));
         }
         values.push(("skipped", self.skipped().to_string()));
-        Status { name: format!("{node}: traffic_lights_scenario"), level, message, values }
+        Status::new("traffic_lights_scenario", level, message, values)
     }
 }

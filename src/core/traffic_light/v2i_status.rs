@@ -18,8 +18,8 @@ impl V2iReception {
         format!("{}: {text}", finding.id)
     }
 
-    /// Returns the diagnostic status of the reception. `node` is the name before the colon.
-    pub fn status(&self, node: &str, buses: &[Bus], now: MonoTime) -> Status {
+    /// Returns the diagnostic status of the reception.
+    pub fn status(&self, buses: &[Bus], now: MonoTime) -> Status {
         let findings: Vec<_> = self.findings().collect();
         let known = findings.iter().filter(|finding| finding.state.is_ok()).count();
         let is_bad = |state: Result<_, InvalidReason>| state.is_err_and(|reason| reason.level() > Level::Ok);
@@ -41,24 +41,19 @@ impl V2iReception {
         let checkers = messages.filter_map(|message| observations.integrity_counts(message));
         let newest = self.valid_states().map(|(_, state)| now.since(state.received.at)).min();
         let all: Vec<_> = findings.iter().map(|finding| self.finding_text(*finding, buses)).collect();
-        Status {
-            name: format!("{node}: v2i_traffic_lights"),
-            level: if bad.is_empty() { Level::Ok } else { Level::Warn },
-            message,
-            values: vec![
-                ("groups", all.join("; ")),
-                ("known_groups", known.to_string()),
-                ("age_ms", newest.map_or("never".to_owned(), |age| age.as_millis().to_string())),
-                ("frames", frames.to_string()),
-                ("too_short_frames", too_short.to_string()),
-                (
-                    "rejected_frames",
-                    checkers.map(|counts| IntegrityCounts::rejected(&counts)).sum::<u64>().to_string(),
-                ),
-                ("unmapped_count", self.counts().unmapped.to_string()),
-                ("undefined_count", self.counts().undefined.to_string()),
-            ],
-        }
+        let rejected: u64 = checkers.map(|counts| IntegrityCounts::rejected(&counts)).sum();
+        let values = vec![
+            ("groups", all.join("; ")),
+            ("known_groups", known.to_string()),
+            ("age_ms", newest.map_or("never".to_owned(), |age| age.as_millis().to_string())),
+            ("frames", frames.to_string()),
+            ("too_short_frames", too_short.to_string()),
+            ("rejected_frames", rejected.to_string()),
+            ("unmapped_count", self.counts().unmapped.to_string()),
+            ("undefined_count", self.counts().undefined.to_string()),
+        ];
+        let level = if bad.is_empty() { Level::Ok } else { Level::Warn };
+        Status::new("v2i_traffic_lights", level, message, values)
     }
 
     fn invalid_text(&self, reason: InvalidReason, buses: &[Bus]) -> String {

@@ -70,8 +70,8 @@ fn made(
         FactorTopic::AvoidanceByLaneChange
         | FactorTopic::LaneChangeLeft
         | FactorTopic::LaneChangeRight
-        | FactorTopic::ExternalLaneChangeLeft
-        | FactorTopic::ExternalLaneChangeRight => {
+        | FactorTopic::ExternalRequestLaneChangeLeft
+        | FactorTopic::ExternalRequestLaneChangeRight => {
             let change = |factor: &&PlanningFactor| {
                 lane_change::sideways(context, path_offsets, topic, factor, &mut refuse)
                     .map(Manoeuvre::LaneChange)

@@ -172,10 +172,9 @@ impl TurnSignalFlow {
     }
 
     /// Returns the diagnostic status of the decider.
-    pub fn status(&self, node: &str, now: MonoTime) -> Status {
+    pub fn status(&self, now: MonoTime) -> Status {
         let (level, message) = self.summary();
-        let values = self.values(now);
-        Status { name: format!("{node}: turn_signal_decider"), level, message, values }
+        Status::new("turn_signal_decider", level, message, self.values(now))
     }
 
     /// Takes the route that was sent last. One that cannot be used ends the route before, which the vehicle has left.

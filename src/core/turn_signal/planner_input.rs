@@ -4,10 +4,13 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::route::Segment;
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
+use crate::core::names::variant_name;
 use crate::core::time::WallStamp;
 
 /// One message for the decider.
@@ -85,7 +88,8 @@ pub struct PlannedPathPoint {
 
 /// Modules of the planner whose factors matter, by the last part of their topic (`/planning/planning_factors/…`), in the
 /// order in which the planner runs them (docs/spec/turn-signal-decider.md, "Joining records").
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FactorTopic {
     /// Pull-outs from the roadside, topic `start_planner`.
     StartPlanner,
@@ -98,9 +102,9 @@ pub enum FactorTopic {
     /// Lane changes, topic `lane_change_right`.
     LaneChangeRight,
     /// Requested lane changes, topic `external_request_lane_change_left`.
-    ExternalLaneChangeLeft,
+    ExternalRequestLaneChangeLeft,
     /// Requested lane changes, topic `external_request_lane_change_right`.
-    ExternalLaneChangeRight,
+    ExternalRequestLaneChangeRight,
     /// Pull-overs to the roadside, topic `goal_planner`.
     GoalPlanner,
 }
@@ -151,22 +155,13 @@ impl FactorTopic {
         Self::StaticObstacleAvoidance,
         Self::LaneChangeLeft,
         Self::LaneChangeRight,
-        Self::ExternalLaneChangeLeft,
-        Self::ExternalLaneChangeRight,
+        Self::ExternalRequestLaneChangeLeft,
+        Self::ExternalRequestLaneChangeRight,
         Self::GoalPlanner,
     ];
 
     /// Returns the last part of the topic's name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::StartPlanner => "start_planner",
-            Self::StaticObstacleAvoidance => "static_obstacle_avoidance",
-            Self::AvoidanceByLaneChange => "avoidance_by_lane_change",
-            Self::LaneChangeLeft => "lane_change_left",
-            Self::LaneChangeRight => "lane_change_right",
-            Self::ExternalLaneChangeLeft => "external_request_lane_change_left",
-            Self::ExternalLaneChangeRight => "external_request_lane_change_right",
-            Self::GoalPlanner => "goal_planner",
-        }
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
     }
 }

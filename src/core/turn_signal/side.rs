@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::core::light_command::TurnCommand;
+use crate::core::names::variant_name;
 
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
@@ -30,11 +31,8 @@ impl TurnCommand {
 
 impl Side {
     /// Returns the name as it stands in a sentence.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-        }
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
     }
 
     /// Returns the opposite side.

@@ -86,7 +86,7 @@ pub fn missing_reason_text(
             let limit = message.timing.timeout().unwrap_or_default().as_millis();
             format!("{} is stale, silent for more than {limit} ms", message.name)
         }
-        MissingReason::NotTrusted(reason) => format!("{} is not trusted: {reason}", message.name),
+        MissingReason::NotTrusted(reason) => format!("{} is not trusted: {}", message.name, reason.text()),
         MissingReason::BusSilent => {
             format!("{} may have changed: no frame of the vehicle profile on {interface}", message.name)
         }

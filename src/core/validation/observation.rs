@@ -3,10 +3,11 @@
 use std::fmt;
 use std::time::Duration;
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::integrity::window::E2eState;
-use super::integrity::{IntegrityChecker, IntegrityCounts, Reject};
+use super::integrity::{IntegrityChecker, IntegrityCounts, Reject, RejectKind};
 use super::meaning::Meaning;
 use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
 use crate::core::can::bus::{Bus, ReceiveTime};
@@ -16,7 +17,7 @@ use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
 /// Reason why a signal has no valid value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MissingReason {
     /// The link below the bus is not up.
@@ -28,7 +29,7 @@ pub enum MissingReason {
     /// The last frame is older than the timeout of the message.
     Stale,
     /// Frames arrive, but the last ones were rejected for this reason.
-    NotTrusted(&'static str),
+    NotTrusted(RejectKind),
     /// Frames arrive, but the last one ended before a signal it should carry.
     TooShort,
     /// Frames arrive, but the last one was of the other format, classical CAN or CAN FD, than the DBC gives.
@@ -69,7 +70,7 @@ impl Unused {
         match self {
             Self::TooShort(_) => "too short for its signals",
             Self::WrongFormat => "classical CAN instead of CAN FD, or the other way round",
-            Self::Rejected(reject) => reject.reason(),
+            Self::Rejected(reject) => reject.kind().text(),
         }
     }
 }
@@ -395,7 +396,7 @@ impl MessageState {
         now: MonoTime,
     ) -> Option<MissingReason> {
         if let Some(reject) = self.last_reject.filter(|_| !self.trusted_since) {
-            return Some(MissingReason::NotTrusted(reject.reason()));
+            return Some(MissingReason::NotTrusted(reject.kind()));
         }
         let LatestFrame { at, unusable } = self.latest?;
         if timeout.is_some_and(|timeout| !now.is_within(timeout, at)) {

@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::display::{ValueText, missing_reason_text};
 use super::integrity::{IntegrityCounts, Reject};
-use super::observation::Observations;
+use super::observation::{MissingReason, Observations};
 use super::table::{MessageIndex, SignalIndex, SignalTable};
 use crate::core::can::bus::Bus;
 use crate::core::can::frame::CanId;
-use crate::core::names::{variant, variant_name};
 use crate::core::time::{MonoTime, millis};
 
 /// The last value of a signal, with what it is worth now.
@@ -50,29 +49,10 @@ pub enum UsedBy {
 /// Why there is no valid value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct MissingValue {
-    /// The kind of reason.
-    pub reason: MissingKind,
+    /// The kind of reason, with its cause where there are several.
+    pub reason: MissingReason,
     /// The reason in a sentence.
     pub text: String,
-}
-
-/// A [`MissingReason`](super::observation::MissingReason) without its content.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[allow(missing_docs)] // as those of `MissingReason`
-pub enum MissingKind {
-    Link,
-    NeverSeen,
-    NotAgain,
-    Stale,
-    NotTrusted,
-    TooShort,
-    WrongFormat,
-    NotCarried,
-    BusSilent,
-    BusOff,
-    BusQuiet,
-    BusAsleep,
 }
 
 /// The present state of a bound message.
@@ -154,9 +134,9 @@ impl Received<'_> {
                 meanings: texts.into_iter().map(|text| text.text).collect(),
                 age_ms: last.map(|last| millis(now.since(last.received.at))),
                 timeout_ms: message.timing.timeout().map(millis),
-                missing: missing.and_then(|reason| {
+                missing: missing.map(|reason| {
                     let text = missing_reason_text(self.table, self.buses, index, reason);
-                    Some(MissingValue { reason: variant(variant_name(&reason))?, text })
+                    MissingValue { reason, text }
                 }),
             }
         })

@@ -80,7 +80,7 @@ fn condition_role<S>(named: &NamedSource<S>) -> Option<RoleTexts> {
 }
 
 fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleTexts> {
-    // A name of the part, or of the fault itself.
+    // The profile names the part, or the fault itself, in free words.
     let subject = |text: &str| {
         if text.contains("fault") { text.to_owned() } else { format!("fault of {text}") }
     };

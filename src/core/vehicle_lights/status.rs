@@ -32,7 +32,7 @@ pub enum Task {
 }
 
 impl Task {
-    /// Name of the task after `<node>: `.
+    /// Name of the task.
     pub fn name(self) -> &'static str {
         variant_name(&self)
     }
@@ -146,8 +146,8 @@ impl LightsTask {
 }
 
 impl VehicleLights {
-    /// Diagnostic status of a task; `node` is the name before the colon.
-    pub fn status(&self, which: Task, node: &str, buses: &[Bus], now: MonoTime) -> Status {
+    /// Diagnostic status of a task.
+    pub fn status(&self, which: Task, buses: &[Bus], now: MonoTime) -> Status {
         let (task, report) = match which {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| value.name())),
             Task::HazardLights => (&self.hazard_task, self.hazard.current().map(|(value, _)| value.name())),
@@ -178,12 +178,9 @@ impl VehicleLights {
                 None => "none".to_owned(),
             },
         ));
-        Status {
-            name: format!("{node}: {}", which.name()),
-            level: if bad { Level::Error } else { level },
-            message: message(&self.binding, buses, which, &finding),
-            values,
-        }
+        let level = if bad { Level::Error } else { level };
+        let message = message(&self.binding, buses, which, &finding);
+        Status { signals: self.names(&task.signals), ..Status::new(which.name(), level, message, values) }
     }
 
     /// Kind of failure of a report (`None` = none), and whether it is still published.
@@ -218,7 +215,7 @@ impl VehicleLights {
             self.messages_of(task).iter().map(|message| count(self.observations.counts(*message))).sum()
         };
         values.extend([
-            ("signal", joined(&|signal| self.binding.table.signals[signal.0].name.clone())),
+            ("signal", self.names(&task.signals).join(", ")),
             ("raw_value", joined(&|signal| last(signal).map_or("none".into(), |last| raw_text(last.raw)))),
             (
                 "age_ms",
@@ -252,6 +249,11 @@ impl VehicleLights {
             ("lost_frames", counts.iter().map(|counts| counts.lost).sum::<u64>().to_string()),
             ("last_reject", if last.is_empty() { "none".to_owned() } else { last }),
         ]);
+    }
+
+    /// Returns the names of signals in the DBC.
+    fn names(&self, signals: &[SignalIndex]) -> Vec<String> {
+        signals.iter().map(|signal| self.binding.table.signals[signal.0].name.clone()).collect()
     }
 
     fn messages_of(&self, task: &LightsTask) -> Vec<MessageIndex> {

@@ -48,7 +48,7 @@ impl fmt::Display for WrongTurn {
             SignalFault::Missed => "is not signalled",
             SignalFault::Short => "is signalled in a part of its required section only",
             SignalFault::Opposite => "has the signal to the other side",
-            SignalFault::Flickers => "has a signal that goes off and on again",
+            SignalFault::Flickering => "has a signal that goes off and on again",
         };
         let side = side.name();
         write!(f, "lanelet {lane}, at {at_m:.1} m from {from} to {to}: the turn to the {side} {what}")?;

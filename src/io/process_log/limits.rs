@@ -14,13 +14,17 @@ pub(super) const WINDOW: Duration = Duration::from_secs(6);
 pub(super) const QUIET: Duration = Duration::from_secs(1);
 /// Maximum number of kinds; all further messages are one kind.
 pub(super) const MAX_KINDS: usize = 256;
+/// Field with the subject of a message.
+const SUBJECT: &str = "log.subject";
 /// Target of texts that the log was given, which are logged in its module.
 pub(super) const TARGET: &str = concat!(env!("CARGO_CRATE_NAME"), "::io::process_log");
 
-/// The fields of an event; message and interface determine its kind.
+/// The fields of an event; subject or interface determine its kind.
 #[derive(Default)]
 pub(super) struct EventText {
     pub(super) message: String,
+    /// What the message is about. Lines do not show the field: tracing leaves out all names that begin with `log.`.
+    pub(super) subject: String,
     pub(super) interface: String,
     /// All other fields, as ` name=value`.
     pub(super) more: String,
@@ -29,7 +33,7 @@ pub(super) struct EventText {
 impl EventText {
     /// Returns the interface, the message, and the other fields.
     pub(super) fn whole(&self) -> String {
-        let Self { message, interface, more } = self;
+        let Self { message, interface, more, .. } = self;
         let subject = if interface.is_empty() { String::new() } else { format!("{interface}: ") };
         format!("{subject}{message}{more}")
     }
@@ -39,6 +43,7 @@ impl Visit for EventText {
     fn record_str(&mut self, field: &Field, value: &str) {
         match field.name() {
             "interface" => value.clone_into(&mut self.interface),
+            SUBJECT => value.clone_into(&mut self.subject),
             _ => self.record_debug(field, &value),
         }
     }
@@ -57,8 +62,7 @@ impl Visit for EventText {
     }
 }
 
-/// A group of messages that are limited together: messages with the same subject before the first `: `, or of the
-/// same line of source.
+/// A group of messages that are limited together: messages with the same subject, or of the same line of source.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) struct MessageKind {
     pub(super) target: String,
@@ -68,16 +72,15 @@ pub(super) struct MessageKind {
 
 impl MessageKind {
     pub(super) fn new(target: &str, line: Option<u32>, text: &EventText) -> Self {
-        let (line, subject) = match text.message.split_once(": ") {
-            Some((subject, _)) => (0, subject),
-            None => (line.unwrap_or(0), text.interface.as_str()),
-        };
-        Self { target: target.to_owned(), line, subject: subject.to_owned() }
+        if !text.subject.is_empty() {
+            return Self { target: target.to_owned(), line: 0, subject: text.subject.clone() };
+        }
+        Self { target: target.to_owned(), line: line.unwrap_or(0), subject: text.interface.clone() }
     }
 
-    /// Returns the kind of a text that is not an event.
-    pub(super) fn of_text(text: &str) -> Self {
-        Self::new(TARGET, None, &EventText { message: text.to_owned(), ..EventText::default() })
+    /// Returns the kind of a text about a subject that is not an event.
+    pub(super) fn of_subject(subject: &str) -> Self {
+        Self { target: TARGET.to_owned(), line: 0, subject: subject.to_owned() }
     }
 }
 

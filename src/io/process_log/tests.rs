@@ -67,14 +67,15 @@ fn kinds_are_bounded() {
 
 #[test]
 fn messages_are_of_one_kind_by_their_subject_or_else_by_their_line() {
-    let text = |message: &str, interface: &str| EventText {
-        message: message.to_owned(),
+    let text = |subject: &str, interface: &str| EventText {
+        message: "text".to_owned(),
+        subject: subject.to_owned(),
         interface: interface.to_owned(),
         more: String::new(),
     };
     let kind = |line, text| MessageKind::new("io", Some(line), &text);
-    assert_eq!(kind(1, text("turn: a", "")), kind(2, text("turn: b", "")));
-    assert_ne!(kind(1, text("turn: a", "")), kind(1, text("hazard: a", "")));
-    assert_ne!(kind(1, text("a", "")), kind(2, text("a", "")));
-    assert_ne!(kind(1, text("down", "can0")), kind(1, text("down", "can1")));
+    assert_eq!(kind(1, text("turn", "")), kind(2, text("turn", "")));
+    assert_ne!(kind(1, text("turn", "")), kind(1, text("hazard", "")));
+    assert_ne!(kind(1, text("", "")), kind(2, text("", "")));
+    assert_ne!(kind(1, text("", "can0")), kind(1, text("", "can1")));
 }

@@ -187,7 +187,8 @@ impl TopicReception {
 
 fn undecodable(status: &mut IncomingStatus, reason: &str) {
     if status.undecodable == 0 {
-        tracing::warn!("{}: a sample is not of the topic's type: {}", status.name, printable(reason));
+        let (name, reason) = (&*status.name, printable(reason));
+        tracing::warn!(log.subject = name, "{name}: a sample is not of the topic's type: {reason}");
     }
     status.undecodable += 1;
 }

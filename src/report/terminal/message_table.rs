@@ -4,8 +4,10 @@ use std::cmp::Reverse;
 use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use serde::Serialize;
 
 use crate::core::can::frame::CanId;
+use crate::core::names::variant_name;
 
 /// Rows by which a page is scrolled.
 const PAGE: usize = 10;
@@ -55,7 +57,8 @@ pub struct MessageTable {
 }
 
 /// Order of the rows; where it says nothing, by bus and identifier.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Order {
     /// By bus and identifier.
     #[default]
@@ -159,11 +162,7 @@ impl MessageTable {
 impl Order {
     /// Name in the footer.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Id => "id",
-            Self::Rate => "rate",
-            Self::Change => "change",
-        }
+        variant_name(&self)
     }
 
     fn next(self) -> Self {

@@ -204,25 +204,17 @@ fn output(command: &str) -> Output {
             stamp: stamp(),
         }),
         ("value", text) => {
-            let status = Status {
-                name: "gw: turn".to_owned(),
-                level: Level::Ok,
-                message: String::new(),
-                values: vec![("bus", text.to_owned())],
-            };
-            let diagnostics = Diagnostics { statuses: vec![status], refresh: true };
+            let values = vec![("bus", text.to_owned())];
+            let statuses = vec![Status::new("turn", Level::Ok, String::new(), values)];
+            let diagnostics = Diagnostics { node: "gw".to_owned(), statuses, refresh: true };
             Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(0) }
         }
         ("diagnostics", text) => {
             let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
-            let status = |level, message: &str, values| Status {
-                name: "gw: turn".to_owned(),
-                level,
-                message: message.to_owned(),
-                values,
-            };
+            let status =
+                |level, message: &str, values| Status::new("turn", level, message.to_owned(), values);
             let statuses = vec![status(Level::Error, text, values), status(Level::Stale, "", vec![])];
-            let diagnostics = Diagnostics { statuses, refresh: true };
+            let diagnostics = Diagnostics { node: "gw".to_owned(), statuses, refresh: true };
             Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(-1) }
         }
         other => panic!("unknown command {other:?}"),

@@ -135,13 +135,13 @@ impl Bench {
 
     /// A key of a task's status, by the position of the task.
     pub(crate) fn value(&self, task: usize, key: &str) -> String {
-        let status = self.flow.statuses("gateway", &self.buses, self.now().mono).swap_remove(task);
+        let status = self.flow.statuses(&self.buses, self.now().mono).swap_remove(task);
         status.values.into_iter().find(|(name, _)| *name == key).unwrap().1
     }
 
     /// Level and message of each task, in order.
     pub(crate) fn status_texts(&self) -> Vec<(Level, String)> {
-        let statuses = self.flow.statuses("gateway", &self.buses, self.now().mono);
+        let statuses = self.flow.statuses(&self.buses, self.now().mono);
         statuses.into_iter().map(|status| (status.level, status.message)).collect()
     }
 }

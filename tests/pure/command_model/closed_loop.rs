@@ -132,10 +132,9 @@ impl Loop {
                         self.reports.1 = step.value().map(HazardLights::name);
                     }
                     Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
-                        for status in diagnostics.statuses.into_iter().filter(|s| s.name.contains("_command"))
+                        for status in diagnostics.statuses.into_iter().filter(|s| s.task.contains("_command"))
                         {
-                            let task = status.name.split(": ").nth(1).unwrap().to_owned();
-                            self.changes.push((self.at, task, status.level, status.message));
+                            self.changes.push((self.at, status.task, status.level, status.message));
                         }
                     }
                     Output::Diagnostics { .. }
@@ -491,7 +490,7 @@ proptest! {
         car.command(LEFT, HAZARD_OFF, 8000);
         prop_assert_eq!(car.vehicle.lights(), (Left, Who::Command));
         prop_assert_eq!(car.reports, (Some("ENABLE_LEFT"), Some("DISABLE")));
-        let worst = car.gateway.statuses(car.at).iter().filter(|s| s.name.contains("_command")).map(|s| s.level).max();
+        let worst = car.gateway.statuses(car.at).iter().filter(|s| s.task.contains("_command")).map(|s| s.level).max();
         prop_assert_eq!(worst, Some(Level::Ok));
     }
 }

@@ -92,8 +92,7 @@ fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
             } else if let Output::Diagnostics { diagnostics, .. } = output
                 && !diagnostics.refresh
             {
-                let of_clock = |name: &str| name.ends_with(": wall_clock");
-                let statuses = diagnostics.statuses.into_iter().filter(|status| of_clock(&status.name));
+                let statuses = diagnostics.statuses.into_iter().filter(|status| status.task == "wall_clock");
                 shown.extend(statuses.map(|status| (ms, status.message)));
             }
         }

@@ -56,7 +56,7 @@ impl Reported {
     /// Takes statuses, which must be listed.
     pub(crate) fn take(&mut self, statuses: Vec<Status>) {
         for status in statuses {
-            let task = Task::of(status.name.split_once(": ").unwrap().1);
+            let task = Task::of(&status.task);
             let (messages, keys) = task.parts(&status).unwrap_or_else(|wrong| panic!("{wrong}: {status:?}"));
             self.messages.extend(messages.into_iter().map(|at| (task.names[0].as_str(), at)));
             self.keys.extend(keys.into_iter().map(|at| (task.names[0].as_str(), at)));
@@ -207,8 +207,7 @@ In a message `{name}` stands for a text that depends on the vehicle, and text in
 fn a_message_is_recognised_by_its_pattern_and_level_alone() {
     let check = |level, message: &str, keys: &[&'static str]| {
         let values = keys.iter().map(|key| (*key, String::new())).collect();
-        let status =
-            Status { name: "node: command_transmission".into(), level, message: message.into(), values };
+        let status = Status::new("command_transmission", level, message.into(), values);
         Task::of("command_transmission").parts(&status).map(|(messages, _)| messages)
     };
     let keys: Vec<_> = Task::of("command_transmission").keys.iter().map(|key| key.name.as_str()).collect();

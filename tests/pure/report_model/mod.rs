@@ -158,8 +158,8 @@ impl Trial {
 
     /// A status goes out as a change only when it is one, and a refresh brings no news.
     fn check_change(&mut self, status: Status, refresh: bool) -> Result<(), TestCaseError> {
-        let (name, now) = (status.name, (status.level, status.message));
-        let before = self.statuses.insert(name, now.clone());
+        let (task, now) = (status.task, (status.level, status.message));
+        let before = self.statuses.insert(task, now.clone());
         prop_assert_eq!(before == Some(now.clone()), refresh, "{:?} after {:?}", now, before);
         Ok(())
     }
@@ -198,7 +198,7 @@ impl Trial {
     }
 
     fn check_status(&self, task: &str, expected: &Expected) -> Result<(), TestCaseError> {
-        let (level, message) = &self.statuses[&format!("signal_gateway: {task}")];
+        let (level, message) = &self.statuses[task];
         match expected.problem() {
             None => prop_assert_eq!((*level, message.as_str()), (Level::Ok, "publishing")),
             Some(FaultKind::Unknown) if message.starts_with("asleep: ") => {

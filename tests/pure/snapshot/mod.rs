@@ -73,12 +73,8 @@ fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
         let is_missing = turn.message.contains("stale") || turn.message.contains("yet");
         assert_eq!(signal.missing.is_some(), is_missing, "{}", turn.message);
         let statuses = replay.gateway().statuses(now);
-        let shown = snapshot
-            .diagnostics
-            .iter()
-            .map(|shown| (format!("signal_gateway: {}", shown.task), shown.level, shown.message.clone()));
-        let expected =
-            statuses.iter().map(|status| (status.name.clone(), status.level, status.message.clone()));
+        let shown = snapshot.diagnostics.iter().map(|shown| (&shown.task, shown.level, &shown.message));
+        let expected = statuses.iter().map(|status| (&status.task, status.level, &status.message));
         assert!(shown.eq(expected));
         assert_eq!(snapshot.level, statuses.iter().map(|status| status.level).max().unwrap());
     }
@@ -171,12 +167,8 @@ fn an_older_program_reads_the_json_of_a_newer_one_with_more_fields() {
 #[test]
 fn statuses_of_the_process_count_for_the_level() {
     let before = snapshot(&replay());
-    let log = Status {
-        name: "signal_gateway: log".to_owned(),
-        level: Level::Error,
-        message: "log lines are lost".to_owned(),
-        values: vec![("dropped_lines", "3".to_owned())],
-    };
+    let values = vec![("dropped_lines", "3".to_owned())];
+    let log = Status::new("log", Level::Error, "log lines are lost".to_owned(), values);
     let process = ProcessSnapshot {
         build: Build { version: "1.2.3".to_owned(), ..Build::default() },
         ..ProcessSnapshot::default()

@@ -89,8 +89,8 @@ impl Bench {
 
     /// Level and message of the scenario's status.
     fn finding(&self) -> (Level, String) {
-        let statuses = self.flow.statuses("node", &[], self.now.mono);
-        let status = statuses.into_iter().find(|status| status.name.ends_with("_scenario")).unwrap();
+        let statuses = self.flow.statuses(&[], self.now.mono);
+        let status = statuses.into_iter().find(|status| status.task.ends_with("_scenario")).unwrap();
         (status.level, status.message)
     }
 
@@ -142,7 +142,7 @@ fn a_clock_that_begins_anew_begins_the_scenario_anew() {
     bench.clock(500);
     assert_eq!(bench.phase(), Some(0));
     assert_eq!(bench.stamps_ms(LightsTopic::Camera), [-1_000, 0]);
-    let statuses = bench.flow.statuses("node", &[], bench.now.mono);
+    let statuses = bench.flow.statuses(&[], bench.now.mono);
     let values = &statuses.last().unwrap().values;
     let value = |key| values.iter().find(|(name, _)| *name == key).map(|(_, value)| value.as_str());
     assert_eq!((value("clock_restarts"), value("clock_overtaken")), (Some("1"), Some("1")));
@@ -153,7 +153,7 @@ fn commands_before_the_first_time_are_refused() {
     let mut bench = Bench::simulated();
     bench.input(TrafficLightInput::Command("TrafficSignalStateAction(21, red)".to_owned()));
     bench.clock(0);
-    let statuses = bench.flow.statuses("node", &[], bench.now.mono);
+    let statuses = bench.flow.statuses(&[], bench.now.mono);
     assert!(statuses.last().unwrap().values.contains(&("refused_commands", "1".to_owned())));
 }
 
@@ -200,7 +200,7 @@ fn the_arbiter_takes_the_camera_pipeline_instead_of_the_own_camera_topic() {
         bench.input(TrafficLightInput::Camera { stamp, groups, rejected: 1 });
         let merged = bench.sent.iter().find(|emission| emission.topic == LightsTopic::Arbiter).unwrap();
         assert_eq!((merged.stamp, &merged.content), (stamp, &LightsContent::groups([group])));
-        let status = &bench.flow.statuses("node", &[], MonoTime::from_millis(1_000))[0];
+        let status = &bench.flow.statuses(&[], MonoTime::from_millis(1_000))[0];
         assert_eq!(status.message, "an unreadable input was rejected");
     }
 }

@@ -126,7 +126,7 @@ impl Playback {
 
     /// A key of the last status of a task.
     pub(crate) fn value(&self, task: &str, key: &str) -> &str {
-        let status = self.last.iter().find(|status| status.name.ends_with(task)).unwrap();
+        let status = self.last.iter().find(|status| status.task == task).unwrap();
         &status.values.iter().find(|(name, _)| *name == key).unwrap().1
     }
 }

@@ -85,7 +85,7 @@ impl Bench {
     }
 
     fn status(&self, ms: u64) -> Status {
-        self.reception.status("gw", &self.buses, at_ms(ms).mono)
+        self.reception.status(&self.buses, at_ms(ms).mono)
     }
 
     fn status_value(&self, key: &str, ms: u64) -> String {
@@ -107,7 +107,7 @@ impl Bench {
             }
             ("status", _) => {
                 let status = self.status(ms);
-                format!("{}, {} {}", status.name, status.level, status.message)
+                format!("{}, {} {}", status.task, status.level, status.message)
             }
             (key, "") => self.status_value(key, ms),
             _ => self.frame(ms, what).join("; "),
@@ -214,7 +214,7 @@ fn a_unit_alone_reports_no_lights_and_its_frames_prove_the_bus_alive() {
         let Output::Diagnostics { diagnostics, .. } = output else { panic!("{output:?}") };
         statuses.extend(diagnostics.statuses);
     }
-    let names: Vec<_> = statuses.iter().map(|status| status.name.as_str()).collect();
-    assert!(!names.is_empty() && names.iter().all(|name| name.contains("can")), "{names:?}");
+    let tasks: Vec<_> = statuses.iter().map(|status| status.task.as_str()).collect();
+    assert!(!tasks.is_empty() && tasks.iter().all(|task| task.contains("can")), "{tasks:?}");
     assert_eq!(statuses.last().unwrap().level, Level::Ok);
 }

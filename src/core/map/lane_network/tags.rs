@@ -2,16 +2,12 @@
 
 use super::TurnDirection;
 use crate::core::map::osm::Tags;
+use crate::core::names::{variant, variant_name};
 
 impl TurnDirection {
     /// Returns the direction that a value of the tag `turn_direction` names.
     pub(super) fn from_tag(value: Option<&str>) -> Self {
-        match value {
-            Some("left") => Self::Left,
-            Some("right") => Self::Right,
-            Some("straight") => Self::Straight,
-            Some(_) | None => Self::None,
-        }
+        value.and_then(variant).unwrap_or_default()
     }
 
     /// Returns the value of the tag when it names no direction; tags are exact, so `Left` does not.
@@ -20,13 +16,8 @@ impl TurnDirection {
     }
 
     /// Returns the value of the tag; `none` without one.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Straight => "straight",
-            Self::Left => "left",
-            Self::Right => "right",
-        }
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
     }
 }
 

@@ -56,8 +56,8 @@ fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &FactorInterval) 
         Behavior::SlowDown | Behavior::Stop | Behavior::Other => None,
     };
     let by_name = || match topic {
-        FactorTopic::LaneChangeLeft | FactorTopic::ExternalLaneChangeLeft => Some(Side::Left),
-        FactorTopic::LaneChangeRight | FactorTopic::ExternalLaneChangeRight => Some(Side::Right),
+        FactorTopic::LaneChangeLeft | FactorTopic::ExternalRequestLaneChangeLeft => Some(Side::Left),
+        FactorTopic::LaneChangeRight | FactorTopic::ExternalRequestLaneChangeRight => Some(Side::Right),
         FactorTopic::AvoidanceByLaneChange
         | FactorTopic::StartPlanner
         | FactorTopic::StaticObstacleAvoidance

@@ -135,7 +135,7 @@ fn a_lane_change_has_side_start_end_and_where_its_path_crosses_the_bound() {
     for (topic, behavior, side) in [
         (FactorTopic::LaneChangeLeft, 4, Side::Left),
         (FactorTopic::LaneChangeLeft, 1, Side::Left),
-        (FactorTopic::ExternalLaneChangeRight, 1, Side::Right),
+        (FactorTopic::ExternalRequestLaneChangeRight, 1, Side::Right),
         (FactorTopic::LaneChangeLeft, 5, Side::Right),
         (FactorTopic::AvoidanceByLaneChange, 4, Side::Left),
     ] {

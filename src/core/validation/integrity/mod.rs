@@ -19,7 +19,7 @@ use crate::core::time::MonoTime;
 use checksum::Checksum;
 use counter::{Counter, CounterError, CounterRule, CounterState};
 use e2e::E2e;
-pub use reject::{IntegrityCounts, Reject};
+pub use reject::{IntegrityCounts, Reject, RejectKind};
 use window::{CheckStatus, E2eState, Window, WindowState};
 
 /// Rules that the frames of a message must satisfy.

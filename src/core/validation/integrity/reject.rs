@@ -46,19 +46,52 @@ pub enum Reject {
     NotValid(E2eState),
 }
 
+/// A [`Reject`] without the numbers of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // as the variants of `Reject`
+pub enum RejectKind {
+    WrongLength,
+    WrongChecksum,
+    WrongDataId,
+    CounterOutOfRange,
+    Initial,
+    Repeated,
+    WrongSequence,
+    Syncing,
+    NotValid,
+}
+
 impl Reject {
     /// Returns the reason without the numbers of the frame.
-    pub fn reason(self) -> &'static str {
+    pub fn kind(self) -> RejectKind {
         match self {
-            Self::WrongLength(_) => "wrong length",
-            Self::WrongChecksum { .. } => "wrong checksum",
-            Self::WrongDataId { .. } => "wrong data ID",
-            Self::CounterOutOfRange(_) => "counter out of range",
+            Self::WrongLength(_) => RejectKind::WrongLength,
+            Self::WrongChecksum { .. } => RejectKind::WrongChecksum,
+            Self::WrongDataId { .. } => RejectKind::WrongDataId,
+            Self::CounterOutOfRange(_) => RejectKind::CounterOutOfRange,
+            Self::Initial => RejectKind::Initial,
+            Self::Repeated => RejectKind::Repeated,
+            Self::WrongSequence { .. } => RejectKind::WrongSequence,
+            Self::Syncing(_) => RejectKind::Syncing,
+            Self::NotValid(_) => RejectKind::NotValid,
+        }
+    }
+}
+
+impl RejectKind {
+    /// Returns the text of the reason.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::WrongLength => "wrong length",
+            Self::WrongChecksum => "wrong checksum",
+            Self::WrongDataId => "wrong data ID",
+            Self::CounterOutOfRange => "counter out of range",
             Self::Initial => "first frame, no counter before it",
             Self::Repeated => "repeated counter",
-            Self::WrongSequence { .. } => "counter out of sequence",
-            Self::Syncing(_) => "counter not in sequence for long enough",
-            Self::NotValid(_) => "too few good frames",
+            Self::WrongSequence => "counter out of sequence",
+            Self::Syncing => "counter not in sequence for long enough",
+            Self::NotValid => "too few good frames",
         }
     }
 }
@@ -66,7 +99,7 @@ impl Reject {
 /// The reason with the numbers of the frame.
 impl fmt::Display for Reject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let reason = self.reason();
+        let reason = self.kind().text();
         match self {
             Self::WrongLength(length) => write!(f, "{reason}: {length} bytes"),
             Self::WrongChecksum { stored, expected } => {
@@ -115,37 +148,37 @@ impl IntegrityCounts {
         self.by_reason().iter().map(|(_, count)| count).sum()
     }
 
-    /// Returns the number of rejected frames for each reason, with the text of [`Reject::reason`], including zeros.
+    /// Returns the number of rejected frames for each reason, with the text of [`RejectKind::text`], including zeros.
     pub fn by_reason(&self) -> [(&'static str, u64); 9] {
         [
-            (Reject::Initial, self.initial),
-            (Reject::WrongLength(0), self.wrong_length),
-            (Reject::WrongChecksum { stored: 0, expected: 0 }, self.wrong_checksum),
-            (Reject::WrongDataId { stored: 0, expected: 0 }, self.wrong_data_id),
-            (Reject::CounterOutOfRange(0), self.counter_out_of_range),
-            (Reject::Repeated, self.repeated),
-            (Reject::WrongSequence { from: 0, to: 0 }, self.wrong_sequence),
-            (Reject::Syncing(0), self.syncing),
-            (Reject::NotValid(E2eState::NoData), self.not_valid),
+            (RejectKind::Initial, self.initial),
+            (RejectKind::WrongLength, self.wrong_length),
+            (RejectKind::WrongChecksum, self.wrong_checksum),
+            (RejectKind::WrongDataId, self.wrong_data_id),
+            (RejectKind::CounterOutOfRange, self.counter_out_of_range),
+            (RejectKind::Repeated, self.repeated),
+            (RejectKind::WrongSequence, self.wrong_sequence),
+            (RejectKind::Syncing, self.syncing),
+            (RejectKind::NotValid, self.not_valid),
         ]
-        .map(|(reject, count)| (reject.reason(), count))
+        .map(|(kind, count)| (kind.text(), count))
     }
 
     pub(super) fn add(&mut self, result: Result<u32, Reject>) {
-        let count = match result {
+        let count = match result.map_err(Reject::kind) {
             Ok(lost) => {
                 self.lost += u64::from(lost);
                 &mut self.trusted
             }
-            Err(Reject::WrongLength(_)) => &mut self.wrong_length,
-            Err(Reject::WrongChecksum { .. }) => &mut self.wrong_checksum,
-            Err(Reject::WrongDataId { .. }) => &mut self.wrong_data_id,
-            Err(Reject::CounterOutOfRange(_)) => &mut self.counter_out_of_range,
-            Err(Reject::Initial) => &mut self.initial,
-            Err(Reject::Repeated) => &mut self.repeated,
-            Err(Reject::WrongSequence { .. }) => &mut self.wrong_sequence,
-            Err(Reject::Syncing(_)) => &mut self.syncing,
-            Err(Reject::NotValid(_)) => &mut self.not_valid,
+            Err(RejectKind::WrongLength) => &mut self.wrong_length,
+            Err(RejectKind::WrongChecksum) => &mut self.wrong_checksum,
+            Err(RejectKind::WrongDataId) => &mut self.wrong_data_id,
+            Err(RejectKind::CounterOutOfRange) => &mut self.counter_out_of_range,
+            Err(RejectKind::Initial) => &mut self.initial,
+            Err(RejectKind::Repeated) => &mut self.repeated,
+            Err(RejectKind::WrongSequence) => &mut self.wrong_sequence,
+            Err(RejectKind::Syncing) => &mut self.syncing,
+            Err(RejectKind::NotValid) => &mut self.not_valid,
         };
         *count += 1;
     }

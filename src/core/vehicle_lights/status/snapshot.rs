@@ -8,7 +8,6 @@ use crate::core::can::bus::Bus;
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, millis};
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
-use crate::core::validation::table::SignalIndex;
 use crate::core::vehicle_lights::report::ReportFlow;
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -94,11 +93,10 @@ impl VehicleLights {
         now: MonoTime,
     ) -> Option<ReportSnapshot<T>> {
         let which = self.tasks().find(|which| *which == task.task)?;
-        let status = self.status(which, "", buses, now);
+        let status = self.status(which, buses, now);
         let current = flow.current();
         let count = |kind: FaultKind| task.failures[kind as usize];
         let source = source_name(&self.binding, which, task.source);
-        let name = |signal: &SignalIndex| self.binding.table.signals[signal.0].name.clone();
         Some(ReportSnapshot {
             published: current.map(|(value, _)| value),
             withheld: current.is_none().then(|| status.message.clone()),
@@ -108,7 +106,7 @@ impl VehicleLights {
             source: (!source.is_empty()).then(|| source.to_owned()),
             reason: task.reason.map(|reason| reason_text(&self.binding, reason).to_owned()),
             stamp_ns: current.map(|(_, stamp)| stamp.as_nanos()),
-            signals: task.signals.iter().map(name).collect(),
+            signals: status.signals,
             failures: FailureCounts {
                 unknown: count(FaultKind::Unknown),
                 invalid: count(FaultKind::Invalid),

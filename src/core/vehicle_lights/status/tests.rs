@@ -81,7 +81,7 @@ impl Bench {
             self.lights.frame_arrived(MessageIndex(0), &frame, now.wall, now);
         }
         self.lights.settle(&self.buses, now);
-        self.lights.status(TURN, "gw", &self.buses, now.mono)
+        self.lights.status(TURN, &self.buses, now.mono)
     }
 }
 

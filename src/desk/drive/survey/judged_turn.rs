@@ -2,19 +2,23 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use crate::config::drive::DriveFile;
 use crate::core::map::geometry::Point;
 use crate::core::map::geometry::polyline::{length_m, nearest};
 use crate::core::map::geometry::required_end::required_end;
 use crate::core::map::lane_network::{LaneId, TurnDirection};
 use crate::core::map::tag_check::MapFlaw;
+use crate::core::names::variant_name;
 use crate::core::turn_signal::side::Side;
 
 /// Sections are judged this far from their ends, metres, since distances are measured along the middle of the lanes.
 const MARGIN_M: f64 = 1.5;
 
 /// What is wrong with the signal of a turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SignalFault {
     /// Its side is not shown at all while it is required.
     Missed,
@@ -23,21 +27,16 @@ pub enum SignalFault {
     /// The other side is shown while this one is required.
     Opposite,
     /// It goes off and on again on the way through the turn.
-    Flickers,
+    Flickering,
 }
 
 impl SignalFault {
     /// All faults, in the order of reports.
-    pub const ALL: [Self; 4] = [Self::Missed, Self::Short, Self::Opposite, Self::Flickers];
+    pub const ALL: [Self; 4] = [Self::Missed, Self::Short, Self::Opposite, Self::Flickering];
 
     /// What it is called.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Missed => "missed",
-            Self::Short => "short",
-            Self::Opposite => "opposite",
-            Self::Flickers => "flickering",
-        }
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
     }
 }
 
@@ -140,7 +139,7 @@ impl JudgedTurn {
         let through: Vec<bool> =
             shown.iter().filter(|(at_m, _)| within(*at_m, 0.0)).map(|(_, side)| is_shown(side)).collect();
         let comes_on = through.windows(2).filter(|pair| matches!(pair, [false, true])).count();
-        (comes_on > 1).then_some(SignalFault::Flickers)
+        (comes_on > 1).then_some(SignalFault::Flickering)
     }
 }
 

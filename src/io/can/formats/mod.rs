@@ -33,7 +33,7 @@ mod unrecognised;
 use std::io;
 
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
-pub use unrecognised::{known_magic, remedy_for};
+pub use unrecognised::{Looks, known_magic};
 
 /// Longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
 pub(super) const MAX_LINE: usize = 1024;
@@ -139,9 +139,9 @@ pub struct NotRecording {
 pub(super) fn not_recognised(head: &[u8]) -> io::Error {
     let (mut reason, mut remedy) = ("the file is empty".to_owned(), String::new());
     if !head.is_empty() {
-        let (looks, names) = (unrecognised::looks_like(head), names().join(", "));
-        let formats = format!("these are read, plain or as gzip, xz or zstd: {names}");
-        remedy = match remedy_for(&looks) {
+        let (looks, first) = unrecognised::looks_like(head);
+        let formats = format!("these are read, plain or as gzip, xz or zstd: {}", names().join(", "));
+        remedy = match first {
             "" => formats,
             first => format!("{first}; {formats}"),
         };

@@ -2,73 +2,84 @@
 
 use std::fmt::Write as _;
 
+/// What a file that is not a recording looks like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Looks {
+    /// Name of its kind with an article, e.g. `a zip archive`.
+    pub name: &'static str,
+    /// What to do with it; may be empty.
+    pub remedy: &'static str,
+}
+
+const fn plain(name: &'static str) -> Looks {
+    Looks { name, remedy: "" }
+}
+
+const UTF_16: Looks = Looks { name: "text in UTF-16", remedy: "save it as UTF-8" };
+
 /// First bytes of files that are not recordings.
-const MAGIC: [(&[u8], &str); 26] = [
-    (b"PK\x03\x04", "a zip archive"),
-    (b"PK\x05\x06", "an empty zip archive"),
-    (b"Rar!", "a RAR archive"),
-    (b"7z\xBC\xAF\x27\x1C", "a 7z archive"),
-    (b"BZh", "a bzip2 file"),
-    (b"\x04\x22\x4D\x18", "an LZ4 file"),
-    (b"\x1F\x9D", "a compress (.Z) file"),
-    (b"\xFF\xFE", "text in UTF-16"),
-    (b"\xFE\xFF", "text in UTF-16"),
-    (b"version https://git-lfs.github.com/", "a pointer of Git LFS, not the file itself"),
-    (b"SQLite format 3\0", "an SQLite database"),
-    (b"\x89PNG", "a picture (PNG)"),
-    (b"\xFF\xD8\xFF", "a picture (JPEG)"),
-    (b"GIF8", "a picture (GIF)"),
-    (b"RIFF", "a picture, sound or film (RIFF)"),
-    (b"<svg", "a picture (SVG)"),
-    (b"%PDF", "a PDF document"),
-    (b"<!DOCTYPE", "a web page"),
-    (b"<html", "a web page"),
-    (b"\x7FELF", "a program"),
-    (b"\xD4\xC3\xB2\xA1", "a packet capture (pcap)"),
-    (b"\x0A\x0D\x0D\x0A", "a packet capture (pcapng)"),
-    (b"\x89HDF", "an HDF5 file"),
-    (b"#ROSBAG", "a ROS 1 bag"),
-    (b"\x89MCAP0", "an MCAP file, such as a ROS 2 bag"),
-    (b"VERSION \"", "a DBC file, not a recording"),
+const MAGIC: [(&[u8], Looks); 26] = [
+    (b"PK\x03\x04", plain("a zip archive")),
+    (b"PK\x05\x06", plain("an empty zip archive")),
+    (b"Rar!", plain("a RAR archive")),
+    (b"7z\xBC\xAF\x27\x1C", plain("a 7z archive")),
+    (b"BZh", plain("a bzip2 file")),
+    (b"\x04\x22\x4D\x18", plain("an LZ4 file")),
+    (b"\x1F\x9D", plain("a compress (.Z) file")),
+    (b"\xFF\xFE", UTF_16),
+    (b"\xFE\xFF", UTF_16),
+    (
+        b"version https://git-lfs.github.com/",
+        Looks { name: "a pointer of Git LFS, not the file itself", remedy: "fetch it with git lfs pull" },
+    ),
+    (b"SQLite format 3\0", plain("an SQLite database")),
+    (b"\x89PNG", plain("a picture (PNG)")),
+    (b"\xFF\xD8\xFF", plain("a picture (JPEG)")),
+    (b"GIF8", plain("a picture (GIF)")),
+    (b"RIFF", plain("a picture, sound or film (RIFF)")),
+    (b"<svg", plain("a picture (SVG)")),
+    (b"%PDF", plain("a PDF document")),
+    (b"<!DOCTYPE", plain("a web page")),
+    (b"<html", plain("a web page")),
+    (b"\x7FELF", plain("a program")),
+    (b"\xD4\xC3\xB2\xA1", plain("a packet capture (pcap)")),
+    (b"\x0A\x0D\x0D\x0A", plain("a packet capture (pcapng)")),
+    (b"\x89HDF", plain("an HDF5 file")),
+    (b"#ROSBAG", plain("a ROS 1 bag")),
+    (b"\x89MCAP0", plain("an MCAP file, such as a ROS 2 bag")),
+    (b"VERSION \"", plain("a DBC file, not a recording")),
 ];
 
 const QUOTED: usize = 40;
 
-/// Returns the remedy for a file that looks like this; empty if there is none.
-pub fn remedy_for(looks: &str) -> &'static str {
-    match looks {
-        "text in UTF-16" => "save it as UTF-8",
-        "a pointer of Git LFS, not the file itself" => "fetch it with git lfs pull",
-        "the output of candump without times" => "record it with candump -L",
-        _ => "",
-    }
-}
-
-/// Returns the kind of a file by its first bytes, e.g. `a zip archive`; `None` if they are not known.
-pub fn known_magic(head: &[u8]) -> Option<&'static str> {
+/// Returns what a file looks like by its first bytes; `None` if they are not known.
+pub fn known_magic(head: &[u8]) -> Option<Looks> {
     let begin = head.trim_ascii_start();
     let starts = |magic: &[u8]| head.starts_with(magic) || magic[0] == b'<' && begin.starts_with(magic);
-    let known = MAGIC.iter().find(|(magic, _)| starts(magic)).map(|(_, name)| *name);
-    known.or_else(|| (head.get(257..262) == Some(b"ustar")).then_some("a tar archive"))
+    let known = MAGIC.iter().find(|(magic, _)| starts(magic)).map(|(_, looks)| *looks);
+    known.or_else(|| (head.get(257..262) == Some(b"ustar")).then_some(plain("a tar archive")))
 }
 
-/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes.
-pub(super) fn looks_like(head: &[u8]) -> String {
-    if let Some(name) = known_magic(head) {
-        return name.to_owned();
+/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes; with a remedy, which may be
+/// empty.
+pub(super) fn looks_like(head: &[u8]) -> (String, &'static str) {
+    if let Some(Looks { name, remedy }) = known_magic(head) {
+        return (name.to_owned(), remedy);
     }
     let begin = head.trim_ascii_start();
     // Half of the bytes of Latin text in UTF-16 are zero, and no text has a zero byte.
     let zeros = head.split(|byte| *byte == 0).count() - 1;
     let alternates = |first| head.iter().skip(first).step_by(2).filter(|byte| **byte == 0).count() == zeros;
     if zeros * 5 > head.len() * 2 && (alternates(0) || alternates(1)) {
-        return "text in UTF-16".to_owned();
+        return (UTF_16.name.to_owned(), UTF_16.remedy);
     }
     let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
     match str::from_utf8(line) {
-        Ok(line) if zeros == 0 && is_without_times(line) => "the output of candump without times".to_owned(),
-        Ok(line) if zeros == 0 => quoted(line.trim_end()),
-        _ => "binary data".to_owned(),
+        Ok(line) if zeros == 0 && is_without_times(line) => {
+            ("the output of candump without times".to_owned(), "record it with candump -L")
+        }
+        Ok(line) if zeros == 0 => (quoted(line.trim_end()), ""),
+        _ => ("binary data".to_owned(), ""),
     }
 }
 
@@ -121,9 +132,9 @@ mod tests {
             (b"\x00\x01\xFF\xFE\xFD", "binary data"),
             (b"\xC3\x28", "binary data"),
         ] {
-            assert_eq!(looks_like(head), expected, "{head:?}");
+            assert_eq!(looks_like(head).0, expected, "{head:?}");
         }
         let long = "x".repeat(50);
-        assert_eq!(looks_like(long.as_bytes()), format!("text that begins with \"{}…\"", &long[..40]));
+        assert_eq!(looks_like(long.as_bytes()).0, format!("text that begins with \"{}…\"", &long[..40]));
     }
 }

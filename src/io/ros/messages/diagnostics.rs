@@ -6,12 +6,12 @@ use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::time::WallStamp;
 
 impl DiagnosticStatus {
-    /// Creates the message of `status`, which is about `hardware_id`.
-    pub fn new(status: &Status, hardware_id: &str) -> Self {
+    /// Creates the message of `status`, which `node` reports about `hardware_id`.
+    pub fn new(node: &str, status: &Status, hardware_id: &str) -> Self {
         let value = |(key, value): &(&str, String)| KeyValue { key: (*key).to_owned(), value: value.clone() };
         Self {
             level: status.level as u8,
-            name: status.name.clone(),
+            name: format!("{node}: {}", status.task),
             message: status.message.clone(),
             hardware_id: hardware_id.to_owned(),
             values: status.values.iter().map(value).collect(),
@@ -22,10 +22,10 @@ impl DiagnosticStatus {
 impl DiagnosticArray {
     /// Creates the message of `diagnostics`, which are about `hardware_id`.
     pub fn new(diagnostics: &Diagnostics, stamp: WallStamp, hardware_id: &str) -> Self {
-        let statuses = diagnostics.statuses.iter();
+        let Diagnostics { node, statuses, .. } = diagnostics;
         Self {
             header: Header::new(stamp, ""),
-            status: statuses.map(|status| DiagnosticStatus::new(status, hardware_id)).collect(),
+            status: statuses.iter().map(|status| DiagnosticStatus::new(node, status, hardware_id)).collect(),
         }
     }
 }

@@ -30,17 +30,12 @@ fn a_stamp_before_the_epoch_is_negative_seconds_and_positive_nanoseconds() {
 }
 
 fn diagnostics() -> DiagnosticArray {
-    let status = |level, message: &str, values| Status {
-        name: "gw: turn".to_owned(),
-        level,
-        message: message.to_owned(),
-        values,
-    };
+    let status = |level, message: &str, values| Status::new("turn", level, message.to_owned(), values);
     let statuses = vec![
         status(Level::Error, "veraltet für 1 s", vec![("bus", "can0".to_owned()), ("leer", String::new())]),
         status(Level::Ok, "", vec![]),
     ];
-    DiagnosticArray::new(&Diagnostics { statuses, refresh: true }, STAMP, "car")
+    DiagnosticArray::new(&Diagnostics { node: "gw".to_owned(), statuses, refresh: true }, STAMP, "car")
 }
 
 #[test]

@@ -134,7 +134,7 @@ mod tests {
     fn diagnostics_keep_their_order_and_the_oldest_are_dropped() {
         let mailbox = Mailbox::default();
         let diagnostics = |number| Output::Diagnostics {
-            diagnostics: Diagnostics { statuses: vec![], refresh: true },
+            diagnostics: Diagnostics { node: "gw".to_owned(), statuses: vec![], refresh: true },
             stamp: WallStamp::from_nanos(number),
         };
         let most = i64::try_from(OutgoingTopic::Diagnostics.row().max_waiting).unwrap();

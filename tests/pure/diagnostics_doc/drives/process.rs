@@ -19,7 +19,7 @@ pub(super) fn drive(reported: &mut Reported) {
         let recorder = RecorderState { is_failing, ..recorder.clone() };
         let mcap = McapState { is_failing, ..mcap.clone() };
         let log = LogState { is_failing, ..log.clone() };
-        reported.take(vec![recorder.status("gateway"), mcap.status("gateway"), log.status("gateway")]);
+        reported.take(vec![recorder.status(), mcap.status(), log.status()]);
     }
     configuration(reported);
     network(reported);
@@ -28,15 +28,15 @@ pub(super) fn drive(reported: &mut Reported) {
 /// A configuration is reloaded, and the next one refused.
 fn configuration(reported: &mut Reported) {
     let mut state = ConfigurationState::default();
-    let mut statuses = vec![state.status("gateway")];
+    let mut statuses = vec![state.status()];
     state.applied(EffectiveConfiguration::default(), Vec::new(), WallStamp::from_nanos(1));
-    statuses.push(state.status("gateway"));
+    statuses.push(state.status());
     state.refused(
         "restart needed for [ros] domain_id: 0 → 1".to_owned(),
         Vec::new(),
         WallStamp::from_nanos(2),
     );
-    statuses.push(state.status("gateway"));
+    statuses.push(state.status());
     reported.take(statuses);
 }
 
@@ -76,5 +76,5 @@ fn network(reported: &mut Reported) {
         alone,
         foreign,
     ];
-    reported.take(states.map(|state| state.status("gateway")).to_vec());
+    reported.take(states.map(|state| state.status()).to_vec());
 }

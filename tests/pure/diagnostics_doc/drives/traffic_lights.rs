@@ -39,7 +39,7 @@ fn flow(acts: Vec<Act>, compat: Compat) -> TrafficLightFlow {
 fn scenarios(reported: &mut Reported) {
     let mut failing = flow(script(&[(1, set("5", "red"))]), Compat::Upstream);
     failing.settle(&[], at_ms(2_000));
-    reported.take(failing.statuses("node", &[], at_ms(2_000).mono));
+    reported.take(failing.statuses(&[], at_ms(2_000).mono));
     for command in ["exitSuccess()", "exitFailure()"] {
         let mut desk = lights(
             "[[controller]]\nname = \"A\"\nphase = [{ name = \"p1\", duration_s = 1, states = {} }]\n",

@@ -48,7 +48,7 @@ impl TypeCheck {
 
     fn warn(&mut self, warning: String) {
         if self.reported.len() < MAX_REPORTED && !self.reported.contains(&warning) {
-            tracing::warn!("{warning}");
+            tracing::warn!(log.subject = warning, "{warning}");
             self.reported.insert(warning);
         }
     }

@@ -206,8 +206,10 @@ impl SeenToken {
         let (theirs, own) =
             if *type_name == ours.type_name { (hash, &ours.hash) } else { (type_name, &ours.type_name) };
         // Whoever declares a token chooses its characters.
-        let (name, node, theirs) = (name.escape_debug(), node.escape_debug(), theirs.escape_debug());
+        let (node, theirs, subject) = (node.escape_debug(), theirs.escape_debug(), name.as_str());
+        let name = name.escape_debug();
         tracing::warn!(
+            log.subject = subject,
             "{name}: node {node} has another definition of the message and no sample passes between us: its type is {theirs}, ours {own}"
         );
     }
