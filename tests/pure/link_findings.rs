@@ -52,9 +52,7 @@ BO_ 258 ALIVE: 1 X
 
 fn settings(may_sleep: bool) -> GatewaySettings {
     let sleep = if may_sleep { "may_sleep = true\nheartbeat_messages" } else { "heartbeat_messages" };
-    let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n";
-    let files = MemoryFiles::new([("gateway.toml", gateway), ("car.dbc", DBC)]);
-    files.with("car.toml", PROFILE.replace("heartbeat_messages", sleep)).settings().gateway
+    MemoryFiles::vehicle(&PROFILE.replace("heartbeat_messages", sleep), DBC).settings().gateway
 }
 
 /// A gateway on a bus that is up, without the status changes of its start.
@@ -158,7 +156,7 @@ fn a_normal_sleep_is_no_error_at_any_time_from_falling_asleep_to_waking_up() {
     }
     let errors: Vec<_> = desk.changes.iter().filter(|change| change.level == Level::Error).collect();
     assert!(errors.is_empty(), "{errors:?}");
-    assert_eq!(desk.level_and_message("turn_indicators").1, "publishing");
+    assert_eq!(desk.status_text("turn_indicators"), "OK publishing");
 }
 
 #[test]
