@@ -93,25 +93,21 @@ fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
     let other_message = lines("can0", "201#00", 12..20);
     let lines = replay_changes(&settings, &(turn_only + &other_pages + &other_message));
     let of = |task: &str| -> Vec<_> { lines.iter().filter(|line| line.starts_with(task)).cloned().collect() };
-    assert_eq!(
-        of("hazard_lights"),
-        [
-            "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
-            "hazard_lights unknown: PAGES (200) is received, but without PAGES.HAZARD",
-            "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
-        ]
-    );
-    assert_eq!(
-        of("turn_indicators"),
-        [
-            "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
-            "turn_indicators ENABLE_LEFT",
-            "turn_indicators publishing",
-            "turn_indicators no longer published",
-            "turn_indicators unknown: PAGES (200) is received, but without PAGES.TURN",
-            "turn_indicators unknown: PAGES is stale, silent for more than 300 ms",
-        ]
-    );
+    let expected = [
+        "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
+        "hazard_lights unknown: PAGES (200) is received, but without PAGES.HAZARD",
+        "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
+    ];
+    assert_eq!(of("hazard_lights"), expected);
+    let expected = [
+        "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
+        "turn_indicators ENABLE_LEFT",
+        "turn_indicators publishing",
+        "turn_indicators no longer published",
+        "turn_indicators unknown: PAGES (200) is received, but without PAGES.TURN",
+        "turn_indicators unknown: PAGES is stale, silent for more than 300 ms",
+    ];
+    assert_eq!(of("turn_indicators"), expected);
 }
 
 const BODY: &str = "\
@@ -175,12 +171,10 @@ fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
     let log = log + &body(35) + &body(45);
     let lines = replay_changes(&settings, &log);
     let turn: Vec<_> = lines.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
-    assert_eq!(
-        turn,
-        [
-            "turn_indicators unknown: no frame of BODY (123) on can0 yet",
-            "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
-            "turn_indicators unknown: BODY may have changed: no frame of the vehicle profile on can0",
-        ]
-    );
+    let expected = [
+        "turn_indicators unknown: no frame of BODY (123) on can0 yet",
+        "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
+        "turn_indicators unknown: BODY may have changed: no frame of the vehicle profile on can0",
+    ];
+    assert_eq!(turn, expected);
 }

@@ -130,11 +130,8 @@ fn turns_are_tagged_where_they_are() {
     ] {
         let map = map(name);
         let found = lanelet(&map, id);
-        assert_eq!(
-            (found.turn_direction, found.turn_signal_distance_m),
-            (direction, signal_m),
-            "{name} {id}"
-        );
+        let tags = (found.turn_direction, found.turn_signal_distance_m);
+        assert_eq!(tags, (direction, signal_m), "{name} {id}");
         // A lanelet that is tagged left bends left.
         let points = &found.centerline;
         let yaw = |from: usize| points[from].heading_to_rad(points[from + 1]);
