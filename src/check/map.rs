@@ -41,28 +41,16 @@ pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Check
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-
     use super::*;
     use crate::check::Layout;
+    use crate::config::files::TestFiles;
     use crate::core::map::geometry::Point;
     use crate::core::map::lane_network::{Lanelet, TurnDirection};
 
     const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
 
-    struct Map(String);
-
-    impl Files for Map {
-        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-            match path.to_str() {
-                Some("map.osm") => Ok(self.0.clone().into()),
-                _ => Err(io::ErrorKind::NotFound.into()),
-            }
-        }
-    }
-
     fn checked(text: &str) -> CheckReport {
-        map(&Map(text.to_owned()), Path::new("map.osm")).unwrap()
+        map(&TestFiles(&[("map.osm", text)]), Path::new("map.osm")).unwrap()
     }
 
     #[test]

@@ -78,29 +78,19 @@ const SIGNAL_PARAMETERS: usize = 14;
 
 #[cfg(test)]
 mod tests {
-    use std::io;
     use std::path::Path;
 
-    use crate::config::files::Files;
+    use crate::config::files::TestFiles;
     use crate::config::{Overrides, load};
 
-    struct Texts(&'static str);
-
-    impl Files for Texts {
-        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-            match path.to_str() {
-                Some("gateway.toml") => Ok(self.0.into()),
-                Some("map.osm") => Ok(include_bytes!("../../tests/maps/crossroads.osm").to_vec()),
-                _ => Err(io::ErrorKind::NotFound.into()),
-            }
-        }
-    }
+    const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
 
     #[test]
     fn settings_and_topics_of_the_decider_are_listed() {
         let text = "[turn_signal]\nmap = \"map.osm\"\nshadow = true\ncountry = \"DE\"\ncompat = \"upstream\"\n\
                     parameters.turn_signal_search_time = 2.5\ninputs.scenario = \"\"\n";
-        let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
+        let files = TestFiles(&[("gateway.toml", text), ("map.osm", CROSSROADS)]);
+        let settings = load(&files, Path::new("gateway.toml"), &Overrides::default()).unwrap();
         let text = super::super::binding(&settings).text(crate::check::Layout::default());
         for part in [
             "decider    shadow: nothing is published; decisions may differ for 500 ms\n",

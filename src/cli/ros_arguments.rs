@@ -263,44 +263,41 @@ fn usage(argument: &str, reason: &str) -> Failure {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-
     use super::*;
+    use crate::config::files::TestFiles;
 
-    struct Yaml;
-
-    impl Files for Yaml {
-        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-            match path.to_str() {
-                Some("p.yaml") => Ok(b"/**: {ros__parameters: {use_sim_time: true, wheel_radius: 0.4}}\n\
-                    /car/left: {ros__parameters: {profile: mazda_2017, colour: red}}"
-                    .to_vec()),
-                // What launch_ros writes for `parameters` of a node, by Python's YAML.
-                Some("own.yaml") => {
-                    Ok(b"/car/left:\n  ros__parameters:\n    list: !!python/tuple\n    - 1\n    - 2\n    \
-                    nested.x: 1.5\n    s: 'yes'\n    use_sim_time: true\n"
-                        .to_vec())
-                }
-                // For a node without a name.
-                Some("any.yaml") => Ok(b"/**:\n  ros__parameters:\n    use_sim_time: false\n".to_vec()),
-                // Files of Autoware.
-                Some("vehicle_info.yaml") => {
-                    Ok(b"/**:\n  ros__parameters:\n    wheel_radius: 0.383 # m\n    \
-                    wheel_base: 2.79\n    footprint: [1.0, 0.5]\n    mirror: {left: .nan, right: -.inf}\n    \
-                    qos_overrides: {/tf: {publisher: {depth: 1}}}\n"
-                        .to_vec())
-                }
-                Some("others.yaml") => Ok(b"/car/other:\n  ros__parameters: {use_sim_time: true}\n\
-                    /**/converter:\n  ros__parameters: {use_sim_time: true}\n\
-                    /car/:\n  left:\n    ros__parameters: {profile: kia}\n"
-                    .to_vec()),
-                _ => Err(io::ErrorKind::NotFound.into()),
-            }
-        }
-    }
+    const YAML: TestFiles<'_> = TestFiles(&[
+        (
+            "p.yaml",
+            "/**: {ros__parameters: {use_sim_time: true, wheel_radius: 0.4}}\n\
+             /car/left: {ros__parameters: {profile: mazda_2017, colour: red}}",
+        ),
+        // What launch_ros writes for `parameters` of a node, by Python's YAML.
+        (
+            "own.yaml",
+            "/car/left:\n  ros__parameters:\n    list: !!python/tuple\n    - 1\n    - 2\n    \
+             nested.x: 1.5\n    s: 'yes'\n    use_sim_time: true\n",
+        ),
+        // For a node without a name.
+        ("any.yaml", "/**:\n  ros__parameters:\n    use_sim_time: false\n"),
+        // Files of Autoware.
+        (
+            "vehicle_info.yaml",
+            "/**:\n  ros__parameters:\n    wheel_radius: 0.383 # m\n    \
+             wheel_base: 2.79\n    footprint: [1.0, 0.5]\n    mirror: {left: .nan, right: -.inf}\n    \
+             qos_overrides: {/tf: {publisher: {depth: 1}}}\n",
+        ),
+        (
+            "others.yaml",
+            "/car/other:\n  ros__parameters: {use_sim_time: true}\n\
+             /**/converter:\n  ros__parameters: {use_sim_time: true}\n\
+             /car/:\n  left:\n    ros__parameters: {profile: kia}\n",
+        ),
+    ]);
 
     /// What nodes are given in a tree of launch files, as `launch_ros` puts it together: arguments, and what
     /// this node makes of them. What a global parameter is for all nodes comes first, then the node's own.
+    #[rustfmt::skip]
     const LAUNCH_TREE: [(&str, &str); 14] = [
         // A container of composable nodes beside this node changes nothing of it, and has the same global parameters.
         ("--ros-args|-r|__node:=left|-r|__ns:=/car/interface", "/car/interface left"),
@@ -308,39 +305,27 @@ mod tests {
         // SetParameter(name, value): Python's own texts of numbers, truth values, tuples and strings.
         ("-p|wheel_radius:=0.383|-p|use_sim_time:=False", "sim=false unknown=wheel_radius"),
         ("-p|use_sim_time:=True|-p|sizes:=(1, 2)|-p|names:=('a', 'b')", "sim=true unknown=sizes,names"),
-        (
-            "-p|title:=a: b|-p|empty:=|-p|tilde:=~|-p|p:=/opt/a b|-p|n:=-1e-3|-p|b:=!!binary YQ==",
-            "unknown=title,empty,tilde,p,n,b",
-        ),
+        ("-p|title:=a: b|-p|empty:=|-p|tilde:=~|-p|p:=/opt/a b|-p|n:=-1e-3|-p|b:=!!binary YQ==",
+            "unknown=title,empty,tilde,p,n,b"),
         // Parameter(name, value): a document of YAML.
-        (
-            "-p|use_sim_time:=true\n...\n|-p|text:=x y\n...\n|-p|list:=- 1\n- 2\n",
-            "sim=true unknown=text,list",
-        ),
+        ("-p|use_sim_time:=true\n...\n|-p|text:=x y\n...\n|-p|list:=- 1\n- 2\n",
+            "sim=true unknown=text,list"),
         // Parameters of rclcpp and rclpy, for each node.
-        (
-            "-p|start_type_description_service:=False|-p|use_intra_process_comms:=true|-p|qos_overrides./tf.publisher.depth:=1",
-            "unknown=start_type_description_service,use_intra_process_comms,qos_overrides./tf.publisher.depth",
-        ),
+        ("-p|start_type_description_service:=False|-p|use_intra_process_comms:=true|-p|qos_overrides./tf.publisher.depth:=1",
+            "unknown=start_type_description_service,use_intra_process_comms,qos_overrides./tf.publisher.depth"),
         // SetParametersFromFile: a pattern is for whoever has such a parameter.
         ("--params-file|vehicle_info.yaml|-p|wheel_radius:=0.4|-p|wheel_radius:=0.5", "unknown=wheel_radius"),
         // The node's own come later, and win; as in rcl, whatever the form.
-        (
-            "-r|__node:=left|-r|__ns:=/car|-p|use_sim_time:=False|--params-file|own.yaml",
-            "/car left sim=true unknown=list,nested.x,s",
-        ),
+        ("-r|__node:=left|-r|__ns:=/car|-p|use_sim_time:=False|--params-file|own.yaml",
+            "/car left sim=true unknown=list,nested.x,s"),
         ("-p|use_sim_time:=True|--params-file|any.yaml", "sim=false"),
         ("--params-file|any.yaml|-p|use_sim_time:=True", "sim=true"),
         ("-r|__node:=left|-r|__ns:=/car|--params-file|others.yaml", "/car left profile=kia"),
         // SetRemap: the first one wins.
-        (
-            "-r|/tf:=tf|-r|~/input/odometry:=/localization/kinematic_state|-r|a/b:=~/c|-r|rosservice://~/get:=/g",
-            "/tf>tf ~/input/odometry>/localization/kinematic_state a/b>~/c",
-        ),
-        (
-            "-p|a:=1|--ros-args|--enable-rosout-logs|--log-level|rcl:=DEBUG|--log-level|signal_gateway:=WARN",
-            "log=warn unknown=a",
-        ),
+        ("-r|/tf:=tf|-r|~/input/odometry:=/localization/kinematic_state|-r|a/b:=~/c|-r|rosservice://~/get:=/g",
+            "/tf>tf ~/input/odometry>/localization/kinematic_state a/b>~/c"),
+        ("-p|a:=1|--ros-args|--enable-rosout-logs|--log-level|rcl:=DEBUG|--log-level|signal_gateway:=WARN",
+            "log=warn unknown=a"),
     ];
 
     fn summary(read: &RosArguments) -> String {
@@ -364,14 +349,14 @@ mod tests {
     fn arguments_of_a_tree_of_launch_files_are_followed() {
         for (line, expected) in LAUNCH_TREE {
             let arguments: Vec<_> = line.split('|').map(OsString::from).collect();
-            let read = read(&Yaml, &arguments, "signal_gateway").map_err(|failure| failure.to_string());
+            let read = read(&YAML, &arguments, "signal_gateway").map_err(|failure| failure.to_string());
             assert_eq!(read.as_ref().map(summary), Ok(expected.to_owned()), "{line}");
         }
     }
 
     fn of(line: &str) -> Result<RosArguments, String> {
         let arguments: Vec<_> = line.split_whitespace().map(OsString::from).collect();
-        read(&Yaml, &arguments, "signal_gateway").map_err(|failure| failure.to_string())
+        read(&YAML, &arguments, "signal_gateway").map_err(|failure| failure.to_string())
     }
 
     #[test]

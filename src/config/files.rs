@@ -157,6 +157,18 @@ impl Files for Embedded {
     }
 }
 
+/// Texts of a test by their paths; all other files are absent.
+#[cfg(test)]
+pub(crate) struct TestFiles<'a>(pub(crate) &'a [(&'a str, &'a str)]);
+
+#[cfg(test)]
+impl Files for TestFiles<'_> {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let found = self.0.iter().find(|(name, _)| Path::new(name) == path);
+        found.map(|(_, text)| text.as_bytes().to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

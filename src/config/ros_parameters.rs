@@ -156,22 +156,13 @@ fn fits(pattern: &[&str], name: &[&str]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-
     use super::*;
-
-    struct Yaml(&'static str);
-
-    impl Files for Yaml {
-        fn read(&self, _: &Path) -> io::Result<Vec<u8>> {
-            Ok(self.0.as_bytes().to_vec())
-        }
-    }
+    use crate::config::files::TestFiles;
 
     fn read(text: &'static str) -> Result<Vec<String>, String> {
         let names = NodeNames { node: "lights", namespace: "/car", remappings: &[] };
-        let read =
-            read_parameters(&Yaml(text), Path::new("p.yaml"), names).map_err(|error| error.to_string())?;
+        let files = TestFiles(&[("p.yaml", text)]);
+        let read = read_parameters(&files, Path::new("p.yaml"), names).map_err(|error| error.to_string())?;
         let shown = |parameter: FileParameter| {
             let mark = if parameter.is_for_this_node { "!" } else { "" };
             let value = parameter.value.map_or("[]".into(), |value| value.text);

@@ -395,33 +395,23 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
     use std::path::Path;
     use std::time::Duration;
 
     use super::*;
-    use crate::config::files::Files;
+    use crate::config::files::TestFiles;
     use crate::config::{Overrides, load};
     use crate::core::command::arbitration::ArbitrationRules;
     use crate::core::command::feedback_monitor::FeedbackLimits;
     use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
 
-    struct Texts(String);
-
-    impl Files for Texts {
-        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-            match path.to_str() {
-                Some("gateway.toml") => Ok(self.0.clone().into_bytes()),
-                Some("map.osm") => Ok(include_bytes!("../../tests/maps/crossroads.osm").to_vec()),
-                _ => Err(io::ErrorKind::NotFound.into()),
-            }
-        }
-    }
+    const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
 
     /// Topics of commands, the number of subscriptions, and whether Autoware's own commands are among them.
     fn graph(keys: &str) -> ([Option<String>; 2], usize, bool) {
         let text = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
-        let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
+        let files = TestFiles(&[("gateway.toml", &text), ("map.osm", CROSSROADS)]);
+        let settings = load(&files, Path::new("gateway.toml"), &Overrides::default()).unwrap();
         let (topics, read) = (topics(&settings), subscriptions(&settings));
         let own = |subscription: &Subscription| {
             matches!(subscription.kind, SubscriptionKind::OwnTurnCommand | SubscriptionKind::OwnHazardCommand)

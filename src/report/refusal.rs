@@ -143,18 +143,11 @@ fn word(text: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io;
+    use crate::config::files::TestFiles;
 
-    struct Text(&'static str);
-
-    impl Files for Text {
-        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-            if path == Path::new("car.toml") {
-                Ok(self.0.into())
-            } else {
-                Err(io::ErrorKind::NotFound.into())
-            }
-        }
+    /// The only file, with this text.
+    fn car(text: &str) -> [(&str, &str); 1] {
+        [("car.toml", text)]
     }
 
     fn problem(file: &str, position: Option<(usize, usize)>, reason: &str, remedy: &str) -> Problem {
@@ -169,7 +162,7 @@ mod tests {
     }
 
     fn shown(text: &'static str, problems: &[Problem], most: usize) -> String {
-        refusals(&Text(text), problems, most, Layout::default())
+        refusals(&TestFiles(&car(text)), problems, most, Layout::default())
     }
 
     #[test]
@@ -225,13 +218,13 @@ error: gone.toml: there is no such file";
         let layout = Layout { has_color: false, width: Some(40) };
         let problems = [problem("car.toml", Some((1, 1)), reason, reason)];
         let text = refusals(
-            &Text("lefft = 1 # a comment that is longer than the terminal is wide"),
+            &TestFiles(&car("lefft = 1 # a comment that is longer than the terminal is wide")),
             &problems,
             1,
             layout,
         );
         assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");
-        let colored = refusals(&Text(""), &problems, 1, Layout { has_color: true, width: None });
+        let colored = refusals(&TestFiles(&car("")), &problems, 1, Layout { has_color: true, width: None });
         assert!(colored.contains("\u{1b}[1m"), "{colored:?}");
     }
 }

@@ -8,20 +8,17 @@ use serde_json::Value;
 use super::delivery::{SILENCE, TURN, is_match, is_report, samples};
 use super::session::Role;
 use crate::support::json_process::JsonProcess;
-use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 use crate::support::waiting::Bystander;
-
-fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
-    cyclone.reader(domain, &[Reading { kind, topic, durability }])
-}
 
 #[test]
 fn reports_suit_both_kinds_of_readers_and_announce_their_qos() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).start();
-    let readers = ["transient_local", "volatile"].map(|kind| reader(&cyclone, domain, "turn", TURN, kind));
+    let readers =
+        ["transient_local", "volatile"].map(|kind| cyclone.topic_reader(domain, "turn", TURN, kind));
     for reader in &readers {
         let matched = reader.next("a match", is_match);
         let qos = matched["qos"].as_str().unwrap();
@@ -40,7 +37,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).volatile().start();
-    let early = reader(&cyclone, domain, "turn", TURN, "volatile");
+    let early = cyclone.topic_reader(domain, "turn", TURN, "volatile");
     gateway.wait_until("the early reader", |status| status["readers"][0] == 1);
     early.next("a match", is_match);
     gateway.send("turn left 1");
@@ -48,7 +45,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     let first = sent(&early.next("the report", is_report(2, 1)));
     // The last one of the repetitions in the first seconds.
     early.next("the report, 3 s later", |line| is_report(2, 1)(line) && sent(line) - first > 2_990_000_000);
-    let late = reader(&cyclone, domain, "turn", TURN, "volatile");
+    let late = cyclone.topic_reader(domain, "turn", TURN, "volatile");
     let matched = late.next("a match", is_match);
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
     gateway.wait_until("the late joiner", |status| status["readers"][0] == 2);
@@ -71,7 +68,7 @@ fn a_reader_that_listens_to_multicast_on_the_loopback_meets_a_gateway_that_start
         <Discovery><SPDPInterval>1hr</SPDPInterval><LeaseDuration>1hr</LeaseDuration></Discovery></Domain></CycloneDDS>";
     let cyclone = require!(Cyclone::with_defaults()).configured(URI);
     let domain = domain();
-    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    let turn = cyclone.topic_reader(domain, "turn", TURN, "transient_local");
     let gateway = Role::new(domain).only_on("127.0.0.1").start();
     gateway.send("turn left 1");
     turn.next("a report", is_report(2, 1));
@@ -83,7 +80,7 @@ fn a_gateway_that_was_stopped_joins_the_graph_again() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).start();
-    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    let turn = cyclone.topic_reader(domain, "turn", TURN, "transient_local");
     gateway.send("turn left 1");
     turn.next("a report", is_report(2, 1));
     gateway.stand_still(Duration::from_secs(3));
@@ -97,9 +94,9 @@ fn a_node_that_is_left_out_of_the_graph_delivers_its_reports_all_the_same() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).without_graph().start();
-    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    let turn = cyclone.topic_reader(domain, "turn", TURN, "transient_local");
     let kind = if signal_gateway::io::ros::session::DISTRO == "humble" { "gid24" } else { "gid16" };
-    let graph = reader(&cyclone, domain, kind, "ros_discovery_info", "transient_local");
+    let graph = cyclone.topic_reader(domain, kind, "ros_discovery_info", "transient_local");
     gateway.send("turn left 1");
     turn.next("a report", is_report(2, 1));
     assert_eq!(graph.next_during(SILENCE), Vec::<Value>::new());
@@ -113,7 +110,7 @@ fn a_gateway_leaves_the_graph_of_another_distribution() {
     let (own, other) =
         if signal_gateway::io::ros::session::DISTRO == "humble" { ("gid24", "16") } else { ("gid16", "24") };
     let gateway = Role::new(domain).start();
-    let graph = reader(&cyclone, domain, own, "ros_discovery_info", "transient_local");
+    let graph = cyclone.topic_reader(domain, own, "ros_discovery_info", "transient_local");
     graph.next("the gateway's entry", |line| line["event"] == "sample");
     let mut command = cyclone.command("reader.py", domain);
     command.args(["turn", TURN, "transient_local"]);
@@ -130,7 +127,7 @@ fn a_gateway_that_is_killed_leaves_the_graph_long_before_its_lease_ends() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).isolated().start();
-    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    let turn = cyclone.topic_reader(domain, "turn", TURN, "transient_local");
     gateway.send("turn left 1");
     let sample = turn.next("a report", is_report(2, 1));
     let beside = Bystander::start();

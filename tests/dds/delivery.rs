@@ -7,7 +7,7 @@ use signal_gateway::io::ros::session::DISTRO;
 
 use super::session::{Gateway, Role};
 use crate::support::json_process::JsonProcess;
-use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::peer::{Cyclone, domain};
 use crate::support::waiting::let_pass;
 
 pub(crate) const TURN: &str = "rt/vehicle/status/turn_indicators_status";
@@ -28,7 +28,7 @@ pub(crate) trait Peer {
 
 impl Peer for Cyclone {
     fn reader(&self, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
-        self.reader(domain, &[Reading { kind, topic, durability }])
+        self.topic_reader(domain, kind, topic, durability)
     }
 
     fn understands_goodbyes(&self) -> bool {

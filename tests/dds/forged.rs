@@ -9,7 +9,7 @@ use super::delivery::TURN;
 use super::isolation::{network_process, signal, status_if_there};
 use super::session::{Gateway, Role};
 use crate::support::json_process::{JsonProcess, Mark};
-use crate::support::peer::{Cyclone, Reading, Writing, domain};
+use crate::support::peer::{Cyclone, Writing, domain};
 use crate::support::prerequisite::require;
 use crate::support::rtps::{FarAhead, Target, crowd};
 use crate::support::waiting::{Bystander, Pace, wait_until};
@@ -145,8 +145,7 @@ struct Reporting {
 impl Reporting {
     fn new(cyclone: &Cyclone, domain: u16, role: &Role) -> Self {
         let gateway = role.clone().only_on("127.0.0.1").isolated().start();
-        let reader =
-            cyclone.reader(domain, &[Reading { kind: "turn", topic: TURN, durability: "transient_local" }]);
+        let reader = cyclone.topic_reader(domain, "turn", TURN, "transient_local");
         let mut reporting = Self { gateway, reader, pace: Pace::every(PERIOD), sent: 0 };
         let mark = reporting.reader.mark();
         reporting.gateway.send("turn left 0");

@@ -7,7 +7,7 @@ use signal_gateway::io::ros::session::DISTRO;
 
 use super::session::{Gateway, Role};
 use crate::support::json_process::JsonProcess;
-use crate::support::peer::{Cyclone, Reading, Writing, domain};
+use crate::support::peer::{Cyclone, Writing, domain};
 use crate::support::prerequisite::require;
 
 const GROUPS: &str = "rt/groups";
@@ -171,10 +171,10 @@ fn bytes_that_are_not_of_the_type_are_counted_and_the_next_message_is_read() {
 #[test]
 fn the_graph_lists_readers_and_writers() {
     let cyclone = require!(Cyclone::with_defaults());
-    let (domain, topic, durability) = (domain(), "ros_discovery_info", "transient_local");
+    let domain = domain();
     let kind = if DISTRO == "humble" { "gid24" } else { "gid16" };
     let _gateway = Role::new(domain).with_lights().start();
-    let graph = cyclone.reader(domain, &[Reading { kind, topic, durability }]);
+    let graph = cyclone.topic_reader(domain, kind, "ros_discovery_info", "transient_local");
     let count = |list: &Value| list.as_array().map_or(0, Vec::len);
     graph.next("the node with its endpoints", |line| {
         let node = &line["data"]["node_entities_info_seq"][0];

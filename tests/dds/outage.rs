@@ -9,7 +9,7 @@ use super::network::Net;
 use super::session::{Gateway, Role};
 use super::two_hosts::UNICAST;
 use crate::support::json_process::{JsonProcess, Mark};
-use crate::support::peer::{Cyclone, LOOPBACK, Reading, Writing, domain};
+use crate::support::peer::{Cyclone, LOOPBACK, Writing, domain};
 use crate::support::prerequisite::require;
 use crate::support::waiting::{Bystander, Pace, let_pass};
 
@@ -48,7 +48,7 @@ pub(crate) fn with_lease(lease: &str, discovery: &str) -> String {
 }
 
 pub(crate) fn turn_reader(cyclone: &Cyclone, domain: u16, durability: &str) -> JsonProcess {
-    cyclone.reader(domain, &[Reading { kind: "turn", topic: TURN, durability }])
+    cyclone.topic_reader(domain, "turn", TURN, durability)
 }
 
 /// True if so many peers are missed, and a probe looks for them.
@@ -79,8 +79,7 @@ pub(crate) fn recover_from_outages(net: &Net, cyclone: &Cyclone, discovery: &str
     let gateway = Role::new(domain).alert().isolated().inside(net.name(0)).start();
     let (near, far) =
         (turn_reader(&at(0), domain, "volatile"), turn_reader(&at(1), domain, "transient_local"));
-    let diagnostics = Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" };
-    let far_diagnostics = at(1).reader(domain, &[diagnostics]);
+    let far_diagnostics = at(1).topic_reader(domain, "diagnostics", "rt/diagnostics", "volatile");
     gateway.wait_until("both readers", |status| status["readers"] == json!([2, 0, 1]));
     near.next("a match", is_match);
     let (mut number, mut pace) = (0, Pace::every(PERIOD));

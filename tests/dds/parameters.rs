@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::fast_dds::client;
 use super::session::Role;
 use crate::support::json_process::{JsonProcess, Mark};
-use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 use crate::support::waiting::wait_until;
 
@@ -115,8 +115,7 @@ fn the_graph_lists_the_services_with_the_node() {
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let kind = if cfg!(feature = "humble") { "gid24" } else { "gid16" };
-    let graph = Reading { kind, topic: "ros_discovery_info", durability: "transient_local" };
-    let reader = cyclone.reader(domain, &[graph]);
+    let reader = cyclone.topic_reader(domain, kind, "ros_discovery_info", "transient_local");
     let node = |line: &Value| {
         let node = line["data"]["node_entities_info_seq"][0].clone();
         (line["event"] == "sample" && node["node_name"] == "gateway_under_test").then_some(node)

@@ -6,15 +6,11 @@ use serde_json::{Value, json};
 
 use super::session::{Gateway, Role};
 use crate::support::json_process::JsonProcess;
-use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 use crate::support::processor::waited_in_all;
 
 const V2I: &str = "rt/external/traffic_signals";
-
-fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
-    cyclone.reader(domain, &[Reading { kind, topic, durability }])
-}
 
 fn is_sample(line: &Value) -> bool {
     line["event"] == "sample"
@@ -44,26 +40,19 @@ fn each_kind_of_traffic_lights_arrives_as_sent_with_its_quality_of_service() {
         "texture_resource": "", "texture": {"header": empty, "format": "", "data": []}, "uv_coordinates": [],
         "text": "", "mesh_resource": "", "mesh_file": {"filename": "", "data": []},
         "mesh_use_embedded_materials": false});
+    #[rustfmt::skip]
     let cases = [
-        (
-            "truth",
-            "array_v1",
-            "rt/simulation/traffic_lights",
-            json!({"traffic_lights": [{"lanelet_way_id": 0, "traffic_light_bulbs": [bulb]}]}),
-        ),
-        (
-            "camera",
-            "signals",
-            "rt/camera/traffic_signals",
-            json!({"stamp": stamp, "signals": [{"traffic_signal_id": 0, "elements": [element]}]}),
-        ),
+        ("truth", "array_v1", "rt/simulation/traffic_lights",
+            json!({"traffic_lights": [{"lanelet_way_id": 0, "traffic_light_bulbs": [bulb]}]})),
+        ("camera", "signals", "rt/camera/traffic_signals",
+            json!({"stamp": stamp, "signals": [{"traffic_signal_id": 0, "elements": [element]}]})),
         ("v2i", "groups", V2I, groups.clone()),
         ("v2i", "groups", "rt/v2x/traffic_signals", groups),
         ("markers", "markers", "rt/traffic_light/marker", json!({"markers": [marker]})),
     ];
     let readers: Vec<_> = cases
         .iter()
-        .map(|(_, kind, topic, _)| reader(&cyclone, domain, kind, topic, "transient_local"))
+        .map(|(_, kind, topic, _)| cyclone.topic_reader(domain, kind, topic, "transient_local"))
         .collect();
     gateway.wait_until("five readers", |status| status["lights"] == json!([1, 1, 1, 1, 1]));
     for ((topic, _, name, expected), reader) in cases.iter().zip(&readers) {
@@ -80,13 +69,13 @@ fn a_late_joiner_of_a_stream_gets_the_newest_at_once_and_what_follows() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
-    let markers = reader(&cyclone, domain, "markers", "rt/traffic_light/marker", "transient_local");
+    let markers = cyclone.topic_reader(domain, "markers", "rt/traffic_light/marker", "transient_local");
     // First nobody has read the earlier emissions, then somebody who is gone.
     for round in [100, 200] {
         gateway.send(&format!("lights v2i {round} 1 20"));
         gateway.next("the end of the stream", |line| line["event"] == "sent");
         wait_until_written(&gateway, &markers, round);
-        let late = reader(&cyclone, domain, "groups", V2I, "transient_local");
+        let late = cyclone.topic_reader(domain, "groups", V2I, "transient_local");
         assert_eq!(sec(&late.next("the newest", is_sample)), round + 19);
         gateway.send("lights v2i 7");
         let next = late.next("the next", |line| is_sample(line) && sec(line) != round + 19);
@@ -111,7 +100,7 @@ fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
-    let early = reader(&cyclone, domain, "groups", V2I, "transient_local");
+    let early = cyclone.topic_reader(domain, "groups", V2I, "transient_local");
     gateway.wait_until("a reader", |status| status["lights"][2] == 1);
     let kept_waiting = || waited_in_all(early.id()) + waited_in_all(gateway.id());
     let before = kept_waiting();
@@ -134,7 +123,7 @@ fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
     if kept_waiting < Duration::from_millis(30) && gateway.is_undisturbed() {
         assert_eq!(overtaken, missed as u64, "the early reader missed something: {received:?}");
     }
-    let late = reader(&cyclone, domain, "groups", V2I, "transient_local");
+    let late = cyclone.topic_reader(domain, "groups", V2I, "transient_local");
     let mut handed_over = 1;
     while sec(&late.next("the newest", is_sample)) != 90 {
         handed_over += 1;
@@ -154,7 +143,7 @@ fn ten_thousand_groups_thirty_times_a_second_go_through() {
     let cyclone = require!(Cyclone::with_defaults()).keeping(1);
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
-    let reader = reader(&cyclone, domain, "groups", V2I, "transient_local");
+    let reader = cyclone.topic_reader(domain, "groups", V2I, "transient_local");
     gateway.wait_until("a reader", |status| status["lights"][2] == 1);
     gateway.send("lights v2i 1 10000 60");
     let sent = gateway.next("the end of the stream", |line| line["event"] == "sent");

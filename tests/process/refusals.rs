@@ -65,23 +65,19 @@ fn advice_for_many_problems_is_given_once() {
 
 #[test]
 fn a_recording_without_a_frame_or_of_another_kind_ends_with_1() {
-    for (content, expected) in [
+    #[rustfmt::skip]
+    let cases = [
         (&b""[..], "drive.log: the file is empty"),
-        (
-            b"\x89PNG\r\n\x1A\n",
-            "drive.log: this is a picture (PNG), not a recording of CAN frames\n |\n = help: these are read: candump",
-        ),
+        (b"\x89PNG\r\n\x1A\n",
+            "drive.log: this is a picture (PNG), not a recording of CAN frames\n |\n = help: these are read: candump"),
         (b"PK\x03\x04", "this is a zip archive, not a recording"),
-        (
-            b"time,speed\n1,2\n",
-            "it looks like text that begins with \"time,speed\"\n |\n = help: these are read, plain",
-        ),
-        (
-            b"[bus.a]\n[turn]\n",
-            "this is a vehicle profile, not a recording of CAN frames\n |\n = help: give it with --profile",
-        ),
+        (b"time,speed\n1,2\n",
+            "it looks like text that begins with \"time,speed\"\n |\n = help: these are read, plain"),
+        (b"[bus.a]\n[turn]\n",
+            "this is a vehicle profile, not a recording of CAN frames\n |\n = help: give it with --profile"),
         (b"(1.0) can0 12\nx\n", "drive.log: not one frame was read"),
-    ] {
+    ];
+    for (content, expected) in cases {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive.log");
         fs::write(&path, content).unwrap();

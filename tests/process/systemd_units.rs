@@ -54,16 +54,10 @@ fn each_unit_is_exposed_no_more_than_its_network_requires() {
 #[test]
 fn both_units_are_hardened_alike() {
     /// What each has for itself.
+    #[rustfmt::skip]
     const OWN: [&str; 9] = [
-        "Description",
-        "ExecStart",
-        "RestrictAddressFamilies",
-        "OOMPolicy",
-        "UMask",
-        "TasksMax",
-        "MemoryMax",
-        "TimeoutStopSec",
-        "KillMode",
+        "Description", "ExecStart", "RestrictAddressFamilies", "OOMPolicy", "UMask", "TasksMax", "MemoryMax",
+        "TimeoutStopSec", "KillMode",
     ];
     let [gateway, network] = ["signal-gateway.service", "signal-gateway-network@.service"]
         .map(|name| fs::read_to_string(project_file(name)).unwrap());

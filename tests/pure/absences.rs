@@ -41,7 +41,7 @@ BO_ 512 PAGES: 8 X
 const PAGED: &str = "\
 name = \"pages\"
 [bus.body]
-dbc = \"pages.dbc\"
+dbc = \"car.dbc\"
 [message.PAGES]
 timeout_ms = 300
 [turn]
@@ -68,13 +68,11 @@ fn a_frame_of_another_format_than_its_message_is_rejected() {
     };
     let profile = "name = \"car\"\n[bus.body]\ndbc = \"car.dbc\"\n[message.TURN]\ntimeout_ms = 300\n[turn]\n\
         signal = \"TURN.CODE\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
-    let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n";
     for (format, right, wrong, text) in [
         ("StandardCAN", "200#01", "200##002", "as CAN FD"),
         ("StandardCAN_FD", "200##001", "200#02", "not as CAN FD"),
     ] {
-        let files = MemoryFiles::new([("gateway.toml", gateway), ("car.toml", profile)]);
-        let settings = files.with("car.dbc", attribute(format)).settings();
+        let settings = MemoryFiles::vehicle(profile, &attribute(format)).settings();
         let mixed: String = (0..10)
             .map(|tenth| lines("can0", right, tenth..tenth + 1) + &lines("can0", wrong, tenth..tenth + 1))
             .collect();
@@ -89,33 +87,27 @@ fn a_frame_of_another_format_than_its_message_is_rejected() {
 
 #[test]
 fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
-    let gateway = "profile = \"pages.toml\"\n[can.body]\ninterface = \"can0\"\n";
-    let settings =
-        MemoryFiles::new([("gateway.toml", gateway), ("pages.toml", PAGED), ("pages.dbc", PAGES)]).settings();
+    let settings = MemoryFiles::vehicle(PAGED, PAGES).settings();
     let turn_only = lines("can0", "200#0301000000000000", 0..5);
     let other_pages = lines("can0", "200#0500000000000000", 5..12);
     let other_message = lines("can0", "201#00", 12..20);
     let lines = replay_changes(&settings, &(turn_only + &other_pages + &other_message));
     let of = |task: &str| -> Vec<_> { lines.iter().filter(|line| line.starts_with(task)).cloned().collect() };
-    assert_eq!(
-        of("hazard_lights"),
-        [
-            "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
-            "hazard_lights unknown: PAGES (200) is received, but without PAGES.HAZARD",
-            "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
-        ]
-    );
-    assert_eq!(
-        of("turn_indicators"),
-        [
-            "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
-            "turn_indicators ENABLE_LEFT",
-            "turn_indicators publishing",
-            "turn_indicators no longer published",
-            "turn_indicators unknown: PAGES (200) is received, but without PAGES.TURN",
-            "turn_indicators unknown: PAGES is stale, silent for more than 300 ms",
-        ]
-    );
+    let expected = [
+        "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
+        "hazard_lights unknown: PAGES (200) is received, but without PAGES.HAZARD",
+        "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
+    ];
+    assert_eq!(of("hazard_lights"), expected);
+    let expected = [
+        "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
+        "turn_indicators ENABLE_LEFT",
+        "turn_indicators publishing",
+        "turn_indicators no longer published",
+        "turn_indicators unknown: PAGES (200) is received, but without PAGES.TURN",
+        "turn_indicators unknown: PAGES is stale, silent for more than 300 ms",
+    ];
+    assert_eq!(of("turn_indicators"), expected);
 }
 
 const BODY: &str = "\
@@ -169,24 +161,20 @@ BO_ 292 ALIVE: 8 X
 
 #[test]
 fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
-    let gateway = "profile = \"slow.toml\"\n[can.body]\ninterface = \"can0\"\n";
-    let profile = "name = \"slow\"\n[bus.body]\ndbc = \"slow.dbc\"\nheartbeat_messages = [\"ALIVE\"]\n\
+    let profile = "name = \"slow\"\n[bus.body]\ndbc = \"car.dbc\"\nheartbeat_messages = [\"ALIVE\"]\n\
         alive_timeout_ms = 500\n[message.BODY]\ntiming = \"event_cyclic\"\ntimeout_ms = 1500\n\
         [turn]\nsignal = \"BODY.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
-    let settings =
-        MemoryFiles::new([("gateway.toml", gateway), ("slow.toml", profile), ("slow.dbc", SLOW)]).settings();
+    let settings = MemoryFiles::vehicle(profile, SLOW).settings();
     let body = |tenth| lines("can0", "123#01", tenth..tenth + 1);
     // Repeated in time on a live bus; then missing on a live bus; then the bus silent.
     let log = body(0) + &lines("can0", "124#00", 1..14) + &body(14) + &lines("can0", "124#00", 15..35);
     let log = log + &body(35) + &body(45);
     let lines = replay_changes(&settings, &log);
     let turn: Vec<_> = lines.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
-    assert_eq!(
-        turn,
-        [
-            "turn_indicators unknown: no frame of BODY (123) on can0 yet",
-            "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
-            "turn_indicators unknown: BODY may have changed: no frame of the vehicle profile on can0",
-        ]
-    );
+    let expected = [
+        "turn_indicators unknown: no frame of BODY (123) on can0 yet",
+        "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
+        "turn_indicators unknown: BODY may have changed: no frame of the vehicle profile on can0",
+    ];
+    assert_eq!(turn, expected);
 }

@@ -32,35 +32,18 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["names"],
 ];
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
+#[rustfmt::skip]
 const PURE_CRATES: &[&str] = &[
-    "can_dbc",
-    "crc",
-    "encoding_rs",
-    "quick_xml",
-    "rand_distr",
-    "rand_pcg",
-    "schemars",
-    "serde",
-    "serde_variant",
-    "strsim",
-    "thiserror",
+    "can_dbc", "crc", "encoding_rs", "quick_xml", "rand_distr", "rand_pcg", "schemars", "serde",
+    "serde_variant", "strsim", "thiserror",
 ];
 /// Parts of the standard library that reach outside the process, wait or share.
 const IMPURE_STD: &[&str] = &["env", "fs", "io", "net", "os", "process", "thread", "sync"];
 /// Names that mean a clock, a random order or a terminal, however they were imported.
+#[rustfmt::skip]
 const IMPURE_NAMES: &[&str] = &[
-    "Instant",
-    "SystemTime",
-    "UNIX_EPOCH",
-    "HashMap",
-    "HashSet",
-    "RandomState",
-    "DefaultHasher",
-    "print",
-    "println",
-    "eprint",
-    "eprintln",
-    "dbg",
+    "Instant", "SystemTime", "UNIX_EPOCH", "HashMap", "HashSet", "RandomState", "DefaultHasher", "print",
+    "println", "eprint", "eprintln", "dbg",
 ];
 const VAGUE_NAMES: &[&str] = &["util", "utils", "common", "manager", "managers", "helper", "helpers", "misc"];
 const MAX_FILE: usize = 500;

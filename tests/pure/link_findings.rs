@@ -52,9 +52,7 @@ BO_ 258 ALIVE: 1 X
 
 fn settings(may_sleep: bool) -> GatewaySettings {
     let sleep = if may_sleep { "may_sleep = true\nheartbeat_messages" } else { "heartbeat_messages" };
-    let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n";
-    let files = MemoryFiles::new([("gateway.toml", gateway), ("car.dbc", DBC)]);
-    files.with("car.toml", PROFILE.replace("heartbeat_messages", sleep)).settings().gateway
+    MemoryFiles::vehicle(&PROFILE.replace("heartbeat_messages", sleep), DBC).settings().gateway
 }
 
 /// A gateway on a bus that is up, without the status changes of its start.
@@ -158,7 +156,7 @@ fn a_normal_sleep_is_no_error_at_any_time_from_falling_asleep_to_waking_up() {
     }
     let errors: Vec<_> = desk.changes.iter().filter(|change| change.level == Level::Error).collect();
     assert!(errors.is_empty(), "{errors:?}");
-    assert_eq!(desk.level_and_message("turn_indicators").1, "publishing");
+    assert_eq!(desk.status_text("turn_indicators"), "OK publishing");
 }
 
 #[test]
@@ -219,14 +217,11 @@ fn bus_off_is_named_as_the_cause_with_how_it_ends() {
         assert_eq!(desk.value("can0", "controller_state_s"), "60");
         desk.error(0x100, &[]);
         desk.send_all(1000);
-        assert_eq!(
-            desk.new_statuses("can0"),
-            [
-                "WARN restarted after bus-off; up, but no frame of the vehicle profile for more than 1000 ms",
-                "OK receiving"
-            ],
-            "back at once with the first frame"
-        );
+        let expected = [
+            "WARN restarted after bus-off; up, but no frame of the vehicle profile for more than 1000 ms",
+            "OK receiving",
+        ];
+        assert_eq!(desk.new_statuses("can0"), expected, "back at once with the first frame");
         assert_eq!(desk.new_statuses("turn_indicators").last().unwrap(), "OK publishing");
         assert_eq!(desk.value("can0", "bus_off_count"), "1");
         assert_eq!(desk.value("can0", "last_error"), "bus-off (61 s ago)");
@@ -296,17 +291,15 @@ fn a_recording_with_error_frames_replays_to_the_same_findings() {
             }
         }
     }
-    assert_eq!(
-        messages,
-        [
-            "error-warning: the bus is disturbed",
-            "error-warning: the bus is disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
-            "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
-            "error-passive: the bus is heavily disturbed",
-            "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
-            "bus-off: receives nothing until it is restarted",
-            "restarted after bus-off; up, but no frame of the vehicle profile for more than 1000 ms",
-        ]
-    );
+    let expected = [
+        "error-warning: the bus is disturbed",
+        "error-warning: the bus is disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
+        "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
+        "error-passive: the bus is heavily disturbed",
+        "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
+        "bus-off: receives nothing until it is restarted",
+        "restarted after bus-off; up, but no frame of the vehicle profile for more than 1000 ms",
+    ];
+    assert_eq!(messages, expected);
     assert_eq!(last, "unknown unknown");
 }

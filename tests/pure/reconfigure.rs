@@ -16,6 +16,7 @@ use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
 
 use crate::support::clock::at;
+use crate::support::files::MemoryFiles;
 
 /// Files of the demo with replacements.
 struct Edited<'a>(&'a [(&'a str, &'a str)]);
@@ -167,17 +168,8 @@ fn counters_and_history_stay_and_the_rate_changes() {
     assert!(car.turn_steps().len() >= 45, "50 Hz");
 }
 
-/// A configuration beside the built-in files.
-struct Written(String);
-
-impl Files for Written {
-    fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
-        if path == Path::new("gateway.toml") { Ok(self.0.clone().into_bytes()) } else { Embedded.read(path) }
-    }
-}
-
 fn written(text: &str) -> GatewaySettings {
-    load(&Written(text.to_owned()), Path::new("gateway.toml"), &Overrides::default()).unwrap().gateway
+    MemoryFiles::new([("gateway.toml", text)]).or_disk().settings().gateway
 }
 
 /// The traffic lights that are shown at each 100 ms of 20 s; at 10 s `other` comes into effect.

@@ -28,20 +28,13 @@ fn each_type_has_one_hash() {
 #[test]
 fn everything_that_is_read_has_a_hash() {
     use signal_gateway::core::turn_signal::planner_input::FactorTopic;
+    #[rustfmt::skip]
     let kinds = [
-        SubscriptionKind::Camera,
-        SubscriptionKind::Clock,
-        SubscriptionKind::Command,
-        SubscriptionKind::Odometry,
-        SubscriptionKind::Route,
-        SubscriptionKind::PlannedPath,
-        SubscriptionKind::Factors(FactorTopic::GoalPlanner),
-        SubscriptionKind::ModifiedGoal,
-        SubscriptionKind::OperationMode,
-        SubscriptionKind::Scenario,
-        SubscriptionKind::HazardRequest,
-        SubscriptionKind::OwnTurnCommand,
-        SubscriptionKind::ControlMode,
+        SubscriptionKind::Camera, SubscriptionKind::Clock, SubscriptionKind::Command,
+        SubscriptionKind::Odometry, SubscriptionKind::Route, SubscriptionKind::PlannedPath,
+        SubscriptionKind::Factors(FactorTopic::GoalPlanner), SubscriptionKind::ModifiedGoal,
+        SubscriptionKind::OperationMode, SubscriptionKind::Scenario, SubscriptionKind::HazardRequest,
+        SubscriptionKind::OwnTurnCommand, SubscriptionKind::ControlMode,
     ];
     let lacks = |(package, name): &(&str, &str)| type_hash(package, name).is_none();
     assert_eq!(kinds.map(|kind| kind.row().type_name).into_iter().filter(lacks).collect::<Vec<_>>(), []);

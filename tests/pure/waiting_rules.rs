@@ -40,13 +40,11 @@ impl Construct {
 }
 
 /// A file, what is allowed there, and why. An exception without a use is a failure.
+#[rustfmt::skip]
 const EXCEPTIONS: &[(&str, Construct, &str)] = &[
     ("src/io/precise_timer.rs", Clock, "a sleep ends no earlier than its time, on any machine"),
-    (
-        "tests/process/log_output.rs",
-        Clock,
-        "counts the lines that a lifetime allows, which are more on a slow machine",
-    ),
+    ("tests/process/log_output.rs", Clock,
+        "counts the lines that a lifetime allows, which are more on a slow machine"),
     ("tests/dds/daemon_on_ros/recording.rs", Clock, "stamps a command with the present"),
     ("tests/dds/forged.rs", Clock, "lets faults last, and hands what it measures to a bystander"),
     ("tests/dds/isolation/busy.rs", Clock, "measures for the documents, and asserts nothing"),
@@ -56,33 +54,21 @@ const EXCEPTIONS: &[(&str, Construct, &str)] = &[
     ("tests/dds/session/lights.rs", Clock, "measures for the documents, and asserts nothing"),
     ("tests/dds/session/process.rs", Clock, "hands a time to the test, with what a bystander saw meanwhile"),
     ("tests/dds/slow/outage.rs", Clock, "measures for the documents, and asserts nothing"),
-    (
-        "tests/support/json_process.rs",
-        ShortDeadline,
-        "the caller's time, in which something may or must not come",
-    ),
-    (
-        "tests/vcan/vcan_bus.rs",
-        Clock,
-        "counts the wake-ups that a time allows, which are more on a slow machine",
-    ),
+    ("tests/support/json_process.rs", ShortDeadline,
+        "the caller's time, in which something may or must not come"),
+    ("tests/vcan/vcan_bus.rs", Clock,
+        "counts the wake-ups that a time allows, which are more on a slow machine"),
     ("tests/vcan/vcan_commands/cases.rs", Clock, "measures for the documents, and asserts nothing"),
     ("tests/vcan/vcan_controller.rs", Clock, "drives the gateway by its own deadlines, as the daemon does"),
-    (
-        "tests/vcan/vcan_controller.rs",
-        ShortDeadline,
-        "drives the gateway by its own deadlines, as the daemon does",
-    ),
+    ("tests/vcan/vcan_controller.rs", ShortDeadline,
+        "drives the gateway by its own deadlines, as the daemon does"),
     ("tests/vcan/vcan_faults/attacks.rs", Clock, "measures for the documents, and asserts nothing"),
     ("tests/vcan/vcan_faults/clock.rs", Clock, "goes on for as long as is asked for"),
     ("tests/vcan/vcan_faults/mod.rs", Clock, "measures for the documents, and asserts nothing"),
     ("tests/vcan/vcan_gateway/reload.rs", Clock, "measures for the documents, and asserts nothing"),
     ("tests/vcan/vcan_gateway/watchers.rs", Clock, "compares times of one run with each other"),
-    (
-        "tests/peer/autoware_drive.py",
-        Sleep,
-        "waits for what may still follow the last cycle, and must not be wrong",
-    ),
+    ("tests/peer/autoware_drive.py", Sleep,
+        "waits for what may still follow the last cycle, and must not be wrong"),
     ("tests/zenoh/fleet.rs", Clock, "measures for the documents, and asserts nothing"),
 ];
 

@@ -11,19 +11,10 @@ use signal_gateway::core::map::osm;
 use signal_gateway::core::map::points::Points;
 use signal_gateway::core::map::projector::Projector;
 
+#[rustfmt::skip]
 const MAPS: [&str; 12] = [
-    "lane_change_road",
-    "consecutive_turns",
-    "chicane",
-    "fork",
-    "bus_bay",
-    "crossing",
-    "helix",
-    "roundabout",
-    "roundabout_untagged",
-    "side_streets",
-    "turn_before_roundabout",
-    "narrow_road",
+    "lane_change_road", "consecutive_turns", "chicane", "fork", "bus_bay", "crossing", "helix", "roundabout",
+    "roundabout_untagged", "side_streets", "turn_before_roundabout", "narrow_road",
 ];
 const SIDES: [&str; 3] = ["None", "Left", "Right"];
 /// Routes end after so many lanelets, or as soon as they are this long, metres.

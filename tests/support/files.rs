@@ -21,6 +21,12 @@ impl MemoryFiles {
         Self { files: files.collect(), has_disk: false }
     }
 
+    /// A configuration of one bus on `can0`, whose vehicle has this profile and this DBC.
+    pub(crate) fn vehicle(profile: &str, dbc: &str) -> Self {
+        let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n";
+        Self::new([("gateway.toml", gateway), ("car.toml", profile), ("car.dbc", dbc)])
+    }
+
     /// One more file, or other contents of a file.
     pub(crate) fn with(mut self, path: &str, contents: impl Into<Vec<u8>>) -> Self {
         self.insert(path, contents);

@@ -142,6 +142,11 @@ impl Cyclone {
         self.start("reader.py", domain, &args.collect::<Vec<_>>())
     }
 
+    /// Likewise, a reader of one topic.
+    pub(crate) fn topic_reader(&self, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
+        self.reader(domain, &[Reading { kind, topic, durability }])
+    }
+
     /// Starts a `writer.py` and waits until every topic is read.
     pub(crate) fn writer(&self, domain: u16, topics: &[Writing<'_>]) -> JsonProcess {
         let args =

@@ -156,10 +156,10 @@ impl VirtualGateway {
         statuses.into_iter().find(|status| status.task == task).unwrap()
     }
 
-    /// Level and message of a task now.
-    pub(crate) fn level_and_message(&self, task: &str) -> (Level, String) {
+    /// Level and message of a task now, as `WARN message`.
+    pub(crate) fn status_text(&self, task: &str) -> String {
         let status = self.status(task);
-        (status.level, status.message)
+        format!("{} {}", status.level, status.message)
     }
 
     /// A key of a task's status now.

@@ -1,11 +1,8 @@
 //! Diagnostics of a real link: of a controller with states, without hardware (the kernel's
 //! serial-line CAN on a pseudo-terminal), of a reader that stalls, of a bus that falls asleep.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-use signal_gateway::config::files::Files;
-use signal_gateway::config::{Overrides, load};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::Level;
@@ -22,6 +19,7 @@ use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame as _, Socket as _, Standa
 use tokio::sync::mpsc::{Receiver, channel};
 use tokio::time::timeout;
 
+use crate::support::files::MemoryFiles;
 use crate::support::prerequisite::require;
 use crate::support::slcan::Adapter;
 use crate::support::vcan::Vcan;
@@ -46,8 +44,8 @@ struct Desk {
 
 impl Desk {
     fn open(interface: &str, receive_buffer_bytes: usize) -> Self {
-        let settings = load(&Texts(interface.to_owned()), Path::new("gateway.toml"), &Overrides::default());
-        let settings = settings.unwrap_or_else(|refused| panic!("{refused}")).gateway;
+        let gateway = format!("profile = \"car.toml\"\n[can.body]\ninterface = \"{interface}\"\n");
+        let settings = MemoryFiles::vehicle(PROFILE, DBC).with("gateway.toml", gateway).settings().gateway;
         let ids = settings.relevant_ids(BUS);
         let (sender, inputs) = channel(64);
         let interface = interface.to_owned();
@@ -151,20 +149,7 @@ fn now(elapsed: Duration) -> Now {
     Now { mono: MonoTime::from_nanos(elapsed), wall: WallStamp::from_nanos(0) }
 }
 
-struct Texts(String);
-
-impl Files for Texts {
-    fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
-        match path.to_str() {
-            Some("gateway.toml") => {
-                Ok(format!("profile = \"car.toml\"\n[can.body]\ninterface = \"{}\"\n", self.0).into())
-            }
-            Some("car.toml") => Ok(PROFILE.into()),
-            Some("car.dbc") => Ok("BO_ 291 TURN: 2 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n".into()),
-            _ => Err(std::io::ErrorKind::NotFound.into()),
-        }
-    }
-}
+const DBC: &str = "BO_ 291 TURN: 2 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n";
 
 /// Long limits: a pause of the machine must not become a silence.
 const PROFILE: &str = r#"

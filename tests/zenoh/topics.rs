@@ -51,39 +51,20 @@ fn every_output_arrives_with_its_key_its_token_and_its_attachment() {
     let bench = require!(Bench::new(|role| role.with_lights().with_rosout()));
     let vehicle = |name: &str| format!("vehicle/status/{name}");
     let groups = ("autoware_perception_msgs", "TrafficLightGroupArray");
+    #[rustfmt::skip]
     let topics = [
         ("turn", "turn", vehicle("turn_indicators_status"), TURN, "turn left 5"),
         ("hazard", "hazard", vehicle("hazard_lights_status"), HAZARD, "hazard on 5"),
-        (
-            "diagnostics",
-            "diagnostics",
-            "diagnostics".to_owned(),
-            ("diagnostic_msgs", "DiagnosticArray"),
-            "diagnostics a",
-        ),
-        (
-            "truth",
-            "array_v1",
-            "simulation/traffic_lights".to_owned(),
-            ("traffic_simulator_msgs", "TrafficLightArrayV1"),
-            "lights truth 5",
-        ),
-        (
-            "camera",
-            "signals",
-            "camera/traffic_signals".to_owned(),
-            ("autoware_perception_msgs", "TrafficSignalArray"),
-            "lights camera 5",
-        ),
+        ("diagnostics", "diagnostics", "diagnostics".to_owned(), ("diagnostic_msgs", "DiagnosticArray"),
+            "diagnostics a"),
+        ("truth", "array_v1", "simulation/traffic_lights".to_owned(),
+            ("traffic_simulator_msgs", "TrafficLightArrayV1"), "lights truth 5"),
+        ("camera", "signals", "camera/traffic_signals".to_owned(),
+            ("autoware_perception_msgs", "TrafficSignalArray"), "lights camera 5"),
         ("v2i", "groups", "external/traffic_signals".to_owned(), groups, "lights v2i 5"),
         ("legacy", "groups", "v2x/traffic_signals".to_owned(), groups, "lights v2i 5"),
-        (
-            "markers",
-            "markers",
-            "traffic_light/marker".to_owned(),
-            ("visualization_msgs", "MarkerArray"),
-            "lights markers 5",
-        ),
+        ("markers", "markers", "traffic_light/marker".to_owned(), ("visualization_msgs", "MarkerArray"),
+            "lights markers 5"),
         ("log", "log", "rosout".to_owned(), ("rcl_interfaces", "Log"), "warn it is late"),
     ];
     let mut readers = vec![];

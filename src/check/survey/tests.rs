@@ -7,7 +7,7 @@ use super::*;
 use crate::check::patch::patch;
 use crate::check::survey_text::recording;
 use crate::check::{CheckReport, Layout};
-use crate::config::files::{DEMO_CONFIG, Disk, Embedded};
+use crate::config::files::{DEMO_CONFIG, Disk, Embedded, TestFiles};
 use crate::config::{Overrides, load, load_profile};
 use crate::core::plausibility::finding::Severity;
 use crate::io::can::log::Log;
@@ -16,6 +16,10 @@ use crate::replay::Routes;
 /// Number of findings from warnings up.
 fn concerns(report: &CheckReport) -> usize {
     report.count(Severity::Warning) + report.count(Severity::Error)
+}
+
+fn text(report: &CheckReport) -> String {
+    report.text(Layout::default())
 }
 
 fn survey(text: &str) -> CheckReport {
@@ -36,21 +40,15 @@ fn waiting_for_the_first_frame_is_not_a_warning() {
     let both = "(1.3) can0 2A5#0000000000000000\n(1.3) can0 2C1#0000000000000000\n(1.5) can0 111#\n";
     for before in ["", "(1.0) can9 111#00\n", "(1.0) can0 111#00\n"] {
         let report = survey(&format!("{before}{both}"));
-        assert_eq!(concerns(&report), 1, "only that nothing is on: {}", report.text(Layout::default()));
+        assert_eq!(concerns(&report), 1, "only that nothing is on: {}", text(&report));
     }
 }
 
 #[test]
 fn the_time_until_the_first_frame_counts_as_unknown() {
-    let report = survey("(1.0) can0 111#00\n(1.3) can0 2A5#0000000000000000\n(1.4) can0 2A5#00\n");
-    assert!(
-        report.text(Layout::default()).contains("turn_indicators unknown once, 0.300 s in all"),
-        "{}",
-        report.text(Layout::default())
-    );
-    assert!(
-        report.text(Layout::default()).contains("turn_indicators would be published for 0.100 s of 0.400 s")
-    );
+    let text = text(&survey("(1.0) can0 111#00\n(1.3) can0 2A5#0000000000000000\n(1.4) can0 2A5#00\n"));
+    assert!(text.contains("turn_indicators unknown once, 0.300 s in all"), "{text}");
+    assert!(text.contains("turn_indicators would be published for 0.100 s of 0.400 s"), "{text}");
 }
 
 /// The Volvo's two bits of counter, and 20 ms between frames.
@@ -68,14 +66,14 @@ fn volvo(counters: &[u8]) -> (Settings, CheckReport) {
 #[test]
 fn rejected_frames_are_a_warning_unless_they_are_the_first() {
     let (settings, report) = volvo(&[0, 1, 2, 3, 0]);
-    let text = "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, no counter before it)";
-    assert!(report.text(Layout::default()).contains(text), "{}", report.text(Layout::default()));
-    assert_eq!(concerns(&report), 1, "only that nothing is on: {}", report.text(Layout::default()));
+    let first = "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, no counter before it)";
+    assert!(text(&report).contains(first), "{}", text(&report));
+    assert_eq!(concerns(&report), 1, "only that nothing is on: {}", text(&report));
     let (_, report) = volvo(&[0, 1, 3, 3, 0, 1, 2]);
-    let text = "warning    Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, no counter before it, \
-                1 repeated counter, 1 counter not in sequence for long enough), 1 lost by the counter";
-    assert!(report.text(Layout::default()).contains(text), "{}", report.text(Layout::default()));
-    assert_eq!(concerns(&report), 2, "{}", report.text(Layout::default()));
+    let rejected = "warning    Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, no counter before it, \
+                    1 repeated counter, 1 counter not in sequence for long enough), 1 lost by the counter";
+    assert!(text(&report).contains(rejected), "{}", text(&report));
+    assert_eq!(concerns(&report), 2, "{}", text(&report));
     let text = super::super::binding(&settings).text(Layout::default());
     assert!(text.contains("integrity check: a counter of 0 to 3 in steps of at most 2"), "{text}");
 }
@@ -117,18 +115,14 @@ fn a_message_that_came_otherwise_is_said() {
 
 #[test]
 fn undefined_values_and_silences_are_warnings() {
-    let report = survey("(1.0) can0 2A5#0000000000000000\n(2.0) can0 2A5#00000A0000000000\n");
+    let text = text(&survey("(1.0) can0 2A5#0000000000000000\n(2.0) can0 2A5#00000A0000000000\n"));
     for concern in [
         "note       BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: once, first at 1.000 s",
         "warning    BCM_TurnIndicators was missing for longer than its limit once, and so was everything else on can0",
         "warning    BCM_Hazard (2C1) was never received on can0",
         "warning    turn_indicators invalid once, 0.000 s in all, first at 1.000 s",
     ] {
-        assert!(
-            report.text(Layout::default()).contains(concern),
-            "{concern}\n{}",
-            report.text(Layout::default())
-        );
+        assert!(text.contains(concern), "{concern}\n{text}");
     }
 }
 
@@ -147,18 +141,9 @@ const CAR: [(&str, &str); 2] = [
     ),
 ];
 
-struct Car;
-
-impl crate::config::files::Files for Car {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let found = CAR.iter().find(|(name, _)| Some(*name) == path.to_str());
-        found.map(|(_, text)| text.as_bytes().to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-}
-
 /// Frames of the car: milliseconds, and the turn signal's raw value.
 fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> CheckReport {
-    let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
+    let settings = load_profile(&TestFiles(&CAR), Path::new("car.toml")).unwrap();
     let mut text = String::new();
     for (index, (ms, turn)) in frames.into_iter().enumerate() {
         let counter = u8::try_from(index % 16).unwrap();
@@ -181,18 +166,16 @@ fn unused_counters_and_checksums_are_proposed_and_sides_that_look_swapped_are_fo
                     checksum = { kind = \"sum8\", signal = \"CHECKSUM\" }\n";
     let (_, profile) = CAR[0];
     let patch = patch(Path::new("car.toml"), profile, "", &report.fixes());
-    assert_eq!(patch, expected, "{}", report.text(Layout::default()));
-    assert_eq!(concerns(&report), 2, "{}", report.text(Layout::default()));
-    let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
+    assert_eq!(patch, expected, "{}", text(&report));
+    assert_eq!(concerns(&report), 2, "{}", text(&report));
+    let settings = load_profile(&TestFiles(&CAR), Path::new("car.toml")).unwrap();
     let text = super::super::binding(&settings).text(Layout::default());
-    assert!(
-        text.contains("turn       LIGHTS.TURN: 0 off, 1 left (\"Right\"), 2 right (\"Left\"); anything"),
-        "{text}"
-    );
-    assert!(
-        text.contains("warning    LIGHTS.TURN: 1 is turn left in the profile and \"Right\" in the DBC"),
-        "{text}"
-    );
+    for part in [
+        "turn       LIGHTS.TURN: 0 off, 1 left (\"Right\"), 2 right (\"Left\"); anything",
+        "warning    LIGHTS.TURN: 1 is turn left in the profile and \"Right\" in the DBC",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
 }
 
 #[test]
@@ -201,37 +184,24 @@ fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
         let found = report.findings().into_iter().find(|finding| finding.text.contains(text));
         found.map(|finding| finding.severity)
     };
-    for (report, text, severity) in [
-        (
-            car(each_100_ms(5_000, |_| 0), 3),
-            "50 of 50 frames with another length: 3 bytes, not 4",
-            Severity::Error,
-        ),
-        (
-            car((0..40).map(|index| (index * 20, u8::from(index % 2 == 0))), 4),
-            "no driver and no lamp",
-            Severity::Error,
-        ),
+    #[rustfmt::skip]
+    let cases = [
+        (car(each_100_ms(5_000, |_| 0), 3), "50 of 50 frames with another length: 3 bytes, not 4",
+            Severity::Error),
+        (car((0..40).map(|index| (index * 20, u8::from(index % 2 == 0))), 4), "no driver and no lamp",
+            Severity::Error),
         (car(each_100_ms(9_000, |ms| u8::from(ms / 300 % 2 == 0)), 4), "kind = \"lamp\"", Severity::Warning),
-        (
-            car(each_100_ms(9_000, |ms| 1 + u8::from(ms / 300 % 2 == 0)), 4),
-            "from one side to the other",
-            Severity::Warning,
-        ),
+        (car(each_100_ms(9_000, |ms| 1 + u8::from(ms / 300 % 2 == 0)), 4), "from one side to the other",
+            Severity::Warning),
         (car(each_100_ms(5_000, |_| 3), 4), "50 frames of 50 with a value that", Severity::Error),
-        (
-            car((0..20).map(|index| (index * 300, 0)), 4),
-            "usually every 300 ms, by the DBC every 100 ms",
-            Severity::Warning,
-        ),
+        (car((0..20).map(|index| (index * 300, 0)), 4), "usually every 300 ms, by the DBC every 100 ms",
+            Severity::Warning),
         (car(each_100_ms(5_000, |_| 0), 4), "nothing but off was received", Severity::Warning),
         (car(each_100_ms(5_000, |_| 2), 4), "the same state was on all the time", Severity::Warning),
-        (
-            car(each_100_ms(5_000, |ms| u8::from(ms > 3_000)), 4),
-            "right was never seen: record it",
-            Severity::Note,
-        ),
-    ] {
-        assert_eq!(weights(&report, text), Some(severity), "{text}\n{}", report.text(Layout::default()));
+        (car(each_100_ms(5_000, |ms| u8::from(ms > 3_000)), 4), "right was never seen: record it",
+            Severity::Note),
+    ];
+    for (report, part, severity) in cases {
+        assert_eq!(weights(&report, part), Some(severity), "{part}\n{}", text(&report));
     }
 }

@@ -161,38 +161,28 @@ mod tests {
     #[test]
     fn a_change_is_shown_by_the_users_key_value_and_unit() {
         let decider = format!("[turn_signal]\nenabled = true\nmap = \"../{MAP}\"\nplanning_hz = 10\n");
-        let restart = |more, from, to| changes_text(&difference(more, from, to).restart);
-        let reload = |more: &str, from, to| {
-            let plan = difference(more, from, to);
-            assert_eq!(plan.restart, [], "{from} → {to}");
-            changes_text(&plan.reloadable)
-        };
-        assert_eq!(
-            restart("[mcap]\nfile_mb = 256\n", "file_mb = 256", "file_mb = 100"),
-            "[mcap] file_mb: 256 → 100"
-        );
-        assert_eq!(
-            restart("", "interface = \"can0\"", "interface = \"can7\""),
-            "[can.body] interface: can0 → can7"
-        );
-        assert_eq!(
-            reload(&decider, "planning_hz = 10\n", "planning_hz = 20.0\n"),
-            "[turn_signal] planning_hz: 10 → 20"
-        );
-        assert_eq!(reload(&decider, "planning_hz = 10\n", ""), "", "the default is the same");
-        assert_eq!(
-            reload("[reports]\n", "[reports]", "[reports]\nrate_hz = 20"),
-            "[reports] rate_hz: 10 → 20"
-        );
+        let decider = decider.as_str();
         let parameter = "planning_hz = 10\nparameters.turn_signal_search_time = 4.5\n";
-        assert_eq!(
-            reload(&decider, "planning_hz = 10\n", parameter),
-            "[turn_signal.parameters] turn_signal_search_time: 3 s → 4.5 s"
-        );
-        assert_eq!(
-            reload("", "[turn]", "[message.BCM_TurnIndicators]\ntimeout_ms = 300\n[turn]"),
-            "vehicle profile [message.BCM_TurnIndicators] timeout_ms: added, 300"
-        );
+        #[rustfmt::skip]
+        let cases = [
+            (true, "[mcap]\nfile_mb = 256\n", "file_mb = 256", "file_mb = 100", "[mcap] file_mb: 256 → 100"),
+            (true, "", "interface = \"can0\"", "interface = \"can7\"", "[can.body] interface: can0 → can7"),
+            (false, decider, "planning_hz = 10\n", "planning_hz = 20.0\n",
+                "[turn_signal] planning_hz: 10 → 20"),
+            // The default is the same.
+            (false, decider, "planning_hz = 10\n", "", ""),
+            (false, "[reports]\n", "[reports]", "[reports]\nrate_hz = 20", "[reports] rate_hz: 10 → 20"),
+            (false, decider, "planning_hz = 10\n", parameter,
+                "[turn_signal.parameters] turn_signal_search_time: 3 s → 4.5 s"),
+            (false, "", "[turn]", "[message.BCM_TurnIndicators]\ntimeout_ms = 300\n[turn]",
+                "vehicle profile [message.BCM_TurnIndicators] timeout_ms: added, 300"),
+        ];
+        for (needs_restart, more, from, to, expected) in cases {
+            let plan = difference(more, from, to);
+            assert!(needs_restart || plan.restart.is_empty(), "{from} → {to}: {:?}", plan.restart);
+            let changes = if needs_restart { &plan.restart } else { &plan.reloadable };
+            assert_eq!(changes_text(changes), expected, "{from} → {to}");
+        }
     }
 
     #[test]

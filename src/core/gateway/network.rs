@@ -232,100 +232,82 @@ fn burden_text(burden: Burden) -> &'static str {
 mod tests {
     use super::*;
 
-    fn headline(change: impl FnOnce(&mut NetworkState)) -> (Level, String) {
+    /// Level and message of a network side that has joined and then changed like this, as `WARN message`.
+    fn headline(change: impl FnOnce(&mut NetworkState)) -> String {
         let age = Some(Duration::from_secs(1));
         let mut state = NetworkState { is_up: true, has_echo: true, age, ..NetworkState::default() };
         change(&mut state);
         let status = state.status();
-        (status.level, status.message)
+        format!("{} {}", status.level, status.message)
     }
 
     #[test]
     fn a_failure_is_reported_while_it_lasts_and_for_a_minute() {
         let failed = |state: &mut NetworkState| state.last_failure = Some(NetworkFailure::OutOfMemory);
-        assert_eq!(headline(|_| ()), (Level::Ok, "joined".to_owned()));
+        assert_eq!(headline(|_| ()), "OK joined");
         let down = headline(|state| {
             failed(state);
             state.is_up = false;
         });
-        assert_eq!(down, (Level::Warn, "the network side is down: out of memory".to_owned()));
-        assert_eq!(
-            headline(failed),
-            (Level::Warn, "the network side was replaced: out of memory".to_owned())
-        );
+        assert_eq!(down, "WARN the network side is down: out of memory");
+        assert_eq!(headline(failed), "WARN the network side was replaced: out of memory");
         let later = headline(|state| {
             failed(state);
             state.age = Some(RECENT);
         });
-        assert_eq!(later, (Level::Ok, "joined".to_owned()));
+        assert_eq!(later, "OK joined");
     }
 
     #[test]
     fn what_weighs_on_it_is_said_while_it_lasts() {
-        let message = |change: fn(&mut NetworkState)| headline(change).1;
+        let burden = |burden| headline(|state| state.burden = Some(burden));
         let failed = |state: &mut NetworkState| {
             (state.last_failure, state.recent_ends) = (Some(NetworkFailure::Signalled(9)), 12);
         };
-        assert_eq!(message(failed), "the network side was replaced again and again: killed by signal 9");
-        assert_eq!(message(|state| state.burden = Some(Burden::Busy)), "joined, but takes a whole processor");
-        assert_eq!(
-            message(|state| state.burden = Some(Burden::Crowd)),
-            "joined, but with more peers than a network has"
-        );
-        assert_eq!(
-            message(|state| state.burden = Some(Burden::Unheard)),
-            "joined, but what it sends does not arrive at a reader of its own"
-        );
+        let again = "WARN the network side was replaced again and again: killed by signal 9";
+        assert_eq!(headline(failed), again);
+        assert_eq!(burden(Burden::Busy), "WARN joined, but takes a whole processor");
+        assert_eq!(burden(Burden::Crowd), "WARN joined, but with more peers than a network has");
+        let unheard = "WARN joined, but what it sends does not arrive at a reader of its own";
+        assert_eq!(burden(Burden::Unheard), unheard);
         let taken_anew =
             |seconds| headline(|state| state.since_taken_anew = Some(Duration::from_secs(seconds)));
-        assert_eq!(
-            taken_anew(59),
-            (
-                Level::Warn,
-                "joined; numbers far ahead came under a writer's identity, and it was taken anew".to_owned()
-            )
-        );
-        assert_eq!(taken_anew(60), (Level::Ok, "joined".to_owned()));
+        let anew = "WARN joined; numbers far ahead came under a writer's identity, and it was taken anew";
+        assert_eq!([taken_anew(59), taken_anew(60)], [anew, "OK joined"]);
     }
 
     #[test]
     fn zenoh_wants_a_connection_with_anybody() {
         let links = |routers, peers| ZenohLinks { routers, peers, lost: 3, unreachable: vec![] };
-        let level = |links| headline(|state| state.links = Some(links)).0;
-        let looking = (Level::Ok, "joined, looking for a Zenoh router".to_owned());
-        assert_eq!(headline(|state| state.links = Some(links(0, 0))), looking);
+        let with = |links| headline(|state| state.links = Some(links));
+        assert_eq!(with(links(0, 0)), "OK joined, looking for a Zenoh router");
         let alone = headline(|state| {
             state.links = Some(links(0, 0));
             state.age = Some(SEARCH);
         });
-        assert_eq!(alone, (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned()));
-        assert_eq!([level(links(1, 0)), level(links(0, 1))], [Level::Ok; 2]);
+        assert_eq!(alone, "WARN joined, but connected with no Zenoh router and no peer");
+        assert_eq!([with(links(1, 0)), with(links(0, 1))], ["OK joined"; 2]);
         let state = NetworkState { links: Some(links(1, 2)), ..NetworkState::default() };
         let values = state.status().values;
-        let expected = [
+        for (key, value) in [
             ("transport", "zenoh"),
             ("zenoh_routers", "1"),
             ("zenoh_peers", "2"),
             ("zenoh_connections_lost", "3"),
-        ];
-        assert!(
-            expected.iter().all(|(key, value)| values.contains(&(*key, (*value).to_owned()))),
-            "{values:?}"
-        );
+        ] {
+            assert!(values.contains(&(key, value.to_owned())), "{key}: {values:?}");
+        }
         let values = NetworkState::default().status().values;
-        assert!(
-            values.contains(&("transport", "dds".to_owned()))
-                && !values.iter().any(|(key, _)| key.starts_with("zenoh"))
-        );
+        assert!(values.contains(&("transport", "dds".to_owned())), "{values:?}");
+        assert!(!values.iter().any(|(key, _)| key.starts_with("zenoh")), "{values:?}");
     }
 
     #[test]
     fn nodes_that_are_there_and_not_connected_are_named() {
         let unreachable = vec!["/planner".to_owned(), "/ns/commander".to_owned()];
         let links = ZenohLinks { routers: 1, peers: 0, lost: 1, unreachable };
-        let (level, message) = headline(|state| state.links = Some(links.clone()));
-        let expected = "lost the connection with /planner, /ns/commander; connecting again";
-        assert_eq!((level, message.as_str()), (Level::Warn, expected));
+        let expected = "WARN lost the connection with /planner, /ns/commander; connecting again";
+        assert_eq!(headline(|state| state.links = Some(links.clone())), expected);
         let values = NetworkState { links: Some(links), ..NetworkState::default() }.status().values;
         assert!(values.contains(&("zenoh_unreachable", "/planner, /ns/commander".to_owned())), "{values:?}");
     }

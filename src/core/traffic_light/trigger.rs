@@ -256,12 +256,9 @@ mod tests {
     }
 
     fn time_condition() -> impl Strategy<Value = Condition> {
+        #[rustfmt::skip]
         let rules = vec![
-            Rule::EqualTo,
-            Rule::NotEqualTo,
-            Rule::GreaterThan,
-            Rule::GreaterOrEqual,
-            Rule::LessThan,
+            Rule::EqualTo, Rule::NotEqualTo, Rule::GreaterThan, Rule::GreaterOrEqual, Rule::LessThan,
             Rule::LessOrEqual,
         ];
         let edges = vec![Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling, Edge::Sticky];

@@ -3,18 +3,9 @@
 use serde_json::Value;
 
 const COLORS: [&str; 5] = ["unknown", "red", "amber", "green", "white"];
+#[rustfmt::skip]
 const SHAPES: [&str; 11] = [
-    "unknown",
-    "circle",
-    "left",
-    "right",
-    "up",
-    "upLeft",
-    "upRight",
-    "down",
-    "downLeft",
-    "downRight",
-    "cross",
+    "unknown", "circle", "left", "right", "up", "upLeft", "upRight", "down", "downLeft", "downRight", "cross",
 ];
 const STATUSES: [&str; 4] = ["unknown", "off", "on", "flashing"];
 

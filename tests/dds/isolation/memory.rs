@@ -5,7 +5,7 @@ mod slow {
 
     use super::super::{is_up, next_network_process, status_if_there};
     use crate::dds::session::{Role, assert_no_restart};
-    use crate::support::peer::{Cyclone, Reading, domain};
+    use crate::support::peer::{Cyclone, domain};
     use crate::support::prerequisite::require;
     use crate::support::waiting::{let_pass, wait_until};
 
@@ -17,9 +17,8 @@ mod slow {
         let cyclone = require!(Cyclone::on_loopback()).keeping(1);
         let domain = domain();
         let gateway = Role::new(domain).with_lights().only_on("127.0.0.1").isolated().start();
-        let groups =
-            Reading { kind: "groups", topic: "rt/external/traffic_signals", durability: "transient_local" };
-        let _reader = cyclone.reader(domain, &[groups]);
+        let topic = "rt/external/traffic_signals";
+        let _reader = cyclone.topic_reader(domain, "groups", topic, "transient_local");
         gateway.wait_until("a reader", |status| is_up(status) && status["lights"][2] == 1);
         let process = next_network_process(gateway.id(), None);
         gateway.send(STREAM);

@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::delivery::{TURN, is_report};
 use super::session::{Gateway, Role};
 use crate::support::json_process::Mark;
-use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process, ros_in};
 use crate::support::rtps::{Attack, Mutations, Target, announcement};
@@ -71,8 +71,8 @@ fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_c
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let gateway = Role::new(domain).only_on("127.0.0.1").isolated().start();
-    let turn = [Reading { kind: "turn", topic: TURN, durability: "transient_local" }];
-    let early = cyclone.reader(domain, &turn);
+    let turn_reader = || cyclone.topic_reader(domain, "turn", TURN, "transient_local");
+    let early = turn_reader();
     gateway.send("turn left 1");
     early.next("a report", is_report(2, 1));
     let mut process = next_network_process(gateway.id(), None);
@@ -86,7 +86,7 @@ fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_c
         let status = gateway.wait_until("another network side", is_another);
         early.wait_for(mark, "the report again", is_report(2, 1));
         println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", start.elapsed());
-        let late = cyclone.reader(domain, &turn);
+        let late = turn_reader();
         late.next("the current report", is_report(2, 1));
     }
     gateway.send("turn right 2");
@@ -199,8 +199,7 @@ fn the_daemon_reports_its_network_process_which_has_few_privileges_left() {
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));
-    let diagnostics = [Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" }];
-    let reader = cyclone.reader(domain, &diagnostics);
+    let reader = cyclone.topic_reader(domain, "diagnostics", "rt/diagnostics", "volatile");
     // As a shell may leave it to whatever it starts.
     let left_open = File::open(folder.path().join("gateway.toml")).unwrap();
     rustix::io::fcntl_setfd(&left_open, FdFlags::empty()).unwrap();
@@ -258,8 +257,7 @@ fn log_lines_that_the_network_process_drops_are_counted() {
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));
-    let diagnostics = [Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" }];
-    let reader = cyclone.reader(domain, &diagnostics);
+    let reader = cyclone.topic_reader(domain, "diagnostics", "rt/diagnostics", "volatile");
     let (unread, full) = std::io::pipe().unwrap();
     let gateway = Process::run_with(&folder, |command| {
         command.env("RUST_LOG", "off,rustdds=trace").stderr(full);

@@ -359,16 +359,14 @@ fn the_control_mode_may_come_from_a_signal() {
     }
     let status = |level, text: &str| (level, text.to_owned());
     let unknown = status(Level::Warn, "control mode unknown: nothing is requested of the vehicle");
-    assert_eq!(
-        requested,
-        [
-            ("-", status(Level::Ok, "control mode MANUAL")),
-            ("left", status(Level::Ok, "control mode AUTONOMOUS")),
-            ("any turn", status(Level::Ok, "control mode AUTONOMOUS_VELOCITY_ONLY")),
-            ("-", status(Level::Error, "undefined control mode 3")),
-            ("-", unknown),
-        ]
-    );
+    let expected = [
+        ("-", status(Level::Ok, "control mode MANUAL")),
+        ("left", status(Level::Ok, "control mode AUTONOMOUS")),
+        ("any turn", status(Level::Ok, "control mode AUTONOMOUS_VELOCITY_ONLY")),
+        ("-", status(Level::Error, "undefined control mode 3")),
+        ("-", unknown),
+    ];
+    assert_eq!(requested, expected);
 }
 
 #[test]

@@ -286,20 +286,10 @@ fn the_driver_is_left_alone_and_the_command_comes_back() {
 
 #[test]
 fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
-    let table = [
-        (
-            "fault ignore-commands",
-            "commanded left, but the vehicle still reports off",
-            "commanded left, but the vehicle reports off",
-        ),
-        (
-            "fault false-report off",
-            "commanded left, but the vehicle still reports off",
-            "commanded left, but the vehicle reports off",
-        ),
-    ];
+    let warning = (Level::Warn, "commanded left, but the vehicle still reports off");
+    let error = (Level::Error, "commanded left, but the vehicle reports off");
     for name in commanding() {
-        for (fault, warning, error) in table {
+        for fault in ["fault ignore-commands", "fault false-report off"] {
             let mut car = Loop::shipped(name);
             car.mode(AUTONOMOUS);
             car.command(DISABLE, HAZARD_OFF, 2000);
@@ -308,7 +298,7 @@ fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
             car.command(LEFT, HAZARD_OFF, 5000);
             let news = car.news_since(since);
             let at = |expected: (Level, &str)| news.iter().position(|news| *news == expected);
-            let (warned, failed) = (at((Level::Warn, warning)), at((Level::Error, error)));
+            let (warned, failed) = (at(warning), at(error));
             assert!(warned.is_some() && warned < failed, "{name} {fault}: {news:?}");
             let since = car.at;
             car.request("clear", 5000);

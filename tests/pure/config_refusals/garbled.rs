@@ -6,33 +6,11 @@ use crate::pure::config_refusals::{load_texts, sound};
 use crate::support::property::for_all;
 
 /// Pieces that mean something to the reader.
+#[rustfmt::skip]
 const PIECES: &[&str] = &[
-    "[",
-    "]",
-    "\"",
-    "=",
-    "{",
-    "}",
-    "..=",
-    "-1",
-    "0x",
-    "99999999999999999999",
-    "\n",
-    "#",
-    "nan",
-    "ä",
-    "'''",
-    "[turn]",
-    "[hazard]",
-    "signal",
-    "fitted = false",
-    "both = [3]",
-    "from = \"reason\"",
-    "[message.BLINK]",
-    "\"4..=7\"",
-    "\"-9..=170141183460469231731687303715884105727\"",
-    "[[turn.fault_signal]]",
-    "\u{FEFF}",
+    "[", "]", "\"", "=", "{", "}", "..=", "-1", "0x", "99999999999999999999", "\n", "#", "nan", "ä", "'''",
+    "[turn]", "[hazard]", "signal", "fitted = false", "both = [3]", "from = \"reason\"", "[message.BLINK]",
+    "\"4..=7\"", "\"-9..=170141183460469231731687303715884105727\"", "[[turn.fault_signal]]", "\u{FEFF}",
 ];
 
 #[derive(Debug, Clone)]

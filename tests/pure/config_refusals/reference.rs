@@ -81,6 +81,9 @@ BO_ 259 V2X: 8 X
  SG_ CONFIDENCE : 32|7@1+ (1,0) [0|127] \"\" X
 ";
 
+/// A configuration with a profile whose bus is `body`.
+const GATEWAY: &str = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
+
 const SCENARIO: &str = "init = [{ set = \"11\", state = \"red\" }]\n";
 
 fn texts(gateway: String, profile: String) -> MemoryFiles {
@@ -211,7 +214,6 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     ];
     let bus = section(&sections, "[bus.body]").join("\n");
     let message = section(&sections, "[message.BLINKERS]").join("\n");
-    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
     let mut profiles = BTreeSet::new();
     for turn in [&enumerated, &pair, &lever, &both, &lamps, &stalk, &several, &of(&["fitted"])] {
         for hazard in &hazards {
@@ -226,7 +228,7 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
                 "name = \"x\"\n[bus.body]\n{bus}\n[message.LAMPS]\ntimeout_ms = 100\n{blinkers}\n\
                  [turn]\n{rest}{turn}\n[[turn.fault_signal]]\n{faults}\n[hazard]\n{hazard}\n"
             );
-            assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+            assert_accepted(&profile, &texts(GATEWAY.to_owned(), profile.clone()));
             profiles.insert(profile);
         }
     }
@@ -252,7 +254,6 @@ fn every_key_of_a_v2x_unit_is_accepted_in_each_of_its_forms() {
     let arrow = numbers.clone() + &of(&["arrow"]);
     assert_eq!(all.len(), 11);
     let status = section(&sections, "[[v2i.status]]").join("\n");
-    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
     for (form, states) in
         [(&one, &texts_of), (&one, &numbers), (&one, &arrow), (&many, &texts_of), (&many, &numbers)]
     {
@@ -260,7 +261,7 @@ fn every_key_of_a_v2x_unit_is_accepted_in_each_of_its_forms() {
             "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.V2X.timeout_ms = 500\n\
              [[v2i]]\n{both}{form}{states}[[v2i.status]]\n{status}\n"
         );
-        assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+        assert_accepted(&profile, &texts(GATEWAY.to_owned(), profile.clone()));
     }
 }
 
@@ -282,8 +283,7 @@ fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
     let button = of("[command.message.hazard]", &[]);
     let mode = of("[command.control_mode]", &[]);
     let driver = of("[[command.driver]]", &[]);
-    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n\
-                   [command]\ncontrol_mode = \"signal\"\n";
+    let gateway = format!("{GATEWAY}[command]\ncontrol_mode = \"signal\"\n");
     let forms = [
         format!("{message}[command.message.turn]\n{turn}[command.message.hazard]\n{level}"),
         format!("{message}[command.message.turn]\n{turn}[command.message.hazard]\n{button}"),
@@ -297,7 +297,7 @@ fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
              hazard = {{ from = \"signal\", signal = \"BLINKERS.HAZARD\", on = [1], off = [0] }}\n\
              [command.control_mode]\n{mode}[[command.driver]]\n{driver}[[command.message]]\n{form}"
         );
-        assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+        assert_accepted(&profile, &texts(gateway.clone(), profile.clone()));
     }
 }
 
@@ -312,9 +312,8 @@ fn every_key_of_a_provenance_is_accepted() {
          turn = {{ signal = \"BLINKERS.TURN\", off = [0], left = [1], right = [2] }}\nhazard.from = \"unbound\"\n\
          [[provenance]]\n{provenance}\n"
     );
-    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
     let settings =
-        load_texts(&texts(gateway.to_owned(), profile)).unwrap_or_else(|problems| panic!("{problems:?}"));
+        load_texts(&texts(GATEWAY.to_owned(), profile)).unwrap_or_else(|problems| panic!("{problems:?}"));
     let provenance = settings.provenance;
     assert_eq!((provenance.makes.len(), provenance.models.as_str()), (2, "Golf 7 and later"));
     let facts: Vec<_> =

@@ -17,12 +17,9 @@ use crate::support::virtual_gateway::VirtualGateway;
 
 const BUS: BusIndex = BusIndex(0);
 /// Every state of a link in which nothing is received.
+#[rustfmt::skip]
 const LOSSES: [LinkState; 6] = [
-    LinkState::Down,
-    LinkState::Missing,
-    LinkState::NotCan,
-    LinkState::Failed(1),
-    LinkState::Failed(97),
+    LinkState::Down, LinkState::Missing, LinkState::NotCan, LinkState::Failed(1), LinkState::Failed(97),
     LinkState::Ended,
 ];
 

@@ -53,22 +53,14 @@ pub(crate) const CONFLICTS: &[(&str, &str, &[&str])] = &[
 ];
 
 /// Scenarios in which upstream's commands show a weakness that improved ones have not.
+#[rustfmt::skip]
 pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     ("W1", &["slowing_before_turn.toml"]),
     ("W2", &["reroute_short_signal.toml"]),
     ("W3", &["front_on_required_start.toml"]),
-    (
-        "W4",
-        &[
-            "conflict_02_returns.toml",
-            "conflict_05_enclosing.toml",
-            "conflict_06_gap.toml",
-            "conflict_08_same_start.toml",
-            "conflict_10_announced_together.toml",
-            "conflict_12_three_metres_apart.toml",
-            "lane_change_displaced.toml",
-        ],
-    ),
+    ("W4", &["conflict_02_returns.toml", "conflict_05_enclosing.toml", "conflict_06_gap.toml",
+        "conflict_08_same_start.toml", "conflict_10_announced_together.toml",
+        "conflict_12_three_metres_apart.toml", "lane_change_displaced.toml"]),
     ("W5", &["hazard_erased.toml", "side_shift.toml"]),
     ("W6", &["empty_record_at_origin.toml"]),
     ("W7", &["split_turn.toml"]),
@@ -76,63 +68,24 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     ("W9", &["lane_change_left.toml", "lane_change_masked.toml", "lane_change_right_waiting.toml"]),
     ("W10", &["roundabout_entry_short.toml", "roundabout_silent_exit.toml", "roundabout_untagged.toml"]),
     ("W15", &["pull_out_left.toml", "pull_out_right.toml", "pull_out_before_turn.toml"]),
-    (
-        "W18",
-        &[
-            "avoidance_out_and_back.toml",
-            "avoidance_short_gap.toml",
-            "avoidance_early_return.toml",
-            "avoidance_narrow_road.toml",
-            "pull_over.toml",
-            "pull_over_pre_signal.toml",
-            "pull_over_decided_early.toml",
-            "gap_gives_way_to_another.toml",
-        ],
-    ),
-    (
-        "W19",
-        &[
-            "lane_changes_same_side.toml",
-            "lane_changes_one_after_the_other.toml",
-            "lane_change_then_back.toml",
-        ],
-    ),
-    (
-        "W20",
-        &[
-            "helix.toml",
-            "helix_lane_changes.toml",
-            "pull_out_beside_oncoming.toml",
-            "lane_change_past_own_entry.toml",
-            "avoidances_around_a_ring.toml",
-        ],
-    ),
-    (
-        "W21",
-        &[
-            "conflict_05_enclosing.toml",
-            "conflict_09_same_interval.toml",
-            "exit_three_metres_apart.toml",
-            "front_on_required_start.toml",
-            "lane_change_beside_an_exit.toml",
-        ],
-    ),
+    ("W18", &["avoidance_out_and_back.toml", "avoidance_short_gap.toml", "avoidance_early_return.toml",
+        "avoidance_narrow_road.toml", "pull_over.toml", "pull_over_pre_signal.toml",
+        "pull_over_decided_early.toml", "gap_gives_way_to_another.toml"]),
+    ("W19", &["lane_changes_same_side.toml", "lane_changes_one_after_the_other.toml",
+        "lane_change_then_back.toml"]),
+    ("W20", &["helix.toml", "helix_lane_changes.toml", "pull_out_beside_oncoming.toml",
+        "lane_change_past_own_entry.toml", "avoidances_around_a_ring.toml"]),
+    ("W21", &["conflict_05_enclosing.toml", "conflict_09_same_interval.toml", "exit_three_metres_apart.toml",
+        "front_on_required_start.toml", "lane_change_beside_an_exit.toml"]),
     ("W23", &["turn_behind_a_crossing.toml", "turn_behind_a_crossing_by_law.toml"]),
 ];
 
 /// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two signals (W2)
 /// and the ends of shifts (W18) lie elsewhere.
+#[rustfmt::skip]
 pub(crate) const ONLY_A_GAP: &[&str] = &[
-    "avoidance_before_turn.toml",
-    "backing_out.toml",
-    "chicane.toml",
-    "conflict_01_partial.toml",
-    "conflict_04_later_first.toml",
-    "conflict_07_gap_later_first.toml",
-    "gap_before_required_avoidance.toml",
-    "left_then_right.toml",
-    "roundabout_once_around.toml",
-    "roundabout_third_exit.toml",
-    "roundabout_u_turn.toml",
-    "three_candidates.toml",
+    "avoidance_before_turn.toml", "backing_out.toml", "chicane.toml", "conflict_01_partial.toml",
+    "conflict_04_later_first.toml", "conflict_07_gap_later_first.toml", "gap_before_required_avoidance.toml",
+    "left_then_right.toml", "roundabout_once_around.toml", "roundabout_third_exit.toml",
+    "roundabout_u_turn.toml", "three_candidates.toml",
 ];

@@ -58,35 +58,20 @@ fn the_shipped_maps_are_what_the_generator_makes() {
 #[test]
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);
+    #[rustfmt::skip]
     let described: [Described; 12] = [
         ("bus_bay", 8, &[&[101, 102, 103, 104, 111, 112]]),
         ("chicane", 4, &[&[101, 102, 103, 104]]),
         ("consecutive_turns", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
-        (
-            "crossing",
-            20,
-            &[
-                &[101, 111, 402],
-                &[101, 112, 302],
-                &[101, 113, 202],
-                &[201, 211, 102],
-                &[201, 212, 402],
-                &[201, 213, 302],
-                &[301, 311, 202],
-                &[301, 312, 102],
-                &[301, 313, 402],
-                &[401, 411, 302],
-                &[401, 412, 202],
-                &[401, 413, 102],
-            ],
-        ),
+        ("crossing", 20, &[
+            &[101, 111, 402], &[101, 112, 302], &[101, 113, 202], &[201, 211, 102], &[201, 212, 402],
+            &[201, 213, 302], &[301, 311, 202], &[301, 312, 102], &[301, 313, 402], &[401, 411, 302],
+            &[401, 412, 202], &[401, 413, 102],
+        ]),
         ("fork", 8, &[&[101, 102, 104, 106, 108], &[101, 103, 105, 107, 108]]),
         ("helix", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
-        (
-            "lane_change_road",
-            15,
-            &[&[101, 102, 103, 111, 112], &[201, 202, 203, 211, 212], &[301, 302, 303, 311, 312]],
-        ),
+        ("lane_change_road", 15,
+            &[&[101, 102, 103, 111, 112], &[201, 202, 203, 211, 212], &[301, 302, 303, 311, 312]]),
         ("narrow_road", 3, &[&[101, 102, 103]]),
         ("roundabout", 24, &[RING, LEFT_TURN]),
         ("roundabout_untagged", 24, &[RING, LEFT_TURN]),
@@ -145,11 +130,8 @@ fn turns_are_tagged_where_they_are() {
     ] {
         let map = map(name);
         let found = lanelet(&map, id);
-        assert_eq!(
-            (found.turn_direction, found.turn_signal_distance_m),
-            (direction, signal_m),
-            "{name} {id}"
-        );
+        let tags = (found.turn_direction, found.turn_signal_distance_m);
+        assert_eq!(tags, (direction, signal_m), "{name} {id}");
         // A lanelet that is tagged left bends left.
         let points = &found.centerline;
         let yaw = |from: usize| points[from].heading_to_rad(points[from + 1]);

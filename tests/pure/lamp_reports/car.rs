@@ -119,6 +119,15 @@ impl VirtualGateway {
             .filter(|change| ["turn_indicators", "hazard_lights"].contains(&change.task.as_str()))
     }
 
+    /// Level and message of the status of the turn report, as `WARN message`.
+    pub(crate) fn turn_status(&self) -> String {
+        self.status_text("turn_indicators")
+    }
+
+    pub(crate) fn hazard_status(&self) -> String {
+        self.status_text("hazard_lights")
+    }
+
     /// True if a status with this level and message was ever sent.
     pub(crate) fn was_reported(&self, task: &str, level: Level, message: &str) -> bool {
         self.changes_of(task).any(|change| change.level == level && change.message == message)

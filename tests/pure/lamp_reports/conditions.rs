@@ -2,8 +2,6 @@
 
 use proptest::prelude::*;
 
-use signal_gateway::core::diagnostics::Level;
-
 use crate::pure::lamp_reports::car::{BANKS, FLAG, LEFT, STALK, STALK_KEYS, UNBOUND, car};
 use crate::support::property::for_all;
 use crate::support::virtual_gateway::VirtualGateway;
@@ -46,27 +44,26 @@ fn the_flag_chooses_the_bank_and_the_other_one_is_not_looked_at() {
     assert_eq!(car.value("turn_indicators", "source"), "alternative");
     drive(&mut car, 3000..4000, [LEFT, 0b0101, 1]);
     assert_eq!(car.hazard_states(), ["DISABLE", "ENABLE"]);
-    assert_eq!(car.level_and_message("hazard_lights"), (Level::Ok, "publishing".to_owned()));
+    assert_eq!(car.hazard_status(), "OK publishing");
 }
 
 #[test]
 fn an_unknown_flag_makes_the_state_unknown_whatever_the_banks_show() {
     for (flag, text) in [
-        (2, "invalid: FLAG.ALT = 2 is not a defined value"),
-        (3, "unknown: FLAG.ALT = 3 means not available"),
+        (2, "ERROR invalid: FLAG.ALT = 2 is not a defined value"),
+        (3, "ERROR unknown: FLAG.ALT = 3 means not available"),
     ] {
         let mut car = car(&two_banks(UNBOUND));
         drive(&mut car, 0..1000, [LEFT, LEFT, 0]);
         drive(&mut car, 1000..2000, [LEFT, LEFT, flag]);
         assert_eq!(car.turn_reports().last().unwrap().1, "stops", "{text}");
-        assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
+        assert_eq!(car.turn_status(), text);
     }
     let mut car = car(&two_banks(UNBOUND));
     drive(&mut car, 0..1000, [LEFT, LEFT, 0]);
     car.frames(BANKS, 50, 1000..2000, |_| LEFT);
     assert_eq!(car.turn_reports().last().unwrap().1, "stops");
-    let text = "unknown: FLAG is stale, silent for more than 500 ms";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
+    assert_eq!(car.turn_status(), "ERROR unknown: FLAG is stale, silent for more than 500 ms");
 }
 
 #[test]
@@ -74,8 +71,7 @@ fn no_source_applies_when_every_condition_is_off() {
     let mut car = car(&format!("{MESSAGES}[turn]\n{}{UNBOUND}", bank("main", "", [0, 1])));
     drive(&mut car, 0..1000, [LEFT, 0, 1]);
     assert!(car.turn_states().is_empty(), "{:?}", car.turn_states());
-    let text = "unknown: no source applies while FLAG.ALT = 1";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
+    assert_eq!(car.turn_status(), "ERROR unknown: no source applies while FLAG.ALT = 1");
 }
 
 #[test]
@@ -91,7 +87,7 @@ fn a_source_that_does_not_apply_needs_no_fallback_and_contradicts_nobody() {
         car.frame(BANKS, LEFT, ms);
     }
     assert_eq!(car.turn_states(), ["DISABLE"], "by the stalk, which is no fallback");
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Ok, "publishing".to_owned()));
+    assert_eq!(car.turn_status(), "OK publishing");
     drive(&mut car, 6000..6400, [LEFT, 0, 0]);
     assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_LEFT"]);
 }

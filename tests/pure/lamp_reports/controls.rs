@@ -1,7 +1,5 @@
 //! Stalks and buttons that spring back.
 
-use signal_gateway::core::diagnostics::Level;
-
 use crate::pure::lamp_reports::car::{BODY, PANEL, STALK, STALK_KEYS, STATE_KEYS, UNBOUND, car};
 use crate::support::virtual_gateway::VirtualGateway;
 
@@ -30,8 +28,10 @@ fn press(car: &mut VirtualGateway, position: u8, ms: u64, until: u64) {
 fn a_stalk_is_unknown_until_it_was_observed() {
     let mut car = car(&format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}"));
     car.frame(STALK, IDLE, 0);
-    let text = "unknown: observing STALK.POSITION, which may have been pressed before";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
+    assert_eq!(
+        car.turn_status(),
+        "ERROR unknown: observing STALK.POSITION, which may have been pressed before"
+    );
 }
 
 #[test]
@@ -106,14 +106,15 @@ fn each_press_of_the_button_toggles_the_hazard_lights() {
     assert_eq!(seldom.hazard_reports(), [(1000, "DISABLE")], "observed for a second, between two frames");
     let mut car = car(&lights);
     car.frame(PANEL, 0, 0);
-    let text = "unknown: observing PANEL.BUTTON, which may have been pressed before";
-    assert_eq!(car.level_and_message("hazard_lights"), (Level::Error, text.to_owned()));
+    assert_eq!(
+        car.hazard_status(),
+        "ERROR unknown: observing PANEL.BUTTON, which may have been pressed before"
+    );
     let pressed = |ms| u8::from((2000..2500).contains(&ms) || (4000..4300).contains(&ms));
     car.frames(PANEL, 100, 100..6000, pressed);
     assert_eq!(car.hazard_reports(), [(1000, "DISABLE"), (2000, "ENABLE"), (4000, "DISABLE")]);
     car.frame(PANEL, 3, 6000);
-    let text = "unknown: PANEL.BUTTON = 3 means not available".to_owned();
-    assert_eq!(car.level_and_message("hazard_lights"), (Level::Error, text));
+    assert_eq!(car.hazard_status(), "ERROR unknown: PANEL.BUTTON = 3 means not available");
 }
 
 #[test]

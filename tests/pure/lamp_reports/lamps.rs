@@ -9,7 +9,7 @@ use crate::pure::lamp_reports::car::{
 };
 use crate::support::virtual_gateway::VirtualGateway;
 
-const OBSERVING: &str = "unknown: observing the lamps LAMPS.LEFT and LAMPS.RIGHT";
+const OBSERVING: &str = "ERROR unknown: observing the lamps LAMPS.LEFT and LAMPS.RIGHT";
 const BY_LAMPS: &str = "[hazard]\nfrom = \"both_sides\"\n";
 
 fn lights(period: u64, both_on: &str, hazard: &str) -> String {
@@ -93,7 +93,7 @@ fn dark_lamps_are_unknown_until_they_were_observed_for_a_hold() {
     let mut car = car(&lights(50, "hazard", BY_LAMPS));
     car.frame(LAMPS, DARK, 10);
     for task in ["turn_indicators", "hazard_lights"] {
-        assert_eq!(car.level_and_message(task), (Level::Error, OBSERVING.to_owned()));
+        assert_eq!(car.status_text(task), OBSERVING);
     }
     car.frames(LAMPS, 50, 60..1000, |_| DARK);
     // 700 ms of legal darkness and three times 55 ms.
@@ -151,16 +151,14 @@ fn both_lamps_are_invalid_where_the_vehicle_never_shows_them() {
     car.frames(LAMPS, 50, 0..2000, |_| DARK);
     car.frames(LAMPS, 50, 2000..2200, |_| BOTH);
     assert_eq!(car.turn_states(), ["DISABLE", "stops"]);
-    let text = "invalid: LAMPS.LEFT = 1 and LAMPS.RIGHT = 1 at once is not defined";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
+    assert_eq!(car.turn_status(), "ERROR invalid: LAMPS.LEFT = 1 and LAMPS.RIGHT = 1 at once is not defined");
 }
 
 #[test]
 fn a_doubled_rate_is_a_warning_and_the_report_continues() {
     let mut car = observed();
     car.frames(LAMPS, 50, 2000..6000, |ms| if flash(ms, 2000, 350, 50) { LEFT } else { DARK });
-    let text = "bulb failure: LAMPS.LEFT flashes too fast";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Warn, text.to_owned()));
+    assert_eq!(car.turn_status(), "WARN bulb failure: LAMPS.LEFT flashes too fast");
     assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_LEFT"]);
     assert_eq!(car.value("turn_indicators", "invalid_count"), "0");
     assert_eq!(car.value("turn_indicators", "hardware_fault_count"), "0");
@@ -172,10 +170,9 @@ fn a_doubled_rate_is_a_warning_and_the_report_continues() {
 fn a_lamp_that_does_not_flash_is_a_warning_until_it_does() {
     let mut car = observed();
     car.frames(LAMPS, 50, 2000..4000, |_| RIGHT);
-    let text = "LAMPS.RIGHT is lit and does not flash";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Warn, text.to_owned()));
+    assert_eq!(car.turn_status(), "WARN LAMPS.RIGHT is lit and does not flash");
     car.frame(LAMPS, DARK, 4000);
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Ok, "publishing".to_owned()));
+    assert_eq!(car.turn_status(), "OK publishing");
     assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_RIGHT"]);
 }
 
@@ -185,35 +182,29 @@ fn emergency_flashing_is_hazard_with_a_warning() {
     car.frames(LAMPS, 20, 0..2000, |_| DARK);
     car.frames(LAMPS, 20, 2000..5000, |ms| if flash(ms, 2000, 250, 50) { BOTH } else { DARK });
     assert_eq!(car.hazard_states(), ["DISABLE", "ENABLE"]);
-    let text = "emergency flashing: LAMPS.LEFT and LAMPS.RIGHT flash too fast";
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Warn, text.to_owned()));
+    assert_eq!(car.turn_status(), "WARN emergency flashing: LAMPS.LEFT and LAMPS.RIGHT flash too fast");
 }
 
 #[test]
 fn values_without_a_lamp_state_and_silence_stop_the_report() {
     for (byte, text) in [
-        (0b1100, "unknown: LAMPS.RIGHT = 3 means not available"),
-        (0b0010, "hardware fault: LAMPS.LEFT = 2 means fault"),
+        (0b1100, "ERROR unknown: LAMPS.RIGHT = 3 means not available"),
+        (0b0010, "ERROR hardware fault: LAMPS.LEFT = 2 means fault"),
     ] {
         let mut car = observed();
         car.frame(LAMPS, byte, 2000);
-        assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
+        assert_eq!(car.turn_status(), text);
         assert_eq!(car.turn_states(), ["DISABLE", "stops"]);
         car.frame(LAMPS, DARK, 2050);
-        assert_eq!(
-            car.level_and_message("turn_indicators"),
-            (Level::Error, OBSERVING.to_owned()),
-            "blind meanwhile"
-        );
+        assert_eq!(car.turn_status(), OBSERVING, "blind meanwhile");
     }
     let mut car = observed();
     car.frames(LAMPS, 50, 2000..2200, |_| LEFT);
     car.pass_until(3000);
-    let text = "unknown: LAMPS is stale, silent for more than 250 ms".to_owned();
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text));
+    assert_eq!(car.turn_status(), "ERROR unknown: LAMPS is stale, silent for more than 250 ms");
     assert_eq!(car.turn_reports().last(), Some(&(2400, "stops")));
     car.frame(LAMPS, DARK, 3500);
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, OBSERVING.to_owned()));
+    assert_eq!(car.turn_status(), OBSERVING);
 }
 
 #[test]
@@ -227,7 +218,7 @@ fn lamps_that_were_lit_before_a_lost_link_do_not_count_after_it() {
         // Within the hold of the last light.
         car.frames(LAMPS, 50, 2250..2900, |_| DARK);
         assert_eq!(car.turn_states().last(), Some(&"stops"), "{:?}", car.turn_reports());
-        assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, OBSERVING.to_owned()));
+        assert_eq!(car.turn_status(), OBSERVING);
         car.frames(LAMPS, 50, 2900..3300, |_| DARK);
         assert_eq!(car.turn_reports().last(), Some(&(2250 + 865, "DISABLE")));
     }

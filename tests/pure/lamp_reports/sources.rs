@@ -52,13 +52,11 @@ fn a_lasting_disagreement_is_a_warning_that_names_both() {
     drive(&mut car, 0..2100, |_| 0, |_| DARK);
     drive(&mut car, 2100..5000, |_| 2, flashing(LEFT));
     assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_RIGHT"], "the first source counts");
-    let text = "sources disagree: state = right is used, but lamps = left";
-    let warning = (Level::Warn, text.to_owned());
-    assert_eq!(car.level_and_message("turn_indicators"), warning);
+    assert_eq!(car.turn_status(), "WARN sources disagree: state = right is used, but lamps = left");
     let warned = car.report_changes().find(|change| change.level == Level::Warn).unwrap();
     assert_eq!(millis(warned.at), 3600, "later than 1500 ms after the first different frame");
     drive(&mut car, 5000..8000, |_| 2, |ms| flashing(LEFT)(ms) << 2);
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Ok, "publishing".to_owned()));
+    assert_eq!(car.turn_status(), "OK publishing");
 }
 
 #[test]
@@ -122,11 +120,12 @@ fn hazard_sources_are_fused_as_well() {
         car.frame(LAMPS, DARK, ms);
         car.frame(PANEL, 0, ms);
     }
-    let text = "sources disagree: lamps = off is used, but button = on";
-    assert_eq!(car.level_and_message("hazard_lights"), (Level::Warn, text.to_owned()));
+    assert_eq!(car.hazard_status(), "WARN sources disagree: lamps = off is used, but button = on");
     // Without lamps the button stands in.
     car.frames(PANEL, 50, 4000..5000, |_| 0);
     assert_eq!(car.hazard_states(), ["DISABLE", "ENABLE"]);
-    let text = "fallback button: unknown: LAMPS is stale, silent for more than 500 ms";
-    assert_eq!(car.level_and_message("hazard_lights"), (Level::Warn, text.to_owned()));
+    assert_eq!(
+        car.hazard_status(),
+        "WARN fallback button: unknown: LAMPS is stale, silent for more than 500 ms"
+    );
 }

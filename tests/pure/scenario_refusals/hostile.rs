@@ -28,17 +28,15 @@ fn files_that_are_not_scenarios_are_refused_with_a_reason() {
     let many_modifiers = modified(&"{ name: a, list: [b] }, ".repeat(101), "x");
     let latin = b"<OpenSCENARIO>\n<a b='\xFC'/></OpenSCENARIO>";
     let wide = b"\xFF\xFE<\0O\0";
+    #[rustfmt::skip]
     let rows: &[(&str, &[u8], &str)] = &[
         ("s.xosc", b"", "s.xosc:1:1: the file is empty"),
         ("s.yaml", b" \n", "s.yaml:1:1: the file is empty"),
         ("s.toml", b"\xEF\xBB\xBF", "s.toml:1:1: the file is empty"),
         ("s.yaml", b"# nothing\n", "s.yaml:1:1: the file is empty"),
         ("s.xosc", latin, "s.xosc:2:7: this is not UTF-8; save the file as UTF-8"),
-        (
-            "s.yaml",
-            wide,
-            "s.yaml: this is text in UTF-16, not a scenario of traffic lights; save it as UTF-8",
-        ),
+        ("s.yaml", wide,
+            "s.yaml: this is text in UTF-16, not a scenario of traffic lights; save it as UTF-8"),
         ("s.txt", b"x", "s.txt: unknown file extension"),
         ("s", b"x", "s: unknown file extension"),
         ("S.XOSC", b"<Open/>", "S.XOSC:1:1: Open: the root is Open"),
@@ -58,18 +56,12 @@ fn files_that_are_not_scenarios_are_refused_with_a_reason() {
         ("s.yaml", deep_list.as_bytes(), "recursion limit exceeded"),
         ("s.yaml", deep_block.as_bytes(), "nested too deeply"),
         ("s.toml", deep_toml.as_bytes(), "s.toml:1:"),
-        (
-            "s.xosc",
-            xml_laughs.as_bytes(),
-            "s.xosc:1:1: declarations of a document type cannot be read here; remove",
-        ),
+        ("s.xosc", xml_laughs.as_bytes(),
+            "s.xosc:1:1: declarations of a document type cannot be read here; remove"),
         ("s.yaml", yaml_laughs.as_bytes(), "more than 100000 values"),
         ("s.yaml", many.as_bytes(), "more than 100000 values"),
-        (
-            "s.yaml",
-            modifiers_laugh.as_bytes(),
-            "s.yaml:2:35: OpenSCENARIO/RoadNetwork/@a: the values of the scenario modifiers are longer than a file",
-        ),
+        ("s.yaml", modifiers_laugh.as_bytes(),
+            "s.yaml:2:35: OpenSCENARIO/RoadNetwork/@a: the values of the scenario modifiers are longer than a file"),
         ("s.yaml", many_modifiers.as_bytes(), "more than 100 scenario modifiers"),
         ("s.toml", &vec![b'#'; (4 << 20) + 1], "the file is too large: 4194305 bytes"),
     ];

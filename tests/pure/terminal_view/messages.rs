@@ -5,7 +5,6 @@ use std::time::Duration;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::{Color, Modifier};
 use signal_gateway::check::live_messages::LiveMessages;
-use signal_gateway::config::Settings;
 use signal_gateway::config::built_in::BuiltIn;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::load_profile;
@@ -20,10 +19,6 @@ use super::{SIZES, check_model, drawn, text};
 
 const BUS: BusIndex = BusIndex(0);
 
-fn settings() -> Settings {
-    load_profile(&Disk, &BuiltIn::Profile.path("demo_vehicle").unwrap()).unwrap()
-}
-
 fn at(millis: u64) -> Now {
     let wall = WallStamp::from_nanos(i64::try_from(millis).unwrap() * 1_000_000);
     Now { mono: MonoTime::from_millis(millis), wall }
@@ -35,8 +30,9 @@ fn send(messages: &mut LiveMessages<'_>, id: CanId, data: &[u8], millis: u64) {
 }
 
 /// Five seconds of the demo vehicle and of others on its bus: the turn indicators go left after three.
-fn model(settings: &Settings) -> Model {
-    let mut messages = LiveMessages::new(settings);
+fn model() -> Model {
+    let settings = load_profile(&Disk, &BuiltIn::Profile.path("demo_vehicle").unwrap()).unwrap();
+    let mut messages = LiveMessages::new(&settings);
     messages.take(&CanInput::Link { bus: BUS, state: LinkState::Up }, at(0));
     for millis in (0..5_000).step_by(10) {
         let count = u8::try_from(millis / 10 % 256).unwrap();
@@ -86,8 +82,7 @@ fn ids(model: &Model) -> Vec<String> {
 
 #[test]
 fn each_identifier_has_a_row_with_its_data_rate_and_signals() {
-    let settings = settings();
-    let model = model(&settings);
+    let model = model();
     check_model("messages", &model);
     for size in SIZES {
         let shown = text(&model, size);
@@ -99,8 +94,7 @@ fn each_identifier_has_a_row_with_its_data_rate_and_signals() {
 
 #[test]
 fn rows_are_sorted_by_identifier_rate_or_change() {
-    let settings = settings();
-    let mut model = model(&settings);
+    let mut model = model();
     assert_eq!(ids(&model), ["0F0", "2A5", "2C1", "700", "18FDCC27"]);
     press(&mut model, "s");
     assert_eq!(
@@ -138,8 +132,7 @@ fn rows_of_one_rate_keep_their_places() {
 
 #[test]
 fn filter_takes_every_key_until_it_is_kept_and_finds_names_and_values() {
-    let settings = settings();
-    let mut model = model(&settings);
+    let mut model = model();
     assert_eq!(press(&mut model, "/qs"), [None, None, None], "q is a letter of the filter");
     assert_eq!(ids(&model), [""; 0]);
     assert!(text(&model, SIZES[0]).contains("no message contains the filter"));
@@ -158,8 +151,7 @@ fn filter_takes_every_key_until_it_is_kept_and_finds_names_and_values() {
 
 #[test]
 fn changed_bytes_are_lit_and_fade_with_and_without_colours() {
-    let settings = settings();
-    let mut model = model(&settings);
+    let mut model = model();
     let cells = |model: &Model, wanted: fn(&ratatui::buffer::Cell) -> bool| {
         let terminal = drawn(model, SIZES[0]);
         let table = terminal.backend().buffer().content.iter().skip(3 * 50);
@@ -179,8 +171,7 @@ fn changed_bytes_are_lit_and_fade_with_and_without_colours() {
 
 #[test]
 fn paused_table_stands_still_and_its_keys_go_on() {
-    let settings = settings();
-    let mut model = model(&settings);
+    let mut model = model();
     press(&mut model, " ");
     model.show_messages(Vec::new());
     assert_eq!(ids(&model).len(), 5);
@@ -195,8 +186,7 @@ fn paused_table_stands_still_and_its_keys_go_on() {
 
 #[test]
 fn table_is_drawn_in_every_size_with_help_log_and_all_signals() {
-    let settings = settings();
-    let mut model = model(&settings);
+    let mut model = model();
     model.add_line(None, "can0 is down".to_owned());
     for _ in 0..2 {
         for width in (40..140).step_by(9) {

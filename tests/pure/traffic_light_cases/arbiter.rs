@@ -91,161 +91,114 @@ fn check(matching: bool, rows: &[Row]) {
     }
 }
 
+#[rustfmt::skip]
+const MATCHING: &[Row] = &[
+    (209, Confidence, &[E(0, 0, "1001: red"), P(0, "1001: red")], "1001: red"),
+    (0, Confidence, &[P(0, "1001: red"), E(0, 0, "1001: red")], "1001: red"),
+    (211, Confidence, &[E(0, 0, "1002: green"), P(0, "1002: red")], "1002: unknown unknown"),
+    (0, Perception, &[E(0, 0, "1002: green"), P(0, "1002: red")], "1002: unknown unknown"),
+    (0, External, &[E(0, 0, "1002: green"), P(0, "1002: red")], "1002: unknown unknown"),
+    (213, Confidence, &[P(0, "1001: red")], "1001: unknown unknown"),
+    (0, Confidence, &[E(0, 0, "1001: red 0.4")], "1001: unknown unknown"),
+    (0, Confidence, &[P(0, "1001: red up, red left")], "1001: unknown unknown left, unknown unknown up"),
+    (215, Confidence, &[E(0, 0, "9999: red")], ""),
+    (0, Confidence, &[E(0, 0, "9999: red"), P(0, "8888: red; 9999: red")], ""),
+    // Equal: neither status nor confidence nor order counts; perception's elements are passed on.
+    (0, Confidence,
+        &[E(0, 0, "1001: green right 0.9, red flashing 0.2"), P(0, "1001: red 0.5, green right 0.6")],
+        "1001: red 0.5, green right 0.6"),
+    (0, Confidence, &[E(0, 0, "1001: red"), P(0, "1001: red, green right")],
+        "1001: unknown unknown, unknown unknown right"),
+    (0, Confidence, &[E(0, 0, "1001: red right"), P(0, "1001: red")],
+        "1001: unknown unknown, unknown unknown right"),
+    (0, Confidence, &[E(0, 0, "1001:"), P(0, "1001:")], "1001:"),
+    (0, Confidence, &[E(0, 0, "1001:"), P(0, "1001: red")], "1001: unknown unknown"),
+    // A group twice in a message: the last one counts.
+    (0, Confidence, &[E(0, 0, "1001: red"), P(0, "1001: green; 1001: red")], "1001: red"),
+    (0, Confidence, &[E(0, 0, "1001: red; 1001: green"), P(0, "1001: green")], "1001: green"),
+    (217, Perception, &[E(0, 0, "2001: red 0.99"), P(0, "2001: green 0.1")], "2001: green 0.1"),
+    (0, External, &[E(0, 0, "2001: red 0.1"), P(0, "2001: green 0.99")], "2001: red 0.1"),
+    (0, Confidence, &[E(0, 0, "2001: red 0.9"), P(0, "2001: green 0.6")], "2001: red 0.9"),
+    (0, Confidence, &[E(0, 0, "2001: red 0.6"), P(0, "2001: green 0.6")], "2001: green 0.6"),
+    // Only the preferred side's shapes, but with confidence those of both.
+    (0, External, &[E(0, 0, "2001: red"), P(0, "2001: green right")], "2001: red"),
+    (0, Confidence, &[E(0, 0, "2001: red"), P(0, "2001: green right")], "2001: red, green right"),
+    (219, External, &[P(0, "2001: green")], "2001: green"),
+    (0, Perception, &[E(0, 0, "2001: green")], "2001: green"),
+    (0, Confidence, &[P(0, "2001: red 0.5, green 0.6")], "2001: green 0.6"),
+];
+
 #[test]
 fn p_matching() {
-    check(
-        true,
-        &[
-            (209, Confidence, &[E(0, 0, "1001: red"), P(0, "1001: red")], "1001: red"),
-            (0, Confidence, &[P(0, "1001: red"), E(0, 0, "1001: red")], "1001: red"),
-            (211, Confidence, &[E(0, 0, "1002: green"), P(0, "1002: red")], "1002: unknown unknown"),
-            (0, Perception, &[E(0, 0, "1002: green"), P(0, "1002: red")], "1002: unknown unknown"),
-            (0, External, &[E(0, 0, "1002: green"), P(0, "1002: red")], "1002: unknown unknown"),
-            (213, Confidence, &[P(0, "1001: red")], "1001: unknown unknown"),
-            (0, Confidence, &[E(0, 0, "1001: red 0.4")], "1001: unknown unknown"),
-            (
-                0,
-                Confidence,
-                &[P(0, "1001: red up, red left")],
-                "1001: unknown unknown left, unknown unknown up",
-            ),
-            (215, Confidence, &[E(0, 0, "9999: red")], ""),
-            (0, Confidence, &[E(0, 0, "9999: red"), P(0, "8888: red; 9999: red")], ""),
-            // Equal: neither status nor confidence nor order counts; perception's elements are passed on.
-            (
-                0,
-                Confidence,
-                &[E(0, 0, "1001: green right 0.9, red flashing 0.2"), P(0, "1001: red 0.5, green right 0.6")],
-                "1001: red 0.5, green right 0.6",
-            ),
-            (
-                0,
-                Confidence,
-                &[E(0, 0, "1001: red"), P(0, "1001: red, green right")],
-                "1001: unknown unknown, unknown unknown right",
-            ),
-            (
-                0,
-                Confidence,
-                &[E(0, 0, "1001: red right"), P(0, "1001: red")],
-                "1001: unknown unknown, unknown unknown right",
-            ),
-            (0, Confidence, &[E(0, 0, "1001:"), P(0, "1001:")], "1001:"),
-            (0, Confidence, &[E(0, 0, "1001:"), P(0, "1001: red")], "1001: unknown unknown"),
-            // A group twice in a message: the last one counts.
-            (0, Confidence, &[E(0, 0, "1001: red"), P(0, "1001: green; 1001: red")], "1001: red"),
-            (0, Confidence, &[E(0, 0, "1001: red; 1001: green"), P(0, "1001: green")], "1001: green"),
-            (217, Perception, &[E(0, 0, "2001: red 0.99"), P(0, "2001: green 0.1")], "2001: green 0.1"),
-            (0, External, &[E(0, 0, "2001: red 0.1"), P(0, "2001: green 0.99")], "2001: red 0.1"),
-            (0, Confidence, &[E(0, 0, "2001: red 0.9"), P(0, "2001: green 0.6")], "2001: red 0.9"),
-            (0, Confidence, &[E(0, 0, "2001: red 0.6"), P(0, "2001: green 0.6")], "2001: green 0.6"),
-            // Only the preferred side's shapes, but with confidence those of both.
-            (0, External, &[E(0, 0, "2001: red"), P(0, "2001: green right")], "2001: red"),
-            (0, Confidence, &[E(0, 0, "2001: red"), P(0, "2001: green right")], "2001: red, green right"),
-            (219, External, &[P(0, "2001: green")], "2001: green"),
-            (0, Perception, &[E(0, 0, "2001: green")], "2001: green"),
-            (0, Confidence, &[P(0, "2001: red 0.5, green 0.6")], "2001: green 0.6"),
-        ],
-    );
+    check(true, MATCHING);
 }
+
+#[rustfmt::skip]
+const PRIORITY: &[Row] = &[
+    (221, Confidence, &[P(0, "1001: red"), E(0, 0, "1001: green right")], "1001: red, green right"),
+    (223, Confidence, &[E(0, 0, "9999: red")], ""),
+    (0, Confidence, &[E(0, 0, "1002: red; 9999: red; 1001: green")], "1001: green; 1002: red"),
+    (225, Confidence, &[P(0, "1001: red > INTERNAL_ESTIMATION"), E(0, 0, "1001: red > V2I")],
+        "1001: red > INTERNAL_ESTIMATION, V2I"),
+    (0, External, &[E(0, 0, "1001: red > V2I, V2I"), P(0, "1001: red > SIMULATION")],
+        "1001: red > SIMULATION, V2I, V2I"),
+    (227, Confidence, &[E(0, 0, "1001: red > V2I")], "1001: red > V2I"),
+    (0, Confidence, &[P(0, "1001: red > SIMULATION")], "1001: red > SIMULATION"),
+    (229, External, &[E(0, 0, "1001: red")], "1001: red"),
+    (0, External, &[P(0, "1001: red")], "1001: red"),
+    (0, External, &[E(0, 0, "1001: red 0.1"), P(0, "1001: green 0.99")], "1001: red 0.1"),
+    (231, Perception, &[E(0, 0, "1001: red 0.99"), P(0, "1001: green 0.1")], "1001: green 0.1"),
+    (233, Perception, &[E(0, 0, "1001: red")], "1001: red"),
+    (0, Confidence, &[E(0, 0, "1001: red 0.9"), P(0, "1001: green 0.6")], "1001: red 0.9"),
+    (0, Confidence, &[P(0, "1001: green 0.6"), E(0, 0, "1001: red 0.9")], "1001: red 0.9"),
+    // Ties: perception before external, the first before later ones.
+    (0, Confidence, &[E(0, 0, "1001: red 0.6"), P(0, "1001: green 0.6")], "1001: green 0.6"),
+    (0, Confidence, &[P(0, "1001: green, red")], "1001: green"),
+    (0, Confidence, &[P(0, "1001: green; 1001: red, up")], "1001: green, up"),
+    (0, Confidence, &[P(0, "1001: green 0.5; 1001: red 0.6")], "1001: red 0.6"),
+    (0, Confidence, &[E(0, 0, "1001: green; 1001: red")], "1001: red"),
+    (0, External, &[P(0, "1001: red 0.9, up"), E(0, 0, "1001: green 0.1, white 0.2")], "1001: white 0.2, up"),
+    (0, Confidence, &[P(0, "1001: > SIMULATION")], "1001: > SIMULATION"),
+    // In the order of ROS, which is not that of the sort key.
+    (0, Confidence,
+        &[P(0, "1001: cross, lowerRight, lowerLeft, down, upperRight, upperLeft, up, right, left, circle, \
+                green solidOn unknown")],
+        "1001: green solidOn unknown, circle, left, right, up, upperLeft, upperRight, down, lowerLeft, \
+         lowerRight, cross"),
+];
 
 #[test]
 fn p_priority() {
-    check(
-        false,
-        &[
-            (221, Confidence, &[P(0, "1001: red"), E(0, 0, "1001: green right")], "1001: red, green right"),
-            (223, Confidence, &[E(0, 0, "9999: red")], ""),
-            (0, Confidence, &[E(0, 0, "1002: red; 9999: red; 1001: green")], "1001: green; 1002: red"),
-            (
-                225,
-                Confidence,
-                &[P(0, "1001: red > INTERNAL_ESTIMATION"), E(0, 0, "1001: red > V2I")],
-                "1001: red > INTERNAL_ESTIMATION, V2I",
-            ),
-            (
-                0,
-                External,
-                &[E(0, 0, "1001: red > V2I, V2I"), P(0, "1001: red > SIMULATION")],
-                "1001: red > SIMULATION, V2I, V2I",
-            ),
-            (227, Confidence, &[E(0, 0, "1001: red > V2I")], "1001: red > V2I"),
-            (0, Confidence, &[P(0, "1001: red > SIMULATION")], "1001: red > SIMULATION"),
-            (229, External, &[E(0, 0, "1001: red")], "1001: red"),
-            (0, External, &[P(0, "1001: red")], "1001: red"),
-            (0, External, &[E(0, 0, "1001: red 0.1"), P(0, "1001: green 0.99")], "1001: red 0.1"),
-            (231, Perception, &[E(0, 0, "1001: red 0.99"), P(0, "1001: green 0.1")], "1001: green 0.1"),
-            (233, Perception, &[E(0, 0, "1001: red")], "1001: red"),
-            (0, Confidence, &[E(0, 0, "1001: red 0.9"), P(0, "1001: green 0.6")], "1001: red 0.9"),
-            (0, Confidence, &[P(0, "1001: green 0.6"), E(0, 0, "1001: red 0.9")], "1001: red 0.9"),
-            // Ties: perception before external, the first before later ones.
-            (0, Confidence, &[E(0, 0, "1001: red 0.6"), P(0, "1001: green 0.6")], "1001: green 0.6"),
-            (0, Confidence, &[P(0, "1001: green, red")], "1001: green"),
-            (0, Confidence, &[P(0, "1001: green; 1001: red, up")], "1001: green, up"),
-            (0, Confidence, &[P(0, "1001: green 0.5; 1001: red 0.6")], "1001: red 0.6"),
-            (0, Confidence, &[E(0, 0, "1001: green; 1001: red")], "1001: red"),
-            (
-                0,
-                External,
-                &[P(0, "1001: red 0.9, up"), E(0, 0, "1001: green 0.1, white 0.2")],
-                "1001: white 0.2, up",
-            ),
-            (0, Confidence, &[P(0, "1001: > SIMULATION")], "1001: > SIMULATION"),
-            // In the order of ROS, which is not that of the sort key.
-            (
-                0,
-                Confidence,
-                &[P(
-                    0,
-                    "1001: cross, lowerRight, lowerLeft, down, upperRight, upperLeft, up, right, left, circle, \
-                    green solidOn unknown",
-                )],
-                "1001: green solidOn unknown, circle, left, right, up, upperLeft, upperRight, down, lowerLeft, \
-             lowerRight, cross",
-            ),
-        ],
-    );
+    check(false, PRIORITY);
 }
+
+#[rustfmt::skip]
+const STALENESS: &[Row] = &[
+    (237, Confidence, &[P(-5, "1001: red 0.9"), E(0, 0, "1001: green 0.7")], "1001: red 0.9"),
+    (239, Confidence, &[P(-20, "1001: red > SIMULATION"), E(0, 0, "1002: green")], "1002: green"),
+    (0, Confidence, &[P(-10, "1001: red"), E(0, 0, "1002: green")], "1001: red; 1002: green"),
+    (0, Confidence, &[P(-11, "1001: red"), E(0, 0, "1002: green")], "1002: green"),
+    (0, Confidence, &[P(-20, "9999: red"), E(0, 0, "1002: green")], "1002: green"),
+    // Not for good: with the network's newer group gone or perception's stamp near, it counts again.
+    (0, Confidence, &[P(-20, "1001: red"), E(0, 0, "1002: green"), E(-15, 0, "1002: red")],
+        "1001: red; 1002: red"),
+    (0, Confidence, &[P(0, "1001: red"), E(0, 0, "1002: green"), P(49, "1001: red")],
+        "1001: red; 1002: green"),
+    // Alone it is never stale, nor beside an external message without groups.
+    (0, Confidence, &[P(-20, "1001: red"), E(0, 0, "")], "1001: red"),
+    (247, Confidence, &[E(0, 0, "1001: red"), P(60, "1002: green")], "1002: green"),
+    (0, Confidence, &[E(0, 0, "1001: red"), P(50, "1002: green")], "1001: red; 1002: green"),
+    (0, Confidence, &[E(0, 0, "1001: red"), P(-51, "1002: green")], "1002: green"),
+    // Each group has its own stamp; the last write wins, even an older one.
+    (0, Confidence, &[E(0, 0, "1001: red; 1002: red"), E(40, 40, "1002: green"), E(51, 51, "1003: red")],
+        "1002: green; 1003: red"),
+    (0, Confidence, &[E(0, 0, "1001: red"), E(-10, 0, "1001: green")], "1001: green"),
+    (0, Confidence, &[E(50, 0, "1001: red")], "1001: red"),
+];
 
 #[test]
 fn p_staleness() {
-    check(
-        false,
-        &[
-            (237, Confidence, &[P(-5, "1001: red 0.9"), E(0, 0, "1001: green 0.7")], "1001: red 0.9"),
-            (239, Confidence, &[P(-20, "1001: red > SIMULATION"), E(0, 0, "1002: green")], "1002: green"),
-            (0, Confidence, &[P(-10, "1001: red"), E(0, 0, "1002: green")], "1001: red; 1002: green"),
-            (0, Confidence, &[P(-11, "1001: red"), E(0, 0, "1002: green")], "1002: green"),
-            (0, Confidence, &[P(-20, "9999: red"), E(0, 0, "1002: green")], "1002: green"),
-            // Not for good: with the network's newer group gone or perception's stamp near, it counts again.
-            (
-                0,
-                Confidence,
-                &[P(-20, "1001: red"), E(0, 0, "1002: green"), E(-15, 0, "1002: red")],
-                "1001: red; 1002: red",
-            ),
-            (
-                0,
-                Confidence,
-                &[P(0, "1001: red"), E(0, 0, "1002: green"), P(49, "1001: red")],
-                "1001: red; 1002: green",
-            ),
-            // Alone it is never stale, nor beside an external message without groups.
-            (0, Confidence, &[P(-20, "1001: red"), E(0, 0, "")], "1001: red"),
-            (247, Confidence, &[E(0, 0, "1001: red"), P(60, "1002: green")], "1002: green"),
-            (0, Confidence, &[E(0, 0, "1001: red"), P(50, "1002: green")], "1001: red; 1002: green"),
-            (0, Confidence, &[E(0, 0, "1001: red"), P(-51, "1002: green")], "1002: green"),
-            // Each group has its own stamp; the last write wins, even an older one.
-            (
-                0,
-                Confidence,
-                &[E(0, 0, "1001: red; 1002: red"), E(40, 40, "1002: green"), E(51, 51, "1003: red")],
-                "1002: green; 1003: red",
-            ),
-            (0, Confidence, &[E(0, 0, "1001: red"), E(-10, 0, "1001: green")], "1001: green"),
-            (0, Confidence, &[E(50, 0, "1001: red")], "1001: red"),
-        ],
-    );
+    check(false, STALENESS);
 }
 
 #[test]
@@ -265,49 +218,31 @@ fn p_a_map_without_lights_gives_no_groups() {
     assert_eq!(take(&mut arbiter, &P(0, "1001: red")).unwrap()[..], [], "P 235");
 }
 
+#[rustfmt::skip]
+const MATCHING_NODE: &[Row] = &[
+    (253, Confidence, &[E(0, 0, "1001: green"), P(0, "1001: red")], "1001: unknown unknown circle"),
+    (255, Confidence, &[E(0, 0, "1001: red > V2I"), P(0, "1001: red > SIMULATION")],
+        "1001: red > SIMULATION, V2I"),
+    (0, Confidence, &[E(0, 0, "1001: green > V2I"), P(0, "1001: red > SIMULATION")],
+        "1001: unknown unknown > SIMULATION, V2I"),
+    (257, Confidence, &[E(0, 0, "9999: red; 1001: red"), P(0, "1001: red")], "1001: red"),
+    (259, Confidence, &[E(0, 0, "2001: green 0.6"), P(0, "2001: red 0.9")], "2001: red 0.9"),
+];
+
 #[test]
 fn q_node() {
-    check(
-        false,
-        &[
-            (249, Confidence, &[P(0, "1001: green")], "1001: green"),
-            (0, Confidence, &[E(0, 0, "1001: green")], "1001: green"),
-            (
-                261,
-                Confidence,
-                &[E(0, 0, "1002: red 0.5, green right 0.3"), P(0, "1001: green 0.9")],
-                "1001: green 0.9; 1002: red 0.5, green right 0.3",
-            ),
-            (
-                263,
-                Priority::default(),
-                &[E(0, 0, "1001: green 0.7"), P(0, "1001: green 0.9")],
-                "1001: green 0.9",
-            ),
-            (267, Confidence, &[P(0, "1001: red"), E(20, 20, "1001: green")], "1001: green"),
-            (0, Confidence, &[P(0, "1001: red"), E(20, 0, "1001: green")], "1001: green"),
-        ],
-    );
-    check(
-        true,
-        &[
-            (253, Confidence, &[E(0, 0, "1001: green"), P(0, "1001: red")], "1001: unknown unknown circle"),
-            (
-                255,
-                Confidence,
-                &[E(0, 0, "1001: red > V2I"), P(0, "1001: red > SIMULATION")],
-                "1001: red > SIMULATION, V2I",
-            ),
-            (
-                0,
-                Confidence,
-                &[E(0, 0, "1001: green > V2I"), P(0, "1001: red > SIMULATION")],
-                "1001: unknown unknown > SIMULATION, V2I",
-            ),
-            (257, Confidence, &[E(0, 0, "9999: red; 1001: red"), P(0, "1001: red")], "1001: red"),
-            (259, Confidence, &[E(0, 0, "2001: green 0.6"), P(0, "2001: red 0.9")], "2001: red 0.9"),
-        ],
-    );
+    #[rustfmt::skip]
+    let node: [Row; 6] = [
+        (249, Confidence, &[P(0, "1001: green")], "1001: green"),
+        (0, Confidence, &[E(0, 0, "1001: green")], "1001: green"),
+        (261, Confidence, &[E(0, 0, "1002: red 0.5, green right 0.3"), P(0, "1001: green 0.9")],
+            "1001: green 0.9; 1002: red 0.5, green right 0.3"),
+        (263, Priority::default(), &[E(0, 0, "1001: green 0.7"), P(0, "1001: green 0.9")], "1001: green 0.9"),
+        (267, Confidence, &[P(0, "1001: red"), E(20, 20, "1001: green")], "1001: green"),
+        (0, Confidence, &[P(0, "1001: red"), E(20, 0, "1001: green")], "1001: green"),
+    ];
+    check(false, &node);
+    check(true, MATCHING_NODE);
 }
 
 /// Case 265, and that every other input is published once.

@@ -38,6 +38,11 @@ fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
     lights.statuses(at_ns(seconds * SECOND).mono).remove(number)
 }
 
+/// Level and message of a status, as `WARN message`.
+fn shown(status: &Status) -> String {
+    format!("{} {}", status.level, status.message)
+}
+
 #[test]
 fn v2i_states_that_are_no_longer_received_are_removed() {
     for compat in BOTH {
@@ -55,10 +60,7 @@ fn v2i_states_that_are_no_longer_received_are_removed() {
             lights.advance(at_ns(800_000_000));
             assert_eq!(known(&lights), [] as [i64; 0]);
             let of_v2i = status(&lights, 1, 1);
-            assert_eq!(
-                (of_v2i.level, of_v2i.message.as_str()),
-                (Level::Warn, "lights are no longer received")
-            );
+            assert_eq!(shown(&of_v2i), "WARN lights are no longer received");
             assert!(of_v2i.values.contains(&("stale", "2".to_owned())));
             lights.set_states(store, [(11, Some(red())), (21, None)], true, at_ns(900_000_000));
             assert_eq!((known(&lights), status(&lights, 1, 1).level), (vec![11], Level::Ok));
@@ -95,10 +97,7 @@ fn rejected_inputs_are_counted_and_the_others_written() {
         let known: Vec<_> = lights.states(StoreId::CONVENTIONAL).into_keys().collect();
         assert_eq!(known, [12], "removed by their group, then set again: {compat:?}");
         let of_camera = status(&lights, 0, 1);
-        assert_eq!(
-            (of_camera.level, of_camera.message.as_str()),
-            (Level::Warn, "an input for 6 was rejected")
-        );
+        assert_eq!(shown(&of_camera), "WARN an input for 6 was rejected");
         assert!(of_camera.values.contains(&("rejected", "4".to_owned())));
         assert_eq!(status(&lights, 0, 10).level, Level::Ok, "long ago");
         lights.count_rejected(LightChannel::Conventional, 0, at_ns(11 * SECOND));
@@ -199,20 +198,17 @@ fn diagnostics_show_the_phases_and_the_end_of_the_scenario() {
     let of_scenario = |lights: &TrafficLights, at| {
         let status = status(lights, 2, at);
         let controller = status.values.iter().find(|(key, _)| *key == "controller").unwrap().1.clone();
-        (status.level, status.message, controller)
+        format!("{}; {controller}", shown(&status))
     };
-    assert_eq!(of_scenario(&lights, 0), (Level::Ok, "running".to_owned(), "A: no phase yet".to_owned()));
+    assert_eq!(of_scenario(&lights, 0), "OK running; A: no phase yet");
     lights.advance(at_ns(SECOND));
-    assert_eq!(of_scenario(&lights, 1).2, "A: p1, 2.0 s left");
+    assert_eq!(of_scenario(&lights, 1), "OK running; A: p1, 2.0 s left");
     lights.advance(at_ns(4 * SECOND));
-    assert_eq!(of_scenario(&lights, 4).2, "A: p2, until an action");
+    assert_eq!(of_scenario(&lights, 4), "OK running; A: p2, until an action");
     let values = status(&lights, 0, 4).values;
     assert!(values.contains(&("lights", "1".to_owned())) && values.contains(&("unknown", "1".to_owned())));
     lights.apply(&Action::End(false), at_ns(4 * SECOND)).unwrap();
-    assert_eq!(
-        of_scenario(&lights, 4),
-        (Level::Warn, "ended in failure".to_owned(), "A: p2, stopped".to_owned())
-    );
+    assert_eq!(of_scenario(&lights, 4), "WARN ended in failure; A: p2, stopped");
     assert_eq!(status(&engine(Compat::Improved, &[]), 2, 0).message, "no scenario");
 }
 

@@ -37,17 +37,21 @@ fn at(x: f64, y: f64, yaw: f64, speed_mps: f64) -> Bad {
     Bad::Odometry(Odometry { pose: Pose::new(x, y, yaw), speed_mps })
 }
 
+fn input(input: PlannerInput) -> Bad {
+    Bad::PlannerInput(input)
+}
+
 fn factors(topic: FactorTopic, behavior: u16, points: &[(f64, f64)]) -> Bad {
-    Bad::PlannerInput(PlannerInput::Factors { topic, factors: Arc::new([factor(behavior, true, points)]) })
+    input(PlannerInput::Factors { topic, factors: Arc::new([factor(behavior, true, points)]) })
 }
 
 fn planned(points: Vec<PlannedPathPoint>) -> Bad {
-    Bad::PlannerInput(PlannerInput::PlannedPath(points.into()))
+    input(PlannerInput::PlannedPath(points.into()))
 }
 
 fn route_from(start: Pose) -> Bad {
     let route = PlannerRoute { id: 2, start, goal: Pose::default(), segments: segments(&[1]) };
-    Bad::PlannerInput(PlannerInput::Route(Arc::new(route)))
+    input(PlannerInput::Route(Arc::new(route)))
 }
 
 fn spoilt_path() -> Vec<PlannedPathPoint> {
@@ -62,78 +66,36 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
     use Level::{Error, Ok, Warn};
     use TurnCommand::{Disable, Left, NoCommand};
     let mode = OperationMode { mode: 77, is_autoware_control_enabled: false, is_in_transition: true };
-    for (name, bad, turn, level, finding) in [
-        ("empty route", Bad::PlannerInput(route(2, &[])), NoCommand, Error, "the route has no lanelet"),
-        ("lanelet twice", Bad::PlannerInput(route(2, &[1, 2, 1])), NoCommand, Error, "lists lanelet 1 twice"),
-        (
-            "unknown lanelet",
-            Bad::PlannerInput(route(2, &[1, 2, 99])),
-            NoCommand,
-            Error,
-            "lanelet 99 of the route is not",
-        ),
-        (
-            "same id, unknown lanelet",
-            Bad::PlannerInput(route(1, &[1, 98])),
-            NoCommand,
-            Error,
-            "lanelet 98 of the route",
-        ),
-        (
-            "route from nowhere",
-            route_from(Pose::new(NAN, 0.0, 0.0)),
-            NoCommand,
-            Error,
-            "the start of the route is not a number",
-        ),
+    #[rustfmt::skip]
+    let cases = [
+        ("empty route", input(route(2, &[])), NoCommand, Error, "the route has no lanelet"),
+        ("lanelet twice", input(route(2, &[1, 2, 1])), NoCommand, Error, "lists lanelet 1 twice"),
+        ("unknown lanelet", input(route(2, &[1, 2, 99])), NoCommand, Error, "lanelet 99 of the route is not"),
+        ("same id, unknown lanelet", input(route(1, &[1, 98])), NoCommand, Error, "lanelet 98 of the route"),
+        ("route from nowhere", route_from(Pose::new(NAN, 0.0, 0.0)), NoCommand, Error,
+            "the start of the route is not a number"),
         ("x is not a number", at(NAN, 0.0, 0.0, 5.0), NoCommand, Error, "odometry is not a number"),
         ("yaw is not a number", at(36.0, 0.0, NAN, 5.0), NoCommand, Error, "odometry is not a number"),
-        (
-            "speed is not a number",
-            at(36.0, 0.0, 0.0, f64::INFINITY),
-            NoCommand,
-            Error,
-            "odometry is not a number",
-        ),
+        ("speed is not a number", at(36.0, 0.0, 0.0, f64::INFINITY), NoCommand, Error,
+            "odometry is not a number"),
         ("beyond the world", at(1e300, -1e300, 0.0, 5.0), Disable, Ok, "none"),
         ("silent odometry", Bad::Silence(700), NoCommand, Error, "odometry is 700 ms old"),
         ("frozen odometry", Bad::Frozen(700), NoCommand, Error, "odometry is 6"),
         ("an hour is gone", Bad::Jump(3_600_000), NoCommand, Error, "odometry is 36"),
         ("stamps go back", Bad::StampsBack, Left, Ok, "none"),
-        (
-            "no lanes driven",
-            Bad::PlannerInput(PlannerInput::LaneDriving(false)),
-            NoCommand,
-            Ok,
-            "not lane driving",
-        ),
+        ("no lanes driven", input(PlannerInput::LaneDriving(false)), NoCommand, Ok, "not lane driving"),
         ("empty path", planned(Vec::new()), NoCommand, Warn, "the planned path is empty"),
         ("path of one point", planned(vec![path(30.0, 1)[0].clone(); 9]), Left, Ok, "none"),
         ("path with a hole", planned(spoilt_path()), Left, Warn, "point of the planned path is not a number"),
-        (
-            "factor at no pose",
-            factors(LaneChangeLeft, 5, &[(NAN, 0.0), (99.0, 0.0)]),
-            Left,
-            Warn,
-            "lane_change_left",
-        ),
+        ("factor at no pose", factors(LaneChangeLeft, 5, &[(NAN, 0.0), (99.0, 0.0)]), Left, Warn,
+            "lane_change_left"),
         ("factor without end", factors(LaneChangeLeft, 5, &[(40.0, 0.0)]), Left, Warn, "no start and end"),
-        (
-            "avoidance without path",
-            factors(StaticObstacleAvoidance, 5, &[(40.0, 0.0), (50.0, -1.5)]),
-            Left,
-            Warn,
-            "avoidance without a planned path",
-        ),
-        ("unknown mode", Bad::PlannerInput(PlannerInput::OperationMode(mode)), Left, Ok, "none"),
-        (
-            "own command",
-            Bad::PlannerInput(PlannerInput::OwnTurnCommand(EnumOrUnknown::Unknown(200))),
-            Left,
-            Ok,
-            "none",
-        ),
-    ] {
+        ("avoidance without path", factors(StaticObstacleAvoidance, 5, &[(40.0, 0.0), (50.0, -1.5)]), Left,
+            Warn, "avoidance without a planned path"),
+        ("unknown mode", input(PlannerInput::OperationMode(mode)), Left, Ok, "none"),
+        ("own command", input(PlannerInput::OwnTurnCommand(EnumOrUnknown::Unknown(200))), Left, Ok, "none"),
+    ];
+    for (name, bad, turn, level, finding) in cases {
         let mut bench = announcing();
         let before = bench.now.wall;
         match bad {

@@ -12,24 +12,18 @@ use super::line::{record, resolve_at};
 
 const FRONT_M: f64 = 2.0;
 
-fn pair(p: Section, q: Section) -> Candidates {
-    Candidates { intersection: Some(p), manoeuvre: Some(q), ..Candidates::default() }
-}
-
 /// A side with the stretch it is signalled on: start, with the start itself, end, with the end itself.
-pub(crate) type Stretch = (Side, f64, bool, f64, bool);
+type Stretch = (Side, f64, bool, f64, bool);
 
-/// A stretch with both ends.
-const fn closed(side: Side, from: f64, to: f64) -> Stretch {
-    (side, from, true, to, true)
-}
-/// A stretch without its end.
-const fn until(side: Side, from: f64, to: f64) -> Stretch {
-    (side, from, true, to, false)
-}
-/// A stretch without its start.
-const fn after(side: Side, from: f64, to: f64) -> Stretch {
-    (side, from, false, to, true)
+/// Reads `left [-2, 40], right (40, 72]`: intervals as mathematics writes them.
+fn stretches(text: &str) -> Vec<Stretch> {
+    let stretch = |text: &str| {
+        let (side, interval) = text.trim_start_matches(", ").split_once(' ').unwrap();
+        let (from, to) = interval[1..interval.len() - 1].split_once(", ").unwrap();
+        let side = if side == "left" { Left } else { Right };
+        (side, from.parse().unwrap(), interval.starts_with('['), to.parse().unwrap(), interval.ends_with(']'))
+    };
+    text.split_inclusive([']', ')']).map(stretch).collect()
 }
 
 fn expected_at(stretches: &[Stretch], x: f64) -> TurnCommand {
@@ -47,128 +41,76 @@ fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: &Pairw
     }
 }
 
-fn left(desired: [f64; 2], required: [f64; 2]) -> Section {
-    record(Left, desired, required)
+/// Where a record is desired from and to, and required from and to.
+type Places = [i32; 4];
+
+fn left(places: Places) -> Section {
+    side_record(Left, places)
 }
-fn right(desired: [f64; 2], required: [f64; 2]) -> Section {
-    record(Right, desired, required)
+fn right(places: Places) -> Section {
+    side_record(Right, places)
+}
+fn side_record(side: Side, places: Places) -> Section {
+    let [desired_start, desired_end, required_start, required_end] = places.map(f64::from);
+    record(side, [desired_start, desired_end], [required_start, required_end])
 }
 
-pub(crate) fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
-    vec![
-        (
-            "C1",
-            pair(left([0.0, 60.0], [20.0, 40.0]), right([10.0, 72.0], [30.0, 50.0])),
-            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 72.0)],
-        ),
-        (
-            "C2",
-            pair(left([0.0, 80.0], [20.0, 40.0]), right([10.0, 64.0], [30.0, 50.0])),
-            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 64.0), after(Left, 64.0, 80.0)],
-        ),
-        (
-            "C3",
-            pair(left([0.0, 60.0], [20.0, 50.0]), right([10.0, 56.0], [26.0, 38.0])),
-            vec![closed(Left, -2.0, 60.0)],
-        ),
-        (
-            "C3b",
-            pair(left([0.0, 60.0], [20.0, 50.0]), right([10.0, 72.0], [26.0, 38.0])),
-            vec![closed(Left, -2.0, 60.0), after(Right, 60.0, 72.0)],
-        ),
-        (
-            "C4",
-            pair(left([0.0, 72.0], [34.0, 54.0]), right([10.0, 60.0], [20.0, 44.0])),
-            vec![until(Left, -2.0, 8.0), until(Right, 8.0, 32.0), closed(Left, 32.0, 72.0)],
-        ),
-        (
+/// Its name, the records, and the signals of a drive past them.
+type Conflict = (&'static str, Candidates, Vec<Stretch>);
+
+fn pair(name: &'static str, p: Places, q: Places, signals: &str) -> Conflict {
+    let (intersection, manoeuvre) = (Some(left(p)), Some(right(q)));
+    (name, Candidates { intersection, manoeuvre, ..Candidates::default() }, stretches(signals))
+}
+fn three(name: &'static str, [p, q, r]: [Places; 3], signals: &str) -> Conflict {
+    let (intersection, roundabout, manoeuvre) = (Some(left(p)), Some(right(q)), Some(left(r)));
+    (name, Candidates { intersection, roundabout, manoeuvre }, stretches(signals))
+}
+
+pub(crate) fn cases() -> [Conflict; 16] {
+    [
+        pair("C1", [0, 60, 20, 40], [10, 72, 30, 50], "left [-2, 40], right (40, 72]"),
+        pair("C2", [0, 80, 20, 40], [10, 64, 30, 50], "left [-2, 40], right (40, 64], left (64, 80]"),
+        pair("C3", [0, 60, 20, 50], [10, 56, 26, 38], "left [-2, 60]"),
+        pair("C3b", [0, 60, 20, 50], [10, 72, 26, 38], "left [-2, 60], right (60, 72]"),
+        pair("C4", [0, 72, 34, 54], [10, 60, 20, 44], "left [-2, 8), right [8, 32), left [32, 72]"),
+        pair(
             "C5",
-            pair(left([0.0, 80.0], [34.0, 46.0]), right([10.0, 66.0], [22.0, 58.0])),
-            vec![
-                closed(Right, 32.0, 32.0),
-                closed(Left, -2.0, 46.0),
-                after(Right, 46.0, 66.0),
-                after(Left, 66.0, 80.0),
-            ],
+            [0, 80, 34, 46],
+            [10, 66, 22, 58],
+            "right [32, 32], left [-2, 46], right (46, 66], left (66, 80]",
         ),
-        (
-            "C6",
-            pair(left([0.0, 70.0], [20.0, 28.0]), right([10.0, 60.0], [40.0, 50.0])),
-            vec![until(Left, -2.0, 38.0), closed(Right, 38.0, 60.0), after(Left, 60.0, 70.0)],
-        ),
-        (
-            "C7",
-            pair(left([0.0, 80.0], [44.0, 56.0]), right([10.0, 60.0], [18.0, 26.0])),
-            vec![until(Left, -2.0, 8.0), until(Right, 8.0, 42.0), closed(Left, 42.0, 80.0)],
-        ),
-        (
+        pair("C6", [0, 70, 20, 28], [10, 60, 40, 50], "left [-2, 38), right [38, 60], left (60, 70]"),
+        pair("C7", [0, 80, 44, 56], [10, 60, 18, 26], "left [-2, 8), right [8, 42), left [42, 80]"),
+        pair(
             "C8",
-            pair(left([0.0, 80.0], [30.0, 40.0]), right([10.0, 60.0], [30.0, 50.0])),
-            vec![
-                closed(Right, 28.0, 28.0),
-                closed(Left, -2.0, 40.0),
-                after(Right, 40.0, 60.0),
-                after(Left, 60.0, 80.0),
-            ],
+            [0, 80, 30, 40],
+            [10, 60, 30, 50],
+            "right [28, 28], left [-2, 40], right (40, 60], left (60, 80]",
         ),
-        (
-            "C9",
-            pair(left([0.0, 80.0], [30.0, 40.0]), right([10.0, 60.0], [30.0, 40.0])),
-            vec![until(Left, -2.0, 8.0), until(Right, 8.0, 28.0), closed(Left, 28.0, 80.0)],
-        ),
-        (
-            "C10",
-            pair(left([0.0, 80.0], [20.0, 40.0]), right([0.0, 60.0], [30.0, 50.0])),
-            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 60.0), after(Left, 60.0, 80.0)],
-        ),
-        (
-            "C11",
-            pair(left([0.0, 80.0], [30.0, 50.0]), right([0.0, 60.0], [20.0, 40.0])),
-            vec![until(Right, -2.0, 28.0), closed(Left, 28.0, 80.0)],
-        ),
-        (
+        pair("C9", [0, 80, 30, 40], [10, 60, 30, 40], "left [-2, 8), right [8, 28), left [28, 80]"),
+        pair("C10", [0, 80, 20, 40], [0, 60, 30, 50], "left [-2, 40], right (40, 60], left (60, 80]"),
+        pair("C11", [0, 80, 30, 50], [0, 60, 20, 40], "right [-2, 28), left [28, 80]"),
+        pair(
             "same required end",
-            pair(left([0.0, 80.0], [20.0, 40.0]), right([10.0, 60.0], [30.0, 40.0])),
-            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 60.0), after(Left, 60.0, 80.0)],
+            [0, 80, 20, 40],
+            [10, 60, 30, 40],
+            "left [-2, 40], right (40, 60], left (60, 80]",
         ),
-        (
+        three(
             "T1",
-            Candidates {
-                intersection: Some(left([0.0, 90.0], [20.0, 30.0])),
-                roundabout: Some(right([10.0, 100.0], [40.0, 50.0])),
-                manoeuvre: Some(left([30.0, 80.0], [60.0, 70.0])),
-            },
-            vec![
-                until(Left, -2.0, 38.0),
-                until(Right, 38.0, 58.0),
-                closed(Left, 58.0, 80.0),
-                after(Right, 80.0, 100.0),
-            ],
+            [[0, 90, 20, 30], [10, 100, 40, 50], [30, 80, 60, 70]],
+            "left [-2, 38), right [38, 58), left [58, 80], right (80, 100]",
         ),
-        (
+        three(
             "T2",
-            Candidates {
-                intersection: Some(left([0.0, 90.0], [60.0, 70.0])),
-                roundabout: Some(right([10.0, 100.0], [40.0, 50.0])),
-                manoeuvre: Some(left([20.0, 80.0], [22.0, 30.0])),
-            },
-            vec![
-                until(Left, -2.0, 8.0),
-                until(Right, 8.0, 18.0),
-                until(Left, 18.0, 38.0),
-                until(Right, 38.0, 58.0),
-                closed(Left, 58.0, 90.0),
-                after(Right, 90.0, 100.0),
-            ],
+            [[0, 90, 60, 70], [10, 100, 40, 50], [20, 80, 22, 30]],
+            "left [-2, 8), right [8, 18), left [18, 38), right [38, 58), left [58, 90], right (90, 100]",
         ),
-        (
+        three(
             "T3",
-            Candidates {
-                intersection: Some(left([0.0, 60.0], [20.0, 30.0])),
-                roundabout: Some(right([0.0, 60.0], [32.0, 40.0])),
-                manoeuvre: Some(left([0.0, 60.0], [42.0, 50.0])),
-            },
-            vec![closed(Left, -2.0, 30.0), after(Right, 30.0, 40.0), after(Left, 40.0, 60.0)],
+            [[0, 60, 20, 30], [0, 60, 32, 40], [0, 60, 42, 50]],
+            "left [-2, 30], right (30, 40], left (40, 60]",
         ),
     ]
 }

@@ -189,10 +189,8 @@ fn with_an_empty_path_or_a_map_without_lanes_the_manoeuvres_decide_alone() {
         let got = decider(compat).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
         assert_eq!((got.turn, got.basis), (TurnCommand::Left, Basis::ManoeuvreAlone(TurnCommand::Left)));
         let got = decider(compat).decide(&inputs(fresh, &empty, &route), START);
-        assert_eq!(
-            (got.turn, &got.findings[..]),
-            (TurnCommand::NoCommand, &[InputFinding::NoLaneAround][..])
-        );
+        assert_eq!(got.turn, TurnCommand::NoCommand);
+        assert_eq!(got.findings, [InputFinding::NoLaneAround]);
         let pointless = LaneNetwork::new([Lanelet { id: 500, ..Lanelet::default() }], Vec::new());
         let got = decider(compat).decide(&inputs(fresh, &pointless, &route), START);
         assert_eq!(got.findings, [InputFinding::NoDistancePath(PathError::TooShort)]);
@@ -266,10 +264,8 @@ fn a_decision_has_its_reasons() {
     let manoeuvres = [Timed { at: START, value: change(Pose::new(58.0, 100.0, 0.0)) }];
     let whole = inputs(odometry(45.0, 101.55, 0.0, 3.0, START), &road, &route);
     let got = decider(Upstream).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
-    assert_eq!(
-        (got.turn, got.winner(), got.case().is_some()),
-        (TurnCommand::Right, Some(CandidateSource::Intersection), true)
-    );
+    assert_eq!((got.turn, got.winner()), (TurnCommand::Right, Some(CandidateSource::Intersection)));
+    assert!(got.case().is_some());
     let reasons: Vec<_> = reasons(&got).collect();
     let expected = [
         "intersection: won (RIGHT, ds -3.79 de ",

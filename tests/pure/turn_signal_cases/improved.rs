@@ -60,32 +60,22 @@ fn signals(candidates: &Candidates) -> Vec<(f64, TurnCommand)> {
 
 #[test]
 fn c2_and_c5_end_off_by_default() {
-    use Side::{Left, Right};
     for (id, expected) in [
-        ("C1", vec![(Left, -2.0, 40.0), (Right, 40.25, 72.0)]),
-        ("C2", vec![(Left, -2.0, 40.0), (Right, 40.25, 64.0)]),
-        ("C3", vec![(Left, -2.0, 60.0)]),
-        ("C3b", vec![(Left, -2.0, 60.0), (Right, 60.25, 72.0)]),
-        ("C4", vec![(Left, -2.0, 7.75), (Right, 8.0, 31.75), (Left, 32.0, 72.0)]),
-        ("C5", vec![(Left, -2.0, 7.75), (Right, 8.0, 31.75), (Left, 32.0, 46.0), (Right, 46.25, 66.0)]),
-        ("C6", vec![(Left, -2.0, 37.75), (Right, 38.0, 60.0)]),
-        ("C7", vec![(Left, -2.0, 7.75), (Right, 8.0, 41.75), (Left, 42.0, 80.0)]),
-        ("C8", vec![(Left, -2.0, 40.0), (Right, 40.25, 60.0)]),
-        ("C9", vec![(Left, -2.0, 80.0)]),
-        ("C10", vec![(Left, -2.0, 40.0), (Right, 40.25, 60.0)]),
-        ("C11", vec![(Right, -2.0, 27.75), (Left, 28.0, 80.0)]),
-        ("T1", vec![(Left, -2.0, 37.75), (Right, 38.0, 57.75), (Left, 58.0, 80.0)]),
-        (
-            "T2",
-            vec![
-                (Left, -2.0, 7.75),
-                (Right, 8.0, 17.75),
-                (Left, 18.0, 37.75),
-                (Right, 38.0, 57.75),
-                (Left, 58.0, 90.0),
-            ],
-        ),
-        ("T3", vec![(Left, -2.0, 30.0), (Right, 30.25, 40.0), (Left, 40.25, 60.0)]),
+        ("C1", "LEFT -2 to 40, RIGHT 40.25 to 72"),
+        ("C2", "LEFT -2 to 40, RIGHT 40.25 to 64"),
+        ("C3", "LEFT -2 to 60"),
+        ("C3b", "LEFT -2 to 60, RIGHT 60.25 to 72"),
+        ("C4", "LEFT -2 to 7.75, RIGHT 8 to 31.75, LEFT 32 to 72"),
+        ("C5", "LEFT -2 to 7.75, RIGHT 8 to 31.75, LEFT 32 to 46, RIGHT 46.25 to 66"),
+        ("C6", "LEFT -2 to 37.75, RIGHT 38 to 60"),
+        ("C7", "LEFT -2 to 7.75, RIGHT 8 to 41.75, LEFT 42 to 80"),
+        ("C8", "LEFT -2 to 40, RIGHT 40.25 to 60"),
+        ("C9", "LEFT -2 to 80"),
+        ("C10", "LEFT -2 to 40, RIGHT 40.25 to 60"),
+        ("C11", "RIGHT -2 to 27.75, LEFT 28 to 80"),
+        ("T1", "LEFT -2 to 37.75, RIGHT 38 to 57.75, LEFT 58 to 80"),
+        ("T2", "LEFT -2 to 7.75, RIGHT 8 to 17.75, LEFT 18 to 37.75, RIGHT 38 to 57.75, LEFT 58 to 90"),
+        ("T3", "LEFT -2 to 30, RIGHT 30.25 to 40, LEFT 40.25 to 60"),
     ] {
         let (_, candidates, _) = cases().into_iter().find(|(other, ..)| *other == id).unwrap();
         assert_eq!(blinking(signals(&candidates)), expected, "{id}");

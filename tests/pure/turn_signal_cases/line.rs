@@ -56,10 +56,10 @@ pub(crate) fn intervals(
     runs
 }
 
-/// Intervals that blink.
-pub(crate) fn blinking(samples: impl IntoIterator<Item = (f64, TurnCommand)>) -> Vec<(Side, f64, f64)> {
-    let sided = |(signal, from, to): (TurnCommand, f64, f64)| Some((signal.side()?, from, to));
-    intervals(samples).into_iter().filter_map(sided).collect()
+/// Intervals that blink, as `LEFT 0 to 60, RIGHT 61 to 116`.
+pub(crate) fn blinking(samples: impl IntoIterator<Item = (f64, TurnCommand)>) -> String {
+    let blinks = intervals(samples).into_iter().filter(|(signal, ..)| signal.side().is_some());
+    blinks.map(|(signal, from, to)| format!("{signal} {from} to {to}")).collect::<Vec<_>>().join(", ")
 }
 
 /// `from`, then every `step`, up to `to`, without adding up rounding errors.

@@ -54,9 +54,9 @@ fn with_right_turn(compat: DeciderCompat) -> Drive {
 #[test]
 fn l1_to_l3_upstream() {
     for (id, end, expected) in [
-        ("L1", 60.0, vec![(Left, 0.0, 60.0), (Right, 61.0, 116.0)]),
-        ("L2", 105.0, vec![(Left, 0.0, 96.0), (Right, 97.0, 116.0)]),
-        ("L3", 120.0, vec![(Left, 0.0, 36.0), (Right, 37.0, 111.0), (Left, 112.0, 120.0)]),
+        ("L1", 60.0, "LEFT 0 to 60, RIGHT 61 to 116"),
+        ("L2", 105.0, "LEFT 0 to 96, RIGHT 97 to 116"),
+        ("L3", 120.0, "LEFT 0 to 36, RIGHT 37 to 111, LEFT 112 to 120"),
     ] {
         let mut drive = with_right_turn(Upstream);
         let signals = drive.through(samples(0.0, 140.0, 1.0), 10.0, |_| vec![lane_change(Left, None, end)]);
@@ -78,10 +78,10 @@ fn l1_to_l3_upstream() {
 fn improved_a_lane_change_begins_where_the_steering_begins() {
     for (what, start, end, expected) in [
         // 30 m before steering, measured from the front, at the earliest.
-        ("L1, steering at 40", 40.0, 60.0, vec![(Left, 7.0, 60.0), (Right, 61.0, 116.0)]),
-        ("L1, far ahead", 80.0, 95.0, vec![(Right, 37.0, 46.0), (Left, 47.0, 95.0), (Right, 96.0, 116.0)]),
+        ("L1, steering at 40", 40.0, 60.0, "LEFT 7 to 60, RIGHT 61 to 116"),
+        ("L1, far ahead", 80.0, 95.0, "RIGHT 37 to 46, LEFT 47 to 95, RIGHT 96 to 116"),
         // An ongoing lane change is not masked by a turn in range.
-        ("L3, steering at 20", 20.0, 120.0, vec![(Left, 0.0, 120.0)]),
+        ("L3, steering at 20", 20.0, 120.0, "LEFT 0 to 120"),
     ] {
         let mut drive = with_right_turn(Improved);
         let signals =
@@ -108,21 +108,21 @@ fn a_lane_change_that_waits() {
     };
     use LaneChangePhase::{Running, Unsignalled, Waiting};
     for (what, manoeuvres, blinks) in [
-        ("with a path", vec![waiting(Waiting, Some(60.0))], vec![(Left, 0.0, 60.0)]),
-        ("without one: up to the end of the path", vec![waiting(Waiting, None)], vec![(Left, 0.0, 150.0)]),
-        ("running without one", vec![waiting(Running, None)], vec![]),
-        ("of a special kind", vec![waiting(Unsignalled, Some(60.0))], vec![]),
+        ("with a path", vec![waiting(Waiting, Some(60.0))], "LEFT 0 to 60"),
+        ("without one: up to the end of the path", vec![waiting(Waiting, None)], "LEFT 0 to 150"),
+        ("running without one", vec![waiting(Running, None)], ""),
+        ("of a special kind", vec![waiting(Unsignalled, Some(60.0))], ""),
         // 30 + 10 + 3.79 m before the end of the path, 3.79 m earlier for the front; later than the
         // other's end, so the other stays until it is gone.
         (
             "with another signal before",
             vec![lane_change(Right, None, 50.0), waiting(Waiting, Some(140.0))],
-            vec![(Right, 0.0, 50.0)],
+            "RIGHT 0 to 50",
         ),
         (
             "with another signal that lasts",
             vec![lane_change(Right, None, 110.0), waiting(Waiting, Some(140.0))],
-            vec![(Left, 103.0, 140.0)],
+            "LEFT 103 to 140",
         ),
     ] {
         let mut drive = Drive::new(Upstream);
@@ -137,12 +137,12 @@ fn an_avoidance_before_and_behind_a_turn() {
         let mut drive = Drive::new(compat).at_once();
         drive.observed.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
         let signals = drive.through(samples(0.0, 140.0, 1.0), 8.0, |x| vec![avoidance(Right, 50, 80, x)]);
-        assert_eq!(blinking(signals), [(Right, 23.0, 80.0), (Left, 81.0, 116.0)], "before {compat:?}");
+        assert_eq!(blinking(signals), "RIGHT 23 to 80, LEFT 81 to 116", "before {compat:?}");
 
         let mut drive = Drive::new(compat).at_once();
         drive.observed.turns = vec![turn(5, TurnDirection::Left, 60.0, 76.0, 71.0)];
         let signals = drive.through(samples(0.0, 140.0, 1.0), 8.0, |x| vec![avoidance(Right, 90, 120, x)]);
-        assert_eq!(blinking(signals), [(Left, 3.0, 76.0), (Right, 77.0, 120.0)], "behind {compat:?}");
+        assert_eq!(blinking(signals), "LEFT 3 to 76, RIGHT 77 to 120", "behind {compat:?}");
     }
 }
 
@@ -174,7 +174,7 @@ fn wide(compat: DeciderCompat) -> Drive {
 fn p2_pulling_out_before_a_turn() {
     for compat in [Upstream, Improved] {
         let signals = wide(compat).through(samples(1.0, 90.0, 1.0), 4.0, |_| vec![pull_out(true)]);
-        assert_eq!(blinking(signals), [(Right, 1.0, 40.0), (Left, 41.0, 76.0)], "P-2 {compat:?}");
+        assert_eq!(blinking(signals), "RIGHT 1 to 40, LEFT 41 to 76", "P-2 {compat:?}");
     }
 }
 
@@ -242,7 +242,7 @@ fn p5_the_signal_before_a_pull_over_is_decided() {
         let mut drive = Drive::new(compat).at_once();
         drive.parameters.parking_side = parking;
         let signals = drive.through(samples(0.0, 100.0, 1.0), 5.0, |_| vec![undecided()]);
-        assert_eq!(blinking(signals), [(side, 40.0, 85.0)], "P-5 {compat:?}");
+        assert_eq!(blinking(signals), format!("{side} 40 to 85"), "P-5 {compat:?}");
     }
     let mut drive = Drive::new(Upstream);
     let decision = drive.step(50.0, 5.0, &[undecided()]);

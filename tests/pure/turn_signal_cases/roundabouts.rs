@@ -80,87 +80,38 @@ fn drive(setup: Setup, compat: DeciderCompat) -> Drive {
     drive
 }
 
-fn blinks(setup: Setup, compat: DeciderCompat) -> Vec<(Side, f64, f64)> {
+fn blinks(setup: Setup, compat: DeciderCompat) -> String {
     blinking(drive(setup, compat).through(samples(0.0, 200.0, 0.5), 5.0, |_| Vec::new()))
 }
 
-type Case = (&'static str, Setup, Vec<(Side, f64, f64)>, Vec<(Side, f64, f64)>);
-
 /// Id, setup, upstream's signals, improved ones. Without tags, improved announces the exit once
 /// the front is in the ring, 45 m before it at the earliest: from 108.5 on.
-fn cases() -> Vec<Case> {
+#[rustfmt::skip]
+fn cases() -> [(&'static str, Setup, &'static str, &'static str); 13] {
     let none = Setup::default();
     let left_right = Setup { on_entry: Some(Left), on_exit: Some(Right), ..none };
     let listed = Setup { on_exit: Some(Left), exit_listed_right: true, ..none };
-    vec![
-        ("R1", Setup { on_exit: Some(Left), ..none }, vec![(Left, 146.5, 165.0)], vec![(Left, 108.5, 165.0)]),
-        (
-            "R2",
-            Setup { on_exit: Some(Right), ..none },
-            vec![(Right, 146.5, 165.0)],
-            vec![(Right, 108.5, 165.0)],
-        ),
-        (
-            "R3",
-            left_right,
-            vec![(Left, 51.5, 112.0), (Right, 146.5, 165.0)],
-            vec![(Left, 51.5, 108.0), (Right, 108.5, 165.0)],
-        ),
-        (
-            "R4",
-            Setup { persists: true, ..left_right },
-            vec![(Left, 51.5, 146.0), (Right, 146.5, 165.0)],
-            vec![(Left, 51.5, 146.0), (Right, 146.5, 165.0)],
-        ),
-        (
-            "R5",
-            Setup { on_entry: Some(Left), persists: true, ..none },
-            vec![(Left, 51.5, 146.0)],
-            vec![(Left, 51.5, 165.0)],
-        ),
-        ("R6", Setup { on_entry: Some(Left), ..none }, vec![(Left, 51.5, 112.0)], vec![(Left, 51.5, 112.0)]),
-        (
-            "R7",
-            listed,
-            vec![(Right, 51.5, 112.0), (Left, 146.5, 165.0)],
-            vec![(Right, 51.5, 108.0), (Left, 108.5, 165.0)],
-        ),
-        (
-            "R8",
-            Setup { persists: true, ..listed },
-            vec![(Right, 51.5, 146.0), (Left, 146.5, 165.0)],
-            vec![(Right, 51.5, 146.0), (Left, 146.5, 165.0)],
-        ),
-        (
-            "R9",
-            Setup { on_exit: Some(Left), tagged: true, ..none },
-            vec![(Left, 126.5, 165.0)],
-            vec![(Left, 126.5, 165.0)],
-        ),
-        (
-            "R10",
-            Setup { persists: true, tagged: true, ..left_right },
-            vec![(Left, 51.5, 126.0), (Right, 126.5, 165.0)],
-            vec![(Left, 51.5, 126.0), (Right, 126.5, 165.0)],
-        ),
-        (
-            "R11",
-            Setup { entry_distance_m: Some(20.0), ..left_right },
-            vec![(Left, 76.5, 112.0), (Right, 146.5, 165.0)],
-            vec![(Left, 76.5, 108.0), (Right, 108.5, 165.0)],
-        ),
-        (
-            "left comes before right",
-            Setup { exit_listed_left: true, ..listed },
-            vec![(Left, 51.5, 112.0), (Left, 146.5, 165.0)],
-            vec![(Left, 51.5, 165.0)],
-        ),
-        (
-            "behind another exit",
-            Setup { on_exit: Some(Left), other_exit: true, ..none },
-            vec![(Left, 146.5, 165.0)],
-            vec![(Left, 126.5, 165.0)],
-        ),
+    [
+        ("R1", Setup { on_exit: Some(Left), ..none }, "LEFT 146.5 to 165", "LEFT 108.5 to 165"),
+        ("R2", Setup { on_exit: Some(Right), ..none }, "RIGHT 146.5 to 165", "RIGHT 108.5 to 165"),
+        ("R3", left_right, "LEFT 51.5 to 112, RIGHT 146.5 to 165", "LEFT 51.5 to 108, RIGHT 108.5 to 165"),
+        ("R4", Setup { persists: true, ..left_right }, "LEFT 51.5 to 146, RIGHT 146.5 to 165",
+            "LEFT 51.5 to 146, RIGHT 146.5 to 165"),
+        ("R5", Setup { on_entry: Some(Left), persists: true, ..none }, "LEFT 51.5 to 146",
+            "LEFT 51.5 to 165"),
+        ("R6", Setup { on_entry: Some(Left), ..none }, "LEFT 51.5 to 112", "LEFT 51.5 to 112"),
+        ("R7", listed, "RIGHT 51.5 to 112, LEFT 146.5 to 165", "RIGHT 51.5 to 108, LEFT 108.5 to 165"),
+        ("R8", Setup { persists: true, ..listed }, "RIGHT 51.5 to 146, LEFT 146.5 to 165",
+            "RIGHT 51.5 to 146, LEFT 146.5 to 165"),
+        ("R9", Setup { on_exit: Some(Left), tagged: true, ..none }, "LEFT 126.5 to 165", "LEFT 126.5 to 165"),
+        ("R10", Setup { persists: true, tagged: true, ..left_right }, "LEFT 51.5 to 126, RIGHT 126.5 to 165",
+            "LEFT 51.5 to 126, RIGHT 126.5 to 165"),
+        ("R11", Setup { entry_distance_m: Some(20.0), ..left_right }, "LEFT 76.5 to 112, RIGHT 146.5 to 165",
+            "LEFT 76.5 to 108, RIGHT 108.5 to 165"),
+        ("left comes before right", Setup { exit_listed_left: true, ..listed },
+            "LEFT 51.5 to 112, LEFT 146.5 to 165", "LEFT 51.5 to 165"),
+        ("behind another exit", Setup { on_exit: Some(Left), other_exit: true, ..none }, "LEFT 146.5 to 165",
+            "LEFT 126.5 to 165"),
     ]
 }
 

@@ -7,7 +7,6 @@ use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, Turn
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::distance_path::DistancePath;
 use signal_gateway::core::turn_signal::intersection::turns;
-use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 use super::drive::{Drive, straight_lane, turn};
 use super::line::{at, blinking, line, samples};
@@ -33,13 +32,13 @@ fn i1_one_left_lanelet() {
     for compat in [Upstream, Improved] {
         let mut drive = with_left_turn(compat);
         let signals = drive.through(samples(0.0, 116.0, 1.0), 10.0, none);
-        assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I1 {compat:?}");
+        assert_eq!(blinking(signals), "LEFT 37 to 116", "I1 {compat:?}");
         let last = drive.step(116.0, 10.0, &[]);
         assert_eq!(drive.announced_m(&last, 116.0), Some(37.0), "the memory");
         let passed = drive.step(117.0, 10.0, &[]);
         assert_eq!(drive.announced_m(&passed, 117.0), None, "passed");
         let after = drive.through(samples(117.0, 140.0, 1.0), 10.0, none);
-        assert_eq!(blinking(after), []);
+        assert_eq!(blinking(after), "");
     }
 }
 
@@ -94,11 +93,11 @@ fn i3_a_distance_of_its_own() {
         let mut drive = with_left_turn(compat);
         drive.observed.turns[0].search_distance_m = Some(10.0);
         let signals = drive.through(samples(0.0, 130.0, 0.5), 10.0, none);
-        assert_eq!(blinking(signals), [(Left, 86.5, 116.0)], "I3 {compat:?}");
+        assert_eq!(blinking(signals), "LEFT 86.5 to 116", "I3 {compat:?}");
         let mut drive = with_left_turn(compat);
         drive.observed.turns[0].search_distance_m = Some(0.0);
         let signals = drive.through(samples(0.0, 130.0, 0.5), 10.0, none);
-        assert_eq!(blinking(signals), [(Left, 96.5, 116.0)], "distance 0 {compat:?}");
+        assert_eq!(blinking(signals), "LEFT 96.5 to 116", "distance 0 {compat:?}");
     }
 }
 
@@ -112,9 +111,9 @@ fn i4_right_then_left() {
         ];
         drive.through((-100..=700).map(|tenth| f64::from(tenth) / 10.0), 3.0, none)
     };
-    assert_eq!(blinking(two(Upstream)), [(Right, -3.3, 41.3), (Left, 41.4, 62.3)], "I4");
+    assert_eq!(blinking(two(Upstream)), "RIGHT -3.3 to 41.3, LEFT 41.4 to 62.3", "I4");
     // By default half a second passes in between: the first sample after 1.5 m at 3 m/s.
-    assert_eq!(blinking(two(Improved)), [(Right, -3.3, 41.3), (Left, 43.0, 62.3)], "I4 by default");
+    assert_eq!(blinking(two(Improved)), "RIGHT -3.3 to 41.3, LEFT 43 to 62.3", "I4 by default");
 }
 
 #[test]
@@ -136,13 +135,13 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
         turn(3, TurnDirection::Left, 108.0, 116.0, 114.0),
     ];
     let signals = drive.through(samples(0.0, 105.0, 1.0), 10.0, none);
-    assert_eq!(blinking(signals), [(Left, 37.0, 105.0)], "I5");
+    assert_eq!(blinking(signals), "LEFT 37 to 105", "I5");
     for (x, start_m, turn_m) in [(105.0, 37.0, 100.0), (106.0, 45.0, 108.0)] {
         let decision = drive.step(x, 10.0, &[]);
         assert_eq!(drive.announced_m(&decision, x), Some(start_m));
         assert_eq!(decision.intersection.unwrap().pose, at(turn_m));
     }
-    assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), [(Left, 106.0, 116.0)]);
+    assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), "LEFT 106 to 116");
 
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Improved);
     let got = turns(&drive.context(at(0.0), 10.0), &through(&[1, 2, 3]), TurnCommand::NoCommand);
@@ -150,7 +149,7 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
     assert_eq!((joined.id, joined.front, joined.back), (2, at(100.0), at(116.0)));
     drive.observed.turns = got;
     let signals = drive.through(samples(0.0, 130.0, 1.0), 10.0, none);
-    assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I5 by default");
+    assert_eq!(blinking(signals), "LEFT 37 to 116", "I5 by default");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::diagnostics::{Level, Status};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 
@@ -39,7 +39,7 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
     let last = |states: Vec<&'static str>| states.last().copied().filter(|state| *state != "stops");
     let (turn, hazard) = (last(gateway.turn_states()), last(gateway.hazard_states()));
     [(TURN, turn), (HAZARD, hazard)].map(|(task, published)| {
-        let (level, message) = gateway.level_and_message(task);
+        let Status { level, message, .. } = gateway.status(task);
         let is_fault = message.starts_with("hardware fault: ");
         match (published, level) {
             (Some(report), Level::Ok) => report.to_owned(),

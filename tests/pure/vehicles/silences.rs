@@ -84,17 +84,14 @@ fn an_event_message_must_be_received_again_after_its_bus_was_silent() {
     assert_eq!(playback.hazard, [(1_000, "DISABLE"), (4_200, "stops"), (25_000, "DISABLE")]);
     for task in [TURN, HAZARD] {
         let messages: Vec<_> = playback.statuses_of(task).into_iter().map(|(_, message)| message).collect();
-        assert_eq!(
-            messages,
-            [
-                "unknown: no frame of BLINKERS_STATE (614) on can0 yet",
-                "publishing",
-                "unknown: BLINKERS_STATE may have changed: no frame of the vehicle profile on can0",
-                "unknown: no new frame of BLINKERS_STATE (614) on can0 yet",
-                "publishing",
-            ],
-            "{task}"
-        );
+        let expected = [
+            "unknown: no frame of BLINKERS_STATE (614) on can0 yet",
+            "publishing",
+            "unknown: BLINKERS_STATE may have changed: no frame of the vehicle profile on can0",
+            "unknown: no new frame of BLINKERS_STATE (614) on can0 yet",
+            "publishing",
+        ];
+        assert_eq!(messages, expected, "{task}");
     }
     let (ok, warn) = (Level::Ok, Level::Warn);
     assert_eq!(levels(&playback, "can0"), [(0, warn), (0, ok), (4_200, warn), (18_000, ok)]);

@@ -69,22 +69,17 @@ fn deleted_elements_are_not_there() {
 
 #[test]
 fn errors_name_element_and_line() {
+    #[rustfmt::skip]
     let cases = [
         ("", "", "line 1: not an OSM file: <osm> expected at the top"),
         ("osm", "gpx", "line 2: not an OSM file: <osm> expected at the top, found <gpx>"),
-        (
-            "version='0.6'>",
-            "version='0.6'></osm><osm>",
-            "line 2: not an OSM file: <osm> expected at the top, found <osm>",
-        ),
+        ("version='0.6'>", "version='0.6'></osm><osm>",
+            "line 2: not an OSM file: <osm> expected at the top, found <osm>"),
         ("</osm>", "", "line 18: the file ends before </osm>: it is cut short"),
         ("  </relation>\n</osm>\n", "  </rel", "line 16: the file ends before </osm>: it is cut short"),
         ("</osm>", "<way id='4", "line 18: the file ends before </osm>: it is cut short"),
-        (
-            "</way>",
-            "</node>",
-            "line 11: not XML: ill-formed document: expected `</way>`, but `</node>` was found",
-        ),
+        ("</way>", "</node>",
+            "line 11: not XML: ill-formed document: expected `</way>`, but `</node>` was found"),
         ("lat='35.5'", "lat='35,5'", "line 4: node 1: `lat` is `35,5`, a number expected"),
         ("lat='35.5'", "lat='inf'", "line 4: node 1: `lat` is `inf`, a number expected"),
         ("v='4.5'", "v='high'", "line 5: node 1: `ele` is `high`, a number expected"),
@@ -92,33 +87,18 @@ fn errors_name_element_and_line() {
         ("v='2e3'", "w='2e3'", "line 7: node 1 has no `v`"),
         ("<node id='-2'", "<node", "line 10: a node has no `id`"),
         ("id='-2'", "id='two'", "line 10: a node: `id` is `two`, a whole number of 64 bits expected"),
-        (
-            "way id='9223372036854775807'",
-            "way id='9223372036854775808'",
-            "line 11: a way: `id` is `9223372036854775808`, a whole number of 64 bits expected",
-        ),
-        (
-            "<nd ref='1'",
-            "<nd ref='x'",
-            "line 11: way 9223372036854775807: `ref` is `x`, a whole number of 64 bits expected",
-        ),
-        (
-            "<nd ref='1'",
-            "<nd ref='5'",
-            "line 11: way 9223372036854775807 refers to node 5, which is not in the file",
-        ),
+        ("way id='9223372036854775807'", "way id='9223372036854775808'",
+            "line 11: a way: `id` is `9223372036854775808`, a whole number of 64 bits expected"),
+        ("<nd ref='1'", "<nd ref='x'",
+            "line 11: way 9223372036854775807: `ref` is `x`, a whole number of 64 bits expected"),
+        ("<nd ref='1'", "<nd ref='5'",
+            "line 11: way 9223372036854775807 refers to node 5, which is not in the file"),
         ("id='-2'", "id='1'", "line 10: node 1 appears twice, first on line 4"),
-        (
-            "type='way'",
-            "type='area'",
-            "line 13: relation -7: `type` is `area`, node, way or relation expected",
-        ),
+        ("type='way'", "type='area'",
+            "line 13: relation -7: `type` is `area`, node, way or relation expected"),
         ("v='route'", "v='lanelet'", "line 12: relation -7 refers to relation 99, which is not in the file"),
-        (
-            "v='route'",
-            "v='regulatory_element'",
-            "line 12: relation -7 refers to relation 99, which is not in the file",
-        ),
+        ("v='route'", "v='regulatory_element'",
+            "line 12: relation -7 refers to relation 99, which is not in the file"),
         ("&amp;", "&me;", "line 11: not XML: "),
         ("<note>", "<!note>", "line 3: not XML: syntax error: unknown or missed symbol in markup"),
         ("<note>", "<!--", "line 18: the file ends before </osm>: it is cut short"),
@@ -181,38 +161,16 @@ proptest! {
 
 const STANDARD: &str = include_str!("../../../../tests/maps/standard.osm");
 
+#[rustfmt::skip]
 const INSERTED: [&[u8]; 14] = [
-    "é".as_bytes(),
-    "交差点".as_bytes(),
-    b"\xE3",
-    b"<!-- a -- > -->",
-    b"<!--",
-    b"<![CDATA[ ]] > ]]>",
-    b"<!DOCTYPE osm [<!ELEMENT osm ANY>]>",
-    b"<?a > ?>",
-    b"\n",
-    b"<node id='7' lat='1' lon='>'>",
-    b"&amp;",
-    b"\"",
-    b"<",
-    b">",
+    "é".as_bytes(), "交差点".as_bytes(), b"\xE3", b"<!-- a -- > -->", b"<!--", b"<![CDATA[ ]] > ]]>",
+    b"<!DOCTYPE osm [<!ELEMENT osm ANY>]>", b"<?a > ?>", b"\n", b"<node id='7' lat='1' lon='>'>", b"&amp;",
+    b"\"", b"<", b">",
 ];
 
+#[rustfmt::skip]
 const PARTS: [&str; 16] = [
-    "<osm>",
-    "</osm>",
-    "<node id='1'>",
-    "<node id='2' lat='1' lon='2'/>",
-    "</node>",
-    "<way id='1'>",
-    "</way>",
-    "<nd ref='2'/>",
-    "<relation id='1'>",
-    "</relation>",
-    "<member type='way' ref='1' role='left'/>",
-    "<tag k='type' v='lanelet'/>",
-    "<tag k='ele' v='1e400'/>",
-    "<!--",
-    "<![CDATA[",
-    "&#0;",
+    "<osm>", "</osm>", "<node id='1'>", "<node id='2' lat='1' lon='2'/>", "</node>", "<way id='1'>", "</way>",
+    "<nd ref='2'/>", "<relation id='1'>", "</relation>", "<member type='way' ref='1' role='left'/>",
+    "<tag k='type' v='lanelet'/>", "<tag k='ele' v='1e400'/>", "<!--", "<![CDATA[", "&#0;",
 ];

@@ -160,24 +160,18 @@ mod tests {
         let sea = Geo { altitude_m: 0.0, ..origin };
         let square = MgrsSquare::parse("54SUE").unwrap();
         let low = ORIGIN.replace("  altitude: 2\n", "");
+        #[rustfmt::skip]
         let cases = [
             ("---\nprojector_type: Local\nvertical_datum: WGS84\n".to_owned(), Projector::Local),
             ("projector_type: \"MGRS\"\nmgrs_grid: 54SUE\n".to_owned(), Projector::Mgrs(square)),
             (format!("projector_type: LocalCartesianUTM\n{ORIGIN}"), Projector::LocalCartesianUtm(origin)),
             (format!("{low}projector_type: LocalCartesian"), Projector::LocalCartesian(sea)),
-            (
-                "projector_type: LocalCartesian\nmap_origin: {latitude: 35.5, longitude: '-139.25',} # here"
-                    .to_owned(),
-                Projector::LocalCartesian(sea),
-            ),
-            (
-                format!("projector_type: TransverseMercator\n{ORIGIN}scale_factor: 1.0\n"),
-                Projector::TransverseMercator { origin, scale: 1.0 },
-            ),
-            (
-                format!("projector_type: TransverseMercator\n{ORIGIN}"),
-                Projector::TransverseMercator { origin, scale: 0.9996 },
-            ),
+            ("projector_type: LocalCartesian\nmap_origin: {latitude: 35.5, longitude: '-139.25',} # here".to_owned(),
+                Projector::LocalCartesian(sea)),
+            (format!("projector_type: TransverseMercator\n{ORIGIN}scale_factor: 1.0\n"),
+                Projector::TransverseMercator { origin, scale: 1.0 }),
+            (format!("projector_type: TransverseMercator\n{ORIGIN}"),
+                Projector::TransverseMercator { origin, scale: 0.9996 }),
         ];
         for (text, expected) in cases {
             assert_eq!(Projector::parse(&text), Ok(expected), "{text}");
@@ -186,31 +180,22 @@ mod tests {
 
     #[test]
     fn errors_name_the_key_and_what_is_expected() {
+        #[rustfmt::skip]
         let cases = [
             ("", "`projector_type` is missing"),
             ("projector_type:", "`projector_type` is missing"),
-            (
-                "projector_type: UTM",
-                "`projector_type` is `UTM`, Local, MGRS, LocalCartesianUTM, LocalCartesian or TransverseMercator expected",
-            ),
+            ("projector_type: UTM",
+                "`projector_type` is `UTM`, Local, MGRS, LocalCartesianUTM, LocalCartesian or TransverseMercator expected"),
             ("projector_type: MGRS", "`mgrs_grid` is missing"),
-            (
-                "projector_type: MGRS\nmgrs_grid: 99XXX",
-                "`mgrs_grid` is `99XXX`, zone, band, column and row as in `54SUE` expected",
-            ),
+            ("projector_type: MGRS\nmgrs_grid: 99XXX",
+                "`mgrs_grid` is `99XXX`, zone, band, column and row as in `54SUE` expected"),
             ("projector_type: LocalCartesian", "`map_origin.latitude` is missing"),
-            (
-                "projector_type: LocalCartesian\nmap_origin:\n  latitude: x",
-                "`map_origin.latitude` is `x`, a number expected",
-            ),
-            (
-                "projector_type: LocalCartesian\nmap_origin:\n  latitude: 95\n  longitude: 1",
-                "`map_origin` is `95, 1`, latitude -90 to 90 and longitude -360 to 360 expected",
-            ),
-            (
-                "projector_type: TransverseMercator\nscale_factor: 0",
-                "`scale_factor` is `0`, 0.5 to 2 expected",
-            ),
+            ("projector_type: LocalCartesian\nmap_origin:\n  latitude: x",
+                "`map_origin.latitude` is `x`, a number expected"),
+            ("projector_type: LocalCartesian\nmap_origin:\n  latitude: 95\n  longitude: 1",
+                "`map_origin` is `95, 1`, latitude -90 to 90 and longitude -360 to 360 expected"),
+            ("projector_type: TransverseMercator\nscale_factor: 0",
+                "`scale_factor` is `0`, 0.5 to 2 expected"),
         ];
         for (text, expected) in cases {
             let error = Projector::parse(text).unwrap_err().to_string();

@@ -191,28 +191,19 @@ fn a_complete_ring_has_no_flaw() {
 #[test]
 fn incomplete_tags_of_a_ring_are_found() {
     type Change = fn(&mut Vec<Lanelet>, &mut Roundabout);
+    #[rustfmt::skip]
     let cases: [(Change, &[&str]); 8] = [
-        (
-            |lanes, _| lanes[2].enables_exit_signal = false,
-            &["22 at (0.0, 0.0) m: an exit with no enable_exit_turn_signal"],
-        ),
+        (|lanes, _| lanes[2].enables_exit_signal = false,
+            &["22 at (0.0, 0.0) m: an exit with no enable_exit_turn_signal"]),
         (|lanes, _| lanes[1].roundabouts.clear(), &["11 at (0.0, 0.0) m: a roundabout gives it a role, but"]),
         (|_, element| element.internals.push(13), &["13: a roundabout names it, but it is not on the map"]),
-        (
-            |_, element| _ = element.exits.remove(1),
-            &[
-                "1 at (0.0, 0.0) m: signals on entry for the exit 22",
-                "22 at (0.0, 0.0) m: refers to a roundabout",
-            ],
-        ),
-        (
-            |lanes, _| lanes[0].exits_signalled_right = vec![22],
-            &["1 at (0.0, 0.0) m: signals on entry both left and right"],
-        ),
-        (
-            |lanes, _| lanes[0].exits_signalled_left = vec![23],
-            &["1 at (0.0, 0.0) m: signals on entry for the exit 23"],
-        ),
+        (|_, element| _ = element.exits.remove(1),
+            &["1 at (0.0, 0.0) m: signals on entry for the exit 22",
+              "22 at (0.0, 0.0) m: refers to a roundabout"]),
+        (|lanes, _| lanes[0].exits_signalled_right = vec![22],
+            &["1 at (0.0, 0.0) m: signals on entry both left and right"]),
+        (|lanes, _| lanes[0].exits_signalled_left = vec![23],
+            &["1 at (0.0, 0.0) m: signals on entry for the exit 23"]),
         (|lanes, _| lanes[0].followers.clear(), &["1 at (0.0, 0.0) m: an entry that leads to no lanelet"]),
         (|lanes, _| _ = lanes[1].followers.pop(), &["21 at (0.0, 0.0) m: an exit to which no lanelet"]),
     ];

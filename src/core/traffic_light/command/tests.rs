@@ -33,29 +33,22 @@ fn every_command_becomes_its_action() {
     let set = |at: &str, state: &str| Action::SetState { target: target(at), state: StateText::new(state) };
     let confidence = |at: &str, confidence| Action::SetConfidence { target: target(at), confidence };
     let phase = |phase: &str| Action::EnterPhase { controller: ControllerIndex(1), phase: phase.to_owned() };
+    #[rustfmt::skip]
     let cases = [
-        (
-            "V2ITrafficSignalStateAction(34802, \"red solidOn circle\", 20)",
-            v2i(34802, "red solidOn circle", Some(20.0)),
-        ),
+        ("V2ITrafficSignalStateAction(34802, \"red solidOn circle\", 20)",
+            v2i(34802, "red solidOn circle", Some(20.0))),
         ("V2ITrafficSignalStateAction(-7 green)", v2i(-7, "green", None)),
         ("  V2ITrafficSignalStateAction ( 1 ,\"\",\t0.5 )\n", v2i(1, "", Some(0.5))),
         ("EnableTrafficSignalV2IFeatureAction@v1(100)", Action::EnableV2i(vec![100])),
-        (
-            "EnableTrafficSignalV2IFeatureAction@v1(9223372036854775807 2, 3)",
-            Action::EnableV2i(vec![i64::MAX, 2, 3]),
-        ),
+        ("EnableTrafficSignalV2IFeatureAction@v1(9223372036854775807 2, 3)",
+            Action::EnableV2i(vec![i64::MAX, 2, 3])),
         ("DisableTrafficSignalV2IFeatureAction@v1(1,2)", Action::DisableV2i(vec![1, 2])),
         ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(34802, 0.7)", confidence("34802", 0.7)),
-        (
-            "PseudoTrafficSignalDetectorConfidenceSetAction@v1(\"3000000000 v2i_detected\", 1)",
-            confidence("3000000000 v2i_detected", 1.0),
-        ),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(\"3000000000 v2i_detected\", 1)",
+            confidence("3000000000 v2i_detected", 1.0)),
         ("TrafficSignalStateAction(21, \"red, green right\")", set("21", "red, green right")),
-        (
-            "TrafficSignalStateAction(\"21 conventional_detected\", unknown)",
-            set("21 conventional_detected", "unknown"),
-        ),
+        ("TrafficSignalStateAction(\"21 conventional_detected\", unknown)",
+            set("21 conventional_detected", "unknown")),
         ("TrafficSignalControllerAction(north, stop)", phase("stop")),
         ("ClearTrafficSignal(\"21 v2i\")", Action::Clear(target("21 v2i"))),
         ("exitSuccess", Action::End(true)),
@@ -80,20 +73,16 @@ fn other_commands_are_not_ours() {
 
 #[test]
 fn a_mistyped_command_is_refused_and_upstream_takes_it_for_another() {
-    for (text, found, known) in [
-        (
-            "EnableTrafficSignalV2IFeatureAction(1)",
-            "EnableTrafficSignalV2IFeatureAction",
-            "EnableTrafficSignalV2IFeatureAction@v1",
-        ),
-        (
-            "V2ITrafficSignalStateAction@v1(1, red)",
-            "V2ITrafficSignalStateAction@v1",
-            "V2ITrafficSignalStateAction",
-        ),
+    #[rustfmt::skip]
+    let cases = [
+        ("EnableTrafficSignalV2IFeatureAction(1)", "EnableTrafficSignalV2IFeatureAction",
+            "EnableTrafficSignalV2IFeatureAction@v1"),
+        ("V2ITrafficSignalStateAction@v1(1, red)", "V2ITrafficSignalStateAction@v1",
+            "V2ITrafficSignalStateAction"),
         ("TraficSignalStateAction(1, red)", "TraficSignalStateAction", "TrafficSignalStateAction"),
         ("exitsuccess", "exitsuccess", "exitSuccess"),
-    ] {
+    ];
+    for (text, found, known) in cases {
         assert_eq!(read(text), Err(CommandError::NearMiss { found: found.to_owned(), known }), "{text}");
         let upstream = parse_command(text, &[], Compat::Upstream);
         assert_eq!(upstream, Err(CommandError::NotOurs(found.to_owned())), "{text}");

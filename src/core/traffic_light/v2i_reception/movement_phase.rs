@@ -40,17 +40,11 @@ mod tests {
             Meaning::NotAvailable => "not available".to_owned(),
             Meaning::Fault | Meaning::Undefined => panic!("the standard names it"),
         };
+        #[rustfmt::skip]
         let expected = [
-            "not available",
-            "unknown solidOff circle",
-            "red flashing circle",
-            "red solidOn circle",
-            "red solidOn circle",
-            "green solidOn circle",
-            "green solidOn left",
-            "yellow solidOn circle",
-            "yellow solidOn left",
-            "yellow flashing circle",
+            "not available", "unknown solidOff circle", "red flashing circle", "red solidOn circle",
+            "red solidOn circle", "green solidOn circle", "green solidOn left", "yellow solidOn circle",
+            "yellow solidOn left", "yellow flashing circle",
         ];
         for ((number, meaning), expected) in movement_phase_states(BulbShape::Left).into_iter().zip(expected)
         {

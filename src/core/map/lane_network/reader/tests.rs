@@ -257,27 +257,19 @@ fn a_map_that_cannot_be_used_is_refused_with_its_element() {
         value: value.to_owned(),
         expected,
     };
+    #[rustfmt::skip]
     let cases = [
-        (
-            "ref='11' role='right'",
-            "ref='11' role='left'",
-            MapError::Sides { lanelet: 20, role: "left", count: 2 },
-        ),
-        (
-            "ref='12' role='right'",
-            "ref='12' role='center'",
-            MapError::Sides { lanelet: 21, role: "right", count: 0 },
-        ),
+        ("ref='11' role='right'", "ref='11' role='left'",
+            MapError::Sides { lanelet: 20, role: "left", count: 2 }),
+        ("ref='12' role='right'", "ref='12' role='center'",
+            MapError::Sides { lanelet: 21, role: "right", count: 0 }),
         ("<nd ref='3'/>", "", MapError::ShortBound { way: 11, lanelet: 20 }),
         ("<tag k='local_x' v='0'/><tag k='local_y' v='3'/>", "", MapError::NoLocal(5)),
         ("v='-3'", "v='1e8'", MapError::TooFar(3)),
         ("[7, -8]", "[7; -8]", bad("exit_turn_signal_left", "[7; -8]", "a list of ids or `none`")),
         ("'none'", "'none, 1'", bad("exit_turn_signal_right", "none, 1", "a list of ids or `none`")),
-        (
-            "k='exit_turn_signal_right' v='none'",
-            "k='turn_signal_distance' v='far'",
-            bad("turn_signal_distance", "far", "a number"),
-        ),
+        ("k='exit_turn_signal_right' v='none'", "k='turn_signal_distance' v='far'",
+            bad("turn_signal_distance", "far", "a number")),
     ];
     for (part, other, expected) in cases {
         let text = OPPOSITE.replacen(part, other, 1);
