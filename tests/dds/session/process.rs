@@ -119,7 +119,9 @@ fn session_process() {
                 session.set_parameters(parameters);
             }
             command if command.starts_with("warn ") => {
-                process_log::warn_others(tracing::Level::WARN, command.trim_start_matches("warn "));
+                let text = command.trim_start_matches("warn ");
+                let (subject, _) = text.split_once(": ").unwrap_or((text, ""));
+                process_log::warn_others(tracing::Level::WARN, subject, text);
             }
             command if command.starts_with("lights") => lights::send(&session, command),
             command => session.send(&output(command)),
