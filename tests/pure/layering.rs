@@ -35,6 +35,7 @@ const CORE_FLOORS: &[&[&str]] = &[
 const PURE_CRATES: &[&str] = &[
     "can_dbc",
     "crc",
+    "derive_more",
     "encoding_rs",
     "quick_xml",
     "rand_distr",

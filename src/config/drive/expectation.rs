@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use derive_more::Display;
+
 use super::reader::{MAX_S, compats, metres};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
@@ -38,11 +40,13 @@ pub struct ExpectedInterval {
 }
 
 /// Unit of an interval.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum IntervalUnit {
     /// Metres along the route path.
+    #[display("m")]
     Metres,
     /// Seconds from the start.
+    #[display("s")]
     Seconds,
 }
 
@@ -69,15 +73,6 @@ impl ExpectedInterval {
             IntervalUnit::Seconds => at_s,
         };
         (self.from + self.tolerance..=self.to - self.tolerance).contains(&value)
-    }
-}
-
-impl fmt::Display for IntervalUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Metres => "m",
-            Self::Seconds => "s",
-        })
     }
 }
 

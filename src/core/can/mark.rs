@@ -1,9 +1,10 @@
 //! Marks of the driver's actions in a recording.
 
-use std::fmt;
+use derive_more::Display;
 
 /// A change of the driver's action, noted at its time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
+#[display("{}", self.name())]
 pub enum DriverMark {
     /// The driver operates nothing from now on.
     Quiet,
@@ -35,11 +36,5 @@ impl DriverMark {
     /// Returns the mark with this name, in upper or lower case; `None` when there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|mark| mark.name().eq_ignore_ascii_case(name))
-    }
-}
-
-impl fmt::Display for DriverMark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use derive_more::Display;
+
 use super::capture::MessageKey;
 use super::response::ResponseShape;
 use crate::core::dbc::codec::{ByteOrder, Layout};
@@ -38,7 +40,8 @@ pub(super) fn sawtooth(bit: u16) -> u16 {
 }
 
 /// One side, or the hazard lights: a signal with its value at rest and while it is on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[display("{signal} = {on} (rest {off})")]
 pub struct Switch {
     /// Signal that shows the state.
     pub signal: FoundSignal,
@@ -130,13 +133,15 @@ impl TurnForm {
 }
 
 /// The form in which signals show the hazard lights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum HazardForm {
     /// Both sides of the turn indicators are on.
+    #[display("both sides of the turn indicators")]
     BothSides,
     /// A signal of their own.
     Signal(Switch),
     /// A button that springs back; each press toggles.
+    #[display("button: {_0}")]
     Button(Switch),
 }
 
@@ -151,39 +156,55 @@ impl HazardForm {
 }
 
 /// A drawback of a candidate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Drawback {
     /// It did not follow this many requests.
+    #[display("did not follow {_0} of the requests")]
     Missed(usize),
     /// At this many requests it had values that are not a state.
+    #[display("had other values at {_0} of the requests")]
     OtherValues(usize),
     /// It flashes, so that its state has to be derived.
+    #[display("flashes: its state has to be derived")]
     Flashes,
     /// The hazard lights do not show in it.
+    #[display("does not show the hazard lights")]
     HidesHazard,
     /// It shows only a moment, so that its state has to be derived.
+    #[display("shows a moment only: its state has to be derived")]
     Momentary,
     /// Left and right are in different messages.
+    #[display("left and right are in different messages")]
     TwoMessages,
     /// Its byte changes whenever anything in the message does, as a checksum does.
+    #[display("its byte changes with everything in the message, as a checksum does")]
     LikeChecksum,
     /// Bits beside it change with the requests in other ways, like lower bits of a number.
+    #[display("bits beside it change like bits of a number")]
     PartOfNumber,
     /// This many bits beside it also follow the requests.
+    #[display("{_0} bits beside it follow the requests as well")]
     Cut(u16),
     /// It is not in a message of the turn indicators.
+    #[display("is not in a message of the turn indicators")]
     OtherMessage,
     /// This many bits between its own never changed.
+    #[display("{_0} of its bits never changed")]
     Gaps(u16),
     /// It has this many bits more than two.
+    #[display("has {_0} more bits than needed for three states")]
     Wide(u16),
     /// Its value at rest is not 0.
+    #[display("is not 0 at rest")]
     RestsOn,
     /// Its message is not sent regularly.
+    #[display("its message is not sent regularly")]
     Irregular,
     /// Its message has no proven checksum.
+    #[display("its message has no known checksum")]
     NoChecksum,
     /// Its message has no counter.
+    #[display("its message has no counter")]
     NoCounter,
 }
 
