@@ -3,9 +3,7 @@
 use std::io::{self, Write};
 
 use crate::config::Settings;
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::display::RoleTexts;
 use crate::core::validation::observation::{Observations, Unused};

@@ -32,10 +32,7 @@ use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
-use crate::core::can::bus_status::link_text;
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, LinkState, link_text};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;

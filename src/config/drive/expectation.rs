@@ -5,9 +5,7 @@ use std::fmt;
 use derive_more::Display;
 
 use super::reader::{MAX_S, compats, metres};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::SourceLocation;
+use crate::config::reading::{Fields, Keywords, SourceLocation};
 use crate::core::light_command::Numbered;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::compat::DeciderCompat;

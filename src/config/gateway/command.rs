@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, keyword, limit};
+use crate::config::reading::{Fields, Keywords, key_rows, keyword, limit};
 use crate::core::command::arbitration::{ArbitrationRules, ShutdownAction, TimeoutAction};
 use crate::core::command::feedback_monitor::FeedbackLimits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
@@ -70,7 +68,7 @@ key_rows! {
 }
 
 pub(super) mod topics {
-    use crate::config::reading::row::{key_rows, topic};
+    use crate::config::reading::{key_rows, topic};
 
     key_rows! {
         TURN_INDICATORS_CMD: String = topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd")

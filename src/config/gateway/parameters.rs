@@ -2,9 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::config::reading::checker::RecordedKey;
-use crate::config::reading::key::description;
-use crate::config::reading::value::{Kind, Value};
+use crate::config::reading::{Kind, RecordedKey, Value, description};
 use crate::io::ros::parameters::{ParameterValue, Parameters};
 
 /// The parameters for the keys of a table, with the descriptions of the keys that were read through their rows.
@@ -77,8 +75,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::config::reading::location::Text;
-    use crate::config::reading::toml_text::from_toml;
+    use crate::config::reading::{Text, from_toml};
 
     fn of(toml: &str) -> Parameters {
         let text = Text::new(Path::new("gateway.toml"), toml.as_bytes().to_vec()).unwrap();

@@ -6,11 +6,9 @@ use std::path::Path;
 use super::in_effect::{DIGEST_START, digest};
 use super::reports::Durability;
 use crate::config::files::Files;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::key::ValueShape;
-use crate::config::reading::problem::cannot_read;
-use crate::config::reading::row::{collection, flag, key_rows, keyword, other, text, whole};
+use crate::config::reading::{
+    Fields, Keywords, ValueShape, cannot_read, collection, flag, key_rows, keyword, other, text, whole,
+};
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{Remapping, is_name, is_namespace};
 use crate::io::ros::settings::{Transport, TypeHashes, ZenohSettings};
@@ -45,7 +43,7 @@ key_rows! {
 pub(super) mod zenoh {
     use std::path::PathBuf;
 
-    use crate::config::reading::row::{key_rows, keyword, path};
+    use crate::config::reading::{key_rows, keyword, path};
     use crate::io::ros::settings::TypeHashes;
 
     key_rows! {
@@ -62,7 +60,7 @@ pub(super) mod zenoh {
 }
 
 pub(super) mod topics {
-    use crate::config::reading::row::{key_rows, topic};
+    use crate::config::reading::{key_rows, topic};
 
     key_rows! {
         TURN_INDICATORS_STATUS: String = topic("turn_indicators_status", "/vehicle/status/turn_indicators_status")

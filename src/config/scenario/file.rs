@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use derive_more::Display;
 
 use super::naming::joined;
-use crate::config::reading::location::SourceLocation;
-use crate::config::reading::problem::Problem;
+use crate::config::reading::{Problem, SourceLocation};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, LightMap};
 use crate::core::traffic_light::scenario::Scenario;

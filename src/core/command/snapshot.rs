@@ -10,7 +10,7 @@ use super::flow::CommandFlow;
 use super::intake::LatestCommand;
 use super::settings::CommandSource;
 use super::status::{FunctionView, StatusText};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::Level;
 use crate::core::names::{display_by_name, variant};
 use crate::core::time::{MonoTime, millis};

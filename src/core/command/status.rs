@@ -7,7 +7,7 @@ use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
 use super::flow::{CommandFinding, CommandFlow, FunctionFinding, RequestDelivery};
 use super::intake::{CommandState, Intake, LatestCommand};
 use super::sender::{SendCounts, SendProblem};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant, variant_name, words};
 use crate::core::time::MonoTime;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use derive_more::Display;
 
-use crate::core::can::mark::DriverMark;
+use crate::core::can::DriverMark;
 use crate::core::time::MonoTime;
 
 /// An action of the driver that lights show.

@@ -5,7 +5,7 @@
 
 use derive_more::From;
 
-use crate::core::can::input::CanInput;
+use crate::core::can::CanInput;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::Diagnostics;

@@ -1,8 +1,6 @@
 //! Outputs of the vehicle: frames on its buses, and events for observers.
 
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, ErrorFrame, Frame};
 use crate::core::command::Turn;
 use crate::core::vehicle_lights::state::TurnCode;
 

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use super::output::VehicleEvent;
-use crate::core::can::frame::{Frame, MAX_DATA};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, Frame, MAX_DATA};
 use crate::core::command::Turn;
 use crate::core::command::message::CommandMessage;
 use crate::core::time::{MonoTime, deadline_after};

@@ -15,7 +15,7 @@ use super::simulated_clock::SimulatedClock;
 use super::target::{LightChannel, StoreId};
 use super::v2i_reception::binding::V2iBinding;
 use super::v2i_reception::{V2iReception, ValidState};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::{MonoTime, Now, WallStamp};
 

@@ -7,7 +7,7 @@ use super::bulb::Bulb;
 use super::flow::TrafficLightFlow;
 use super::scenario::ControllerIndex;
 use super::target::{LightChannel, StoreId, StoreLayer};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::time::MonoTime;
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
 

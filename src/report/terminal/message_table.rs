@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 
 /// Rows by which a page is scrolled.
 const PAGE: usize = 10;

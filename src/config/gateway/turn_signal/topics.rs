@@ -1,7 +1,6 @@
 //! `[turn_signal.inputs]` and `[turn_signal.outputs]`: topics that the decider reads and writes.
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, optional_topic, topic};
+use crate::config::reading::{Fields, key_rows, optional_topic, topic};
 use crate::core::turn_signal::planner_input::FactorTopic;
 
 const TURN_COMMAND: &str = "/planning/turn_indicators_cmd";

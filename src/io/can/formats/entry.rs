@@ -4,9 +4,7 @@ use std::fmt;
 
 use derive_more::Display;
 
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::Frame;
-use crate::core::can::note::LogNote;
+use crate::core::can::{ErrorFrame, Frame, LogNote};
 use crate::core::time::WallStamp;
 
 /// One entry of a recording.
