@@ -27,7 +27,7 @@ pub struct Decoder {
 /// Finds the message of a frame and checks it, as the gateway does.
 #[derive(Debug)]
 pub(super) struct FrameReader {
-    binding: LightsBinding,
+    pub(super) binding: LightsBinding,
     observations: Observations,
     /// The uses of all signals, with the texts of their values.
     roles: Vec<RoleTexts>,
@@ -85,10 +85,6 @@ impl FrameReader {
         if state != LinkState::Up {
             self.observations.forget_bus(&self.binding.table, bus);
         }
-    }
-
-    pub(super) fn binding(&self) -> &LightsBinding {
-        &self.binding
     }
 
     pub(super) fn table(&self) -> &SignalTable {

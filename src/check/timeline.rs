@@ -141,7 +141,7 @@ impl TimelineCollector {
             let tone = if self.unused.is_some() {
                 Tone::Warn
             } else {
-                tone_of(raw_state(self.reader.binding(), index, raw))
+                tone_of(raw_state(&self.reader.binding, index, raw))
             };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
             values.push((

@@ -65,7 +65,8 @@ pub(super) struct GatewayIo {
     node: Option<String>,
     /// Statuses of the process as they were last published.
     given_out: Vec<Status>,
-    next_look: Instant,
+    /// The latest time for the next call of [`emit_live`](Self::emit_live).
+    pub(super) next_look: Instant,
     /// The first error of a destination that was not taken yet.
     failure: Option<DaemonError>,
 }
@@ -163,11 +164,6 @@ impl GatewayIo {
         live.settle_commands(read);
         self.emit_and_send(live, transmitters, clock, read, read);
         self.announce_process(read);
-    }
-
-    /// Returns the latest time for the next call of [`emit_live`](Self::emit_live).
-    pub(super) fn next_look(&self) -> Instant {
-        self.next_look
     }
 
     /// Publishes the statuses of the process whose level or message has changed.

@@ -201,7 +201,7 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
         {
             break outcome;
         }
-        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look());
+        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look);
         let wake = ending.as_ref().map_or(wake, |(end, _)| wake.min(*end));
         let wake = if reason.is_some() { Instant::now() } else { wake };
         let is_receiving = !matches!(ending, Some((_, Err(_))));

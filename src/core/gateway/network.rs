@@ -71,13 +71,16 @@ pub enum Place {
 }
 
 /// What weighs on a network side that has joined; the first that is true counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Burden {
     /// No sample of it arrives at a reader of our own, where some did.
+    #[display("joined, but what it sends does not arrive at a reader of its own")]
     Unheard,
     /// There are more peers than any ROS network has.
+    #[display("joined, but with more peers than a network has")]
     Crowd,
     /// It has taken a whole processor for some seconds.
+    #[display("joined, but takes a whole processor")]
     Busy,
 }
 
@@ -170,7 +173,7 @@ impl NetworkState {
 fn level_and_message(state: &NetworkState) -> (Level, String) {
     let failure = state.last_failure.as_ref();
     if let Some(burden) = state.burden.filter(|_| state.is_up) {
-        return (Level::Warn, burden_text(burden).to_owned());
+        return (Level::Warn, burden.to_string());
     }
     match (state.age.filter(|_| state.is_up), failure) {
         (None, None) => (Level::Warn, "joining the network".to_owned()),
@@ -202,14 +205,6 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
             }
             Some(_) | None => (Level::Ok, "joined".to_owned()),
         },
-    }
-}
-
-fn burden_text(burden: Burden) -> &'static str {
-    match burden {
-        Burden::Unheard => "joined, but what it sends does not arrive at a reader of its own",
-        Burden::Crowd => "joined, but with more peers than a network has",
-        Burden::Busy => "joined, but takes a whole processor",
     }
 }
 

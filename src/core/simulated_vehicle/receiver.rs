@@ -31,7 +31,7 @@ pub(super) struct CommandReceiver {
     message: CommandMessage,
     checker: Option<IntegrityChecker>,
     timeout: Duration,
-    request: LightsRequest,
+    pub(super) request: LightsRequest,
     /// Receive time of the last valid frame; `None` = no request.
     received_at: Option<MonoTime>,
     is_pressed: bool,
@@ -88,10 +88,6 @@ impl CommandReceiver {
         let request = std::mem::take(&mut self.request);
         let message = self.message.name.clone();
         (request != LightsRequest::default()).then_some(VehicleEvent::CommandTimedOut { message })
-    }
-
-    pub(super) fn request(&self) -> LightsRequest {
-        self.request
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
