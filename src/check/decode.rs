@@ -3,9 +3,7 @@
 use std::io::{self, Write};
 
 use crate::config::Settings;
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::display::RoleTexts;
 use crate::core::validation::observation::{Observations, Unused};
@@ -29,7 +27,7 @@ pub struct Decoder {
 /// Finds the message of a frame and checks it, as the gateway does.
 #[derive(Debug)]
 pub(super) struct FrameReader {
-    binding: LightsBinding,
+    pub(super) binding: LightsBinding,
     observations: Observations,
     /// The uses of all signals, with the texts of their values.
     roles: Vec<RoleTexts>,
@@ -87,10 +85,6 @@ impl FrameReader {
         if state != LinkState::Up {
             self.observations.forget_bus(&self.binding.table, bus);
         }
-    }
-
-    pub(super) fn binding(&self) -> &LightsBinding {
-        &self.binding
     }
 
     pub(super) fn table(&self) -> &SignalTable {

@@ -5,9 +5,7 @@ use std::time::Duration;
 
 use super::decode::{FrameReader, ReadFrame, signals_in};
 use crate::config::Settings;
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp};

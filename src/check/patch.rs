@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::config::MissingTimeout;
 use crate::config::draft::toml_key;
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 use crate::core::plausibility::gaps::GapDistribution;
 use crate::core::time::MonoTime;
 use crate::io::can::formats::EntryContent;

@@ -4,10 +4,7 @@ use std::collections::BTreeMap;
 
 use super::decode::{FrameReader, ReadFrame, signals_in};
 use crate::config::Settings;
-use crate::core::can::bus_status::link_text;
-use crate::core::can::frame::Frame;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanInput, Frame, LinkState, link_text};
 use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::Diagnostics;
 use crate::core::gateway::event::Output;
@@ -143,7 +140,7 @@ impl TimelineCollector {
             let tone = if self.unused.is_some() {
                 Tone::Warn
             } else {
-                tone_of(raw_state(self.reader.binding(), index, raw))
+                tone_of(raw_state(&self.reader.binding, index, raw))
             };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
             values.push((

@@ -14,7 +14,7 @@ use crate::check;
 use crate::config::files::{Disk, Files};
 use crate::config::ros_names::RosOverrides;
 use crate::config::{Overrides, Settings, load, load_profile_for_node};
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::io::can::formats;
 use crate::io::can::log::Log;
 use crate::io::new_files::write_new;

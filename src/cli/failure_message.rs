@@ -4,8 +4,7 @@ use std::path::Path;
 
 use super::failure::Failure;
 use super::{messages, unreadable};
-use crate::core::can::bus_status::link_text;
-use crate::core::can::link::LinkState;
+use crate::core::can::{LinkState, link_text};
 use crate::core::near_miss::nearest;
 use crate::daemon::DaemonError;
 use crate::io::can::interfaces::can_interfaces;

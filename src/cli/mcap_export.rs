@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
-use crate::core::can::input::CanInput;
+use crate::core::can::CanInput;
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;
 use crate::io::mcap::bag::{Bag, FileLimits};

@@ -13,7 +13,7 @@ use super::failure::Failure;
 use super::messages;
 use super::view::{self, ViewArgs};
 use crate::config::Settings;
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::Level;
 use crate::core::simulated_vehicle::plan::VehiclePlan;

@@ -1,7 +1,6 @@
 //! Autoware's commands for the lights, as its messages number them.
 
-use std::fmt;
-
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +42,7 @@ pub enum HazardCommand {
 
 /// A number in a message that stands for a value of `T`, or for none if the sender is newer than this gateway
 /// or mistaken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
 pub enum EnumOrUnknown<T> {
     /// A number that the message defines.
     Known(T),
@@ -72,15 +71,6 @@ impl<T: Numbered> From<u8> for EnumOrUnknown<T> {
 }
 
 display_by_name!(TurnCommand, HazardCommand);
-
-impl<T: fmt::Display> fmt::Display for EnumOrUnknown<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Known(value) => value.fmt(f),
-            Self::Unknown(number) => number.fmt(f),
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +61,8 @@ pub struct FactSource {
 }
 
 /// Kinds of the sources of facts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[display("{}", keyword(SOURCES, self))]
 pub enum FactSourceKind {
     /// A public DBC, or the DBC of a maker.
     Dbc,
@@ -79,7 +81,8 @@ pub enum FactSourceKind {
 }
 
 /// What has verified a fact, the weakest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
+#[display("{}", keyword(VERIFICATIONS, self))]
 pub enum Verification {
     /// Nothing has verified it.
     Nothing,
@@ -92,7 +95,8 @@ pub enum Verification {
 }
 
 /// A day of the Gregorian calendar.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
+#[display("{year:04}-{month:02}-{day:02}")]
 pub struct Date {
     /// Year, 2000 to 9999.
     pub year: u16,
@@ -134,28 +138,9 @@ pub const VERIFICATIONS: &[(&str, Verification)] = &[
     ("car", Verification::Car),
 ];
 
-/// Writes the keyword of a value.
-fn write_keyword<T: PartialEq>(f: &mut fmt::Formatter<'_>, keywords: &[(&str, T)], value: &T) -> fmt::Result {
-    let keyword = keywords.iter().find(|(_, known)| known == value);
-    f.write_str(keyword.map_or("", |(keyword, _)| keyword))
-}
-
-impl fmt::Display for FactSourceKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_keyword(f, SOURCES, self)
-    }
-}
-
-impl fmt::Display for Verification {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_keyword(f, VERIFICATIONS, self)
-    }
-}
-
-impl fmt::Display for Date {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:04}-{:02}-{:02}", self.year, self.month, self.day)
-    }
+/// Returns the keyword of a value.
+fn keyword<T: PartialEq>(keywords: &[(&'static str, T)], value: &T) -> &'static str {
+    keywords.iter().find(|(_, known)| known == value).map_or("", |(keyword, _)| keyword)
 }
 
 impl Date {

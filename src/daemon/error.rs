@@ -3,8 +3,7 @@
 use std::io;
 
 use super::publisher::PublisherError;
-use crate::core::can::bus_status::link_text;
-use crate::core::can::link::LinkState;
+use crate::core::can::{LinkState, link_text};
 use crate::io::can::sender_lock::SenderLockError;
 
 /// Why the daemon stopped, or could not start.

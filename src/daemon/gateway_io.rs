@@ -17,8 +17,7 @@ use super::recording;
 use super::signals::{ReloadSignal, StopSignals};
 use super::watching::{Process, Watching};
 use crate::config::Settings;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::LinkState;
+use crate::core::can::{CanInput, LinkState};
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
@@ -66,7 +65,8 @@ pub(super) struct GatewayIo {
     node: Option<String>,
     /// Statuses of the process as they were last published.
     given_out: Vec<Status>,
-    next_look: Instant,
+    /// The latest time for the next call of [`emit_live`](Self::emit_live).
+    pub(super) next_look: Instant,
     /// The first error of a destination that was not taken yet.
     failure: Option<DaemonError>,
 }
@@ -164,11 +164,6 @@ impl GatewayIo {
         live.settle_commands(read);
         self.emit_and_send(live, transmitters, clock, read, read);
         self.announce_process(read);
-    }
-
-    /// Returns the latest time for the next call of [`emit_live`](Self::emit_live).
-    pub(super) fn next_look(&self) -> Instant {
-        self.next_look
     }
 
     /// Publishes the statuses of the process whose level or message has changed.

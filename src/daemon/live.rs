@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::core::can::link::LinkState;
+use crate::core::can::LinkState;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::live_time::{LAG, LiveTime};
 use crate::core::gateway::{Gateway, GatewaySettings};
@@ -111,9 +111,7 @@ mod tests {
 
     use crate::config::files::{DEMO_CONFIG, Embedded};
     use crate::config::{Overrides, load};
-    use crate::core::can::frame::{CanId, Frame};
-    use crate::core::can::input::CanInput;
-    use crate::core::can::link::BusIndex;
+    use crate::core::can::{BusIndex, CanId, CanInput, Frame};
     use crate::core::time::WallStamp;
     use crate::io::can::log::Log;
     use crate::replay::{Replay, Routes};

@@ -32,10 +32,7 @@ use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
-use crate::core::can::bus_status::link_text;
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, LinkState, link_text};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
@@ -204,7 +201,7 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
         {
             break outcome;
         }
-        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look());
+        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look);
         let wake = ending.as_ref().map_or(wake, |(end, _)| wake.min(*end));
         let wake = if reason.is_some() { Instant::now() } else { wake };
         let is_receiving = !matches!(ending, Some((_, Err(_))));

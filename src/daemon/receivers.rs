@@ -11,9 +11,7 @@ use tokio::task::{self, JoinSet};
 
 use super::error::DaemonError;
 use crate::config::Settings;
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, LinkState};
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::id_filter::IdFilter;
 use crate::io::can::transmit::Transmitter;

@@ -3,9 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use crate::core::can::link::BusIndex;
-use crate::core::can::mark::DriverMark;
-use crate::core::can::note::LogNote;
+use crate::core::can::{BusIndex, DriverMark, LogNote};
 use crate::core::discovery::capture::Capture;
 use crate::core::discovery::findings::DiscoveryFindings;
 use crate::core::discovery::timeline::ActionTimeline;

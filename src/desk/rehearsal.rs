@@ -6,8 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::drive::simulation::{Cycles, DriveCycle, DriveSimulation};
-use crate::core::can::input::CanInput;
-use crate::core::can::link::LinkState;
+use crate::core::can::{CanInput, LinkState};
 use crate::core::command::control_mode::ControlMode;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::{SampleId, WriterId};

@@ -9,9 +9,7 @@ mod tape;
 
 use std::io;
 
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, LinkState};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now, WallStamp};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::core::gateway::GatewaySettings;
 use crate::io::can::log::Log;
 

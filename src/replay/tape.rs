@@ -5,9 +5,7 @@ use std::io;
 use std::time::Duration;
 
 use super::routes::Routes;
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, CanInput};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::formats::EntryContent;
 use crate::io::can::log::{InterfaceIndex, Log, LogRecord};

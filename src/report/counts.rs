@@ -1,6 +1,6 @@
 //! What is counted since start: a row for each count, of which metrics, page and status text are made.
 
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::BusSnapshot;
 use crate::core::command::snapshot::FunctionSnapshot;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 

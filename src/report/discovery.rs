@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::core::can::mark::DriverMark;
+use crate::core::can::DriverMark;
 use crate::core::discovery::capture::MessageKey;
 use crate::core::discovery::findings::{Certainty, DiscoveryFindings};
 use crate::core::discovery::timeline::DriverAction;

@@ -8,8 +8,7 @@ use serde_json::json;
 
 use super::text::escaped;
 use super::{decision, seconds};
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, Frame};
 use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::gateway::event::Output;

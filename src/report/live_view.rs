@@ -7,9 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::counts::{self, Count};
-use crate::core::can::bus::BusReception;
-use crate::core::can::link::LinkState;
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::{BusReception, BusSnapshot, LinkState};
 use crate::core::command::snapshot::FunctionSnapshot;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::Snapshot;

@@ -11,8 +11,7 @@ use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::{Registry, Unit};
 
 use super::counts::{self, Count};
-use crate::core::can::link::LinkState;
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::{BusSnapshot, LinkState};
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
 use crate::core::names::variant_name;

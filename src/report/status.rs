@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::counts;
 use super::live_view::{integrity_text, message_of};
 use super::text::{counted, escaped, wrapped};
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::BusSnapshot;
 use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot, LightsValue};
 use crate::core::diagnostics::Level;
 use crate::core::gateway::configuration::ConfigurationState;

@@ -34,7 +34,7 @@ const CORE_FLOORS: &[&[&str]] = &[
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
 #[rustfmt::skip]
 const PURE_CRATES: &[&str] = &[
-    "can_dbc", "crc", "encoding_rs", "quick_xml", "rand_distr", "rand_pcg", "schemars", "serde",
+    "can_dbc", "crc", "derive_more", "encoding_rs", "quick_xml", "rand_distr", "rand_pcg", "schemars", "serde",
     "serde_variant", "strsim", "thiserror",
 ];
 /// Parts of the standard library that reach outside the process, wait or share.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 use crate::core::dbc::codec::{ByteOrder, Layout};
 
 /// A message of the DBC.

@@ -6,7 +6,7 @@ use super::dbc::{DraftMessage, dbc_text};
 use super::gateway::{BusInterface, gateway_toml};
 use super::profile;
 use super::vehicle::VehicleDraft;
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::core::discovery::candidate::HazardForm;
 use crate::core::discovery::capture::MessageKey;
 

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::dbc::DraftMessage;
 use super::gateway::{key, quoted, schema};
 use super::vehicle::{Timing, VehicleDraft};
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::core::discovery::candidate::{FoundSignal, HazardForm, SignalCandidate, Switch, TurnForm};
 use crate::core::discovery::capture::MessageKey;
 use crate::core::discovery::findings::{Certainty, DiscoveryFindings};

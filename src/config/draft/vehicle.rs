@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::dbc::{DraftMessage, DraftSignal, message_name};
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::core::dbc::codec::Layout;
 use crate::core::discovery::candidate::{Switch, TurnForm};
 use crate::core::discovery::capture::{Capture, FrameTrack, MessageGaps, MessageKey};

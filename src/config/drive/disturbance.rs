@@ -2,8 +2,7 @@
 
 use super::reader::{DriveMoment, MAX_S, NamedLanelets, required_moment, required_seconds};
 use super::route::{RoutePlan, plan};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 
 /// A disturbance of the inputs.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
+use derive_more::Display;
+
 use super::reader::{MAX_S, compats, metres};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::SourceLocation;
+use crate::config::reading::{Fields, Keywords, SourceLocation};
 use crate::core::light_command::Numbered;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::compat::DeciderCompat;
@@ -38,11 +38,13 @@ pub struct ExpectedInterval {
 }
 
 /// Unit of an interval.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum IntervalUnit {
     /// Metres along the route path.
+    #[display("m")]
     Metres,
     /// Seconds from the start.
+    #[display("s")]
     Seconds,
 }
 
@@ -69,15 +71,6 @@ impl ExpectedInterval {
             IntervalUnit::Seconds => at_s,
         };
         (self.from + self.tolerance..=self.to - self.tolerance).contains(&value)
-    }
-}
-
-impl fmt::Display for IntervalUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Metres => "m",
-            Self::Seconds => "s",
-        })
     }
 }
 

@@ -1,9 +1,7 @@
 //! Manoeuvres that the planner does in a drive scenario.
 
 use super::reader::{DriveMoment, MAX_S, NamedLanelets, from_to, metres, moment};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::SourceLocation;
+use crate::config::reading::{Fields, Keywords, SourceLocation};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::side::Side;
 

@@ -3,10 +3,7 @@
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
-use crate::config::reading::checker::{Checker, Keywords};
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::SourceLocation;
-use crate::config::reading::value::Value;
+use crate::config::reading::{Checker, Fields, Keywords, SourceLocation, Value};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::compat::DeciderCompat;

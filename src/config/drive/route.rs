@@ -1,10 +1,7 @@
 //! The route of a drive scenario.
 
 use super::reader::{NamedLanelets, pose};
-use crate::config::reading::checker::Checker;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::SourceLocation;
-use crate::config::reading::value::{Value, items};
+use crate::config::reading::{Checker, Fields, SourceLocation, Value, items};
 use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::route::Segment;
 

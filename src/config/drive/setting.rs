@@ -1,8 +1,7 @@
 //! Speed and stops of a drive scenario.
 
 use super::reader::{MAX_S, required_metres, required_seconds};
-use crate::config::reading::fields::Fields;
-use crate::config::reading::value::Value;
+use crate::config::reading::{Fields, Value};
 use crate::core::map::geometry::Point;
 
 const MAX_SPEED_MPS: f64 = 100.0;

@@ -1,7 +1,6 @@
 //! `[can.*]`: the interface of each bus.
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, text, whole};
+use crate::config::reading::{Fields, key_rows, text, whole};
 use crate::core::near_miss::did_you_mean;
 
 const DEFAULT_RECEIVE_BUFFER: u32 = 4 << 20;

@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use super::topic_names::TopicNames;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{ConfigKey, key_rows, keyword, limit, topic};
+use crate::config::reading::{ConfigKey, Fields, Keywords, key_rows, keyword, limit, topic};
 use crate::core::command::arbitration::{ArbitrationRules, ShutdownAction, TimeoutAction};
 use crate::core::command::feedback_monitor::FeedbackLimits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};

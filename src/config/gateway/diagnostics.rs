@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, millis, text};
+use crate::config::reading::{Fields, key_rows, millis, text};
 
 key_rows! {
     // Aggregators call a status stale after 1 s.

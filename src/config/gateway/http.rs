@@ -2,9 +2,7 @@
 
 use std::net::SocketAddr;
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::key::ValueShape;
-use crate::config::reading::row::{collection, flag, key_rows, other};
+use crate::config::reading::{Fields, ValueShape, collection, flag, key_rows, other};
 
 key_rows! {
     ADDRESS: SocketAddr = other("address", || ValueShape::Text, address, |_| None).example("\"127.0.0.1:9464\"").restart()

@@ -9,8 +9,7 @@ use std::rc::Rc;
 
 use crate::config::built_in::{display, full_path, project_path};
 use crate::config::files::Files;
-use crate::config::reading::checker::RecordedKey;
-use crate::config::reading::key::KeyEffect;
+use crate::config::reading::{KeyEffect, RecordedKey};
 use crate::config::ros_names::Remapping;
 use crate::core::gateway::GatewaySettings;
 use crate::core::gateway::configuration::EffectiveConfiguration;

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, path, seconds, whole};
+use crate::config::reading::{Fields, key_rows, path, seconds, whole};
 
 key_rows! {
     FOLDER: PathBuf = path("folder").example("\"bags\"").restart().doc("nothing without it; `run --record DIR` replaces it");

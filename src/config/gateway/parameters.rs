@@ -3,8 +3,7 @@
 use std::str::FromStr;
 
 use super::reference::sections;
-use crate::config::reading::key::description;
-use crate::config::reading::value::{Kind, Value};
+use crate::config::reading::{Kind, Value, description};
 use crate::io::ros::parameters::{ParameterValue, Parameters};
 
 /// The parameters for the keys of a table, with the descriptions of the keys.
@@ -89,8 +88,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::config::reading::location::Text;
-    use crate::config::reading::toml_text::from_toml;
+    use crate::config::reading::{Text, from_toml};
 
     fn of(toml: &str) -> Parameters {
         let text = Text::new(Path::new("gateway.toml"), toml.as_bytes().to_vec()).unwrap();

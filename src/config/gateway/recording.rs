@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{flag, key_rows, keyword, number, path};
+use crate::config::reading::{Fields, Keywords, flag, key_rows, keyword, number, path};
 
 key_rows! {
     FILE: PathBuf = path("file").example("\"drive.log.gz\"").restart().doc("the recording, plain or compressed");

@@ -6,7 +6,7 @@ use super::{
     black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, top, traffic_lights,
     turn_signal,
 };
-use crate::config::reading::key::{KeyRow, description};
+use crate::config::reading::{KeyRow, description};
 use crate::config::{country, decider, dimensions};
 
 /// A section of `gateway.toml`.

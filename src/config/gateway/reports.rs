@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{key_rows, keyword, number_as};
+use crate::config::reading::{Fields, Keywords, key_rows, keyword, number_as};
 use crate::core::vehicle_lights::report::Publish;
 
 key_rows! {

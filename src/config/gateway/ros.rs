@@ -8,11 +8,10 @@ use super::in_effect::{DIGEST_START, digest};
 use super::reports::Durability;
 use super::topic_names::{TopicNames, written};
 use crate::config::files::Files;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::key::ValueShape;
-use crate::config::reading::problem::cannot_read;
-use crate::config::reading::row::{ConfigKey, collection, flag, key_rows, keyword, other, text, whole};
+use crate::config::reading::{
+    ConfigKey, Fields, Keywords, ValueShape, cannot_read, collection, flag, key_rows, keyword, other, text,
+    whole,
+};
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{Remapping, is_name, is_namespace};
 use crate::io::ros::settings::{Transport, TypeHashes, ZenohSettings};
@@ -46,7 +45,7 @@ key_rows! {
 pub(super) mod zenoh {
     use std::path::PathBuf;
 
-    use crate::config::reading::row::{key_rows, keyword, path};
+    use crate::config::reading::{key_rows, keyword, path};
     use crate::io::ros::settings::TypeHashes;
 
     key_rows! {

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{flag, key_rows, path};
+use crate::config::reading::{Fields, flag, key_rows, path};
 
 key_rows! {
     ENABLED: bool = flag("enabled", true).restart().doc("false: no socket");

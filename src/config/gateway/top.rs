@@ -1,7 +1,6 @@
 //! The top of the file: the vehicle profile, and the origin of frames.
 
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::row::{key_rows, keyword, text};
+use crate::config::reading::{Keywords, key_rows, keyword, text};
 
 /// The origin of frames in `run`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,8 +1,6 @@
 //! Names of topics, as a section of the configuration gives them.
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::key::KeyRow;
-use crate::config::reading::row::{ConfigKey, optional_topic, topic};
+use crate::config::reading::{ConfigKey, Fields, KeyRow, optional_topic, topic};
 use crate::io::ros::topics::{OUTGOING, OutgoingRow};
 
 /// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor written.

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use derive_more::Display;
+
 use super::problem::Problem;
 use crate::config::built_in::display;
 
@@ -24,8 +26,9 @@ const STRIDE: usize = 256;
 /// The length at which a reason is cut, characters.
 const MAX_REASON: usize = 600;
 
-/// A location in a file, for people.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A location in a file, for people: `file:line:column: key`.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("{}:{}:{}: {key}", display(file), position.0, position.1)]
 pub struct SourceLocation {
     /// Path of the file, as it was named.
     pub file: Arc<Path>,
@@ -46,14 +49,6 @@ impl SourceLocation {
             remedy: remedy.into(),
             missing_timeout: None,
         }
-    }
-}
-
-/// Writes the location as `file:line:column: key`.
-impl fmt::Display for SourceLocation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (line, column) = self.position;
-        write!(f, "{}:{line}:{column}: {}", display(&self.file), self.key)
     }
 }
 

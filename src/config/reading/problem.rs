@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::config::built_in::display;
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use super::naming::listed;
 use super::reader::ScenarioReader;
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::location::Location;
+use crate::config::reading::{LocatedText, Location};
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{
     ControllerIndex, Phase, PhaseEntry, Reference, TrafficSignalController, upstream_cycle_s,

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use derive_more::Display;
+
 use super::naming::joined;
-use crate::config::reading::location::SourceLocation;
-use crate::config::reading::problem::Problem;
+use crate::config::reading::{Problem, SourceLocation};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, LightMap};
 use crate::core::traffic_light::scenario::Scenario;
@@ -53,20 +54,14 @@ impl fmt::Display for UncertainEnd {
     }
 }
 
-/// A part of the file that has no effect.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A part of the file that has no effect: `file:line:column: element: not interpreted: what`.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("{location}: not interpreted: {what}")]
 pub struct NotInterpreted {
     /// Location of the first part of its kind.
     pub location: SourceLocation,
     /// Description of the part, the number of parts of its kind, or the reason why it has no effect.
     pub what: String,
-}
-
-/// Prints `file:line:column: element: not interpreted: what`.
-impl fmt::Display for NotInterpreted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: not interpreted: {}", self.location, self.what)
-    }
 }
 
 /// An id of a light or group with its location.

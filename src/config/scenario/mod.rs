@@ -24,12 +24,7 @@ use crate::config::built_in::BuiltIn;
 use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
 use crate::config::named_file;
-use crate::config::reading::checker::Checker;
-use crate::config::reading::problem::{Problem, Refused};
-use crate::config::reading::toml_text::from_toml;
-use crate::config::reading::value::Kind;
-use crate::config::reading::xml_text::from_xml;
-use crate::config::reading::yaml_text::from_yaml;
+use crate::config::reading::{Checker, Kind, Problem, Refused, from_toml, from_xml, from_yaml};
 use modifiers::Modifiers;
 use reader::{SEE, ScenarioReader};
 

@@ -4,10 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::naming::listed;
-use crate::config::reading::checker::Checker;
-use crate::config::reading::element::Element;
-use crate::config::reading::location::MAX_BYTES;
-use crate::config::reading::value::{Entry, Kind, Value, items};
+use crate::config::reading::{Checker, Element, Entry, Kind, MAX_BYTES, Value, items};
 
 pub(super) const ROOT: &str = "ScenarioModifiers";
 /// The largest number of modifiers: each is sought in every text.
@@ -211,8 +208,7 @@ fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::reading::location::Text;
-    use crate::config::reading::yaml_text::from_yaml;
+    use crate::config::reading::{Text, from_yaml};
     use std::path::Path;
 
     /// The modifiers of a list in YAML, or what is refused.

@@ -4,10 +4,8 @@ use std::path::PathBuf;
 
 use super::raw_values::RawValues;
 use crate::config::built_in::display;
-use crate::config::reading::checker::{Checker, LocatedText};
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::Location;
-use crate::core::can::link::BusIndex;
+use crate::config::reading::{Checker, Fields, LocatedText, Location};
+use crate::core::can::BusIndex;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::near_miss::did_you_mean;

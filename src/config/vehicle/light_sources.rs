@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use super::binder::{Binder, UNUSABLE};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::validation::table::Role;
 use crate::core::vehicle_lights::binding::{
     FaultBinding, FaultSignal, NamedSource, OnFault, Sources, TurnSource,

@@ -4,11 +4,10 @@ use std::time::Duration;
 
 use super::binder::Binder;
 use super::integrity::integrity;
-use crate::config::reading::checker::{Keywords, LocatedText};
-use crate::config::reading::fields::{Fields, MAX_LIMIT_MS};
-use crate::config::reading::location::Location;
-use crate::config::reading::problem::{MissingTimeout, Problem};
-use crate::core::can::frame::CanId;
+use crate::config::reading::{
+    Fields, Keywords, LocatedText, Location, MAX_LIMIT_MS, MissingTimeout, Problem,
+};
+use crate::core::can::CanId;
 use crate::core::dbc::model::Message;
 use crate::core::validation::table::{BoundMessage, Timing};
 

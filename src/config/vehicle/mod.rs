@@ -23,7 +23,7 @@ use super::reading::location::{SourceLocation, Text};
 use super::reading::problem::Problem;
 use super::reading::row::flattened;
 use super::reading::toml_text::from_toml;
-use crate::core::can::bus::BusSettings;
+use crate::core::can::BusSettings;
 use crate::core::command::settings::CommandBinding;
 use crate::core::provenance::Provenance;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;

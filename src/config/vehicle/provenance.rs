@@ -1,9 +1,8 @@
 //! `makes`, `models` and `[[provenance]]` of a profile: the source of each fact, and what has verified it.
 
 use super::binder::LoadedDbc;
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::fields::Fields;
-use crate::core::can::frame::CanId;
+use crate::config::reading::{Fields, LocatedText};
+use crate::core::can::CanId;
 use crate::core::command::settings::CommandBinding;
 use crate::core::near_miss::did_you_mean;
 use crate::core::provenance::{

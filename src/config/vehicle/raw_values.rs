@@ -1,9 +1,6 @@
 //! Raw values of a signal as a profile writes them: numbers and ranges.
 
-use crate::config::reading::checker::Checker;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::Location;
-use crate::config::reading::value::{Kind, Value};
+use crate::config::reading::{Checker, Fields, Kind, Location, Value};
 use crate::core::validation::meaning::RawRange;
 
 /// A list of raw values and ranges, e.g. `[0, "4..=7"]`, each with its location.

@@ -2,10 +2,7 @@
 
 use super::binder::{Binder, Meanings, NOT_AVAILABLE, UNUSABLE, unusable_values};
 use super::raw_values::RawValues;
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::location::Location;
-use crate::config::reading::value::Kind;
+use crate::config::reading::{Fields, Kind, LocatedText, Location};
 use crate::core::traffic_light::bulb::{BulbSet, BulbShape};
 use crate::core::traffic_light::text::parse_bulbs;
 use crate::core::traffic_light::v2i_reception::binding::{

@@ -2,15 +2,20 @@
 
 use std::fmt;
 
+use derive_more::Display;
+
 /// Largest number of data bytes in a frame (CAN FD).
 pub const MAX_DATA: usize = 64;
 
-/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal. It is shown as by candump: three hexadecimal digits for 11 bits,
+/// eight for 29.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Display)]
 pub enum CanId {
     /// Identifier of 11 bits, 0 to 0x7FF.
+    #[display("{_0:03X}")]
     Standard(u16),
     /// Identifier of 29 bits, 0 to `0x1FFF_FFFF`.
+    #[display("{_0:08X}")]
     Extended(u32),
 }
 
@@ -30,16 +35,6 @@ impl CanId {
         match self {
             Self::Standard(id) => u32::from(id),
             Self::Extended(id) => id,
-        }
-    }
-}
-
-/// The notation of candump: three hexadecimal digits for 11 bits, eight for 29.
-impl fmt::Display for CanId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Standard(id) => write!(f, "{id:03X}"),
-            Self::Extended(id) => write!(f, "{id:08X}"),
         }
     }
 }

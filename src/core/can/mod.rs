@@ -10,3 +10,14 @@ pub mod link;
 pub mod mark;
 pub mod note;
 pub mod snapshot;
+
+pub use bus::{Bus, BusFinding, BusReception, BusSettings, ReceiveTime};
+pub use bus_status::link_text;
+pub use controller::ControllerReport;
+pub use error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+pub use frame::{CanId, Frame, FrameFormat, MAX_DATA};
+pub use input::CanInput;
+pub use link::{BusIndex, LinkState};
+pub use mark::DriverMark;
+pub use note::LogNote;
+pub use snapshot::{BusSnapshot, TrafficSnapshot};

@@ -4,8 +4,7 @@
 //! configuration builds the list from the profile, so that a frame with another identifier or on another bus
 //! cannot be made.
 
-use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, Frame, FrameFormat, MAX_DATA};
 
 /// The messages that may be sent, by bus and identifier.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -19,10 +19,7 @@ use super::sender::{FrameOrigin, SendCounts, SendProblem, Sender};
 use super::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
 use super::stale_message_filter::StaleMessageFilter;
 use super::{Reported, Turn};
-use crate::core::can::bus::Bus;
-use crate::core::can::error_frame::ControllerState;
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{Bus, BusIndex, CanId, ControllerState, Frame, LinkState};
 use crate::core::time::timer_table::TimerTable;
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::validation::meaning::Meaning;
@@ -34,7 +31,7 @@ use crate::core::validation::table::MessageIndex;
 pub struct CommandFlow {
     pub(super) settings: CommandSettings,
     pub(super) binding: CommandBinding,
-    observations: Observations,
+    pub(super) observations: Observations,
     pub(super) turn: Intake<Turn>,
     pub(super) hazard: Intake<bool>,
     /// Hazard commands of the gateway's decider, if it is the source.
@@ -49,7 +46,7 @@ pub struct CommandFlow {
     driver_signals: Vec<bool>,
     outputs: Vec<MessageOutput>,
     stopping: bool,
-    finding: CommandFinding,
+    pub(super) finding: CommandFinding,
     timers: TimerTable<CommandTimer>,
     ready: VecDeque<CommandOutput>,
 }
@@ -295,14 +292,6 @@ impl CommandFlow {
     pub fn send_counts(&self) -> impl Iterator<Item = (&str, SendCounts)> {
         let names = self.binding.messages.iter().map(|message| message.name.as_str());
         names.zip(self.outputs.iter().map(|output| output.sender.counts))
-    }
-
-    pub(super) fn observations(&self) -> &Observations {
-        &self.observations
-    }
-
-    pub(super) fn finding(&self) -> &CommandFinding {
-        &self.finding
     }
 
     pub(super) fn is_live(&self) -> bool {

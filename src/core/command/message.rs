@@ -7,7 +7,7 @@ use super::allow_list::SendPermission;
 use super::arbitration::VehicleRequest;
 use super::patch::Patch;
 use super::push_button::PushButtonSettings;
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 use crate::core::validation::integrity::Protection;
 
 /// A message the gateway sends.

@@ -1,8 +1,7 @@
 //! The outputs of the command machine.
 
 use super::allow_list::CommandFrame;
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, Frame};
 
 /// A frame to send or to show.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! Bits of a frame that are set together, checked in advance so that nothing can fail while driving.
 
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
 
 /// Values of some signals of one message.

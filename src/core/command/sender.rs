@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::allow_list::{CommandFrame, SendPermission};
 use super::message::{CommandMessage, FrameContents};
-use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::can::{Frame, MAX_DATA};
 use crate::core::time::{MonoTime, deadline_after};
 use crate::core::validation::integrity::Protection;
 

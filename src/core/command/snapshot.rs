@@ -10,7 +10,7 @@ use super::flow::CommandFlow;
 use super::intake::LatestCommand;
 use super::settings::CommandSource;
 use super::status::{FunctionView, StatusText};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::Level;
 use crate::core::names::{display_by_name, variant};
 use crate::core::time::{MonoTime, millis};
@@ -105,7 +105,7 @@ impl CommandFlow {
         buses: &[Bus],
         now: MonoTime,
     ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
-        let (table, observations) = (&self.binding.table, self.observations());
+        let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::Command, table, observations, buses };
         (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
     }
@@ -126,7 +126,7 @@ impl CommandFlow {
                 foreign: counts.foreign,
             }
         });
-        let (control_mode, undefined_control_mode) = match self.finding().mode {
+        let (control_mode, undefined_control_mode) = match self.finding.mode {
             ModeState::Known(mode) => (Some(mode), None),
             ModeState::Undefined(raw) => (None, Some(raw)),
             ModeState::Unknown => (None, None),

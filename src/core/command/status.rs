@@ -7,7 +7,7 @@ use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
 use super::flow::{CommandFinding, CommandFlow, FunctionFinding, RequestDelivery};
 use super::intake::{CommandState, Intake, LatestCommand};
 use super::sender::{SendCounts, SendProblem};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant, variant_name, words};
 use crate::core::time::MonoTime;
@@ -31,7 +31,7 @@ impl CommandFlow {
 
     /// Turn indicators and hazard lights.
     pub(super) fn views(&self) -> (FunctionView<'_, Turn>, FunctionView<'_, bool>) {
-        let CommandFinding { decision, turn, hazard, .. } = self.finding();
+        let CommandFinding { decision, turn, hazard, .. } = &self.finding;
         let turn = FunctionView {
             finding: turn,
             request: decision.request.turn,
@@ -53,14 +53,14 @@ impl CommandFlow {
 
     pub(super) fn hazard_text(&self, hazard: &FunctionView<'_, bool>) -> StatusText {
         let text = hazard.text();
-        if self.finding().button_given_up && text.0 != Level::Error {
+        if self.finding.button_given_up && text.0 != Level::Error {
             return (Level::Error, "no response to the hazard button".to_owned());
         }
         text
     }
 
     fn transmission(&self, buses: &[Bus]) -> StatusText {
-        let finding = self.finding();
+        let finding = &self.finding;
         let name = |at: usize| self.binding.messages.get(at).map_or("", |message| message.name.as_str());
         if let Some(bus) = finding.cut_off.and_then(|bus| buses.get(usize::from(bus.0))) {
             return (Level::Error, format!("nothing can be sent on {}", bus.settings().name));
@@ -90,7 +90,7 @@ impl CommandFlow {
         vec![
             ("tx", if self.is_live() { "on" } else { "off" }.to_owned()),
             ("source", variant_name(&self.settings.source).to_owned()),
-            ("control_mode", mode_text(self.finding().mode)),
+            ("control_mode", mode_text(self.finding.mode)),
             ("undefined_control_modes", self.undefined_modes.to_string()),
             ("frames", each(|counts| counts.sent)),
             ("with_authority", each(|counts| counts.with_authority)),

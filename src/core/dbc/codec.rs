@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 
 /// Number of bytes loaded at once; the longest signal (64 bits, unaligned) spans nine.
 const WINDOW: usize = 16;

@@ -8,7 +8,7 @@ use super::grammar::{Detail, EnumValue, Values};
 use super::model::{Database, MAX_ENTRIES, Message, Number, Signal};
 use super::multiplex::{MultiplexRule, Multiplexing};
 use super::outline::{MessageOutline, Outline, Property, SignalOutline};
-use crate::core::can::frame::FrameFormat;
+use crate::core::can::FrameFormat;
 
 pub(super) fn database(outline: Outline) -> Database {
     if outline.entries > MAX_ENTRIES {

@@ -55,7 +55,7 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 mod tests {
     use super::model::{DbcFinding, DbcSeverity, Number};
     use super::*;
-    use crate::core::can::frame::CanId;
+    use crate::core::can::CanId;
     use proptest::prelude::*;
 
     const GOOD: &str = r#"SG_ Good : 56|8@1+ (1,0) [0|0] "" X"#;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::codec::SignalCodec;
-use crate::core::can::frame::{CanId, FrameFormat};
+use crate::core::can::{CanId, FrameFormat};
 
 /// Largest number of entries of a file: messages, signals, properties, names of values, and findings.
 pub const MAX_ENTRIES: usize = 250_000;

@@ -10,7 +10,7 @@ use can_dbc::MultiplexIndicator;
 
 use super::codec::{LayoutError, SignalCodec};
 use super::outline::SignalOutline;
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 
 /// Largest number of nested multiplexors; more indicates a cycle.
 const MAX_DEPTH: usize = 8;

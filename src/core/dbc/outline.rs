@@ -8,7 +8,7 @@ use super::grammar::{self, Detail, EnumValue, Parsed, ParsedStatement, Values};
 use super::model::MAX_ENTRIES;
 use super::repair;
 use super::statement::{self, Statement};
-use crate::core::can::frame::{CanId, MAX_DATA};
+use crate::core::can::{CanId, MAX_DATA};
 
 /// Name of the pseudo-message that collects signals without a message.
 const INDEPENDENT: &str = "VECTOR__INDEPENDENT_SIG_MSG";

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::capture::FrameTrack;
 use super::timeline::ActionTimeline;
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 use crate::core::time::MonoTime;
 
 /// Contents of a message, reduced to the bits that may belong to a signal of the indicators.

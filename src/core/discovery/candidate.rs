@@ -1,9 +1,13 @@
 //! Candidates for the turn indicators and the hazard lights, with the evidence for and against each.
 
+use std::fmt;
 use std::time::Duration;
+
+use derive_more::Display;
 
 use super::capture::MessageKey;
 use super::response::ResponseShape;
+use super::timeline::DriverAction;
 use crate::core::dbc::codec::{ByteOrder, Layout};
 use crate::core::time::MonoTime;
 
@@ -38,7 +42,8 @@ pub(super) fn sawtooth(bit: u16) -> u16 {
 }
 
 /// One side, or the hazard lights: a signal with its value at rest and while it is on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[display("{signal} = {on} (rest {off})")]
 pub struct Switch {
     /// Signal that shows the state.
     pub signal: FoundSignal,
@@ -130,13 +135,15 @@ impl TurnForm {
 }
 
 /// The form in which signals show the hazard lights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum HazardForm {
     /// Both sides of the turn indicators are on.
+    #[display("both sides of the turn indicators")]
     BothSides,
     /// A signal of their own.
     Signal(Switch),
     /// A button that springs back; each press toggles.
+    #[display("button: {_0}")]
     Button(Switch),
 }
 
@@ -151,39 +158,55 @@ impl HazardForm {
 }
 
 /// A drawback of a candidate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Drawback {
     /// It did not follow this many requests.
+    #[display("did not follow {_0} of the requests")]
     Missed(usize),
     /// At this many requests it had values that are not a state.
+    #[display("had other values at {_0} of the requests")]
     OtherValues(usize),
     /// It flashes, so that its state has to be derived.
+    #[display("flashes: its state has to be derived")]
     Flashes,
     /// The hazard lights do not show in it.
+    #[display("does not show the hazard lights")]
     HidesHazard,
     /// It shows only a moment, so that its state has to be derived.
+    #[display("shows a moment only: its state has to be derived")]
     Momentary,
     /// Left and right are in different messages.
+    #[display("left and right are in different messages")]
     TwoMessages,
     /// Its byte changes whenever anything in the message does, as a checksum does.
+    #[display("its byte changes with everything in the message, as a checksum does")]
     LikeChecksum,
     /// Bits beside it change with the requests in other ways, like lower bits of a number.
+    #[display("bits beside it change like bits of a number")]
     PartOfNumber,
     /// This many bits beside it also follow the requests.
+    #[display("{_0} bits beside it follow the requests as well")]
     Cut(u16),
     /// It is not in a message of the turn indicators.
+    #[display("is not in a message of the turn indicators")]
     OtherMessage,
     /// This many bits between its own never changed.
+    #[display("{_0} of its bits never changed")]
     Gaps(u16),
     /// It has this many bits more than two.
+    #[display("has {_0} more bits than needed for three states")]
     Wide(u16),
     /// Its value at rest is not 0.
+    #[display("is not 0 at rest")]
     RestsOn,
     /// Its message is not sent regularly.
+    #[display("its message is not sent regularly")]
     Irregular,
     /// Its message has no proven checksum.
+    #[display("its message has no known checksum")]
     NoChecksum,
     /// Its message has no counter.
+    #[display("its message has no counter")]
     NoCounter,
 }
 
@@ -294,5 +317,52 @@ impl<F> SignalCandidate<F> {
     /// Returns the sum of the weights of all drawbacks; the candidate with the lowest one is first.
     pub fn weight(&self) -> usize {
         self.drawbacks.iter().map(|drawback| drawback.weight()).sum()
+    }
+}
+
+impl fmt::Display for FoundSignal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bits = self.bits();
+        let (first, last) = (bits.first().copied().unwrap_or(0), bits.last().copied().unwrap_or(0));
+        write!(f, "0x{} byte {} ", self.message.id, first / 8)?;
+        if first == last {
+            write!(f, "bit {}", first % 8)
+        } else if first / 8 == last / 8 {
+            write!(f, "bits {} to {}", first % 8, last % 8)
+        } else {
+            write!(f, "bit {} to byte {} bit {}", first % 8, last / 8, last % 8)
+        }
+    }
+}
+
+impl fmt::Display for TurnForm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Enumerated { signal, off, left, right, both } => {
+                write!(f, "{signal}: off {off}, left {left}, right {right}")?;
+                both.map_or(Ok(()), |both| write!(f, ", hazard {both}"))
+            }
+            Self::Pair { left, right, lamps, .. } => {
+                write!(f, "{}left {left}, right {right}", if *lamps { "lamps: " } else { "" })
+            }
+            Self::Stalk { signal, idle, left, right, .. } => {
+                write!(f, "{signal}, momentary: rest {idle}, left {left}, right {right}")
+            }
+        }
+    }
+}
+
+impl<F> SignalCandidate<F> {
+    /// Returns the number of followed requests of an action, e.g. `2 of 2`.
+    pub fn followed_text(&self, action: DriverAction) -> String {
+        let (count, of) = self.followed[action as usize];
+        format!("{count} of {of}")
+    }
+
+    /// Returns the drawbacks of this candidate that `best` does not have, or a text for its rank if there are none.
+    pub fn explanation<G>(&self, best: &SignalCandidate<G>) -> String {
+        let own = self.drawbacks.iter().filter(|drawback| !best.drawbacks.contains(drawback));
+        let texts: Vec<_> = own.map(ToString::to_string).collect();
+        if texts.is_empty() { "as good, but found later".to_owned() } else { texts.join("; ") }
     }
 }

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, Frame};
 use crate::core::time::MonoTime;
 
 /// A message of a bus.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use derive_more::Display;
+
 use super::candidate::{Drawback, FoundSignal, HazardForm, SignalCandidate, TurnForm};
 use super::capture::{Capture, MessageKey};
 use super::protection::FoundProtection;
@@ -28,27 +30,34 @@ pub struct DiscoveryFindings {
 }
 
 /// A reason for which requests that were followed are not enough.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Doubt {
     /// This bit of the message always changed together with the signal.
+    #[display("{_0} always changed together with it: one may be of a checksum or counter")]
     Twin(FoundSignal),
     /// It may be part of a checksum, while another signal that also followed both sides is not.
+    #[display("it may be a part of a checksum, which another candidate is not")]
     Checksum,
     /// Another signal followed as well, but at other moments.
+    #[display("another signal followed as well, at other moments")]
     Disputed,
 }
 
 /// The certainty of a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Display)]
 pub enum Certainty {
     /// Enough requests were followed.
+    #[display("found")]
     Sure,
     /// A signal was found, but too few requests were followed, or too many were not.
+    #[display("not sure")]
     Unsure,
     /// No signal followed the requests, so far.
     #[default]
+    #[display("not found")]
     NotFound,
     /// No signal follows the requests, after enough of them.
+    #[display("not visible on this bus")]
     NotVisible,
 }
 

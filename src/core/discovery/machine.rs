@@ -7,9 +7,7 @@ use super::findings::DiscoveryFindings;
 use super::search::seen;
 use super::session::{DriverRequest, Session, SessionSettings, SessionStep};
 use super::timeline::{ActionTimeline, DriverAction};
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
-use crate::core::can::mark::DriverMark;
+use crate::core::can::{BusIndex, DriverMark, Frame};
 use crate::core::time::MonoTime;
 
 /// An event for the driver.

@@ -21,7 +21,6 @@
 mod bits;
 pub mod candidate;
 pub mod capture;
-mod display;
 pub mod findings;
 pub mod machine;
 mod pages;

@@ -3,7 +3,7 @@
 
 use super::bits::QuietBits;
 use super::capture::FrameTrack;
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 
 /// Least share of frames with the bit that a frame of another page follows, in quarters.
 const MOST: usize = 3;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::bits::QuietBits;
 use super::timeline::{ActionTimeline, DriverAction, EARLY, RequestWindow};
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::time::MonoTime;
 

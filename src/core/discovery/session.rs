@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use super::timeline::DriverAction;
-use crate::core::can::mark::DriverMark;
+use crate::core::can::DriverMark;
 use crate::core::time::MonoTime;
 
 /// Times and numbers of a session.

@@ -2,11 +2,14 @@
 
 use std::time::Duration;
 
-use crate::core::can::mark::DriverMark;
+use derive_more::Display;
+
+use crate::core::can::DriverMark;
 use crate::core::time::MonoTime;
 
 /// An action of the driver that lights show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
+#[display("{}", self.mark())]
 pub enum DriverAction {
     /// The turn indicators of the left side are on.
     Left,

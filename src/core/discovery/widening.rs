@@ -2,7 +2,7 @@
 
 use super::candidate::{FoundSignal, HazardForm, Switch, TurnForm, bits_of, sawtooth};
 use super::search::Responding;
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 use crate::core::dbc::codec::{ByteOrder, Layout};
 
 /// A widened signal, with the number of bits added below.

@@ -8,9 +8,7 @@ use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use crate::core::can::input::CanInput;
-use crate::core::can::link::LinkState;
-use crate::core::can::note::LogNote;
+use crate::core::can::{CanInput, LinkState, LogNote};
 use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -217,8 +215,7 @@ fn wall(start: Now, at: Now) -> WallStamp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::can::frame::{CanId, Frame};
-    use crate::core::can::link::BusIndex;
+    use crate::core::can::{BusIndex, CanId, Frame};
     use crate::core::vehicle_lights::output::VehicleLightsOutput;
     use crate::core::vehicle_lights::report::Step;
 

@@ -1,30 +1,41 @@
 //! How the network process is confined, as far as diagnostics tell of it.
 
 use std::collections::BTreeMap;
-use std::fmt;
+
+use derive_more::Display;
 
 /// One of the means by which the kernel confines the network process.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
 pub enum Layer {
     /// It has no capability.
+    #[display("dropped capabilities")]
     Capabilities,
     /// It continues when its parent ends, should it have been stopped.
+    #[display("a signal of the gateway's end")]
     ParentsEnd,
     /// It is the first to go when memory is short.
+    #[display("OOM score")]
     OomScore,
     /// Its private writable memory is limited.
+    #[display("memory limit")]
     MemoryLimit,
     /// Its open descriptors are limited.
+    #[display("descriptor limit")]
     DescriptorLimit,
     /// It leaves no core dump.
+    #[display("forbidden core dumps")]
     CoreDumps,
     /// Landlock refuses files, ports, sockets and signals.
+    #[display("all of Landlock")]
     Landlock,
     /// A filter refuses system calls that its engine does not need.
+    #[display("a filter of system calls")]
     SystemCalls,
     /// The gateway learns which calls were refused.
+    #[display("names of refused calls")]
     CallNames,
     /// Its user is not the gateway's.
+    #[display("a user of its own")]
     OwnUser,
 }
 
@@ -45,23 +56,6 @@ impl Layer {
 
     fn bit(self) -> u16 {
         1 << (self as u16)
-    }
-}
-
-impl fmt::Display for Layer {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Capabilities => "dropped capabilities",
-            Self::ParentsEnd => "a signal of the gateway's end",
-            Self::OomScore => "OOM score",
-            Self::MemoryLimit => "memory limit",
-            Self::DescriptorLimit => "descriptor limit",
-            Self::CoreDumps => "forbidden core dumps",
-            Self::Landlock => "all of Landlock",
-            Self::SystemCalls => "a filter of system calls",
-            Self::CallNames => "names of refused calls",
-            Self::OwnUser => "a user of its own",
-        })
     }
 }
 

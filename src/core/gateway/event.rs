@@ -3,7 +3,9 @@
 //! Each flow has its own inputs and outputs; here they are joined. The daemon makes [`Input`]s of what sockets
 //! receive and sends [`Output`]s to sockets; a replay makes the same `Input`s of a file.
 
-use crate::core::can::input::CanInput;
+use derive_more::From;
+
+use crate::core::can::CanInput;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::Diagnostics;
@@ -15,7 +17,7 @@ use crate::core::turn_signal::planner_input::PlannerInput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 
 /// One thing that happened outside.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, From)]
 pub enum Input {
     /// On a CAN bus, for every flow that reads some of its messages.
     Can(CanInput),
@@ -56,29 +58,5 @@ impl Input {
             Self::Can(input) => input.stamp(),
             Self::TrafficLight(_) | Self::Planner(_) | Self::Command(_) | Self::Tick => None,
         }
-    }
-}
-
-impl From<CanInput> for Input {
-    fn from(input: CanInput) -> Self {
-        Self::Can(input)
-    }
-}
-
-impl From<TrafficLightInput> for Input {
-    fn from(input: TrafficLightInput) -> Self {
-        Self::TrafficLight(input)
-    }
-}
-
-impl From<PlannerInput> for Input {
-    fn from(input: PlannerInput) -> Self {
-        Self::Planner(input)
-    }
-}
-
-impl From<CommandInput> for Input {
-    fn from(input: CommandInput) -> Self {
-        Self::Command(input)
     }
 }

@@ -15,10 +15,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use crate::core::can::bus::BusSettings;
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, BusSettings, CanId, CanInput, LinkState};
 use crate::core::command::flow::CommandFlow;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::CommandOrigin;

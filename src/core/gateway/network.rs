@@ -1,8 +1,8 @@
 //! The network side of ROS 2, as far as diagnostics tell of it.
 
-use std::fmt;
 use std::time::Duration;
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -56,35 +56,31 @@ pub struct NetworkState {
 }
 
 /// Where a network side runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Display)]
 pub enum Place {
     /// In a thread of the gateway.
     #[default]
+    #[display("thread")]
     Thread,
     /// In a process of its own.
+    #[display("process")]
     Process,
     /// In a process of another user, which systemd has started.
+    #[display("service")]
     Service,
 }
 
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Thread => "thread",
-            Self::Process => "process",
-            Self::Service => "service",
-        })
-    }
-}
-
 /// What weighs on a network side that has joined; the first that is true counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Burden {
     /// No sample of it arrives at a reader of our own, where some did.
+    #[display("joined, but what it sends does not arrive at a reader of its own")]
     Unheard,
     /// There are more peers than any ROS network has.
+    #[display("joined, but with more peers than a network has")]
     Crowd,
     /// It has taken a whole processor for some seconds.
+    #[display("joined, but takes a whole processor")]
     Busy,
 }
 
@@ -102,46 +98,39 @@ pub struct ZenohLinks {
 }
 
 /// Why a network side ended.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Display, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NetworkFailure {
     /// It ended by itself with this exit code.
+    #[display("exit code {_0}")]
     Exited(i32),
     /// It was ended by this signal, which was not ours.
+    #[display("killed by signal {_0}")]
     Signalled(i32),
     /// One of its threads had a panic.
+    #[display("panic")]
     Panicked,
     /// It was refused more memory than its limit allows.
+    #[display("out of memory")]
     OutOfMemory,
     /// It did not answer in time, and was killed.
+    #[display("no answer")]
     NoAnswer,
     /// It answered, but no sample of it arrived at a reader of our own.
+    #[display("not heard")]
     Unheard,
     /// More peers were announced to it than any ROS network has.
+    #[display("too many peers")]
     Crowded,
     /// The process that supervised it has ended, and has taken it along.
+    #[display("its service has ended")]
     SupervisorEnded,
     /// It broke the rules of the link in this way, and was killed.
+    #[display("it sent {_0}")]
     Violation(String),
     /// It could not be started, or could not join the network, for this reason.
+    #[display("not started: {_0}")]
     NotStarted(String),
-}
-
-impl fmt::Display for NetworkFailure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Exited(code) => write!(f, "exit code {code}"),
-            Self::Signalled(signal) => write!(f, "killed by signal {signal}"),
-            Self::Panicked => f.write_str("panic"),
-            Self::OutOfMemory => f.write_str("out of memory"),
-            Self::NoAnswer => f.write_str("no answer"),
-            Self::Unheard => f.write_str("not heard"),
-            Self::Crowded => f.write_str("too many peers"),
-            Self::SupervisorEnded => f.write_str("its service has ended"),
-            Self::Violation(violation) => write!(f, "it sent {violation}"),
-            Self::NotStarted(reason) => write!(f, "not started: {reason}"),
-        }
-    }
 }
 
 impl NetworkState {
@@ -185,7 +174,7 @@ impl NetworkState {
 fn level_and_message(state: &NetworkState) -> (Level, String) {
     let failure = state.last_failure.as_ref();
     if let Some(burden) = state.burden.filter(|_| state.is_up) {
-        return (Level::Warn, burden_text(burden).to_owned());
+        return (Level::Warn, burden.to_string());
     }
     match (state.age.filter(|_| state.is_up), failure) {
         (None, None) => (Level::Warn, "joining the network".to_owned()),
@@ -217,14 +206,6 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
             }
             Some(_) | None => (Level::Ok, "joined".to_owned()),
         },
-    }
-}
-
-fn burden_text(burden: Burden) -> &'static str {
-    match burden {
-        Burden::Unheard => "joined, but what it sends does not arrive at a reader of its own",
-        Burden::Crowd => "joined, but with more peers than a network has",
-        Burden::Busy => "joined, but takes a whole processor",
     }
 }
 

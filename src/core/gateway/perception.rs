@@ -5,12 +5,8 @@
 use std::time::Duration;
 
 use super::GatewaySettings;
-use crate::core::can::bus::{Bus, BusFinding};
 use crate::core::can::bus_status;
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::{Bus, BusFinding, BusIndex, BusSnapshot, CanId, CanInput, Frame, LinkState};
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::timer_table::TimerTable;

@@ -129,7 +129,7 @@ pub struct LogState {
 }
 
 /// Number of log lines that were not written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LostLines {
     /// Lines left out because their kind came too often.
     pub suppressed: u64,

@@ -10,7 +10,7 @@ use super::Gateway;
 use super::configuration::ConfigurationState;
 use super::network::{NetworkFailure, NetworkState, ZenohLinks};
 use super::process_status::{LogState, RecorderState};
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::BusSnapshot;
 use crate::core::command::snapshot::CommandSnapshot;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::provenance::ProvenanceSummary;

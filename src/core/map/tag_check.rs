@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use derive_more::Display;
+
 use super::fork::parting;
 use super::geometry::polyline::headed;
 use super::geometry::{Point, Pose, wrapped};
@@ -32,9 +34,10 @@ pub struct MapFinding {
 }
 
 /// A reason for which the signal at a lanelet may be wrong or missing.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Display)]
 pub enum MapFlaw {
     /// Its `turn_direction` is not the way in which it bends.
+    #[display("tagged {}, but it bends {}", tag.name(), bend(*bend_deg))]
     OtherDirection {
         /// The direction that the tag names.
         tag: TurnDirection,
@@ -42,8 +45,14 @@ pub enum MapFlaw {
         bend_deg: f64,
     },
     /// This value of its `turn_direction` is not known, and counts as none.
+    #[display(
+        "its turn_direction {_0:?} names no direction: expected left, right or straight, in lower case"
+    )]
     UnknownDirection(String),
     /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the other side ends.
+    #[display(
+        "its turn_signal_distance of {distance_m} m reaches behind the end of lanelet {other}, which turns to the other side"
+    )]
     ReachesBehindOtherTurn {
         /// The tag `turn_signal_distance`, metres.
         distance_m: f64,
@@ -51,6 +60,7 @@ pub enum MapFlaw {
         other: LaneId,
     },
     /// A turn is split: the same tag on lanelets that follow each other.
+    #[display("a turn tagged {} ({}) is split over the lanelets {}", tag.name(), bend(*bend_deg), listed(lanes))]
     SplitTurn {
         /// The direction that the tag names.
         tag: TurnDirection,
@@ -60,6 +70,7 @@ pub enum MapFlaw {
         bend_deg: f64,
     },
     /// It turns off at a fork and has no `turn_direction`.
+    #[display("turns off by {} where the road forks after {after}, without a turn_direction", bend(*bend_deg))]
     UntaggedFork {
         /// The lanelet after which the road forks.
         after: LaneId,
@@ -67,6 +78,10 @@ pub enum MapFlaw {
         bend_deg: f64,
     },
     /// It leads off at a fork by less than a turn, and has no `turn_direction`.
+    #[display(
+        "leads off to the {} of {other} where the road forks after {after}, without a turn_direction",
+        if *is_left { "left" } else { "right" }
+    )]
     UntaggedLowFork {
         /// The lanelet after which the road forks.
         after: LaneId,
@@ -76,20 +91,28 @@ pub enum MapFlaw {
         is_left: bool,
     },
     /// A roundabout names it, but it is not on the map.
+    #[display("a roundabout names it, but it is not on the map")]
     NotOnMap,
     /// A roundabout gives it a role, but it does not refer to the roundabout.
+    #[display("a roundabout gives it a role, but it does not refer to the roundabout")]
     NoReference,
     /// It refers to a roundabout that gives it no role.
+    #[display("refers to a roundabout that gives it no role")]
     NoRole,
     /// An entry that leads to no lanelet of its roundabout.
+    #[display("an entry that leads to no lanelet of its roundabout")]
     EntryLeadsNowhere,
     /// An exit to which no lanelet of its roundabout leads.
+    #[display("an exit to which no lanelet of its roundabout leads")]
     ExitFromNowhere,
     /// An entry that signals for this exit, which its roundabouts do not have.
+    #[display("signals on entry for the exit {_0}, which its roundabout does not have")]
     UnknownExit(LaneId),
     /// An entry that lists this exit for the left and for the right.
+    #[display("signals on entry both left and right for the exit {_0}")]
     ContradictingExit(LaneId),
     /// An exit without `enable_exit_turn_signal` on a lanelet of the ring before it.
+    #[display("an exit with no enable_exit_turn_signal on the lanelet of the ring before it")]
     UntaggedExit,
 }
 
@@ -292,7 +315,18 @@ fn members(road: &LaneNetwork, index: usize, element: &Roundabout) -> Vec<MapFin
     findings
 }
 
-/// `lanelet 201 at (23.4, 12.0) m: tagged left, but it bends 90° to the right`
+/// Returns a bend as text, e.g. `90° to the right`.
+fn bend(bend_deg: f64) -> String {
+    let side = if bend_deg < 0.0 { "right" } else { "left" };
+    format!("{:.0}° to the {side}", bend_deg.abs())
+}
+
+/// Returns the names of lanelets, in their order.
+fn listed(lanes: &[LaneId]) -> String {
+    lanes.iter().map(LaneId::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// Writes e.g. `lanelet 201 at (23.4, 12.0) m: tagged left, but it bends 90° to the right`.
 impl fmt::Display for MapFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "lanelet {}", self.lane)?;
@@ -300,63 +334,6 @@ impl fmt::Display for MapFinding {
             write!(f, " at ({x_m:.1}, {y_m:.1}) m")?;
         }
         write!(f, ": {}", self.flaw)
-    }
-}
-
-impl fmt::Display for MapFlaw {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let bend = |bend_deg: f64| {
-            let side = if bend_deg < 0.0 { "right" } else { "left" };
-            format!("{:.0}° to the {side}", bend_deg.abs())
-        };
-        match self {
-            Self::OtherDirection { tag, bend_deg } => {
-                write!(f, "tagged {}, but it bends {}", tag.name(), bend(*bend_deg))
-            }
-            Self::UnknownDirection(value) => {
-                write!(
-                    f,
-                    "its turn_direction {value:?} names no direction: expected left, right or straight, in lower case"
-                )
-            }
-            Self::ReachesBehindOtherTurn { distance_m, other } => write!(
-                f,
-                "its turn_signal_distance of {distance_m} m reaches behind the end of lanelet {other}, which turns to the \
-                 other side"
-            ),
-            Self::SplitTurn { tag, lanes, bend_deg } => {
-                let lanes: Vec<String> = lanes.iter().map(LaneId::to_string).collect();
-                let (bend, lanes) = (bend(*bend_deg), lanes.join(", "));
-                write!(f, "a turn tagged {} ({bend}) is split over the lanelets {lanes}", tag.name())
-            }
-            Self::UntaggedFork { after, bend_deg } => {
-                let bend = bend(*bend_deg);
-                write!(f, "turns off by {bend} where the road forks after {after}, without a turn_direction")
-            }
-            Self::UntaggedLowFork { after, other, is_left } => {
-                let side = if *is_left { "left" } else { "right" };
-                write!(
-                    f,
-                    "leads off to the {side} of {other} where the road forks after {after}, without a turn_direction"
-                )
-            }
-            Self::NotOnMap => f.write_str("a roundabout names it, but it is not on the map"),
-            Self::NoReference => {
-                f.write_str("a roundabout gives it a role, but it does not refer to the roundabout")
-            }
-            Self::NoRole => f.write_str("refers to a roundabout that gives it no role"),
-            Self::EntryLeadsNowhere => f.write_str("an entry that leads to no lanelet of its roundabout"),
-            Self::ExitFromNowhere => f.write_str("an exit to which no lanelet of its roundabout leads"),
-            Self::UnknownExit(exit) => {
-                write!(f, "signals on entry for the exit {exit}, which its roundabout does not have")
-            }
-            Self::ContradictingExit(exit) => {
-                write!(f, "signals on entry both left and right for the exit {exit}")
-            }
-            Self::UntaggedExit => {
-                f.write_str("an exit with no enable_exit_turn_signal on the lanelet of the ring before it")
-            }
-        }
     }
 }
 

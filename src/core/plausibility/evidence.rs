@@ -2,8 +2,7 @@
 
 use super::message::MessageEvidence;
 use super::states::{ShownState, StateHistory};
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, Frame};
 use crate::core::dbc::model::Database;
 use crate::core::time::MonoTime;
 use crate::core::validation::meaning::Meaning;

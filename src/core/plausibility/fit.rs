@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::evidence::ProfileEvidence;
 use super::finding::{FindingKind, ProfileFinding, Severity, findings};
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 use crate::core::vehicle_lights::state::TurnCode;
 
 /// Certainty that a profile fits.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::gaps::GapDistribution;
 use super::unused::{UnusedChecksum, UnusedCounter};
-use crate::core::can::frame::Frame;
+use crate::core::can::Frame;
 use crate::core::dbc::model::Message;
 use crate::core::time::MonoTime;
 use crate::core::validation::integrity::search::FoundChecksum;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::can::{Frame, MAX_DATA};
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Message;
 use crate::core::validation::integrity::Reject;

@@ -10,7 +10,7 @@ use crate::core::vehicle_lights::state::TurnCode;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flasher {
     period: Duration,
-    code: TurnCode,
+    pub(super) code: TurnCode,
     since: MonoTime,
 }
 
@@ -25,10 +25,6 @@ impl Flasher {
         if code != self.code {
             (self.code, self.since) = (code, now);
         }
-    }
-
-    pub(super) fn code(&self) -> TurnCode {
-        self.code
     }
 
     /// Returns the sides that are lit; one with a defective bulb flashes at twice the rate.

@@ -2,9 +2,7 @@
 
 use serde::Serialize;
 
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, ErrorFrame, Frame};
 use crate::core::command::Turn;
 use crate::core::names::variant_name;
 use crate::core::vehicle_lights::state::TurnCode;

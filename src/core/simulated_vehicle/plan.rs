@@ -4,9 +4,7 @@
 use std::time::Duration;
 
 use super::encoder::{ReportedSubject, SignalContent, SignalEncoder, SignalValue};
-use crate::core::can::bus::BusSettings;
-use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, BusSettings, CanId, Frame, FrameFormat, MAX_DATA};
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Database;

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use super::output::VehicleEvent;
-use crate::core::can::frame::{Frame, MAX_DATA};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, Frame, MAX_DATA};
 use crate::core::command::Turn;
 use crate::core::command::message::CommandMessage;
 use crate::core::time::{MonoTime, deadline_after};
@@ -32,7 +31,7 @@ pub(super) struct CommandReceiver {
     message: CommandMessage,
     checker: Option<IntegrityChecker>,
     timeout: Duration,
-    request: LightsRequest,
+    pub(super) request: LightsRequest,
     /// Receive time of the last valid frame; `None` = no request.
     received_at: Option<MonoTime>,
     is_pressed: bool,
@@ -89,10 +88,6 @@ impl CommandReceiver {
         let request = std::mem::take(&mut self.request);
         let message = self.message.name.clone();
         (request != LightsRequest::default()).then_some(VehicleEvent::CommandTimedOut { message })
-    }
-
-    pub(super) fn request(&self) -> LightsRequest {
-        self.request
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {

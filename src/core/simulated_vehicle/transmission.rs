@@ -8,7 +8,7 @@ use rand_pcg::rand_core::Rng;
 use super::encoder::ReportedState;
 use super::faults::FrameFaults;
 use super::plan::PlannedMessage;
-use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::can::{Frame, MAX_DATA};
 use crate::core::time::MonoTime;
 use crate::core::validation::integrity::Protection;
 

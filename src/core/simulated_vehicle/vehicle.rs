@@ -15,9 +15,8 @@ use super::plan::{PlannedMessage, VehiclePlan};
 use super::receiver::{CommandReceiver, LightsRequest};
 use super::request::{SimulatedFault, SimulationRequest};
 use super::transmission::Transmission;
-use crate::core::can::error_frame::{ErrorFrame, class};
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
+use crate::core::can::error_frame::class;
+use crate::core::can::{BusIndex, ErrorFrame, Frame};
 use crate::core::time::MonoTime;
 use crate::core::validation::meaning::Meaning;
 use crate::core::vehicle_lights::lamp::Sides;
@@ -179,7 +178,7 @@ impl SimulatedVehicle {
 
     /// Returns the lights that flash and the origin of their request.
     pub fn lights(&self) -> (TurnCode, Who) {
-        (self.flasher.code(), self.who)
+        (self.flasher.code, self.who)
     }
 
     fn perform(&mut self, request: SimulationRequest, now: MonoTime) {
@@ -210,8 +209,8 @@ impl SimulatedVehicle {
         let grants = self.driver.mode.grants();
         let mut request = LightsRequest::default();
         for receiver in &self.receivers {
-            request.turn = request.turn.or(receiver.request().turn.filter(|_| grants.turn));
-            request.hazard = request.hazard.or(receiver.request().hazard.filter(|_| grants.hazard));
+            request.turn = request.turn.or(receiver.request.turn.filter(|_| grants.turn));
+            request.hazard = request.hazard.or(receiver.request.hazard.filter(|_| grants.hazard));
         }
         if std::mem::replace(&mut self.request, request) != request {
             let event = VehicleEvent::Commanded { turn: request.turn, hazard: request.hazard };
@@ -255,7 +254,7 @@ impl SimulatedVehicle {
     fn state(&self, now: MonoTime) -> ReportedState {
         let false_report = self.false_report();
         ReportedState {
-            code: false_report.map_or(self.flasher.code(), |flasher| flasher.code()),
+            code: false_report.map_or(self.flasher.code, |flasher| flasher.code),
             lit: false_report.map_or(self.lit, |flasher| flasher.lit(Sides::default(), now)),
             stalk: self.driver.stalk_position(),
             button: self.driver.is_button_pressed(),

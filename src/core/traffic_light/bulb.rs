@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -105,7 +106,11 @@ impl BulbShape {
 }
 
 /// One lamp of a head. Lamps are ordered by their sort key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema, Display,
+)]
+// Written as it is read: always all three.
+#[display("{} {} {}", self.color.name(), self.status.name(), self.shape.name())]
 pub struct Bulb {
     /// Colour of the light.
     pub color: Color,
@@ -131,13 +136,6 @@ impl Bulb {
         let (rest, shape) = (position / BulbShape::ALL.len(), position % BulbShape::ALL.len());
         let (color, status) = (rest / BulbStatus::ALL.len(), rest % BulbStatus::ALL.len());
         Self { color: Color::ALL[color], status: BulbStatus::ALL[status], shape: BulbShape::ALL[shape] }
-    }
-}
-
-/// Prints `<colour> <status> <shape>`, always all three.
-impl fmt::Display for Bulb {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} {}", self.color.name(), self.status.name(), self.shape.name())
     }
 }
 

@@ -7,7 +7,8 @@ use crate::core::map::light_map::HeadIndex;
 /// The latest changes of heads. Changes are numbered from 1.
 #[derive(Debug, Clone)]
 pub(super) struct ChangeLog {
-    changes: u64,
+    /// The number of the last change, 0 before the first.
+    pub(super) changes: u64,
     /// The heads of the last changes, oldest first, at most as many as the map has heads.
     latest: VecDeque<HeadIndex>,
     heads: u32,
@@ -25,11 +26,6 @@ impl ChangeLog {
         if self.latest.len() > self.heads as usize {
             self.latest.pop_front();
         }
-    }
-
-    /// Returns the number of the last change, 0 before the first.
-    pub(super) fn changes(&self) -> u64 {
-        self.changes
     }
 
     /// Returns the heads that changed after that change, latest first and maybe repeated; after too many changes, all
@@ -51,7 +47,7 @@ mod tests {
         for head in [2, 3, 1, 0, 1] {
             change_log.add(HeadIndex(head));
         }
-        assert_eq!(change_log.changes(), 5);
+        assert_eq!(change_log.changes, 5);
         for (since, heads) in [(5, &[][..]), (4, &[1]), (3, &[1, 0]), (1, &[1, 0, 1, 3]), (0, &[0, 1, 2, 3])]
         {
             assert_eq!(change_log.since(since).map(|head| head.0).collect::<Vec<_>>(), heads);

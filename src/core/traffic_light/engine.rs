@@ -353,7 +353,7 @@ impl TrafficLights {
     }
 
     pub(super) fn rates(&self) -> (Rate, Rate) {
-        (self.scenario_state.ground_truth.rate(), self.scenario_state.v2i.rate())
+        (self.scenario_state.ground_truth.rate, self.scenario_state.v2i.rate)
     }
 
     pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {

@@ -15,7 +15,7 @@ use super::simulated_clock::SimulatedClock;
 use super::target::{LightChannel, StoreId};
 use super::v2i_reception::binding::V2iBinding;
 use super::v2i_reception::{V2iReception, ValidState};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -76,13 +76,14 @@ impl LightsFlowSettings {
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
     run: LightsRun,
-    reception: V2iReception,
+    pub(super) reception: V2iReception,
     /// The settings of a run.
     settings: Box<LightsFlowSettings>,
     /// The clock of a simulator; `None` when the gateway's own time counts.
     clock: Option<SimulatedClock>,
     ready: VecDeque<TrafficLightOutput>,
-    refused: u64,
+    /// The number of commands since start that were not understood or could not be done.
+    pub(super) refused: u64,
     news: bool,
 }
 
@@ -286,15 +287,6 @@ impl TrafficLightFlow {
     /// Returns the engine that the flow runs.
     pub fn engine(&self) -> &TrafficLights {
         &self.run.engine
-    }
-
-    pub(super) fn v2i(&self) -> &V2iReception {
-        &self.reception
-    }
-
-    /// Returns the number of commands since start that were not understood or could not be done.
-    pub(super) fn refused_commands(&self) -> u64 {
-        self.refused
     }
 
     /// Returns one status for each channel, one for the scenario, one for the V2X unit if there is one.

@@ -142,7 +142,7 @@ impl<T: Item> TopicList<T> {
         is_sorted: bool,
         make: impl FnOnce(&BTreeSet<HeadIndex>) -> Vec<(i64, Vec<T>)>,
     ) -> Arc<Vec<T>> {
-        let changes = sources.map(|source| source.map_or(0, ChangeLog::changes));
+        let changes = sources.map(|source| source.map_or(0, |log| log.changes));
         let before = std::mem::replace(&mut self.changes, changes);
         if before != changes {
             let since = sources.into_iter().zip(if is_sorted { before } else { [0; 3] });

@@ -57,7 +57,7 @@ impl Rate {
 /// A timer of publications. It does not run until it is started, and first ticks one period later.
 #[derive(Debug, Clone)]
 pub(super) struct PeriodicTimer {
-    rate: Rate,
+    pub(super) rate: Rate,
     /// The time of tick 0; `None` before the start.
     origin: Option<u64>,
     /// The number of the next tick.
@@ -67,10 +67,6 @@ pub(super) struct PeriodicTimer {
 impl PeriodicTimer {
     pub(super) fn new(rate: Rate) -> Self {
         Self { rate, origin: None, next: 1 }
-    }
-
-    pub(super) fn rate(&self) -> Rate {
-        self.rate
     }
 
     /// Starts the timer unless it runs already.
@@ -191,7 +187,7 @@ mod tests {
         assert_eq!(timer.next(), Some(200_000_005));
         timer.restart(Rate::from_hz(20.0).unwrap(), 200_000_000);
         timer.start(0);
-        assert_eq!((timer.next(), timer.rate().as_hz()), (Some(250_000_000), 20.0));
+        assert_eq!((timer.next(), timer.rate.as_hz()), (Some(250_000_000), 20.0));
     }
 
     #[test]

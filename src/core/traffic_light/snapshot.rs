@@ -7,7 +7,7 @@ use super::bulb::Bulb;
 use super::flow::TrafficLightFlow;
 use super::scenario::ControllerIndex;
 use super::target::{LightChannel, StoreId, StoreLayer};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::time::MonoTime;
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
 
@@ -97,7 +97,7 @@ impl TrafficLightFlow {
         TrafficLightsSnapshot {
             channels: LightChannel::ALL.into_iter().map(|channel| self.channel_snapshot(channel)).collect(),
             controllers: controllers.collect(),
-            refused_commands: self.refused_commands(),
+            refused_commands: self.refused,
         }
     }
 
@@ -145,7 +145,7 @@ impl TrafficLightFlow {
         buses: &[Bus],
         now: MonoTime,
     ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
-        let (table, observations) = self.v2i().received();
+        let (table, observations) = self.reception.received();
         let received = Received { used_by: UsedBy::V2i, table, observations, buses };
         (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
     }

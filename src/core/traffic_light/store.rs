@@ -230,8 +230,8 @@ impl Stores {
     /// Returns the number of changes of a store so far: it differs whenever a light of the store does.
     pub fn changes(&self, store: StoreId) -> u64 {
         match store.layer {
-            StoreLayer::GroundTruth => self.truth(store.channel).change_log.changes(),
-            StoreLayer::Detected => self.detected(store.channel).change_log.changes(),
+            StoreLayer::GroundTruth => self.truth(store.channel).change_log.changes,
+            StoreLayer::Detected => self.detected(store.channel).change_log.changes,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The four stores of light states (docs/spec/traffic-lights.md, "Stores and channels").
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +35,8 @@ pub enum StoreLayer {
 }
 
 /// One of the four stores.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Display)]
+#[display("{}", self.name())]
 pub struct StoreId {
     /// The equipment over which its states reach the vehicle.
     pub channel: LightChannel,

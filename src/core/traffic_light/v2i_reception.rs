@@ -9,9 +9,7 @@
 pub mod binding;
 pub mod movement_phase;
 
-use crate::core::can::bus::{Bus, ReceiveTime};
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{Bus, BusIndex, Frame, ReceiveTime};
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::traffic_light::bulb::BulbSet;

@@ -1,7 +1,7 @@
 //! Diagnostics of received traffic-light states.
 
 use super::v2i_reception::{GroupFinding, InvalidReason, V2iReception, ValidState};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 use crate::core::validation::display::{missing_reason_text, raw_text};

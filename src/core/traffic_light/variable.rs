@@ -1,7 +1,7 @@
 //! Values that actions change and conditions compare: the parameters and variables of OpenSCENARIO
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 
-use std::fmt;
+use derive_more::Display;
 
 /// A variable, by position in [`Scenario::variables`](super::scenario::Scenario::variables).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -17,7 +17,7 @@ pub struct Variable {
 }
 
 /// The value of a variable. Two values of one kind are ordered: `false` before `true`, texts by their characters.
-#[derive(Debug, Clone, PartialEq, PartialOrd)]
+#[derive(Debug, Clone, PartialEq, PartialOrd, Display)]
 pub enum VariableValue {
     /// A truth value, `true` or `false`.
     Boolean(bool),
@@ -28,11 +28,13 @@ pub enum VariableValue {
 }
 
 /// A change of a variable that is a number.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Display)]
 pub enum Modification {
     /// Adds a number to the value.
+    #[display("plus {_0}")]
     Add(f64),
     /// Multiplies the value by a number.
+    #[display("times {_0}")]
     Multiply(f64),
 }
 
@@ -61,25 +63,6 @@ impl VariableValue {
         };
         if !modified.is_nan() {
             *number = modified;
-        }
-    }
-}
-
-impl fmt::Display for VariableValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Boolean(value) => value.fmt(f),
-            Self::Number(value) => value.fmt(f),
-            Self::Text(value) => value.fmt(f),
-        }
-    }
-}
-
-impl fmt::Display for Modification {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Add(by) => write!(f, "plus {by}"),
-            Self::Multiply(by) => write!(f, "times {by}"),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The inputs of a decision, and findings about them
 //! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 
-use std::fmt;
 use std::time::Duration;
+
+use derive_more::Display;
 
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::planner_input::{FactorTopic, Odometry};
@@ -55,31 +56,43 @@ pub struct AgeLimits {
 }
 
 /// Something wrong with the inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum InputFinding {
     /// Without odometry: no command.
+    #[display("no odometry")]
     NoOdometry,
     /// The odometry of this age is too old: no command.
+    #[display("odometry is {} ms old", _0.as_millis())]
     OldOdometry(Duration),
     /// The odometry lies this far in the future: no command.
+    #[display("odometry is {} ms in the future", _0.as_millis())]
     FutureOdometry(Duration),
     /// The odometry is not a number: no command.
+    #[display("odometry is not a number")]
     OdometryNotFinite,
     /// Without a map: no command.
+    #[display("no map")]
     NoRoad,
     /// Without a route: no command.
+    #[display("no route")]
     NoRoute,
     /// The planner is not driving lanes: no command.
+    #[display("the scenario is not lane driving")]
     NotLaneDriving,
     /// The planned path has no points: only the command of the manoeuvres.
+    #[display("the planned path is empty")]
     EmptyPlannedPath,
     /// The planned path of this age is too old; the signal does not depend on it.
+    #[display("the planned path is {} ms old", _0.as_millis())]
     OldPlannedPath(Duration),
     /// No lanelet of the route is on the map: only the command of the manoeuvres.
+    #[display("no lanelet of the route is on the map")]
     NoLaneAround,
     /// The middle of the lanelets is not a path: only the command of the manoeuvres.
+    #[display("no path to measure on: {_0}")]
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
+    #[display("{kind} is {} ms old", age.as_millis())]
     OldManoeuvre {
         /// Kind of the manoeuvre.
         kind: ManoeuvreKind,
@@ -87,14 +100,18 @@ pub enum InputFinding {
         age: Duration,
     },
     /// The clock went backwards by this time; minimum durations start again.
+    #[display("the clock went back by {} ms", _0.as_millis())]
     TimeWentBack(Duration),
     /// The route is another one; what was remembered of the old one is forgotten.
+    #[display("new route")]
     NewRoute,
     /// The last route cannot be used, and the one before it holds no longer: no command.
     RouteRefused(RouteError),
     /// Points of the planned path are not numbers; it is not used.
+    #[display("a point of the planned path is not a number")]
     PlannedPathNotFinite,
     /// A planning factor cannot be used and is left out.
+    #[display("planning factor of {}: {flaw}", topic.name())]
     BadFactor {
         /// Topic of the factor.
         topic: FactorTopic,
@@ -102,21 +119,27 @@ pub enum InputFinding {
         flaw: FactorFlaw,
     },
     /// A manoeuvre of this kind is left out: it needs a planned path, and there is none to use.
+    #[display("{_0} without a planned path")]
     NoPathFor(ManoeuvreKind),
     /// The scenario of this age, lane driving or not, is too old: no command.
+    #[display("the scenario is {} ms old", _0.as_millis())]
     OldScenario(Duration),
     /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for it.
+    #[display("the hazard request is {} ms old", _0.as_millis())]
     OldHazardRequest(Duration),
 }
 
 /// A reason for which a planning factor cannot be used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum FactorFlaw {
     /// A position or an offset is not a number.
+    #[display("a position or an offset is not a number")]
     NotFinite,
     /// It lacks a start or an end.
+    #[display("no start and end")]
     NoStretch,
     /// It does not name a side.
+    #[display("no side")]
     NoSide,
 }
 
@@ -228,46 +251,5 @@ impl Inputs<'_> {
             }
         }
         usable
-    }
-}
-
-impl fmt::Display for InputFinding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoOdometry => f.write_str("no odometry"),
-            Self::OldOdometry(age) => write!(f, "odometry is {} ms old", age.as_millis()),
-            Self::FutureOdometry(ahead) => {
-                write!(f, "odometry is {} ms in the future", ahead.as_millis())
-            }
-            Self::OdometryNotFinite => f.write_str("odometry is not a number"),
-            Self::NoRoad => f.write_str("no map"),
-            Self::NoRoute => f.write_str("no route"),
-            Self::NotLaneDriving => f.write_str("the scenario is not lane driving"),
-            Self::EmptyPlannedPath => f.write_str("the planned path is empty"),
-            Self::OldPlannedPath(age) => write!(f, "the planned path is {} ms old", age.as_millis()),
-            Self::NoLaneAround => f.write_str("no lanelet of the route is on the map"),
-            Self::NoDistancePath(error) => write!(f, "no path to measure on: {error}"),
-            Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
-            Self::TimeWentBack(by) => write!(f, "the clock went back by {} ms", by.as_millis()),
-            Self::NewRoute => f.write_str("new route"),
-            Self::RouteRefused(error) => write!(f, "{error}"),
-            Self::PlannedPathNotFinite => f.write_str("a point of the planned path is not a number"),
-            Self::BadFactor { topic, flaw } => write!(f, "planning factor of {}: {flaw}", topic.name()),
-            Self::NoPathFor(kind) => write!(f, "{kind} without a planned path"),
-            Self::OldScenario(age) => write!(f, "the scenario is {} ms old", age.as_millis()),
-            Self::OldHazardRequest(age) => {
-                write!(f, "the hazard request is {} ms old", age.as_millis())
-            }
-        }
-    }
-}
-
-impl fmt::Display for FactorFlaw {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotFinite => "a position or an offset is not a number",
-            Self::NoStretch => "no start and end",
-            Self::NoSide => "no side",
-        })
     }
 }

@@ -1,9 +1,9 @@
 //! A signal that a person can read: it stays on for a while, and off for a while between two signals
 //! (weakness W2). Upstream has neither.
 
-use std::fmt;
 use std::time::Duration;
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,22 +21,15 @@ pub struct MinDurations {
 }
 
 /// The minimum duration that keeps a signal from changing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Display)]
 #[serde(rename_all = "snake_case")]
 pub enum Held {
     /// This side has not been on long enough.
+    #[display("{_0} is on for too short a time")]
     On(Side),
     /// It has not been off long enough.
+    #[display("off for too short a time")]
     Off,
-}
-
-impl fmt::Display for Held {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::On(side) => write!(f, "{side} is on for too short a time"),
-            Self::Off => f.write_str("off for too short a time"),
-        }
-    }
 }
 
 /// The command that is shown.

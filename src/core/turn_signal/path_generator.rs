@@ -2,7 +2,8 @@
 //! (docs/spec/turn-signal-decider.md, "Path generator").
 
 use std::collections::BTreeSet;
-use std::fmt;
+
+use derive_more::Display;
 
 use super::compat::DeciderQuirks;
 use super::parameters::DeciderParameters;
@@ -14,17 +15,22 @@ use crate::core::map::geometry::required_end::first_aligned;
 use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 
 /// The lanelet whose tag `turn_direction` decided, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
 pub enum TaggedLanelet {
     /// No tagged lanelet on the path from the vehicle on: no command.
+    #[display("no tagged lanelet")]
     None,
     /// The vehicle is in it, not past its aligned start.
+    #[display("in lanelet {_0}")]
     Own(LaneId),
     /// It is the first ahead, within the search distance.
+    #[display("lanelet {_0} ahead")]
     Ahead(LaneId),
     /// It is the first ahead, beyond the search distance: no command.
+    #[display("lanelet {_0} is too far ahead")]
     TooFar(LaneId),
     /// The vehicle is in it, past its aligned start, and no tagged lanelet is ahead: its tag still counts.
+    #[display("in lanelet {_0}, past its aligned start")]
     PastEnd(LaneId),
 }
 
@@ -84,16 +90,4 @@ fn command(lane: &Lanelet) -> TurnCommand {
 fn aligned_start_m(lane: &Lanelet, parameters: &DeciderParameters) -> f64 {
     let start = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg);
     start.and_then(|start| nearest(&lane.centerline, start.position)).map_or(0.0, |nearest| nearest.arc_m)
-}
-
-impl fmt::Display for TaggedLanelet {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::None => f.write_str("no tagged lanelet"),
-            Self::Own(lane) => write!(f, "in lanelet {lane}"),
-            Self::Ahead(lane) => write!(f, "lanelet {lane} ahead"),
-            Self::TooFar(lane) => write!(f, "lanelet {lane} is too far ahead"),
-            Self::PastEnd(lane) => write!(f, "in lanelet {lane}, past its aligned start"),
-        }
-    }
 }

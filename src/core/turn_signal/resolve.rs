@@ -2,8 +2,8 @@
 //! pairwise rule. What a decision remembers of earlier ones is given to it.
 
 use std::collections::BTreeSet;
-use std::fmt;
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -116,24 +116,32 @@ pub struct Contender {
 }
 
 /// The outcome of a source.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema, Display)]
 #[serde(rename_all = "snake_case")]
 pub enum CandidateOutcome {
     /// It has no record.
+    #[display("no record")]
     Absent,
     /// A record without a side.
+    #[display("requests no side")]
     NoSide,
     /// A point of its record, or its distance, is not a number.
+    #[display("a point of it is not a number")]
     NotFinite,
     /// The front is before its desired start.
+    #[display("desired start not reached")]
     NotReached,
     /// The rear axle is past its desired end.
+    #[display("desired end passed")]
     Passed,
     /// It waits until a junction is passed that offers its side.
+    #[display("waits until a junction that offers its side is passed")]
     WaitsForJunction,
     /// It was signalled before, was displaced, and its required section is over.
+    #[display("finished before another took over")]
     Finished,
     /// It lost a comparison.
+    #[display("lost to {source} by {case}")]
     LostTo {
         /// The source that won.
         source: CandidateSource,
@@ -141,11 +149,13 @@ pub enum CandidateOutcome {
         case: Case,
     },
     /// The candidate is signalled.
+    #[display("won")]
     Won,
 }
 
 /// The evaluation of one source.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Display)]
+#[display("{source}: {}", self.reason())]
 pub struct EvaluatedCandidate {
     /// The source of its record.
     pub source: CandidateSource,
@@ -338,28 +348,6 @@ impl Distances {
 }
 
 display_by_name!(CandidateSource, Case);
-
-impl fmt::Display for CandidateOutcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Absent => f.write_str("no record"),
-            Self::NoSide => f.write_str("requests no side"),
-            Self::NotFinite => f.write_str("a point of it is not a number"),
-            Self::NotReached => f.write_str("desired start not reached"),
-            Self::Passed => f.write_str("desired end passed"),
-            Self::WaitsForJunction => f.write_str("waits until a junction that offers its side is passed"),
-            Self::Finished => f.write_str("finished before another took over"),
-            Self::LostTo { source, case } => write!(f, "lost to {source} by {case}"),
-            Self::Won => f.write_str("won"),
-        }
-    }
-}
-
-impl fmt::Display for EvaluatedCandidate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.source, self.reason())
-    }
-}
 
 impl EvaluatedCandidate {
     /// Returns the outcome with the command and the distances, as text.

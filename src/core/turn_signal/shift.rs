@@ -1,7 +1,6 @@
 //! The rule for all that moves sideways (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling out and over.
 
-use std::fmt;
-
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -78,32 +77,44 @@ pub struct Shift<'a> {
 }
 
 /// The step of the rule that decided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema, Display)]
 #[serde(rename_all = "snake_case")]
 pub enum ShiftVerdict {
     /// 0: backwards; hazard lights.
+    #[display("driving backwards")]
     Backwards,
     /// 1: the line is not on the path.
+    #[display("the shift is not on its path")]
     OffPath,
     /// 3: less than a shift.
+    #[display("shift too small")]
     TooSmall,
     /// 4: next to nothing remains.
+    #[display("next to nothing of the shift remains")]
     NearlyDone,
     /// 5: too far away yet.
+    #[display("shift too far ahead")]
     TooEarly,
     /// 6: swerving is not signalled.
+    #[display("swerving is not signalled")]
     SwervingIsSilent,
     /// 7: no lanelet of the route.
+    #[display("no lanelet of the route")]
     NoLane,
     /// 8: only a hatched marking on that side.
+    #[display("only a hatched marking on that side")]
     HatchedSide,
     /// 9: the vehicle stays between the bounds.
+    #[display("the vehicle stays in its lane")]
     StaysInLane,
     /// 10: standing before returning.
+    #[display("standing in the lane before returning")]
     StandsBeforeReturn,
     /// 11: near the bound of the lane it joins.
+    #[display("near the bound of the lane it joins")]
     NearBound,
     /// 12: the shift is signalled.
+    #[display("signalled")]
     Signalled,
 }
 
@@ -335,23 +346,4 @@ fn objection(
 fn is_near_bound(context: &DecisionContext<'_>, side: Side) -> bool {
     let limit_m = context.parameters.remaining_distance_to_bound_threshold_m;
     surroundings::distance_to_bound_m(context, side).is_some_and(|distance_m| distance_m < limit_m)
-}
-
-impl fmt::Display for ShiftVerdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Backwards => "driving backwards",
-            Self::OffPath => "the shift is not on its path",
-            Self::TooSmall => "shift too small",
-            Self::NearlyDone => "next to nothing of the shift remains",
-            Self::TooEarly => "shift too far ahead",
-            Self::SwervingIsSilent => "swerving is not signalled",
-            Self::NoLane => "no lanelet of the route",
-            Self::HatchedSide => "only a hatched marking on that side",
-            Self::StaysInLane => "the vehicle stays in its lane",
-            Self::StandsBeforeReturn => "standing in the lane before returning",
-            Self::NearBound => "near the bound of the lane it joins",
-            Self::Signalled => "signalled",
-        })
-    }
 }

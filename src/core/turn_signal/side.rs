@@ -1,7 +1,6 @@
 //! The sides of the vehicle, and the commands that turn them on (docs/spec/turn-signal-decider.md, "Commands").
 
-use std::fmt;
-
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +8,10 @@ use crate::core::light_command::TurnCommand;
 use crate::core::names::variant_name;
 
 /// A side of the vehicle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema, Display,
+)]
+#[display("{}", TurnCommand::from(*self))]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// The left side of the vehicle.
@@ -50,11 +52,5 @@ impl From<Side> for TurnCommand {
             Side::Left => Self::Left,
             Side::Right => Self::Right,
         }
-    }
-}
-
-impl fmt::Display for Side {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        TurnCommand::from(*self).fmt(f)
     }
 }

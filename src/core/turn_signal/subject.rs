@@ -1,7 +1,6 @@
 //! The subject of a section record: the turn, the part of a roundabout or the manoeuvre that is signalled.
 
-use std::fmt;
-
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,18 +25,25 @@ pub enum SignalSubject {
 }
 
 /// The kind of a manoeuvre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema, Display,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum ManoeuvreKind {
     /// Pulling out from the roadside.
+    #[display("pull-out")]
     PullOut,
     /// Avoidance of static obstacles.
+    #[display("avoidance")]
     Avoidance,
     /// A lane change to either side.
+    #[display("lane change")]
     LaneChange,
     /// Pulling over to the roadside.
+    #[display("pull-over")]
     PullOver,
     /// A side shift, or a path of the sampling planner.
+    #[display("side shift")]
     SideShift,
 }
 
@@ -62,18 +68,6 @@ impl SignalSubject {
             Self::RoundaboutEntry(lane) => format!("entry {lane}"),
             Self::RoundaboutExit(lane) => format!("exit {lane}"),
             Self::Manoeuvre(kind) => kind.to_string(),
-        })
-    }
-}
-
-impl fmt::Display for ManoeuvreKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PullOut => "pull-out",
-            Self::Avoidance => "avoidance",
-            Self::LaneChange => "lane change",
-            Self::PullOver => "pull-over",
-            Self::SideShift => "side shift",
         })
     }
 }

@@ -3,9 +3,7 @@
 use super::meaning::{Meaning, RawRange};
 use super::observation::MissingReason;
 use super::table::{Role, SignalIndex, SignalTable};
-use crate::core::can::bus::Bus;
-use crate::core::can::bus_status::link_text;
-use crate::core::can::frame::FrameFormat;
+use crate::core::can::{Bus, FrameFormat, link_text};
 
 /// Meaning of one raw value of a signal for the gateway.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -10,10 +10,7 @@ use super::integrity::window::E2eState;
 use super::integrity::{IntegrityChecker, IntegrityCounts, Reject, RejectKind};
 use super::meaning::Meaning;
 use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
-use crate::core::can::bus::{Bus, ReceiveTime};
-use crate::core::can::error_frame::ControllerState;
-use crate::core::can::frame::Frame;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{Bus, BusIndex, ControllerState, Frame, LinkState, ReceiveTime};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
 /// Reason why a signal has no valid value.

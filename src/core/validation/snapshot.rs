@@ -7,8 +7,7 @@ use super::display::{ValueText, missing_reason_text};
 use super::integrity::{IntegrityCounts, Reject};
 use super::observation::{MissingReason, Observations};
 use super::table::{MessageIndex, SignalIndex, SignalTable};
-use crate::core::can::bus::Bus;
-use crate::core::can::frame::CanId;
+use crate::core::can::{Bus, CanId};
 use crate::core::time::{MonoTime, millis};
 
 /// The last value of a signal, with what it is worth now.

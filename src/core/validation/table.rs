@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use super::integrity::MessageIntegrity;
 use super::meaning::ValueMap;
-use crate::core::can::frame::{CanId, FrameFormat};
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, FrameFormat};
 use crate::core::dbc::codec::SignalCodec;
 
 /// A bound message, by position in [`SignalTable::messages`].

@@ -18,9 +18,7 @@ mod status;
 pub mod verdict;
 pub mod warning;
 
-use crate::core::can::bus::Bus;
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{Bus, BusIndex, Frame};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::observation::{Arrival, Observations};
 use crate::core::validation::table::{MessageIndex, SignalIndex};

@@ -11,7 +11,7 @@ use super::stalk::tap::TapHold;
 use super::stalk::{MomentaryStalk, StalkPosition};
 use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason};
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
-use crate::core::can::bus::{Bus, ReceiveTime};
+use crate::core::can::{Bus, ReceiveTime};
 use crate::core::time::{MonoTime, Now};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observations, Reading};

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::core::can::bus::ReceiveTime;
+use crate::core::can::ReceiveTime;
 use crate::core::time::MonoTime;
 use crate::core::validation::observation::MissingReason;
 use crate::core::validation::table::SignalIndex;

@@ -12,7 +12,7 @@ use super::sources::LightsContext;
 use super::state::{FaultKind, UnavailableReason};
 use super::verdict::{ActiveFault, Reason, Verdict};
 use super::warning::Warnings;
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::names::{variant_name, words};
 use crate::core::time::MonoTime;

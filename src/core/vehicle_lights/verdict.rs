@@ -10,7 +10,7 @@ use super::binding::{FaultBinding, FaultSignal, OnFault, TurnWhileHazard};
 use super::sources::{LightsContext, SourceMemory, SourceStates};
 use super::state::{HazardCode, Judged, TurnCode};
 use super::warning::Warnings;
-use crate::core::can::bus::ReceiveTime;
+use crate::core::can::ReceiveTime;
 use crate::core::names::variant_name;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::Reading;

@@ -13,10 +13,7 @@ use super::id_filter::IdFilter;
 use super::link::{Link, LinkWatch, is_can};
 use super::socket::{BATCH, CanSocket};
 use super::transmit::Transmitter;
-use crate::core::can::bus_status::link_text;
-use crate::core::can::controller::ControllerReport;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::{BusIndex, CanInput, ControllerReport, LinkState, link_text};
 
 /// Interval of batches.
 const TICK: Duration = Duration::from_millis(5);

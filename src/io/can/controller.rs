@@ -8,8 +8,7 @@ use socketcan::nl::{CanState, InterfaceCanParams};
 use tokio::time::{Instant, sleep_until};
 
 use super::link;
-use crate::core::can::controller::ControllerReport;
-use crate::core::can::error_frame::{ControllerState, ErrorCounters};
+use crate::core::can::{ControllerReport, ControllerState, ErrorCounters};
 
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 

@@ -5,7 +5,7 @@ use std::os::fd::{AsFd as _, OwnedFd};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::socket::{CanSocket, filter_frames};
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 
 /// The data frames that the kernel lets through for one interface. The receiving task and its owner share it.
 #[derive(Debug, Clone, Default)]

@@ -11,7 +11,7 @@ use rustix::net::{AddressFamily, RecvFlags, SocketFlags, SocketType, bind, netli
 use tokio::io::unix::AsyncFd;
 use tokio::time::{Instant, sleep_until};
 
-use crate::core::can::link::LinkState;
+use crate::core::can::LinkState;
 
 /// Interval at which the state is read without announcements.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);

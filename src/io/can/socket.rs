@@ -16,9 +16,7 @@ use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 use super::wire::{self, CONTROL_SPACE, LossCount, SocketMessage};
-use crate::core::can::frame::CanId;
-use crate::core::can::input::CanInput;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, CanInput};
 use crate::core::time::WallStamp;
 
 /// Maximum number of messages of one call.

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::controller::bitrate;
-use crate::core::can::snapshot::TrafficSnapshot;
+use crate::core::can::TrafficSnapshot;
 use crate::core::diagnostics::RateMeter;
 
 /// Shortest time from one reading of the counts to the next.

@@ -12,8 +12,7 @@ use tokio::sync::Notify;
 
 use super::socket::CanSocket;
 use super::wire;
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::Frame;
+use crate::core::can::{ErrorFrame, Frame};
 use crate::core::command::sender::SendFailure;
 
 /// Sends on one interface; shared by the receiving task and the senders.
@@ -97,7 +96,7 @@ mod tests {
     use std::os::unix::net::UnixDatagram;
 
     use super::*;
-    use crate::core::can::frame::CanId;
+    use crate::core::can::CanId;
 
     fn frame() -> Frame {
         Frame::classic(CanId::Standard(0x130), &[1]).unwrap()

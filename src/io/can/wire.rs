@@ -2,8 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::{CanId, ErrorFrame, Frame};
 use crate::core::time::WallStamp;
 
 /// Returns the filter for data frames with this identifier.
@@ -229,7 +228,8 @@ mod tests {
 
     #[test]
     fn error_bits_are_those_of_the_kernel() {
-        use crate::core::can::error_frame::{class, controller};
+        use crate::core::can::error_frame::class;
+        use crate::core::can::error_frame::controller;
         for (ours, kernels) in [
             (class::TX_TIMEOUT, libc::CAN_ERR_TX_TIMEOUT),
             (class::LOST_ARBITRATION, libc::CAN_ERR_LOSTARB),

@@ -1,9 +1,6 @@
 //! Inputs and outputs of the gateway as messages of channels.
 
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::{CanId, Frame};
-use crate::core::can::input::CanInput;
-use crate::core::can::link::BusIndex;
+use crate::core::can::{BusIndex, CanId, CanInput, ErrorFrame, Frame};
 use crate::core::command::output::CommandOutput;
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedMessage};
-use crate::core::can::input::CanInput;
+use crate::core::can::CanInput;
 use crate::core::gateway::event::Output;
 use crate::core::gateway::process_status::McapState;
 use crate::core::time::WallStamp;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use serde::Serialize;
 
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 use crate::core::names::variant_name;
 
 /// Rows by which a page is scrolled.

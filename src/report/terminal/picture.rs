@@ -1,7 +1,6 @@
 //! The present state as the view shows it: of a gateway, or of a simulated vehicle.
 
-use crate::core::can::link::LinkState;
-use crate::core::can::snapshot::BusSnapshot;
+use crate::core::can::{BusSnapshot, LinkState};
 use crate::core::command::snapshot::LightsValue;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::picture::{BusLine, Function, Lamp, Mark, Picture};
-use crate::core::can::link::BusIndex;
+use crate::core::can::BusIndex;
 use crate::core::command::Turn;
 use crate::core::diagnostics::Level;
 use crate::core::simulated_vehicle::{VehicleEvent, VehicleOutput, Who};
@@ -146,7 +146,7 @@ impl VehicleState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::can::frame::{CanId, Frame};
+    use crate::core::can::{CanId, Frame};
 
     #[test]
     fn bus_on_which_nothing_can_be_sent_is_not_shown_as_sound_until_a_frame_is_sent() {

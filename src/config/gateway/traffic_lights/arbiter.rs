@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{ConfigKey, flag, key_rows, keyword, number_as};
+use crate::config::reading::{ConfigKey, Fields, Keywords, flag, key_rows, keyword, number_as};
 use crate::core::traffic_light::arbiter::{ArbiterSettings, Priority};
 
 const PRIORITIES: Keywords<Priority> = &[

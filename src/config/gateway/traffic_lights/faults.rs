@@ -2,10 +2,8 @@
 
 use std::time::Duration;
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::key::{KeyRow, ValueShape};
-use crate::config::reading::row::{
-    ConfigKey, any_count, any_whole, collection, key_rows, millis, number, other,
+use crate::config::reading::{
+    ConfigKey, Fields, KeyRow, ValueShape, any_count, any_whole, collection, key_rows, millis, number, other,
 };
 use crate::core::traffic_light::bulb::Color;
 use crate::core::traffic_light::faults::{ChannelFaults, Confusion, FaultSettings, Spells};

@@ -13,11 +13,10 @@ use crate::config::built_in::{BuiltIn, display};
 use crate::config::files::Files;
 use crate::config::map::{MapLights, read_lights, refuse as refuse_map};
 use crate::config::named_file;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::key::ValueShape;
-use crate::config::reading::row::{ConfigKey, collection, flag, key_rows, keyword, limit, number_as, text};
-use crate::config::reading::value::{Entry, Value};
+use crate::config::reading::{
+    ConfigKey, Entry, Fields, Keywords, Value, ValueShape, collection, flag, key_rows, keyword, limit,
+    number_as, text,
+};
 use crate::config::scenario::{self, BulbOrder, NotInterpreted, ReadOptions, ScenarioFile};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{LampSource, LightMap};

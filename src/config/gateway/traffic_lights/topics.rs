@@ -1,7 +1,6 @@
 //! `[traffic_lights.topics]` and `[traffic_lights.inputs]`: topics that are written and read.
 
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::ConfigKey;
+use crate::config::reading::{ConfigKey, Fields};
 use crate::core::traffic_light::architecture::LightsType;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::target::StoreId;
@@ -18,7 +17,7 @@ pub struct LightsOutput {
 }
 
 pub(in crate::config::gateway) mod written {
-    use crate::config::reading::row::{key_rows, optional_topic};
+    use crate::config::reading::{key_rows, optional_topic};
 
     key_rows! {
         GROUND_TRUTH: String = optional_topic("ground_truth", "/simulation/traffic_lights").doc("TrafficLightArrayV1");
@@ -73,8 +72,7 @@ pub(super) fn outputs(
 }
 
 pub(in crate::config::gateway) mod read {
-    use crate::config::reading::key::ValueShape;
-    use crate::config::reading::row::{ConfigKey, key_rows, other, read_topic};
+    use crate::config::reading::{ConfigKey, ValueShape, key_rows, other, read_topic};
 
     key_rows! {
         CONVENTIONAL: String = input("conventional").example("\"/traffic_lights/ground_truth/conventional\"")

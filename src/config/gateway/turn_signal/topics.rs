@@ -3,8 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::config::gateway::topic_names::{TopicNames, written};
-use crate::config::reading::fields::Fields;
-use crate::config::reading::row::{ConfigKey, optional_topic, topic};
+use crate::config::reading::{ConfigKey, Fields, optional_topic, topic};
 use crate::core::turn_signal::planner_input::FactorTopic;
 
 const TURN_COMMAND: &str = "/planning/turn_indicators_cmd";

@@ -2,8 +2,7 @@
 
 use super::super::reader::ScenarioReader;
 use super::condition::KnownNames;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::value::{Value, items};
+use crate::config::reading::{Fields, Value, items};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::StateWriter;
 

@@ -2,9 +2,7 @@
 
 use super::super::naming::listed;
 use super::super::reader::ScenarioReader;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::value::{Value, items};
+use crate::config::reading::{Fields, Keywords, Value, items};
 use crate::core::traffic_light::scenario::{
     Condition, Edge, ElementState, Rule, Test, TrafficSignalController, Trigger,
 };

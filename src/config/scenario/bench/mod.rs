@@ -9,9 +9,7 @@ use super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::file::ScenarioFile;
 use super::naming::{Names, action_path, event_path};
 use super::reader::ScenarioReader;
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::fields::Fields;
-use crate::config::reading::value::{Entry, Kind, Value, items};
+use crate::config::reading::{Entry, Fields, Kind, LocatedText, Value, items};
 use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::scenario::{
     Act, Condition, Edge, Event, PhaseEntry, Rule, Scenario, Test, Trigger,

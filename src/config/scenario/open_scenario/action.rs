@@ -1,8 +1,7 @@
 //! Actions on traffic lights.
 
 use super::document::Document;
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::element::Element;
+use crate::config::reading::{Element, LocatedText};
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::StateWriter;

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::reader::ScenarioReader;
 use super::parameters::{Declared, DeclaredParameter, ParameterScopes, is_name};
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::element::{Attribute, Element};
+use crate::config::reading::{Attribute, Element, LocatedText};
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::TrafficSignalController;
 use crate::core::traffic_light::variable::{Variable, VariableIndex, VariableValue};

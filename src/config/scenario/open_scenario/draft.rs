@@ -3,9 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::element::Element;
-use crate::config::reading::location::Location;
+use crate::config::reading::{Element, LocatedText, Location};
 use crate::core::traffic_light::scenario::{Action, Edge, ElementState, Test};
 
 pub(super) struct StoryDraft {

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::reader::ScenarioReader;
-use crate::config::reading::element::Element;
-use crate::config::reading::location::Location;
+use crate::config::reading::{Element, Location};
 
 /// Lists the elements and attributes that were not interpreted, once for each kind.
 pub(super) fn list(root: &Element, reader: &mut ScenarioReader<'_>) {

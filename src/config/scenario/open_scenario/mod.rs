@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 use super::file::ScenarioFile;
 use super::reader::ScenarioReader;
-use crate::config::reading::element::Element;
+use crate::config::reading::Element;
 use document::Document;
 use parameters::ParameterScopes;
 pub(super) use transliterated::from_values;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::document::Document;
-use crate::config::reading::element::Element;
+use crate::config::reading::Element;
 use crate::core::traffic_light::scenario::PhaseEntry;
 use crate::core::traffic_light::state_check::StateWriter;
 

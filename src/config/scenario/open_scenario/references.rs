@@ -10,9 +10,7 @@ use super::super::file::UncertainEnd;
 use super::super::naming::{Names, action_path, event_path};
 use super::super::reader::ScenarioReader;
 use super::draft::{ActDraft, ConditionDraft, EventDraft, StoryDraft, TestDraft, TriggerDraft};
-use crate::config::reading::checker::LocatedText;
-use crate::config::reading::element::Element;
-use crate::config::reading::location::Location;
+use crate::config::reading::{Element, LocatedText, Location};
 use crate::core::traffic_light::scenario::{Act, Action, Condition, Event, EventGroup, Story, Test, Trigger};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,7 +4,7 @@ use super::super::file::UncertainEnd;
 use super::document::Document;
 use super::draft::{ActDraft, ActionDraft, EventDraft, GroupDraft, StoryDraft};
 use super::references::resolve;
-use crate::config::reading::element::Element;
+use crate::config::reading::Element;
 use crate::core::traffic_light::scenario::Scenario;
 
 impl Document<'_, '_> {

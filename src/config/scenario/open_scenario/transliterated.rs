@@ -4,10 +4,9 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use crate::config::reading::element::{Attribute, Content, Element};
-use crate::config::reading::location::{KeyPath, Location, Text};
-use crate::config::reading::problem::Problem;
-use crate::config::reading::value::{Entry, Kind, Value};
+use crate::config::reading::{
+    Attribute, Content, Element, Entry, KeyPath, Kind, Location, Problem, Text, Value,
+};
 
 /// Converts the table under the name of the root to the root element.
 ///
@@ -74,8 +73,7 @@ fn add(text: &Text, parent: &mut Element, key: &Rc<KeyPath>, entry: &Entry) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::reading::xml_text::from_xml;
-    use crate::config::reading::yaml_text::from_yaml;
+    use crate::config::reading::{from_xml, from_yaml};
     use std::path::Path;
 
     fn text(content: &str) -> Text {

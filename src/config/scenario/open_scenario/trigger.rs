@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use super::document::Document;
 use super::draft::{ConditionDraft, TestDraft, TriggerDraft};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::element::{Attribute, Element};
+use crate::config::reading::{Attribute, Element, Keywords};
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
 use crate::core::traffic_light::variable::VariableValue;

@@ -1,8 +1,7 @@
 //! `[command.control_mode]` and `[[command.driver]]` of a profile: signals that show who is in control.
 
 use super::super::binder::{Binder, NOT_AVAILABLE};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::command::control_mode::{ControlMode, Grants};
 use crate::core::command::settings::DriverSign;
 use crate::core::validation::table::Role;

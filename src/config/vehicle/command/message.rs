@@ -5,10 +5,8 @@ use std::time::Duration;
 
 use super::super::binder::{Binder, split_bus};
 use super::super::integrity::protection;
-use crate::config::reading::checker::{Keywords, LocatedText};
-use crate::config::reading::fields::Fields;
-use crate::config::reading::value::Value;
-use crate::core::can::frame::MAX_DATA;
+use crate::config::reading::{Fields, Keywords, LocatedText, Value};
+use crate::core::can::MAX_DATA;
 use crate::core::command::allow_list::AllowList;
 use crate::core::command::message::{CommandMessage, Enable, HazardPart, Idle, SendTiming, TurnPart};
 use crate::core::command::patch::Patch;

@@ -4,7 +4,7 @@ mod control;
 mod message;
 
 use super::binder::{Binder, split_bus};
-use crate::config::reading::fields::Fields;
+use crate::config::reading::Fields;
 use crate::core::command::allow_list::AllowList;
 use crate::core::command::settings::CommandBinding;
 use crate::core::validation::table::SignalTable;

@@ -4,8 +4,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use super::super::binder::Binder;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::dbc::model::Message;
 use crate::core::validation::integrity::checksum::{
     Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,

@@ -1,8 +1,7 @@
 //! `counter = { … }` of `[message.*]` and `[[command.message]]`.
 
 use super::super::binder::Binder;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::dbc::model::Message;
 use crate::core::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
 

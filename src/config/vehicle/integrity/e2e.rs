@@ -1,8 +1,7 @@
 //! `e2e = { … }` of `[message.*]` and `[[command.message]]`: AUTOSAR end-to-end protection.
 
 use super::checksum::sixteen_bytes;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::validation::integrity::Protection;
 use crate::core::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
 

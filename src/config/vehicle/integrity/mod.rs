@@ -9,7 +9,7 @@ mod window;
 use std::time::Duration;
 
 use super::binder::Binder;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::Fields;
 use crate::core::dbc::model::Message;
 use crate::core::validation::integrity::{MessageIntegrity, Protection};
 use checksum::checksum;

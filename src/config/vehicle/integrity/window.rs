@@ -1,6 +1,6 @@
 //! `window = { init = …, valid = …, invalid = … }` of `[message.*]`: the E2E state machine.
 
-use crate::config::reading::fields::Fields;
+use crate::config::reading::Fields;
 use crate::core::validation::integrity::window::{Window, WindowLimits};
 
 /// Reads the limits of each state.

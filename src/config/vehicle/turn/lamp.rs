@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use super::super::binder::Binder;
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::dbc::model::Message;
 use crate::core::vehicle_lights::binding::{SidePair, TurnSource};
 use crate::core::vehicle_lights::lamp::LampSettings;

@@ -5,8 +5,7 @@ mod stalk;
 
 use super::binder::{Binder, UNUSABLE};
 use super::light_sources::{longest_hold, sources};
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::vehicle_lights::binding::{BothOn, SidePair, TurnBinding, TurnSource, TurnWhileHazard};
 use crate::core::vehicle_lights::stalk::StalkPosition;
 use crate::core::vehicle_lights::state::TurnCode;

@@ -1,7 +1,6 @@
 //! `stalk = { … }` of `[turn]`: rules and times of a momentary stalk.
 
-use crate::config::reading::checker::Keywords;
-use crate::config::reading::fields::Fields;
+use crate::config::reading::{Fields, Keywords};
 use crate::core::vehicle_lights::stalk::{Comfort, OppositePress, RepeatedPress, StalkSettings};
 
 const OPPOSITE: Keywords<OppositePress> =

@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use derive_more::Display;
+
 /// Nodes, ways and relations of a file, each kind in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Osm {
@@ -62,18 +64,22 @@ pub struct Member {
 }
 
 /// The kinds of elements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Display)]
 pub enum OsmKind {
     /// A point, the XML element `<node>`.
+    #[display("node")]
     Node,
     /// A line, the XML element `<way>`.
+    #[display("way")]
     Way,
     /// A group, the XML element `<relation>`.
+    #[display("relation")]
     Relation,
 }
 
 /// Kind and id of an element; ids are unique within their kind only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Display)]
+#[display("{kind} {id}")]
 pub struct OsmElement {
     /// Kind of the element.
     pub kind: OsmKind,
@@ -176,11 +182,12 @@ impl OsmError {
 }
 
 /// The element an attribute stands in: the id may be what is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum ElementRef {
     /// An element whose id is known.
     Known(OsmElement),
     /// An element whose id is not known.
+    #[display("a {_0}")]
     Unknown(OsmKind),
 }
 
@@ -269,30 +276,5 @@ impl Relation {
 impl fmt::Debug for Tags {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_map().entries(self.iter()).finish()
-    }
-}
-
-impl fmt::Display for OsmKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Node => "node",
-            Self::Way => "way",
-            Self::Relation => "relation",
-        })
-    }
-}
-
-impl fmt::Display for OsmElement {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.kind, self.id)
-    }
-}
-
-impl fmt::Display for ElementRef {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Known(element) => element.fmt(f),
-            Self::Unknown(kind) => write!(f, "a {kind}"),
-        }
     }
 }

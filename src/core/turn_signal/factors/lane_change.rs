@@ -43,7 +43,7 @@ pub(super) fn sideways(
         start: Some(interval.start()),
         crossing,
         end: Some(interval.end()),
-        previous_path: path_offsets.map(|path_offsets| path_offsets.poses().to_vec()).unwrap_or_default(),
+        previous_path: path_offsets.map(|path_offsets| path_offsets.poses.clone()).unwrap_or_default(),
         minimum_length_m: interval.start().position.distance_m(interval.end().position),
     })
 }

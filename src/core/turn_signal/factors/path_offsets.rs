@@ -16,7 +16,7 @@ const MAX_LANES_BETWEEN: u32 = 4;
 /// A planned path, measured against the lanelets it follows.
 #[derive(Debug, Clone)]
 pub(super) struct PathOffsets {
-    poses: Vec<Pose>,
+    pub(super) poses: Vec<Pose>,
     /// Limits by which a point of the path is found by heading and height as well; `None` = by position alone.
     limits: Option<NearestLimits>,
     /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
@@ -43,10 +43,6 @@ impl PathOffsets {
         let limits = context.looks_at_height.then_some(context.parameters.nearest);
         let offsets_m = poses.iter().map(|pose| offset_m(&middle, *pose, limits)).collect();
         Some(Self { poses, limits, lanes, middle, offsets_m })
-    }
-
-    pub(super) fn poses(&self) -> &[Pose] {
-        &self.poses
     }
 
     /// Returns the offset of a pose to the left of the middle, metres; 0 where there is no lane.

@@ -112,7 +112,7 @@ fn undecided(
     let (slow_down, stop) = (pose_of(Behavior::SlowDown), pose_of(Behavior::Stop));
     let deceleration = slow_down.or_else(|| begins_to_brake(context, stop?.position));
     deceleration.map(|deceleration| Undecided {
-        stop_path: path_offsets.poses().to_vec(),
+        stop_path: path_offsets.poses.clone(),
         deceleration: Some(deceleration),
         stop,
     })

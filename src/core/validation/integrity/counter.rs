@@ -5,7 +5,7 @@
 //! before one is accepted. The same holds after too many repetitions.
 
 use super::reject::Reject;
-use crate::core::can::frame::Frame;
+use crate::core::can::Frame;
 use crate::core::dbc::codec::SignalCodec;
 
 /// Event at which a sender increments a counter.
@@ -233,7 +233,7 @@ impl CounterState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::can::frame::CanId;
+    use crate::core::can::CanId;
     use crate::core::dbc::codec::{ByteOrder, Layout};
     use proptest::prelude::*;
 

@@ -14,7 +14,7 @@ pub mod window;
 
 use std::time::Duration;
 
-use crate::core::can::frame::Frame;
+use crate::core::can::Frame;
 use crate::core::time::MonoTime;
 use checksum::Checksum;
 use counter::{Counter, CounterError, CounterRule, CounterState};

@@ -1,7 +1,7 @@
 //! The sender's side: counter values in sequence and the protection of frames with them.
 
 use super::Protection;
-use crate::core::can::frame::{CanId, MAX_DATA};
+use crate::core::can::{CanId, MAX_DATA};
 
 impl Protection {
     /// Returns the first counter value; 0 without a counter.

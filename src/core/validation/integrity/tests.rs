@@ -2,7 +2,7 @@ use super::checksum::{ChecksumRule, CrcRule};
 use super::e2e::{DataIdMode, E2eProfile};
 use super::window::WindowLimits;
 use super::*;
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 use crate::core::dbc::codec::{Layout, SignalCodec};
 use proptest::prelude::*;
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{LightsFinding, LightsTask, reason_text, source_name};
-use crate::core::can::bus::Bus;
+use crate::core::can::Bus;
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, millis};
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};

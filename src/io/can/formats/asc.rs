@@ -22,10 +22,7 @@ use super::fields::{
     SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text_before_comment,
 };
 use super::{LineFormat, LineReader, begins};
-use crate::core::can::controller::ControllerReport;
-use crate::core::can::error_frame::{ControllerState, ErrorCounters};
-use crate::core::can::frame::CanId;
-use crate::core::can::note::LogNote;
+use crate::core::can::{CanId, ControllerReport, ControllerState, ErrorCounters, LogNote};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "Vector ASC",

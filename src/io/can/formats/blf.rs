@@ -16,7 +16,7 @@ use flate2::read::ZlibDecoder;
 use super::clock::{DAY, days, nanos};
 use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id, length_of_dlc};
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 
 /// Largest valid size, bytes. Writers fill containers with 128 KiB, unpacked.
 const MAX_BYTES: u32 = 16 << 20;

@@ -16,9 +16,7 @@ use super::clock::{SECOND, days, nanos, time_of_day};
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 use super::fields::{SpacedFields, data_frame, decimal, fields, length_of_dlc, number, text};
 use super::{LineFormat, LineReader};
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
-use crate::core::can::note::LogNote;
+use crate::core::can::{CanId, ErrorFrame, Frame, LogNote, MAX_DATA};
 use crate::core::time::WallStamp;
 
 pub(super) const FORMAT: LineFormat = LineFormat {
@@ -256,7 +254,7 @@ fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
 mod tests {
     use super::super::testing::{assert_refused, good};
     use super::*;
-    use crate::core::can::frame::Frame;
+    use crate::core::can::Frame;
     use proptest::prelude::*;
 
     fn frame(line: &str) -> Frame {

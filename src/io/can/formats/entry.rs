@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::Frame;
-use crate::core::can::note::LogNote;
+use derive_more::Display;
+
+use crate::core::can::{ErrorFrame, Frame, LogNote};
 use crate::core::time::WallStamp;
 
 /// One entry of a recording.
@@ -69,42 +69,35 @@ pub enum EntryContent {
 }
 
 /// Why a line of a recording cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
 pub enum BadLine {
     /// Longer than any line of the format.
+    #[display("too long for a line of a recording")]
     TooLong,
     /// It is not UTF-8 text.
+    #[display("not text")]
     NotText,
     /// No time where the format has it.
+    #[display("the time is missing")]
     NoTime,
     /// No interface name or number where the format has it.
+    #[display("the interface is missing")]
     NoInterface,
     /// No frame where the format has it, or one of a kind that the format does not define.
+    #[display("the frame is missing")]
     NoFrame,
     /// An identifier that is not written as the format does, or out of range.
+    #[display("invalid identifier")]
     BadId,
     /// Data that is not bytes, or fewer than announced.
+    #[display("data is damaged or missing")]
     BadData,
     /// A length that no frame has.
+    #[display("invalid data length")]
     BadLength,
     /// A CAN XL frame.
+    #[display("CAN XL frames are not supported")]
     CanXl,
-}
-
-impl fmt::Display for BadLine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::TooLong => "too long for a line of a recording",
-            Self::NotText => "not text",
-            Self::NoTime => "the time is missing",
-            Self::NoInterface => "the interface is missing",
-            Self::NoFrame => "the frame is missing",
-            Self::BadId => "invalid identifier",
-            Self::BadData => "data is damaged or missing",
-            Self::BadLength => "invalid data length",
-            Self::CanXl => "CAN XL frames are not supported",
-        })
-    }
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use std::str::SplitAsciiWhitespace;
 
 use super::entry::{BadLine, EntryContent};
-use crate::core::can::error_frame::{ErrorFrame, class};
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::error_frame::class;
+use crate::core::can::{CanId, ErrorFrame, Frame, MAX_DATA};
 
 /// The fields of a line, from left to right. A missing or malformed field gives the [`BadLine`] of its kind.
 #[derive(Clone)]

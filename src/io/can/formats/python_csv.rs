@@ -14,7 +14,7 @@ use super::clock::SECOND;
 use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, columns, data_frame, id, number, text};
 use super::{LineFormat, LineReader, begins};
-use crate::core::can::frame::MAX_DATA;
+use crate::core::can::MAX_DATA;
 
 const HEADING: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
 

@@ -1,5 +1,7 @@
 //! The messages of the link, and their bytes: a kind of one byte, and what belongs to it, little-endian.
 
+use serde::{Deserialize, Serialize};
+
 use super::bytes::FrameBytes;
 use super::settings::NetworkSettings;
 use super::violation::Violation;
@@ -96,7 +98,7 @@ impl From<SampleEncoding> for Endian {
 }
 
 /// State and counts of the network side.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct NetworkStatus {
     /// Matched readers of each topic that is written.
     pub readers: Vec<u32>,
@@ -226,32 +228,7 @@ impl<'a> FromNetwork<'a> {
             }
             Self::Status(status) => {
                 bytes.push(STATUS);
-                for counts in [&status.readers, &status.writers] {
-                    bytes.extend(u16::try_from(counts.len()).unwrap_or(u16::MAX).to_le_bytes());
-                    bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
-                }
-                bytes.extend(status.missing_peers.to_le_bytes());
-                bytes.push(status.has_probe.into());
-                bytes.extend(status.rebuilds.to_le_bytes());
-                bytes.extend(status.participants.to_le_bytes());
-                bytes.extend(status.unheard_writers.to_le_bytes());
-                bytes.extend(status.write_errors.to_le_bytes());
-                bytes.extend(status.unanswered_requests.to_le_bytes());
-                bytes.extend(status.lost_lines.suppressed.to_le_bytes());
-                bytes.extend(status.lost_lines.dropped.to_le_bytes());
-                bytes.push(status.has_left_graph.into());
-                bytes.push(status.links.is_some().into());
-                if let Some(ZenohLinks { routers, peers, lost, unreachable }) = &status.links {
-                    bytes.extend([routers, peers].iter().flat_map(|count| count.to_le_bytes()));
-                    bytes.extend(lost.to_le_bytes());
-                    bytes.extend(u16::try_from(unreachable.len()).unwrap_or(u16::MAX).to_le_bytes());
-                    for node in unreachable {
-                        let node = shortened(node);
-                        // It is shorter than that.
-                        bytes.extend(u32::try_from(node.len()).unwrap_or(u32::MAX).to_le_bytes());
-                        bytes.extend(node.as_bytes());
-                    }
-                }
+                bytes.extend(serde_json::to_vec(status).unwrap_or_default());
             }
             Self::Pong { number, has_echo, is_heard } => {
                 bytes.push(PONG);
@@ -278,20 +255,7 @@ impl<'a> FromNetwork<'a> {
                 },
             }),
             UNREADABLE => Self::Unreadable(bytes.u16()?, bytes.text(MAX_TEXT)?),
-            STATUS => Self::Status(NetworkStatus {
-                readers: counts(&mut bytes)?,
-                writers: counts(&mut bytes)?,
-                missing_peers: bytes.u32()?,
-                has_probe: bytes.flag()?,
-                rebuilds: bytes.u32()?,
-                participants: bytes.u32()?,
-                unheard_writers: bytes.u32()?,
-                write_errors: bytes.u64()?,
-                unanswered_requests: bytes.u64()?,
-                lost_lines: LostLines { suppressed: bytes.u64()?, dropped: bytes.u64()? },
-                has_left_graph: bytes.flag()?,
-                links: if bytes.flag()? { Some(links(&mut bytes)?) } else { None },
-            }),
+            STATUS => Self::Status(status(bytes.rest())?),
             PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()?, is_heard: bytes.flag()? },
             other => return Err(Violation::Kind(other)),
         };
@@ -300,21 +264,10 @@ impl<'a> FromNetwork<'a> {
     }
 }
 
-fn counts(bytes: &mut FrameBytes<'_>) -> Result<Vec<u32>, Violation> {
-    let count = bytes.u16()?;
-    // Each takes four bytes of a frame that is here already.
-    (0..count).map(|_| bytes.u32()).collect()
-}
-
-fn links(bytes: &mut FrameBytes<'_>) -> Result<ZenohLinks, Violation> {
-    let (routers, peers, lost, count) = (bytes.u32()?, bytes.u32()?, bytes.u64()?, bytes.u16()?);
-    let mut node = || {
-        let node = FrameBytes(bytes.counted()?).text(MAX_TEXT)?;
-        Ok(node.to_owned())
-    };
-    // Each takes four bytes of a frame that is here already.
-    let unreachable = (0..count).map(|_| node()).collect::<Result<_, _>>()?;
-    Ok(ZenohLinks { routers, peers, lost, unreachable })
+fn status(json: &[u8]) -> Result<NetworkStatus, Violation> {
+    let status: NetworkStatus = serde_json::from_slice(json).map_err(|_| Violation::Status)?;
+    let mut nodes = status.links.iter().flat_map(|links| &links.unreachable);
+    if nodes.all(|node| node.len() <= MAX_TEXT) { Ok(status) } else { Err(Violation::Text) }
 }
 
 fn shortened(text: &str) -> &str {
@@ -480,7 +433,7 @@ mod tests {
         let sample = |length: usize| [header.clone(), vec![0; length]].concat();
         assert!(FromNetwork::decode(&sample(MAX_SAMPLE)).is_ok());
         assert_eq!(FromNetwork::decode(&sample(MAX_SAMPLE + 1)), Err(Violation::Sample(MAX_SAMPLE + 1)));
-        assert_eq!(FromNetwork::decode(&[STATUS, 0xFF, 0xFF, 0]), Err(Violation::CutOff));
+        assert_eq!(FromNetwork::decode(&[STATUS, 0xFF, 0xFF, 0]), Err(Violation::Status));
         assert_eq!(FromNetwork::decode(&[READY, 0]), Err(Violation::Leftover(1)));
         assert_eq!(FromNetwork::decode(&[]), Err(Violation::CutOff));
     }

@@ -24,6 +24,9 @@ pub enum Violation {
     /// The settings cannot be read.
     #[error("settings that cannot be read")]
     Settings,
+    /// The state of the network side cannot be read.
+    #[error("a state that cannot be read")]
+    Status,
     /// The topic or subscription does not exist, or the number of topics is another.
     #[error("topic {0}, which does not exist")]
     Topic(usize),

@@ -11,7 +11,6 @@ mod diagnostics;
 mod element;
 mod generated;
 mod geometry;
-mod lanelet_route;
 mod lights;
 mod lights_encoder;
 mod marker_array;
@@ -21,7 +20,6 @@ mod section_markers;
 mod stamp;
 mod traffic_light_array_v1;
 mod traffic_light_group_array;
-mod traffic_signal_array;
 mod vehicle;
 
 pub use cdr_bytes::CdrBytes;

@@ -1,12 +1,13 @@
 //! `autoware_perception_msgs/msg/TrafficLightGroupArray`: group by group, with predictions.
 //!
-//! Releases before 2025-05 have no `predictions`, and the layout of `TrafficSignalArray`.
+//! Releases before 2025-05 have no `predictions`, and the layout of `TrafficSignalArray`, the legacy form.
 
 use std::sync::Arc;
 
 use super::array_element::{ArrayElement, StampPosition, elements};
 use super::autoware_perception_msgs::{
     PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
+    TrafficSignal, TrafficSignalArray,
 };
 use super::element::id;
 use crate::core::compat::Compat;
@@ -88,5 +89,30 @@ impl ArrayElement for TrafficLightGroup {
 
     fn is_same(one: &Arc<GroupState>, other: &Arc<GroupState>) -> bool {
         Arc::ptr_eq(one, other) || one == other
+    }
+}
+
+impl TrafficSignalArray {
+    /// Creates the message that shows `groups`, without their predictions.
+    pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
+        Self { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
+    }
+}
+
+impl ArrayElement for TrafficSignal {
+    type Item = Arc<GroupState>;
+    const STAMP: StampPosition = StampPosition::Message;
+    const ALIGNMENT: usize = 8;
+
+    fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {
+        let elements = TrafficLightElement::all(&group.elements, compat);
+        Self {
+            traffic_signal_id: id(group.relation_id, compat),
+            elements: elements.into_iter().map(Into::into).collect(),
+        }
+    }
+
+    fn is_same(one: &Arc<GroupState>, other: &Arc<GroupState>) -> bool {
+        Arc::ptr_eq(one, other) || one.elements == other.elements && one.relation_id == other.relation_id
     }
 }

@@ -1,19 +1,23 @@
 //! The value of a parameter.
 
+use derive_more::From;
 use serde::{Deserialize, Serialize};
 
 use crate::io::ros::messages::rcl_interfaces::ParameterValue as Message;
 
 /// A value of one of the types that parameters have.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, From)]
 pub enum ParameterValue {
     /// The parameter is true or false.
+    #[from]
     Bool(bool),
     /// The parameter is a whole number.
+    #[from]
     Integer(i64),
     /// The parameter is a floating-point number.
     Double(f64),
     /// The parameter is a text.
+    #[from(String, &str)]
     Text(String),
     /// The parameter is a list of truth values.
     Bools(Vec<bool>),
@@ -22,6 +26,7 @@ pub enum ParameterValue {
     /// The parameter is a list of floating-point numbers.
     Doubles(Vec<f64>),
     /// The parameter is a list of texts.
+    #[from]
     Texts(Vec<String>),
 }
 
@@ -54,29 +59,5 @@ impl ParameterValue {
             Self::Texts(values) => message.string_array_value = values,
         }
         message
-    }
-}
-
-impl From<bool> for ParameterValue {
-    fn from(value: bool) -> Self {
-        Self::Bool(value)
-    }
-}
-
-impl From<i64> for ParameterValue {
-    fn from(value: i64) -> Self {
-        Self::Integer(value)
-    }
-}
-
-impl From<&str> for ParameterValue {
-    fn from(value: &str) -> Self {
-        Self::Text(value.to_owned())
-    }
-}
-
-impl From<Vec<String>> for ParameterValue {
-    fn from(values: Vec<String>) -> Self {
-        Self::Texts(values)
     }
 }

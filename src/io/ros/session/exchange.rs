@@ -227,12 +227,12 @@ impl Exchange {
             Ok((host, mut link)) => {
                 self.state.place = host.place();
                 self.state.restarts += u64::from(!is_first);
-                self.settings.echo_is_proven = self.echo_way.is_proven();
+                self.settings.echo_is_proven = self.echo_way.is_proven;
                 link.queue(&ToNetwork::Start(Box::new(self.settings.clone())));
                 self.phase = NetworkPhase::Active(Box::new(Active {
                     host,
                     link,
-                    liveness: Liveness::new(self.witness_way.is_proven(), now),
+                    liveness: Liveness::new(self.witness_way.is_proven, now),
                     joined: None,
                     had_echo: false,
                     was_heard: false,

@@ -181,16 +181,12 @@ const MAX_IN_VAIN: u32 = 5;
 /// Whether samples are known to come a way, on this computer.
 #[derive(Debug, Default)]
 pub(super) struct ReturnPath {
-    is_proven: bool,
+    /// True if a sample that does not come is a sign.
+    pub(super) is_proven: bool,
     in_vain: u32,
 }
 
 impl ReturnPath {
-    /// True if a sample that does not come is a sign.
-    pub(super) fn is_proven(&self) -> bool {
-        self.is_proven
-    }
-
     /// Notes one that has come.
     pub(super) fn note_come(&mut self) {
         (self.is_proven, self.in_vain) = (true, 0);
@@ -292,11 +288,11 @@ mod tests {
     fn a_way_that_no_sample_comes_any_more_is_a_sign_for_five_network_sides() {
         let mut way = ReturnPath::default();
         (0..10).for_each(|_| way.note_in_vain());
-        assert!(!way.is_proven());
+        assert!(!way.is_proven);
         for count in [4, 5] {
             way.note_come();
             (0..count).for_each(|_| way.note_in_vain());
-            assert_eq!(way.is_proven(), count < 5, "{count}");
+            assert_eq!(way.is_proven, count < 5, "{count}");
         }
     }
 

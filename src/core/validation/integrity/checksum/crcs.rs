@@ -4,7 +4,7 @@ use std::fmt;
 
 use crc::{Algorithm, Crc};
 
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 
 /// Parameters of a CRC of 8 or 16 bits, named as in the catalogue of parametrised CRC algorithms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,7 +11,7 @@ pub use sums::Sum;
 
 use std::ops::Range;
 
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::{CanId, Frame, MAX_DATA};
 use crate::core::dbc::codec::SignalCodec;
 
 /// Algorithm of a checksum.

@@ -1,6 +1,6 @@
 //! Sums of bytes and nibbles.
 
-use crate::core::can::frame::{CanId, MAX_DATA};
+use crate::core::can::{CanId, MAX_DATA};
 
 /// A sum of bytes modulo 256.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,7 +16,7 @@ use profile::{read, write};
 use std::ops::Range;
 
 use super::reject::Reject;
-use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::can::{Frame, MAX_DATA};
 
 /// A profile applied to a message.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::core::can::frame::CanId;
+use crate::core::can::CanId;
 use autosar_e2e::{E2EProfile, E2EStatus, profile4, profile5, profile6, profile7, profile11, profile22};
 use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::{CanId, Frame};
 use crate::core::dbc::codec::{Layout, SignalCodec};
 use crate::core::validation::integrity::checksum::{
     Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,

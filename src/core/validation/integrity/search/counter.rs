@@ -1,6 +1,6 @@
 //! Search for a counter: bits that go up by one from frame to frame.
 
-use crate::core::can::frame::Frame;
+use crate::core::can::Frame;
 use crate::core::dbc::codec::{Layout, SignalCodec};
 
 /// A counter that all frames have.

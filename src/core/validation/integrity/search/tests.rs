@@ -1,5 +1,5 @@
 use super::*;
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::{CanId, Frame, MAX_DATA};
 use crate::core::dbc::codec::{Layout, SignalCodec};
 use crate::core::validation::integrity::checksum::{
     Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,

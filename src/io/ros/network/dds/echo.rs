@@ -79,7 +79,7 @@ impl Echo {
 
     /// True for the identity of what stands beside the participant.
     pub(super) fn is_witness(&self, peer: &Prefix) -> bool {
-        self.witness.as_ref().is_some_and(|witness| witness.prefix() == *peer)
+        self.witness.as_ref().is_some_and(|witness| witness.prefix == *peer)
     }
 
     /// Sends a number; the error is the text of RustDDS.
@@ -140,7 +140,7 @@ mod tests {
                 (!std::mem::take(&mut is_first) && witnessed > 0).then_some(())
             });
         }
-        let witness = echo.witness.as_ref().unwrap().prefix();
+        let witness = echo.witness.as_ref().unwrap().prefix;
         assert!(echo.is_witness(&witness) && !echo.is_witness(&prefix(&domain.guid().to_bytes())));
     }
 }

@@ -12,7 +12,8 @@ const KEPT: Duration = Duration::from_secs(7);
 #[derive(Debug, Default)]
 pub(super) struct History {
     samples: VecDeque<(Instant, usize)>,
-    bytes: usize,
+    /// Bytes that may still be held.
+    pub(super) bytes: usize,
 }
 
 impl History {
@@ -31,11 +32,6 @@ impl History {
             self.samples.pop_front();
         }
     }
-
-    /// Bytes that may still be held.
-    pub(super) fn bytes(&self) -> usize {
-        self.bytes
-    }
 }
 
 #[cfg(test)]
@@ -48,10 +44,10 @@ mod tests {
         let after = |seconds| start + Duration::from_secs(seconds);
         let mut history = History::default();
         (0..20).for_each(|second| history.add(after(second), 10));
-        assert_eq!(history.bytes(), 200, "nobody acknowledged");
+        assert_eq!(history.bytes, 200, "nobody acknowledged");
         history.acknowledged(after(10));
-        assert_eq!(history.bytes(), 170);
+        assert_eq!(history.bytes, 170);
         history.acknowledged(after(100));
-        assert_eq!(history.bytes(), 0);
+        assert_eq!(history.bytes, 0);
     }
 }

@@ -52,10 +52,10 @@ pub(super) struct Participant {
     names: Vec<String>,
     type_check: TypeCheck,
     events: DomainParticipantStatusListener,
-    /// Number of writers that were replaced by new ones.
-    replaced_writers: u32,
+    /// Number of writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as the participant lives.
+    pub(super) replaced_writers: u32,
     /// Participants of others that are there.
-    peers: u32,
+    pub(super) peers: u32,
     /// The most bytes that the writers may hold together until their readers have acknowledged them.
     max_history: usize,
     /// The last field: RustDDS requires endpoints to be dropped before their participant.
@@ -142,12 +142,6 @@ impl Participant {
         Ok(())
     }
 
-    /// Number of its writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as
-    /// the participant lives.
-    pub(super) fn replaced_writers(&self) -> u32 {
-        self.replaced_writers
-    }
-
     /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more. True when
     /// there are more.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, TakenSample) -> bool) -> bool {
@@ -220,11 +214,6 @@ impl Participant {
     /// Matched readers of each topic that is written.
     pub(super) fn readers(&self) -> impl Iterator<Item = usize> {
         self.topic_writers.iter().map(|topic_writer| matches(&self.matched, topic_writer.guid()))
-    }
-
-    /// Number of participants of others that are there.
-    pub(super) fn peers(&self) -> u32 {
-        self.peers
     }
 
     /// True while this writer is matched with the reader of its subscription.

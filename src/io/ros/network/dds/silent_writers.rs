@@ -42,7 +42,7 @@ pub(super) struct SilentWriters {
     /// Suspicions in a row that were wrong.
     wrong: u32,
     /// Times a writer was not heard that had gone on.
-    unheard: u32,
+    pub(super) unheard: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -133,11 +133,6 @@ impl SilentWriters {
         }
         suspected
     }
-
-    /// Times a writer was not heard that had gone on.
-    pub(super) fn unheard(&self) -> u32 {
-        self.unheard
-    }
 }
 
 #[cfg(test)]
@@ -175,7 +170,7 @@ mod tests {
                 (probe, suspected) = (Some(PROBE), [suspected, vec![ms]].concat());
             }
         }
-        assert_eq!(usize::try_from(writers.unheard()), Ok(unheard.len()));
+        assert_eq!(usize::try_from(writers.unheard), Ok(unheard.len()));
         (suspected, unheard)
     }
 

@@ -116,7 +116,7 @@ impl DdsTopicWriter {
     /// The most bytes that RustDDS may hold of a stream until its readers have acknowledged them; none of a new writer,
     /// which is not replaced.
     pub(super) fn history_bytes(&self) -> usize {
-        if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes() } else { 0 }
+        if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes } else { 0 }
     }
 
     /// A new writer, which has no history.
@@ -155,7 +155,7 @@ impl DdsTopicWriter {
         if readers == 0 && is_transient {
             return if self.used { self.begin_anew() } else { Ok(false) };
         }
-        let is_long = is_transient && joined && self.history.bytes() > MAX_HANDED_OVER;
+        let is_long = is_transient && joined && self.history.bytes > MAX_HANDED_OVER;
         let is_settled = self.used && self.first_write.elapsed() >= SETTLING;
         if self.delivery == Delivery::Stream && is_settled {
             return if is_long { self.begin_anew() } else { Ok(false) };

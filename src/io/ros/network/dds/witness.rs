@@ -38,7 +38,8 @@ const LEASE_S: u32 = 20;
 /// The small participant and its present reader.
 #[derive(Debug)]
 pub(super) struct Witness {
-    prefix: Prefix,
+    /// The prefix of its participant.
+    pub(super) prefix: Prefix,
     /// The participant that it stands beside.
     observed: Prefix,
     /// Where that listens for announcements.
@@ -85,11 +86,6 @@ impl Witness {
             announced: None,
             announcements: 0,
         })
-    }
-
-    /// Returns the prefix of its participant.
-    pub(super) fn prefix(&self) -> Prefix {
-        self.prefix
     }
 
     /// Announces what is due, and takes what has come; gives the number of samples among that.

@@ -419,7 +419,7 @@ impl DdsWorker {
         let unacknowledged =
             self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
         let (write_failed, stood_still) = (self.write_failed, self.stood_still);
-        let worn_out = self.participant.replaced_writers() >= MAX_REPLACED_WRITERS;
+        let worn_out = self.participant.replaced_writers >= MAX_REPLACED_WRITERS;
         if new_address || unacknowledged || write_failed || stood_still || worn_out {
             if let Some(participant) = self.make() {
                 tracing::info!(
@@ -484,8 +484,8 @@ impl DdsWorker {
             missing_peers: count(self.missing.len()),
             has_probe: self.probe.is_some(),
             rebuilds: self.rebuilds,
-            participants: self.participant.peers(),
-            unheard_writers: self.silent_writers.unheard(),
+            participants: self.participant.peers,
+            unheard_writers: self.silent_writers.unheard,
             write_errors: self.write_errors,
             unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,
