@@ -111,12 +111,12 @@ fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Re
     let with_hints = |refused| with_neighbours(refused, args.profile.as_deref());
     let settings = settings.map_err(|refused| if is_given { with_hints(refused) } else { refused })?;
     for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
-        let path = plain_path(&dbc.path);
+        let path = escaped(&plain_path(&dbc.path)).to_string();
         let rejected = counted(dbc.database.rejected().try_into().unwrap_or(u64::MAX), "statement");
-        tracing::warn!("{}: {rejected} rejected; signal-gateway check lists them", escaped(&path));
+        tracing::warn!(log.subject = path, "{path}: {rejected} rejected; signal-gateway check lists them");
     }
     for note in check::notes(&settings) {
-        tracing::warn!("{note}");
+        tracing::warn!(log.subject = note, "{note}");
     }
     Ok(settings)
 }

@@ -269,10 +269,11 @@ fn a_peer_that_announces_something_else_after_an_outage_is_written_to_again() {
         let is_lost = looks_for_or_stood_still(&gateway, 1);
         gateway.wait_until("a discovery probe", is_lost);
         far.send(&report.to_string());
+        far.next("another announcement", |line| line["event"] == "announced");
         gateway.send(&format!("turn left {report}"));
         net.ip(2, "link set port1 up");
         far.next("the current report", has_report(2, report));
-        gateway.wait_until("nobody who is missing", |status| status["missing"] == 0);
+        gateway.wait_until("no missing peer", |status| status["missing"] == 0);
     }
 }
 

@@ -8,7 +8,7 @@ of JSON for each event: `ready` (with the time of day since which it reads, nano
 `matched` and `unmatched` (with the writer's QoS), `sample` (with the writer's time of day). What arrived on a topic before
 a sample of one that is named behind it is printed before that sample. Samples that wait for us: 10, or
 SIGNAL_GATEWAY_PEER_DEPTH. The node they belong to: SIGNAL_GATEWAY_PEER_NODE, or none. Each line of standard input becomes the
-participant's user data, which makes its announcement another one. Ends when standard input does.
+participant's user data, which changes its announcement (`announced`). Ends when standard input does.
 """
 
 import json
@@ -117,6 +117,7 @@ def main():
     watcher.start()
     for line in sys.stdin:
         participant.set_qos(Qos(Policy.Userdata(line.encode())))
+        emit("announced")
     ended.set()
     watcher.join()
     # Returning frees the participant, which announces to the network that it leaves.

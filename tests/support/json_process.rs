@@ -97,16 +97,16 @@ impl JsonProcess {
     /// # Panics
     /// If none comes within [`DEADLINE`], or the process ends before.
     pub(crate) fn find<T>(&self, mark: Mark, what: &str, find: impl FnMut(&Line) -> Option<T>) -> T {
-        self.find_within(DEADLINE, mark, find).unwrap_or_else(|| {
-            let output = self.output.0.lock().unwrap();
-            let last: Vec<_> = output.lines.iter().rev().take(8).map(|(_, line)| line.to_string()).collect();
-            let why = if output.ended { "it has ended" } else { "too late" };
-            panic!(
-                "{}: waited for {what}: {why}; its last lines, newest first:\n{}",
-                self.name,
-                last.join("\n")
-            )
-        })
+        self.find_within(DEADLINE, mark, find).unwrap_or_else(|| panic!("{}", self.in_vain(what)))
+    }
+
+    /// What is said of a wait that was in vain.
+    fn in_vain(&self, what: &str) -> String {
+        let output = self.output.0.lock().unwrap();
+        let last: Vec<_> = output.lines.iter().rev().take(8).map(|(_, line)| line.to_string()).collect();
+        let why = if output.ended { "it has ended" } else { "too late" };
+        let last = last.join("\n");
+        format!("{}: waited for {what}: {why}; its last lines, newest first:\n{last}", self.name)
     }
 
     /// Likewise; `None` if there is none in that time, so that the caller tries once more.

@@ -142,7 +142,7 @@ impl Cyclone {
         self.start("reader.py", domain, &args.collect::<Vec<_>>())
     }
 
-    /// Likewise, a reader of one topic.
+    /// Starts a `reader.py` for one topic.
     pub(crate) fn topic_reader(&self, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
         self.reader(domain, &[Reading { kind, topic, durability }])
     }

@@ -157,6 +157,9 @@ mod tests {
         plan(&effective(more, "\u{1}", ""), &effective(more, from, to))
     }
 
+    const RESTART: bool = true;
+    const RELOAD: bool = false;
+
     #[test]
     fn a_change_is_shown_by_the_users_key_value_and_unit() {
         let decider = format!("[turn_signal]\nenabled = true\nmap = \"../{MAP}\"\nplanning_hz = 10\n");
@@ -164,16 +167,16 @@ mod tests {
         let parameter = "planning_hz = 10\nparameters.turn_signal_search_time = 4.5\n";
         #[rustfmt::skip]
         let cases = [
-            (true, "[mcap]\nfile_mb = 256\n", "file_mb = 256", "file_mb = 100", "[mcap] file_mb: 256 → 100"),
-            (true, "", "interface = \"can0\"", "interface = \"can7\"", "[can.body] interface: can0 → can7"),
-            (false, decider, "planning_hz = 10\n", "planning_hz = 20.0\n",
+            (RESTART, "[mcap]\nfile_mb = 256\n", "file_mb = 256", "file_mb = 100", "[mcap] file_mb: 256 → 100"),
+            (RESTART, "", "interface = \"can0\"", "interface = \"can7\"", "[can.body] interface: can0 → can7"),
+            (RELOAD, decider, "planning_hz = 10\n", "planning_hz = 20.0\n",
                 "[turn_signal] planning_hz: 10 → 20"),
             // The default is the same.
-            (false, decider, "planning_hz = 10\n", "", ""),
-            (false, "[reports]\n", "[reports]", "[reports]\nrate_hz = 20", "[reports] rate_hz: 10 → 20"),
-            (false, decider, "planning_hz = 10\n", parameter,
+            (RELOAD, decider, "planning_hz = 10\n", "", ""),
+            (RELOAD, "[reports]\n", "[reports]", "[reports]\nrate_hz = 20", "[reports] rate_hz: 10 → 20"),
+            (RELOAD, decider, "planning_hz = 10\n", parameter,
                 "[turn_signal.parameters] turn_signal_search_time: 3 s → 4.5 s"),
-            (false, "", "[turn]", "[message.BCM_TurnIndicators]\ntimeout_ms = 300\n[turn]",
+            (RELOAD, "", "[turn]", "[message.BCM_TurnIndicators]\ntimeout_ms = 300\n[turn]",
                 "vehicle profile [message.BCM_TurnIndicators] timeout_ms: added, 300"),
         ];
         for (needs_restart, more, from, to, expected) in cases {

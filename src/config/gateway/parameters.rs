@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn each_key_is_described_whether_it_is_in_effect_or_not() {
         let keys = [
-            ("can.a.interface", "can0"),
+            ("can.a.interface", "SocketCAN"),
             ("turn_signal.planning_hz", "cycles"),
             ("turn_signal.outputs.markers", "RViz"),
             ("traffic_lights.faults.camera.seed", "the same seed"),

@@ -86,7 +86,7 @@ pub struct SentMessageSnapshot {
     pub bus: String,
     /// Given out to be sent and not failed.
     pub sent: u64,
-    /// Those of them that request something of the vehicle.
+    /// Number of them that request something of the vehicle.
     pub with_authority: u64,
     /// Not sent because the queue was full.
     pub queue_full: u64,

@@ -114,7 +114,7 @@ pub struct RosSnapshot {
     pub read: Vec<TopicSnapshot>,
     /// Connections of Zenoh; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
-    /// Participants whose lease ran out and that were not found again yet.
+    /// Participants whose lease ran out, until a new participant has found them.
     pub missing_peers: u64,
     /// Samples since start that could not be written.
     pub write_errors: u64,

@@ -34,7 +34,7 @@ pub struct ChannelSnapshot {
     pub channel: LightChannel,
     /// Lights in the ground truth.
     pub lights: u32,
-    /// Those of them that show no light.
+    /// Number of them that show no light.
     pub dark: u32,
     /// Lights with a colour or status that was not recognised.
     pub unknown: u32,

@@ -228,8 +228,7 @@ mod tests {
 
     #[test]
     fn error_bits_are_those_of_the_kernel() {
-        use crate::core::can::error_frame::class;
-        use crate::core::can::error_frame::controller;
+        use crate::core::can::error_frame::{class, controller};
         for (ours, kernels) in [
             (class::TX_TIMEOUT, libc::CAN_ERR_TX_TIMEOUT),
             (class::LOST_ARBITRATION, libc::CAN_ERR_LOSTARB),

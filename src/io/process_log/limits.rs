@@ -44,6 +44,11 @@ impl Visit for EventText {
         match field.name() {
             "interface" => value.clone_into(&mut self.interface),
             SUBJECT => value.clone_into(&mut self.subject),
+            // A message of the crate `log`, which has no line of source here.
+            "log.target" => {
+                value.clone_into(&mut self.subject);
+                self.record_debug(field, &value);
+            }
             _ => self.record_debug(field, &value),
         }
     }

@@ -45,6 +45,24 @@ fn parts_of_a_scenario_that_are_not_interpreted_are_named_by_check_and_at_the_st
     assert_eq!(text.matches("note ").count(), NOT_INTERPRETED.len(), "{text}");
 }
 
+/// The log limits messages about one subject, and each note is a subject of its own.
+#[test]
+fn no_note_hides_another_however_many_there_are() {
+    let keys = "[traffic_lights]\nscenario = \"crossing.xosc\"\nmap = \"crossroads.osm\"\n";
+    let folder = folder(&format!("{OFF}{keys}"));
+    folder.write("crossing.xosc", include_str!("../../pure/scenario_refusals/crossing.xosc"));
+    let text = checked(&folder);
+    let notes: Vec<_> = text.lines().filter_map(|line| line.strip_prefix("note ")).map(str::trim).collect();
+    assert!(notes.len() > 15, "{text}");
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("traffic_lights_scenario: running");
+    gateway.stop("TERM");
+    let log = gateway.log();
+    for note in notes {
+        assert_eq!(log.iter().filter(|line| line.ends_with(note)).count(), 1, "{note}: {log:?}");
+    }
+}
+
 #[test]
 fn a_profile_with_states_of_v2i_and_without_traffic_lights_is_noted() {
     let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles/v2x_unit.toml");

@@ -135,9 +135,9 @@ pub(crate) struct Gateway(JsonProcess);
 impl Drop for Gateway {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            let logged = self.0.lines(Mark::START).into_iter().filter(|(_, line)| line["event"] == "log");
-            logged
-                .for_each(|(_, line)| println!("the gateway: {}", line["text"].as_str().unwrap_or_default()));
+            for (_, line) in self.0.lines(Mark::START).iter().filter(|(_, line)| line["event"] == "log") {
+                println!("the gateway: {}", line["text"].as_str().unwrap_or_default());
+            }
         }
     }
 }

@@ -124,6 +124,7 @@ impl VirtualGateway {
         self.status_text("turn_indicators")
     }
 
+    /// Level and message of the status of the hazard report.
     pub(crate) fn hazard_status(&self) -> String {
         self.status_text("hazard_lights")
     }

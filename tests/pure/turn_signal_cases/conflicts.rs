@@ -20,7 +20,11 @@ fn stretches(text: &str) -> Vec<Stretch> {
     let stretch = |text: &str| {
         let (side, interval) = text.trim_start_matches(", ").split_once(' ').unwrap();
         let (from, to) = interval[1..interval.len() - 1].split_once(", ").unwrap();
-        let side = if side == "left" { Left } else { Right };
+        let side = match side {
+            "left" => Left,
+            "right" => Right,
+            _ => panic!("{text}: expected left or right"),
+        };
         (side, from.parse().unwrap(), interval.starts_with('['), to.parse().unwrap(), interval.ends_with(']'))
     };
     text.split_inclusive([']', ')']).map(stretch).collect()

@@ -166,8 +166,8 @@ mod tests {
             ("projector_type: \"MGRS\"\nmgrs_grid: 54SUE\n".to_owned(), Projector::Mgrs(square)),
             (format!("projector_type: LocalCartesianUTM\n{ORIGIN}"), Projector::LocalCartesianUtm(origin)),
             (format!("{low}projector_type: LocalCartesian"), Projector::LocalCartesian(sea)),
-            ("projector_type: LocalCartesian\nmap_origin: {latitude: 35.5, longitude: '-139.25',} # here".to_owned(),
-                Projector::LocalCartesian(sea)),
+            ("projector_type: LocalCartesian\n\
+              map_origin: {latitude: 35.5, longitude: '-139.25',} # here".to_owned(), Projector::LocalCartesian(sea)),
             (format!("projector_type: TransverseMercator\n{ORIGIN}scale_factor: 1.0\n"),
                 Projector::TransverseMercator { origin, scale: 1.0 }),
             (format!("projector_type: TransverseMercator\n{ORIGIN}"),

@@ -13,6 +13,8 @@ use crate::io::ros::reading::Endian;
 
 /// The longest text, bytes.
 const MAX_TEXT: usize = 1024;
+/// Longest JSON of a status: room for 11 bytes of each of a thousand topics, and for the few nodes that are named.
+const MAX_STATUS: usize = 32 * 1024;
 /// The largest sample that is handed on, bytes.
 pub const MAX_SAMPLE: usize = 8 * 1024 * 1024;
 
@@ -99,12 +101,13 @@ impl From<SampleEncoding> for Endian {
 
 /// State and counts of the network side.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct NetworkStatus {
     /// Matched readers of each topic that is written.
     pub readers: Vec<u32>,
     /// Matched writers of each topic that is read.
     pub writers: Vec<u32>,
-    /// Participants whose lease ran out and that were not found again yet.
+    /// Participants whose lease ran out, until a new participant has found them.
     pub missing_peers: u32,
     /// True while a second participant listens for them.
     pub has_probe: bool,
@@ -205,7 +208,7 @@ const STATUS: u8 = 5;
 const PONG: u8 = 6;
 
 impl<'a> FromNetwork<'a> {
-    /// Appends the message's bytes; a text is shortened to what may be sent.
+    /// Appends the bytes of the message; a reason is shortened to what may be sent, and the names in a status are short already.
     pub(in crate::io::ros) fn encode(&self, bytes: &mut Vec<u8>) {
         match self {
             Self::Ready => bytes.push(READY),
@@ -265,6 +268,9 @@ impl<'a> FromNetwork<'a> {
 }
 
 fn status(json: &[u8]) -> Result<NetworkStatus, Violation> {
+    if json.len() > MAX_STATUS {
+        return Err(Violation::Status);
+    }
     let status: NetworkStatus = serde_json::from_slice(json).map_err(|_| Violation::Status)?;
     let mut nodes = status.links.iter().flat_map(|links| &links.unreachable);
     if nodes.all(|node| node.len() <= MAX_TEXT) { Ok(status) } else { Err(Violation::Text) }
@@ -433,7 +439,16 @@ mod tests {
         let sample = |length: usize| [header.clone(), vec![0; length]].concat();
         assert!(FromNetwork::decode(&sample(MAX_SAMPLE)).is_ok());
         assert_eq!(FromNetwork::decode(&sample(MAX_SAMPLE + 1)), Err(Violation::Sample(MAX_SAMPLE + 1)));
-        assert_eq!(FromNetwork::decode(&[STATUS, 0xFF, 0xFF, 0]), Err(Violation::Status));
+        for (json, expected) in [("{}", Err(Violation::Status)), ("\u{ff}", Err(Violation::Status))] {
+            assert_eq!(FromNetwork::decode(&[&[STATUS], json.as_bytes()].concat()), expected);
+        }
+        let mut bytes = Vec::new();
+        FromNetwork::Status(NetworkStatus::default()).encode(&mut bytes);
+        assert_eq!(FromNetwork::decode(&bytes), Ok(FromNetwork::Status(NetworkStatus::default())));
+        let unknown = [&bytes[..bytes.len() - 1], b",\"other\":1}"].concat();
+        assert_eq!(FromNetwork::decode(&unknown), Err(Violation::Status));
+        bytes.resize(MAX_STATUS + 2, b' ');
+        assert_eq!(FromNetwork::decode(&bytes), Err(Violation::Status), "longer than any status");
         assert_eq!(FromNetwork::decode(&[READY, 0]), Err(Violation::Leftover(1)));
         assert_eq!(FromNetwork::decode(&[]), Err(Violation::CutOff));
     }

@@ -16,7 +16,7 @@ pub struct RosStatus {
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics that are read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
-    /// Participants of the network whose lease ran out and that were not found again yet.
+    /// Participants of the network whose lease ran out, until a new participant has found them.
     pub missing_peers: usize,
     /// True while a second participant listens for them.
     pub has_probe: bool,
