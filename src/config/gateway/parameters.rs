@@ -10,24 +10,20 @@ use crate::io::ros::parameters::{ParameterValue, Parameters};
 pub(super) fn parameters(root: &Value) -> Parameters {
     let mut parameters = Parameters::default();
     add(&mut parameters, "", root);
-    for (section, row) in
-        sections().iter().flat_map(|section| section.keys.iter().map(move |row| (section, *row)))
-    {
-        let is_it = |name: &&str| is_key(name, section.path, row.name());
-        let names: Vec<_> = parameters.names().filter(is_it).map(str::to_owned).collect();
-        for name in names {
-            parameters.describe(&name, description(row));
-        }
-    }
+    let sections = sections();
+    parameters.describe(|name| {
+        let (path, key) = name.rsplit_once('.').unwrap_or(("", name));
+        let rows =
+            sections.iter().filter(|section| is_at(path, section.path)).flat_map(|section| &section.keys);
+        rows.copied().find(|row| row.name() == key).map(description)
+    });
     parameters
 }
 
-/// True for the name of this key in a section, in whose path a star stands for any name.
-fn is_key(name: &str, section: &str, key: &str) -> bool {
-    let path: Vec<_> = section.split('.').filter(|part| !part.is_empty()).chain([key]).collect();
-    let name: Vec<_> = name.split('.').collect();
-    name.len() == path.len()
-        && name.iter().zip(path).all(|(part, expected)| expected == "*" || *part == expected)
+/// True for the path of this section, in which a star stands for any name.
+fn is_at(path: &str, section: &str) -> bool {
+    path.split('.').count() == section.split('.').count()
+        && path.split('.').zip(section.split('.')).all(|(part, expected)| expected == "*" || part == expected)
 }
 
 fn add(parameters: &mut Parameters, name: &str, value: &Value) {

@@ -42,11 +42,10 @@ impl Parameters {
         self.values.insert(name.to_owned(), value);
     }
 
-    /// Sets the description of a parameter; it is ignored for a parameter that does not exist.
-    pub fn describe(&mut self, name: &str, description: String) {
-        if self.values.contains_key(name) {
-            self.descriptions.insert(name.to_owned(), description);
-        }
+    /// Sets the descriptions of the parameters, as far as `description` knows them by name.
+    pub fn describe(&mut self, description: impl Fn(&str) -> Option<String>) {
+        let described = self.values.keys().filter_map(|name| Some((name.clone(), description(name)?)));
+        self.descriptions = described.collect();
     }
 
     /// The description of a parameter; empty without one.
