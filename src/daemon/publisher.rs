@@ -255,22 +255,21 @@ fn loop_topic(ros: &RosSettings) -> Option<String> {
 fn configured_topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
     let (ros, decider) = (&settings.ros, settings.turn_signal.as_ref().filter(|decider| decider.runs));
-    let mut topics = Topics::default();
-    let commands = [OutgoingTopic::TurnCommand, OutgoingTopic::HazardCommand];
-    let left_out = [
-        (matches!(lights.turn, TurnBinding::LeftOut), &[OutgoingTopic::TurnIndicatorsReport][..]),
-        (matches!(lights.hazard, HazardBinding::LeftOut), &[OutgoingTopic::HazardLightsReport]),
-        (!decider.is_some_and(TurnSignalConfig::publishes_commands), &commands),
-    ];
-    for row in &OUTGOING {
-        let is_left_out = left_out.iter().any(|(is_it, topics)| *is_it && topics.contains(&row.topic));
-        let named = |(section, key)| match section {
-            "ros.topics" => ros.topics.name(key),
-            _ => decider.map_or("", |decider| decider.outputs.name(key)),
-        };
-        // Without a key: the log, which is not part of a recording; see `ros_settings`.
-        let name = row.key.filter(|_| !is_left_out).map_or("", named);
-        topics = topics.with(row.topic, name);
+    let named = |(section, key)| match section {
+        "ros.topics" => ros.topics.name(key),
+        _ => decider.map_or("", |decider| decider.outputs.name(key)),
+    };
+    // Without a key: the log, which is not part of a recording; see `ros_settings`.
+    let keys = OUTGOING.iter().filter_map(|row| Some((row.topic, row.key?)));
+    let mut topics = keys.fold(Topics::default(), |topics, (topic, key)| topics.with(topic, named(key)));
+    if matches!(lights.turn, TurnBinding::LeftOut) {
+        topics = topics.with(OutgoingTopic::TurnIndicatorsReport, "");
+    }
+    if matches!(lights.hazard, HazardBinding::LeftOut) {
+        topics = topics.with(OutgoingTopic::HazardLightsReport, "");
+    }
+    if !decider.is_some_and(TurnSignalConfig::publishes_commands) {
+        topics = topics.with(OutgoingTopic::TurnCommand, "").with(OutgoingTopic::HazardCommand, "");
     }
     topics.lights =
         settings.light_topics.outputs.iter().map(|output| light_output(output, settings)).collect();
@@ -339,9 +338,8 @@ fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
 fn subscription(names: &TopicNames, kind: SubscriptionKind) -> Option<Subscription> {
     let (_, key) = kind.row().key?;
     let name = Some(names.name(key)).filter(|name| !name.is_empty())?;
-    // The name is a folder, in which each module has its topic.
     let SubscriptionKind::Factors(topic) = kind else { return Some(Subscription::new(name, kind)) };
-    Some(Subscription::new(&format!("{name}/{}", topic.name()), kind))
+    Some(Subscription::new(&topic.in_folder(name), kind))
 }
 
 /// The keys of the configuration, and of `[ros]` and the clock what is in effect.

@@ -164,4 +164,9 @@ impl FactorTopic {
     pub fn name(self) -> &'static str {
         variant_name(&self)
     }
+
+    /// Returns the topic's name in a folder, in which each module has its topic.
+    pub fn in_folder(self, folder: &str) -> String {
+        format!("{folder}/{}", self.name())
+    }
 }

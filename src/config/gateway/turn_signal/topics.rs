@@ -42,9 +42,7 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Topi
     let (inputs, outputs) = (TopicNames::read(&from, &INPUTS), TopicNames::read(&to, &OUTPUTS));
     let folder = inputs.name(FACTORS);
     let is_factors = |name: &str| {
-        let module = name.strip_prefix(folder).and_then(|rest| rest.strip_prefix('/'));
-        !folder.is_empty()
-            && module.is_some_and(|module| FactorTopic::ALL.iter().any(|topic| topic.name() == module))
+        !folder.is_empty() && FactorTopic::ALL.iter().any(|topic| topic.in_folder(folder) == name)
     };
     let is_own = |key: &str| key.starts_with("own_");
     let read = inputs.iter().filter(|(key, _)| *key != FACTORS && !(publishes && is_own(key)));
