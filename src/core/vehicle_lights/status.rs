@@ -164,7 +164,12 @@ impl VehicleLights {
         if let Some(reason) = task.reason {
             values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
-        self.signal_values(task, now, &mut values);
+        let name = |signal: &SignalIndex| self.binding.table.signals[signal.0].name.clone();
+        let signals: Vec<_> = task.signals.iter().map(name).collect();
+        if !signals.is_empty() {
+            values.push(("signal", signals.join(", ")));
+            self.signal_values(task, now, &mut values);
+        }
         values.extend([
             ("unknown_count", task.failures[FaultKind::Unknown as usize].to_string()),
             ("invalid_count", task.failures[FaultKind::Invalid as usize].to_string()),
@@ -180,7 +185,7 @@ impl VehicleLights {
         ));
         let level = if bad { Level::Error } else { level };
         let message = message(&self.binding, buses, which, &finding);
-        Status { signals: self.names(&task.signals), ..Status::new(which.name(), level, message, values) }
+        Status { signals, ..Status::new(which.name(), level, message, values) }
     }
 
     /// Kind of failure of a report (`None` = none), and whether it is still published.
@@ -200,9 +205,6 @@ impl VehicleLights {
     }
 
     fn signal_values(&self, task: &LightsTask, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
-        if task.signals.is_empty() {
-            return;
-        }
         let joined = |text: &dyn Fn(SignalIndex) -> String| {
             task.signals.iter().map(|signal| text(*signal)).collect::<Vec<_>>().join(", ")
         };
@@ -215,7 +217,6 @@ impl VehicleLights {
             self.messages_of(task).iter().map(|message| count(self.observations.counts(*message))).sum()
         };
         values.extend([
-            ("signal", self.names(&task.signals).join(", ")),
             ("raw_value", joined(&|signal| last(signal).map_or("none".into(), |last| raw_text(last.raw)))),
             (
                 "age_ms",
@@ -249,11 +250,6 @@ impl VehicleLights {
             ("lost_frames", counts.iter().map(|counts| counts.lost).sum::<u64>().to_string()),
             ("last_reject", if last.is_empty() { "none".to_owned() } else { last }),
         ]);
-    }
-
-    /// Returns the names of signals in the DBC.
-    fn names(&self, signals: &[SignalIndex]) -> Vec<String> {
-        signals.iter().map(|signal| self.binding.table.signals[signal.0].name.clone()).collect()
     }
 
     fn messages_of(&self, task: &LightsTask) -> Vec<MessageIndex> {
