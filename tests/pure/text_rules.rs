@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, TokenTree};
 
 use super::layering::{is_cfg_test, test_files};
-use super::waiting_rules::item_length;
+use super::waiting_rules::walk;
 use crate::support::sources::{files_of_kind, project};
 
 /// Methods that compare a text with their argument.
@@ -70,26 +70,14 @@ fn no_text_for_people_is_read_by_a_program() {
 /// Returns the lines on which a source compares a text with a literal that has a blank; tests are left out.
 fn lines_of(text: &str) -> Vec<usize> {
     let mut lines = Vec::new();
-    walk(text.parse().unwrap(), &mut lines);
-    lines
-}
-
-fn walk(tokens: TokenStream, lines: &mut Vec<usize>) {
-    let tokens: Vec<_> = tokens.into_iter().collect();
-    let mut at = 0;
-    while at < tokens.len() {
-        if is_cfg_test(&tokens[at..]) {
-            at += item_length(&tokens[at..]);
-            continue;
-        }
-        if compares(&tokens, at) {
+    walk(text.parse().unwrap(), &mut |tokens, at| {
+        let is_test = is_cfg_test(&tokens[at..]);
+        if !is_test && compares(tokens, at) {
             lines.push(tokens[at].span().start().line);
         }
-        if let TokenTree::Group(group) = &tokens[at] {
-            walk(group.stream(), lines);
-        }
-        at += 1;
-    }
+        is_test
+    });
+    lines
 }
 
 /// True if a text is compared at this place: by a method, an operator, or as a pattern.

@@ -117,37 +117,44 @@ fn in_tests(text: &str) -> Vec<Finding> {
     if !TELLING.iter().any(|word| text.contains(word)) {
         return findings;
     }
-    walk(text.parse().unwrap(), &mut findings);
+    find(text.parse().unwrap(), &mut findings);
     findings
 }
 
 /// Findings in what is `#[cfg(test)]` in a file.
 fn in_tests_of_source(text: &str) -> Vec<Finding> {
-    fn walk_source(tokens: TokenStream, findings: &mut Vec<Finding>) {
-        let tokens: Vec<_> = tokens.into_iter().collect();
-        let mut at = 0;
-        while at < tokens.len() {
-            if is_cfg_test(&tokens[at..]) {
-                let end = at + item_length(&tokens[at..]);
-                walk(tokens[at..end].iter().cloned().collect(), findings);
-                at = end;
-                continue;
-            }
-            if let TokenTree::Group(group) = &tokens[at] {
-                walk_source(group.stream(), findings);
-            }
-            at += 1;
-        }
-    }
     let mut findings = Vec::new();
     if text.contains("cfg(test)") && TELLING.iter().any(|word| text.contains(word)) {
-        walk_source(text.parse().unwrap(), &mut findings);
+        walk(text.parse().unwrap(), &mut |tokens, at| {
+            let is_test = is_cfg_test(&tokens[at..]);
+            if is_test {
+                let item = &tokens[at..at + item_length(&tokens[at..])];
+                find(item.iter().cloned().collect(), &mut findings);
+            }
+            is_test
+        });
     }
     findings
 }
 
+/// Visits each token of a file with those around it. Where `visit` returns true, the item that begins there is passed over.
+pub(super) fn walk(tokens: TokenStream, visit: &mut impl FnMut(&[TokenTree], usize) -> bool) {
+    let tokens: Vec<_> = tokens.into_iter().collect();
+    let mut at = 0;
+    while at < tokens.len() {
+        if visit(&tokens, at) {
+            at += item_length(&tokens[at..]);
+            continue;
+        }
+        if let TokenTree::Group(group) = &tokens[at] {
+            walk(group.stream(), visit);
+        }
+        at += 1;
+    }
+}
+
 /// Number of tokens of an item from its attribute on: to its braces or its semicolon.
-pub(super) fn item_length(tokens: &[TokenTree]) -> usize {
+fn item_length(tokens: &[TokenTree]) -> usize {
     let is_end = |token: &TokenTree| match token {
         TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
         TokenTree::Punct(punct) => punct.as_char() == ';',
@@ -156,22 +163,14 @@ pub(super) fn item_length(tokens: &[TokenTree]) -> usize {
     tokens.iter().position(is_end).map_or(tokens.len(), |end| end + 1)
 }
 
-fn walk(tokens: TokenStream, findings: &mut Vec<Finding>) {
-    let tokens: Vec<_> = tokens.into_iter().collect();
-    let mut at = 0;
-    while at < tokens.len() {
-        if is_in_virtual_time(&tokens[at..]) {
-            at += item_length(&tokens[at..]);
-            continue;
-        }
-        if let Some(construct) = refused_at(&tokens, at) {
+fn find(tokens: TokenStream, findings: &mut Vec<Finding>) {
+    walk(tokens, &mut |tokens, at| {
+        let is_skipped = is_in_virtual_time(&tokens[at..]);
+        if let Some(construct) = refused_at(tokens, at).filter(|_| !is_skipped) {
             findings.push(Finding { line: tokens[at].span().start().line, construct });
         }
-        if let TokenTree::Group(group) = &tokens[at] {
-            walk(group.stream(), findings);
-        }
-        at += 1;
-    }
+        is_skipped
+    });
 }
 
 /// True at `#[tokio::test(start_paused = true)]`.

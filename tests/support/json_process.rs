@@ -97,11 +97,11 @@ impl JsonProcess {
     /// # Panics
     /// If none comes within [`DEADLINE`], or the process ends before.
     pub(crate) fn find<T>(&self, mark: Mark, what: &str, find: impl FnMut(&Line) -> Option<T>) -> T {
-        self.find_within(DEADLINE, mark, find).unwrap_or_else(|| panic!("{}", self.in_vain(what)))
+        self.find_within(DEADLINE, mark, find).unwrap_or_else(|| panic!("{}", self.missed(what)))
     }
 
-    /// What is said of a wait that was in vain.
-    fn in_vain(&self, what: &str) -> String {
+    /// The message of a test that has waited for something that did not come.
+    fn missed(&self, what: &str) -> String {
         let output = self.output.0.lock().unwrap();
         let last: Vec<_> = output.lines.iter().rev().take(8).map(|(_, line)| line.to_string()).collect();
         let why = if output.ended { "it has ended" } else { "too late" };

@@ -439,8 +439,9 @@ mod tests {
         let sample = |length: usize| [header.clone(), vec![0; length]].concat();
         assert!(FromNetwork::decode(&sample(MAX_SAMPLE)).is_ok());
         assert_eq!(FromNetwork::decode(&sample(MAX_SAMPLE + 1)), Err(Violation::Sample(MAX_SAMPLE + 1)));
-        for (json, expected) in [("{}", Err(Violation::Status)), ("\u{ff}", Err(Violation::Status))] {
-            assert_eq!(FromNetwork::decode(&[&[STATUS], json.as_bytes()].concat()), expected);
+        for json in ["{}", "\u{ff}"] {
+            let bytes = [&[STATUS], json.as_bytes()].concat();
+            assert_eq!(FromNetwork::decode(&bytes), Err(Violation::Status), "{json}");
         }
         let mut bytes = Vec::new();
         FromNetwork::Status(NetworkStatus::default()).encode(&mut bytes);
