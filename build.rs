@@ -11,8 +11,15 @@ use std::{env, fs};
 
 const FILES: [&str; 4] =
     ["config/demo.log.gz", "config/demo.toml", "config/demo_commands.toml", "config/demo_lights.toml"];
-const FOLDERS: [&str; 6] =
-    ["config/countries", "config/drives", "config/maps", "config/scenarios", "config/vehicles", "dbc"];
+const FOLDERS: [&str; 7] = [
+    "config/cars",
+    "config/countries",
+    "config/drives",
+    "config/maps",
+    "config/scenarios",
+    "config/vehicles",
+    "dbc",
+];
 const EXTENSIONS: [&str; 5] = ["dbc", "osm", "toml", "xosc", "yaml"];
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -14,7 +14,7 @@ pub(super) const EXIT_CODES: &str = "  0  done
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check or status found warnings, or discover is not sure
+  4  check or status found warnings, discover is not sure, or profiles find knows no profile for a car
   5  the scenario of lights ended in failure, or an expectation of decide was not met
   6  the verdict of a scenario of lights is not known
   7  status found errors

@@ -14,17 +14,25 @@ use crate::check;
 use crate::config::built_in::BuiltIn;
 use crate::config::files::{Disk, Files};
 use crate::config::{Settings, load_profile};
+use crate::core::car_model::{CarModel, ModelVerdict, find};
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use crate::report::car_models::{self, ModelAnswer, ProfileSummary};
 
 pub(super) const HELP: &str = "\
 Examples:
+  signal-gateway profiles find Kia EV6 2022
+  signal-gateway profiles find \"vw golf 7\" --json
   signal-gateway profiles list
+  signal-gateway profiles list --models
   signal-gateway profiles show hyundai_kia
   signal-gateway profiles show hyundai_kia --dbc > hyundai_kia.dbc
   signal-gateway profiles show hyundai_kia --provenance
 
 A profile of the list can be named wherever one is needed: --profile hyundai_kia, or in the
-configuration profile = \"hyundai_kia\". A file with this name wins.";
+configuration profile = \"hyundai_kia\". A file with this name wins.
+
+`find` ends with exit code 0 if a profile reads the car, else with 4. A profile may still fit a car
+that the list of models does not have: `signal-gateway identify` compares all with its frames.";
 
 #[derive(Debug, Args)]
 pub(super) struct ProfilesArgs {
@@ -34,8 +42,24 @@ pub(super) struct ProfilesArgs {
 
 #[derive(Debug, Subcommand)]
 enum ProfilesCommand {
+    /// Answer whether a car is supported, and with which profile
+    Find {
+        /// Make, model and year, in any order and spelling
+        #[arg(value_name = "CAR", required = true)]
+        car: Vec<String>,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// List the profiles with their vehicles, and what each of them describes
-    List,
+    List {
+        /// List the models by make, with the profile of each, instead
+        #[arg(long)]
+        models: bool,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Print a profile, or its DBCs
     Show {
         /// Name of the profile
@@ -53,7 +77,23 @@ enum ProfilesCommand {
 pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     match &args.command {
-        ProfilesCommand::List => list(&mut out)?,
+        ProfilesCommand::Find { car, json } => {
+            let (text, verdict) = found(&car.join(" "), *json)?;
+            out.write_all(text.as_bytes())?;
+            out.flush()?;
+            let is_supported = verdict == ModelVerdict::Supported;
+            return Ok(if is_supported { ExitCode::SUCCESS } else { ExitCode::from(4) });
+        }
+        ProfilesCommand::List { models: true, json } => {
+            let models = models()?;
+            let text = if *json { car_models::json(&models) } else { car_models::rows(&models) };
+            out.write_all(text.as_bytes())?;
+        }
+        ProfilesCommand::List { json: true, .. } => {
+            let profiles = BuiltIn::Profile.names().map(summary).collect::<Result<Vec<_>, _>>()?;
+            out.write_all(car_models::json(&profiles).as_bytes())?;
+        }
+        ProfilesCommand::List { .. } => list(&mut out)?,
         ProfilesCommand::Show { profile, provenance: true, .. } => {
             let records = check::records(&load_profile(&Disk, &path(profile)?)?.provenance);
             out.write_all(records.facts_text(messages::layout(&io::stdout())).as_bytes())?;
@@ -68,10 +108,37 @@ pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
 pub(super) fn list(out: &mut impl Write) -> Result<(), Failure> {
     let width = BuiltIn::Profile.names().map(str::len).max().unwrap_or_default();
     for name in BuiltIn::Profile.names() {
-        let settings = load_profile(&Disk, &path(name)?)?;
-        writeln!(out, "{name:width$}  {}: {}", settings.vehicle, contents(&settings).join(", "))?;
+        let profile = summary(name)?;
+        writeln!(out, "{name:width$}  {}: {}", profile.vehicle, profile.describes.join(", "))?;
     }
     Ok(())
+}
+
+fn models() -> Result<Vec<CarModel>, Failure> {
+    crate::config::car_models::models().map_err(Failure::Environment)
+}
+
+/// Returns the answer whether a car is supported.
+fn found(car: &str, json: bool) -> Result<(String, ModelVerdict), Failure> {
+    let models = models()?;
+    let search = find(&models, car);
+    let profiles = search.profiles().into_iter().map(summary).collect::<Result<Vec<_>, _>>()?;
+    let answer = ModelAnswer { car, search: &search, profiles };
+    let text = if json { car_models::json(&answer) } else { answer.text() };
+    Ok((text, search.verdict))
+}
+
+/// Returns what a profile in the binary describes, and how much of it is verified.
+fn summary(name: &str) -> Result<ProfileSummary, Failure> {
+    let settings = load_profile(&Disk, &path(name)?)?;
+    Ok(ProfileSummary {
+        profile: name.to_owned(),
+        describes: contents(&settings),
+        buses: settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect(),
+        facts: settings.provenance.facts.len(),
+        verified: settings.provenance.summary(),
+        vehicle: settings.vehicle,
+    })
 }
 
 fn show(out: &mut impl Write, profile: &str, dbc: bool) -> Result<(), Failure> {

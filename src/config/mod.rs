@@ -13,6 +13,7 @@
 //! | [`draft`] | new files: a configuration, the DBC and profile of a discovered vehicle |
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`built_in`] | files in the binary by name |
+//! | [`car_models`] | the list of makes, models and years with their profiles |
 //! | `named_file` | files by path, or by the name of a built-in one |
 //! | [`file_kind`] | kinds of files, recognised by their content |
 //! | [`ros_names`], [`ros_parameters`] | names of ROS 2 and remapping, files of parameters |
@@ -20,6 +21,7 @@
 //! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
 
 pub mod built_in;
+pub mod car_models;
 pub mod country;
 mod decider;
 mod dimensions;

@@ -4,6 +4,7 @@
 //! deadline is a value, and the same inputs give the same outputs byte for byte.
 
 pub mod can;
+pub mod car_model;
 pub mod command;
 pub mod compat;
 pub mod dbc;

@@ -13,13 +13,13 @@ pub fn near_misses<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) ->
     most_similar(given, known, |given, word| {
         let begins = |word: &str, other: &str| other.len() >= 5 && word.starts_with(other);
         let is_part = begins(given, word) || begins(word, given);
-        similarity(given, word).max(if is_part { MIN_SIMILARITY } else { 0.0 })
+        likeness(given, word).max(if is_part { MIN_SIMILARITY } else { 0.0 })
     })
 }
 
 /// Returns the known word that `given` is apart from a few typos.
 pub fn mistyped<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    most_similar(given, known, similarity).first().copied()
+    most_similar(given, known, likeness).first().copied()
 }
 
 fn most_similar<'a>(
@@ -61,8 +61,8 @@ fn plain(word: &str) -> String {
     word.split('@').next().unwrap_or_default().to_lowercase().replace('-', "_")
 }
 
-/// Returns the similarity from 0 to 1; 0 with too many typos.
-fn similarity(given: &str, word: &str) -> f64 {
+/// Returns the likeness of two words in plain letters, from 0 to 1; 0 with too many typos.
+pub fn likeness(given: &str, word: &str) -> f64 {
     let is_mistyped = strsim::damerau_levenshtein(given, word) <= MAX_TYPOS;
     if is_mistyped { strsim::normalized_damerau_levenshtein(given, word) } else { 0.0 }
 }

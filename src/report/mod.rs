@@ -3,6 +3,7 @@
 //! | module | results |
 //! |---|---|
 //! | [`gateway`] | outputs of the gateway: messages, statuses, frames |
+//! | [`car_models`] | cars by make and model, and whether a profile reads one |
 //! | [`decision`] | a decision of the turn signal decider |
 //! | [`discovery`] | requests to the driver, and what was found |
 //! | [`drive`] | the decisions of a drive |
@@ -24,6 +25,7 @@
 //! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a state
 //! has a [`chart::Bar`] in a chart for as long as it lasts.
 
+pub mod car_models;
 pub mod chart;
 mod counts;
 pub mod decision;

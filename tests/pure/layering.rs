@@ -27,7 +27,7 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["validation"],
     &["dbc"],
     &["can", "map"],
-    &["diagnostics"],
+    &["diagnostics", "car_model"],
     &["time", "compat", "light_command", "near_miss", "provenance"],
     &["names"],
 ];

@@ -3,6 +3,8 @@
 use std::fs;
 
 use signal_gateway::config::Settings;
+use signal_gateway::config::car_models::models;
+use signal_gateway::core::car_model::{CarModel, ModelProfile};
 use signal_gateway::core::provenance::{FactSource, Provenance, Verification};
 use signal_gateway::core::validation::integrity::Protection;
 use signal_gateway::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
@@ -10,13 +12,14 @@ use signal_gateway::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::pure::vehicles::{profile, profile_names, project};
 
 const HEAD: &str = "\
-<!-- Made by `UPDATE_DOCS=1 cargo test --test pure vehicles::document` from config/vehicles. -->
+<!-- Made by `UPDATE_DOCS=1 cargo test --test pure vehicles::document` from config/vehicles and config/cars/models.toml. -->
 
 # Vehicles
 
 For integrators who want to know whether their vehicle is supported. This page tells you which profile to try, what it \
 covers, and which of its facts have been verified.
 
+`signal-gateway profiles find Kia EV6 2022` answers for one car, from the table of models at the end, \
 `signal-gateway profiles list` prints the same profiles, `signal-gateway identify LOG` finds the ones that fit a recording, \
 and `signal-gateway profiles show NAME --provenance` prints the facts of one profile. How facts are written is \
 explained at the end of [config/gateway.toml](../config/gateway.toml) under `[[provenance]]`.
@@ -38,6 +41,25 @@ const FACTS: &str = "
 | profile | facts | verified by | source | since |
 |---|---|---|---|---|
 ";
+
+const MODELS: &str = "
+## Models
+
+Cars whose signals opendbc reads, cars that its documents list without a description of their frames, and cars that a \
+profile names itself. A plug has the name of the harness connector in the documents of opendbc. A car that is not in the table \
+may still fit a profile: `signal-gateway identify` compares all of them with its frames.
+
+| make | model | years | profile | plug |
+|---|---|---|---|---|
+";
+
+fn model(model: &CarModel) -> String {
+    let (profile, plug) = match &model.profile {
+        ModelProfile::Shipped { profile, plug } => (profile.clone(), plug.clone().unwrap_or_default()),
+        ModelProfile::Missing { reason } => (format!("none: {reason}"), String::new()),
+    };
+    format!("| {} | {} | {} | {profile} | {plug} |\n", model.make, model.model, model.years_text())
+}
 
 fn yes(is_given: bool) -> &'static str {
     if is_given { "yes" } else { "–" }
@@ -127,7 +149,8 @@ fn the_document_of_vehicles_is_what_the_profiles_give() {
     });
     let overviews: String = names.iter().map(|name| overview(name)).collect();
     let facts: String = profile_names().iter().map(|name| facts(name)).collect();
-    let made = format!("{HEAD}{overviews}{FACTS}{facts}");
+    let models: String = models().unwrap().iter().map(model).collect();
+    let made = format!("{HEAD}{overviews}{FACTS}{facts}{MODELS}{models}");
     let path = project().join("docs/vehicles.md");
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::write(&path, made).unwrap();

@@ -3,6 +3,7 @@
 
 mod demo;
 mod document;
+mod models;
 mod opendbc;
 pub(crate) mod payload;
 pub(crate) mod playback;
