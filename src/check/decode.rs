@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use crate::config::Settings;
 use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::time::{Now, WallStamp};
-use crate::core::validation::display::RoleTexts;
+use crate::core::validation::display::{RoleTexts, raw_and_bits};
 use crate::core::validation::observation::{Observations, Unused};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
@@ -154,7 +154,8 @@ impl Decoder {
             }
             let rejected = if outcome.is_ok() { "" } else { " (rejected)" };
             let meanings = self.reader.meanings(index, raw);
-            line(&format!("{} = {raw} (0x{raw:X}) {meanings}{rejected}", signal.name))?;
+            let value = raw_and_bits(raw, &signal.codec);
+            line(&format!("{} = {value} {meanings}{rejected}", signal.name))?;
         }
         Ok(())
     }

@@ -12,8 +12,9 @@ use crate::core::can::CanId;
 use crate::core::can::error_frame::class_name;
 use crate::core::plausibility::finding::{FindingKind, Severity, findings};
 use crate::core::time::MonoTime;
+use crate::core::validation::display::raw_and_bits;
 use crate::core::validation::integrity::IntegrityCounts;
-use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
+use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex};
 use crate::core::vehicle_lights::binding::HazardBinding;
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::{FaultKind, Task};
@@ -136,7 +137,7 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
     let lights = &settings.gateway.lights;
     let mut rows = Vec::new();
     for (index, values) in survey.values.iter().enumerate() {
-        let name = &lights.table.signals[index].name;
+        let BoundSignal { name, codec, .. } = &lights.table.signals[index];
         for (raw, (count, first)) in values {
             let signal = SignalIndex(index);
             let texts = texts(lights, signal, *raw);
@@ -146,7 +147,8 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
             let (first, seen) = (seconds_text(*first), times(*count));
             if !texts.iter().all(|meaning| meaning.defined) {
                 let severity = if *count == 1 { Severity::Note } else { Severity::Warning };
-                let text = format!("{name} = {raw} (0x{raw:X}){named} {meaning}: {seen}, first at {first}");
+                let value = raw_and_bits(*raw, codec);
+                let text = format!("{name} = {value}{named} {meaning}: {seen}, first at {first}");
                 report.find(severity, text);
             }
             rows.push([format!("{name} = {raw}{named}"), meaning, format!("{seen}, first at {first}")]);

@@ -13,6 +13,7 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
+use crate::core::validation::display::raw_and_bits;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_lights::raw_state::{RawState, raw_state};
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -258,7 +259,8 @@ impl TimelineCollector {
         let message = table.messages.iter().find(|message| message.bus == bus && message.id == frame.id());
         let mut signals: Vec<_> = self.unused.iter().map(|unused| format!("rejected: {unused}")).collect();
         signals.extend(signals_in(table, bus, &frame).map(|(index, signal, raw)| {
-            format!("{} = {raw} (0x{raw:X}) {}", signal.name, self.reader.meanings(index, raw))
+            let value = raw_and_bits(raw, &signal.codec);
+            format!("{} = {value} {}", signal.name, self.reader.meanings(index, raw))
         }));
         let bytes: Vec<_> = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
         self.frames.push(CausingFrame {

@@ -35,6 +35,17 @@ pub enum FileKind {
     Other(Looks),
 }
 
+const BY_CANTOOLS: &str =
+    "convert it: pip install cantools, then `cantools convert FILE out.dbc`, and name out.dbc";
+const BY_CANMATRIX: &str =
+    "convert it: pip install canmatrix, then `canconvert FILE out.dbc`, and name out.dbc";
+
+const ARXML: Looks = Looks { name: "an AUTOSAR description (ARXML)", remedy: BY_CANTOOLS };
+const KCD: Looks = Looks { name: "a Kayak description (KCD)", remedy: BY_CANTOOLS };
+const SYM: Looks = Looks { name: "a PCAN symbol file (SYM)", remedy: BY_CANTOOLS };
+const FIBEX: Looks = Looks { name: "a FIBEX description", remedy: BY_CANMATRIX };
+const DBF: Looks = Looks { name: "a BUSMASTER database (DBF)", remedy: BY_CANMATRIX };
+
 /// The keys at the top of each kind of TOML file that no other kind has there.
 const TOP_KEYS: [(FileKind, &[&str]); 5] = [
     (
@@ -160,17 +171,24 @@ fn of_xml(text: &str) -> Option<FileKind> {
     match root.split(|char: char| char.is_whitespace() || char == '>' || char == '/').next()? {
         "osm" => Some(FileKind::Map),
         "OpenSCENARIO" => Some(FileKind::Scenario),
+        "AUTOSAR" => Some(FileKind::Other(ARXML)),
+        "NetworkDefinition" => Some(FileKind::Other(KCD)),
+        "fx:FIBEX" | "FIBEX" => Some(FileKind::Other(FIBEX)),
         _ => None,
     }
 }
 
-/// The kind of a file that has a line of a DBC, or of a scenario in YAML.
+/// The kind of a file that has a line of a DBC or of another database of messages, or of a scenario in YAML.
 fn of_lines(text: &str) -> Option<FileKind> {
     let begins = |marks: &[&str]| text.lines().any(|line| marks.iter().any(|mark| line.starts_with(mark)));
     if text.trim_start().starts_with("VERSION \"") || begins(&["BO_ ", "BU_:", "NS_ :", "BS_:"]) {
         Some(FileKind::Dbc)
     } else if begins(&["OpenSCENARIO:", "ScenarioModifiers:"]) {
         Some(FileKind::Scenario)
+    } else if begins(&["FormatVersion="]) {
+        Some(FileKind::Other(SYM))
+    } else if begins(&["[DATABASE_VERSION]"]) {
+        Some(FileKind::Other(DBF))
     } else {
         None
     }
@@ -249,6 +267,11 @@ mod tests {
             (b"OpenSCENARIO:\n  a: 1\n", Some(FileKind::Scenario)),
             (b"\x89PNG\r\n", Some(FileKind::Other(Looks { name: "a picture (PNG)", remedy: "" }))),
             (b"<html><body>", Some(FileKind::Other(Looks { name: "a web page", remedy: "" }))),
+            (b"<?xml version='1.0'?>\n<AUTOSAR xmlns=\"x\">", Some(FileKind::Other(ARXML))),
+            (b"<NetworkDefinition xmlns='x'/>", Some(FileKind::Other(KCD))),
+            (b"<fx:FIBEX>", Some(FileKind::Other(FIBEX))),
+            (b"FormatVersion=6.0 // Do not edit this line!\n", Some(FileKind::Other(SYM))),
+            (b"//***BUSMASTER\n\n[DATABASE_VERSION] 1.3\n", Some(FileKind::Other(DBF))),
             (b"name = \"x\"\n", None),
             (b"", None),
         ] {

@@ -133,13 +133,7 @@ fn raw_values_agree_with_cantools() {
             requests.push('\n');
         }
     }
-    let request_file = tempfile::NamedTempFile::new().unwrap();
-    std::fs::write(request_file.path(), requests).unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/cantools_decode.py");
-    let output = Command::new(python).arg(script).arg(request_file.path()).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-
-    let answers = String::from_utf8(output.stdout).unwrap();
+    let answers = cantools_decode(&python, &requests);
     let mut answers = answers.lines();
     let (mut whole, mut total) = (0, Tally::default());
     for (file, requested) in &requested {
@@ -159,6 +153,71 @@ fn raw_values_agree_with_cantools() {
     println!("cantools agrees on {agreed} raw values and {absent} absent signals in {frames} frames");
     println!("of {} files, {whole} of them whole; {unknown} more it does not know", requested.len());
     assert!(whole >= 19 && agreed > 50_000 && unknown < agreed / 50);
+}
+
+/// Runs cantools on these requests; see the script for the form of both.
+fn cantools_decode(python: &Path, requests: &str) -> String {
+    let request_file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(request_file.path(), requests).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/cantools_decode.py");
+    let output = Command::new(python).arg(script).arg(request_file.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Two trees of multiplexors: the first three levels deep and with ranges, the second with one level.
+const NESTED: &str = r#"VERSION ""
+
+BU_: X
+
+BO_ 257 NESTED: 8 X
+ SG_ Page M : 0|4@1+ (1,0) [0|0] "" X
+ SG_ Row m1M : 4|4@1+ (1,0) [0|0] "" X
+ SG_ Column m2M : 8|4@1+ (1,0) [0|0] "" X
+ SG_ Deep m3 : 12|12@1- (1,0) [0|0] "" X
+ SG_ Flat m7 : 15|8@0+ (1,0) [0|0] "" X
+ SG_ Other M : 32|2@1+ (1,0) [0|0] "" X
+ SG_ Own m2 : 40|8@1- (1,0) [0|0] "" X
+ SG_ Always : 56|8@1+ (1,0) [0|0] "" X
+
+SG_MUL_VAL_ 257 Row Page 1-1, 3-5;
+SG_MUL_VAL_ 257 Column Row 2-2;
+SG_MUL_VAL_ 257 Deep Column 3-3, 8-15;
+SG_MUL_VAL_ 257 Flat Page 7-7;
+SG_MUL_VAL_ 257 Own Other 2-3;
+"#;
+
+#[test]
+fn nested_multiplexing_as_cantools_writes_it_is_read_like_cantools_reads_it() {
+    let python = require!(peer_python());
+    let folder = tempfile::tempdir().unwrap();
+    let [given, written] = ["given.dbc", "written.dbc"].map(|name| folder.path().join(name));
+    std::fs::write(&given, NESTED).unwrap();
+    let mut convert = Command::new(&python);
+    convert.args(["-m", "cantools", "convert"]).args([&given, &written]);
+    assert!(convert.output().unwrap().status.success());
+    let text = std::fs::read_to_string(&written).unwrap();
+    assert!(text.contains("SG_ Row M :") && text.contains("SG_ Other M :"), "{text}");
+
+    let [ours, theirs] = [NESTED.as_bytes(), text.as_bytes()].map(parse);
+    assert_eq!((ours.findings, theirs.findings), (vec![], vec![]));
+    let mut random = Random(0x5EED);
+    let frames: Vec<_> = (0..40).flat_map(|_| payloads(&theirs.messages[0], &mut random)).collect();
+    let mut requests = format!("file {}\n", written.display());
+    for (_, data) in &frames {
+        let data: String = data[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+        writeln!(requests, "frame 257 {data}").unwrap();
+    }
+    let answers = cantools_decode(&python, &requests);
+    let (verdict, answers) = answers.split_once('\n').unwrap();
+    assert_eq!(verdict, "file whole");
+    let mut total = Tally::default();
+    for ((message, data), answer) in frames.iter().zip(answers.lines()) {
+        total.compare("written", message, data, answer);
+        total.compare("given", &ours.messages[0], data, answer);
+    }
+    assert_eq!((total.frames, total.unknown), (2 * frames.len(), 0));
+    assert!(total.agreed > 1000 && total.absent > 500, "{} {}", total.agreed, total.absent);
 }
 
 /// Frames for one message: noise, all bits set, and noise for each alternative of a multiplexor.

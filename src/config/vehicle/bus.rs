@@ -50,11 +50,11 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
             match files.read(&path) {
                 Ok(bytes) => {
                     if let Some((reason, _)) = FileKind::Dbc.mismatch(&bytes) {
-                        fields.refuse(
-                            "dbc",
-                            format!("{}: {reason}", display(&path)),
-                            "give the path of a DBC",
-                        );
+                        let remedy = match FileKind::of(&bytes) {
+                            Some(FileKind::Other(looks)) if !looks.remedy.is_empty() => looks.remedy,
+                            _ => "give the path of a DBC",
+                        };
+                        fields.refuse("dbc", format!("{}: {reason}", display(&path)), remedy);
                         continue;
                     }
                     let database = dbc::parse(&bytes);

@@ -117,6 +117,11 @@ impl SignalCodec {
         self.bits.read(data)
     }
 
+    /// Returns the bits that a frame has for `raw`, e.g. 0xF for -1 in four bits.
+    pub fn wire_bits(&self, raw: i128) -> u128 {
+        raw.cast_unsigned() & self.bits.mask()
+    }
+
     /// Writes `raw` into the bits of the signal and leaves all others unchanged.
     pub fn write(&self, raw: i128, data: &mut [u8; MAX_DATA]) -> Result<(), OutOfRange> {
         let (lowest, highest) = self.range();

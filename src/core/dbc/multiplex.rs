@@ -79,19 +79,16 @@ impl<'a> Multiplexing<'a> {
 
     /// Returns the index of the multiplexor above `signal` with its values; `None` for a plain signal.
     fn parent(&self, signal: &SignalOutline) -> Result<Option<(usize, Values)>, String> {
-        let value = match signal.parsed.multiplexer_indicator {
-            MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => None,
-            MultiplexIndicator::MultiplexedSignal(value)
-            | MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => Some(value),
-        };
-        match (value, self.rules.get(&signal.parsed.name)) {
-            (None, None) => Ok(None),
-            (None, Some(_)) => Err("multiplexed by SG_MUL_VAL_ but not by SG_".to_owned()),
-            (Some(value), None) => Ok(Some((self.only?, vec![value..=value]))),
-            (Some(_), Some(rule)) if rule.ranges.is_empty() => {
-                Err("its SG_MUL_VAL_ is unreadable".to_owned())
+        use MultiplexIndicator::{MultiplexedSignal, Multiplexor, MultiplexorAndMultiplexedSignal, Plain};
+        match (signal.parsed.multiplexer_indicator, self.rules.get(&signal.parsed.name)) {
+            (Plain | Multiplexor, None) => Ok(None),
+            (Plain, Some(_)) => Err("multiplexed by SG_MUL_VAL_ but not by SG_".to_owned()),
+            (MultiplexedSignal(value) | MultiplexorAndMultiplexedSignal(value), None) => {
+                Ok(Some((self.only?, vec![value..=value])))
             }
-            (Some(_), Some(rule)) => {
+            (_, Some(rule)) if rule.ranges.is_empty() => Err("its SG_MUL_VAL_ is unreadable".to_owned()),
+            // cantools writes every multiplexor as `M`, below another one too.
+            (Multiplexor | MultiplexedSignal(_) | MultiplexorAndMultiplexedSignal(_), Some(rule)) => {
                 let multiplexor = self.by_name.get(rule.multiplexor.as_str()).copied();
                 let multiplexor = multiplexor.filter(|index| is_multiplexor(&self.signals[*index]));
                 let multiplexor =
@@ -154,6 +151,21 @@ mod tests {
         assert_eq!(present(&database, &[2, 5]), ["Page", "Row", "Cell"]);
         assert_eq!(present(&database, &[7, 6]), ["Page", "Row"]);
         assert_eq!(present(&database, &[3, 5]), ["Page", "Flat"]);
+    }
+
+    #[test]
+    fn rule_multiplexes_a_multiplexor_without_a_value_in_its_mark() {
+        let rules = "SG_MUL_VAL_ 1 Row Page 1-1;\nSG_MUL_VAL_ 1 Cell Row 5-5;\nSG_MUL_VAL_ 1 Own Other 2-2;";
+        let database = message(&["Page M", "Row M", "Cell m5", "Other M", "Own m2"], rules);
+        assert_eq!(database.findings, []);
+        assert_eq!(present(&database, &[1, 5]), ["Page", "Row", "Cell", "Other"]);
+        assert_eq!(present(&database, &[0, 5, 0, 2]), ["Page", "Other", "Own"]);
+        for (rule, reason) in [("Page x", "unreadable"), ("Missing 1-1", "no multiplexor Missing")] {
+            let database = message(&["Page M", "Row M"], &format!("SG_MUL_VAL_ 1 Row {rule};"));
+            let (accepted, rejected) = outcome(&database);
+            assert_eq!(accepted, ["Page"], "{rule}");
+            assert!(rejected.iter().any(|text| text.contains(reason)), "{rule}: {rejected:?}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::meaning::{Meaning, RawRange};
 use super::observation::MissingReason;
 use super::table::{Role, SignalIndex, SignalTable};
 use crate::core::can::{Bus, FrameFormat, link_text};
+use crate::core::dbc::codec::SignalCodec;
 
 /// Meaning of one raw value of a signal for the gateway.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,6 +93,11 @@ pub fn missing_reason_text(
         MissingReason::BusQuiet => format!("no frame of {}, as nothing on {interface}", message.name),
         MissingReason::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
     }
+}
+
+/// Returns a raw value in decimal and the bits of the frame in hexadecimal, e.g. `-1 (0xF)` for a signal of four bits.
+pub fn raw_and_bits(raw: i128, codec: &SignalCodec) -> String {
+    format!("{raw} (0x{:X})", codec.wire_bits(raw))
 }
 
 /// Returns a raw value in decimal and, from 10 on, in hexadecimal as candump shows it.
