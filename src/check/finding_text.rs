@@ -9,6 +9,7 @@ use crate::core::plausibility::states::Implausible;
 use crate::core::validation::integrity::search::RuleParameter;
 use crate::core::validation::table::{SignalIndex, Timing};
 use crate::core::vehicle_lights::binding::HazardSource;
+use crate::core::vehicle_lights::state::TurnCode;
 use crate::report::text::{counted, times};
 
 /// Returns a finding as text, without its severity.
@@ -67,19 +68,38 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
                 }
             }
         }
-        FindingKind::NothingChanged { is_on: true } => {
-            "the same state was on all the time, which other messages show by chance: record off, left, right and \
-             hazard"
-                .to_owned()
-        }
-        FindingKind::NothingChanged { is_on: false } => {
-            "nothing but off was received, which many messages show by chance: record left, right and hazard"
-                .to_owned()
-        }
+        FindingKind::NothingChanged { states } => nothing_changed_text(evidence, states),
         FindingKind::NeverOn(Coverage::Left) => "left was never seen: record it".to_owned(),
         FindingKind::NeverOn(Coverage::Right) => "right was never seen: record it".to_owned(),
         FindingKind::NeverOn(Coverage::Hazard) => "hazard was never seen: record it".to_owned(),
     }
+}
+
+/// Names the state of each source that was on all the time.
+fn nothing_changed_text(evidence: &ProfileEvidence, states: &[(SourceIndex, TurnCode)]) -> String {
+    if states.is_empty() {
+        return "no value that the profile names was received: record off, left, right and hazard".to_owned();
+    }
+    let was_on: Vec<_> = states
+        .iter()
+        .filter_map(|(source, state)| {
+            let on = match (source, state) {
+                (_, TurnCode::Off) => return None,
+                (SourceIndex::Hazard(_), _) => "hazard was",
+                (_, TurnCode::Left) => "left was",
+                (_, TurnCode::Right) => "right was",
+                (_, TurnCode::Both) => "left and right were both",
+            };
+            let (signals, frames) = source_text(evidence, *source);
+            Some(format!("{on} on throughout ({signals}, {})", counted(frames, "frame")))
+        })
+        .collect();
+    if was_on.is_empty() {
+        return "nothing but off was received, which many messages show by chance: record left, right and hazard"
+            .to_owned();
+    }
+    let was_on = was_on.join(", ");
+    format!("{was_on}, which other messages show by chance: record off, left, right and hazard")
 }
 
 /// Returns the profile line that fixes a finding; `None` if the recording does not show it.

@@ -178,6 +178,38 @@ fn unused_counters_and_checksums_are_proposed_and_sides_that_look_swapped_are_fo
     }
 }
 
+/// A profile of two lamps without hazard lights, so that both lamps together are not a state of their own.
+const LAMPS: [(&str, &str); 2] = [
+    (
+        "lamps.toml",
+        "name = \"Lamps\"\n[bus.body]\ndbc = \"lamps.dbc\"\n[turn]\nboth_on = \"hazard\"\n\
+         left_signal = { signal = \"LAMPS.LEFT\", on = [1], off = [0] }\n\
+         right_signal = { signal = \"LAMPS.RIGHT\", on = [1], off = [0] }\n[hazard]\nfrom = \"unbound\"\n\
+         [message.LAMPS]\ntimeout_ms = 500\n",
+    ),
+    (
+        "lamps.dbc",
+        "VERSION \"\"\nBO_ 193 LAMPS: 1 X\n SG_ LEFT : 0|1@1+ (1,0) [0|1] \"\" X\n SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X\n",
+    ),
+];
+
+#[test]
+fn a_state_that_never_changes_is_named_as_it_was() {
+    let settings = load_profile(&TestFiles(&LAMPS), Path::new("lamps.toml")).unwrap();
+    let cases = [
+        ("00", "nothing but off was received, which"),
+        ("01", "left was on throughout (LAMPS.LEFT and LAMPS.RIGHT, 20 frames), which"),
+        ("02", "right was on throughout (LAMPS.LEFT and LAMPS.RIGHT, 20 frames), which"),
+        ("03", "left and right were both on throughout (LAMPS.LEFT and LAMPS.RIGHT, 20 frames), which"),
+    ];
+    for (data, expected) in cases {
+        let frame = |index: u64| format!("(1.{:03}) can0 0C1#{data}\n", index * 40);
+        let text = text(&survey_of(&settings, &(0..20).map(frame).collect::<String>()));
+        assert!(text.contains(&format!("warning    {expected} ")), "{expected}\n{text}");
+        assert_eq!(text.contains("nothing but off"), data == "00", "{text}");
+    }
+}
+
 #[test]
 fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
     let weights = |report: &CheckReport, text: &str| {
@@ -197,7 +229,7 @@ fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
         (car((0..20).map(|index| (index * 300, 0)), 4), "usually every 300 ms, by the DBC every 100 ms",
             Severity::Warning),
         (car(each_100_ms(5_000, |_| 0), 4), "nothing but off was received", Severity::Warning),
-        (car(each_100_ms(5_000, |_| 2), 4), "the same state was on all the time", Severity::Warning),
+        (car(each_100_ms(5_000, |_| 2), 4), "right was on throughout (LIGHTS.TURN, 50 frames), which other", Severity::Warning),
         (car(each_100_ms(5_000, |ms| u8::from(ms > 3_000)), 4), "right was never seen: record it",
             Severity::Note),
     ];

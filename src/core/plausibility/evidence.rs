@@ -111,6 +111,18 @@ impl ProfileEvidence {
         self.turn.iter().any(|states| states.has_seen(state))
     }
 
+    /// Returns true if any source has shown more than one state.
+    pub fn has_changed(&self) -> bool {
+        self.turn.iter().chain(&self.hazard).any(|states| states.changes > 0)
+    }
+
+    /// Returns true if no source has shown anything but off.
+    pub fn is_at_rest(&self) -> bool {
+        let is_off =
+            |states: &StateHistory| states.current_state().is_none_or(|state| state == TurnCode::Off);
+        !self.has_changed() && self.turn.iter().chain(&self.hazard).all(is_off)
+    }
+
     /// Returns true if the hazard lights were on, or their button was pressed.
     pub fn has_seen_hazard(&self) -> bool {
         let has_both_sides = self

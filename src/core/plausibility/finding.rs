@@ -118,8 +118,8 @@ pub enum FindingKind {
     },
     /// No state ever changed, so that the recording confirms nothing.
     NothingChanged {
-        /// True if something was on all the time.
-        is_on: bool,
+        /// Each source with the state that it showed all the time; empty if no source showed a defined state.
+        states: Vec<(SourceIndex, TurnCode)>,
     },
     /// A state was never shown.
     NeverOn(Coverage),
@@ -229,15 +229,20 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
     .into_iter()
     .filter_map(|(is_missing, state)| is_missing.then_some(state))
     .collect();
-    let has_changed = evidence.turn.iter().chain(&evidence.hazard).any(|states| states.changes > 0);
-    if (has_turn || can_show_hazard) && !has_changed && !is_proven {
-        let expected = if has_turn { 2 } else { 0 } + usize::from(can_show_hazard);
-        let is_on = missing.len() < expected;
-        return push(Severity::Warning, FindingKind::NothingChanged { is_on });
+    if (has_turn || can_show_hazard) && !evidence.has_changed() && !is_proven {
+        return push(Severity::Warning, FindingKind::NothingChanged { states: shown_states(evidence) });
     }
     for state in missing {
         push(Severity::Note, FindingKind::NeverOn(state));
     }
+}
+
+/// Returns the state that each source shows, without sources that have shown none.
+fn shown_states(evidence: &ProfileEvidence) -> Vec<(SourceIndex, TurnCode)> {
+    let turn = evidence.turn.iter().enumerate().map(|(index, states)| (SourceIndex::Turn(index), states));
+    let hazard =
+        evidence.hazard.iter().enumerate().map(|(index, states)| (SourceIndex::Hazard(index), states));
+    turn.chain(hazard).filter_map(|(source, states)| Some((source, states.current_state()?))).collect()
 }
 
 fn has_proven_checksum(message: &MessageEvidence) -> bool {

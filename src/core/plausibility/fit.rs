@@ -50,7 +50,7 @@ pub enum Support {
         /// True if right was on.
         right: bool,
     },
-    /// All values are named by the profile, and not all of them are 0.
+    /// All values are named by the profile, and they changed or are a state at rest that is not 0.
     NamedValues,
     /// A message that proves the bus alive was received.
     Heartbeat {
@@ -105,7 +105,8 @@ pub fn fit(evidence: &ProfileEvidence, heartbeats: &[CanId]) -> Option<Fit> {
         support.push(Support::Sides { left, right });
     }
     let undefined: u64 = evidence.turn.iter().chain(&evidence.hazard).map(|states| states.undefined).sum();
-    if evidence.has_nonzero && undefined == 0 {
+    // A side that is on all the time is what any message shows whose bits are constant.
+    if evidence.has_nonzero && undefined == 0 && (evidence.has_changed() || evidence.is_at_rest()) {
         support.push(Support::NamedValues);
     }
     support.sort_by_key(|support| std::cmp::Reverse(support.points()));

@@ -82,6 +82,11 @@ impl StateHistory {
         self.crossings += u64::from(sides.contains(&before) && sides.contains(&state));
     }
 
+    /// Returns the defined state that was shown last; `None` before the first one.
+    pub fn current_state(&self) -> Option<TurnCode> {
+        self.current.map(|(state, _)| state)
+    }
+
     /// Returns true if a state was shown.
     pub fn has_seen(&self, state: TurnCode) -> bool {
         self.seen[state as usize]
