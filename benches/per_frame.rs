@@ -128,8 +128,8 @@ fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
     }
     let frames = [0, 1, 2, 3].map(|counter| {
         let mut data = [0, 0, 0, 0b100, 0, 0, 0, counter << 4];
-        assert!(checksum.protect(message.id, &mut data));
-        let frame = Frame::classic(message.id, &data).unwrap();
+        assert!(checksum.protect(message.ids.described(), &mut data));
+        let frame = Frame::classic(message.ids.described(), &data).unwrap();
         CanInput::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
     });
     let mut gateway = Gateway::new(settings, LinkState::Up, NOW);

@@ -17,6 +17,7 @@ mod pure {
     mod discovery;
     mod drive_scenarios;
     mod integrity_real_logs;
+    mod j1939;
     mod lamp_reports;
     mod layering;
     mod link_findings;

@@ -75,7 +75,7 @@ fuzz_target!(|bytes: &[u8]| {
         let input: Input = match (kind & 7, next().unwrap_or(0)) {
             (0..=3, choice) => {
                 let id = match ids.get(usize::from(choice & 15)) {
-                    Some(id) => *id,
+                    Some(ids) => ids.described(),
                     None => CanId::Standard(u16::from(choice)),
                 };
                 let data: Vec<u8> = (0..kind >> 3 & 15).map_while(|_| next()).collect();

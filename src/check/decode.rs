@@ -7,7 +7,7 @@ use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::display::{RoleTexts, raw_and_bits};
 use crate::core::validation::observation::{Observations, Unused};
-use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
+use crate::core::validation::table::{BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::role_texts::roles;
 use crate::report::text::escaped;
@@ -51,7 +51,7 @@ pub fn signals_in<'a>(
     let carried = move |signal: &BoundSignal| {
         let message = &table.messages[signal.message.0];
         message.bus == bus
-            && message.id == id
+            && message.ids.contains(id)
             && signal.codec.needed_length() <= frame.data().len()
             && signal.codec.is_present(frame.padded())
     };
@@ -74,8 +74,7 @@ impl FrameReader {
         now: Now,
     ) -> Option<ReadFrame> {
         let table = &self.binding.table;
-        let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
-        let message = MessageIndex(table.messages.iter().position(is_bound)?);
+        let message = table.message_of(bus, frame.id())?;
         let outcome = self.observations.frame_arrived(table, message, frame, stamp, now);
         Some(ReadFrame { message, outcome: outcome.map(drop) })
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::config::built_in::BuiltIn;
 use crate::config::files::Disk;
 use crate::config::{Refused, load_profile};
-use crate::core::can::{BusIndex, CanId, Frame};
+use crate::core::can::{BusIndex, Frame, IdMatch, IdTable};
 use crate::core::plausibility::evidence::ProfileEvidence;
 use crate::core::plausibility::fit::{Fit, FitVerdict, Support, fit};
 use crate::core::time::{MonoTime, WallStamp};
@@ -20,8 +20,8 @@ const MIN_PROOF: u64 = 100;
 pub struct Identifier {
     profiles: Vec<KnownProfile>,
     /// Positions of the profiles that bind an identifier.
-    bound: BTreeMap<CanId, Vec<usize>>,
-    heartbeats: BTreeSet<CanId>,
+    bound: IdTable<usize>,
+    heartbeats: IdTable<IdMatch>,
     interfaces: Vec<InterfaceEvidence>,
     first: Option<WallStamp>,
     now: MonoTime,
@@ -35,7 +35,7 @@ struct KnownProfile {
     vehicle: String,
     bus: String,
     evidence: ProfileEvidence,
-    heartbeats: Vec<CanId>,
+    heartbeats: Vec<IdMatch>,
 }
 
 #[derive(Debug)]
@@ -43,7 +43,7 @@ struct InterfaceEvidence {
     name: String,
     /// Evidence by the position of the profile.
     evidence: BTreeMap<usize, ProfileEvidence>,
-    heartbeats: BTreeSet<CanId>,
+    heartbeats: BTreeSet<IdMatch>,
 }
 
 /// A profile of which messages were received.
@@ -69,14 +69,14 @@ impl Identifier {
         let paths = BuiltIn::Profile.names().filter_map(|name| Some((name, BuiltIn::Profile.path(name)?)));
         let profiles =
             paths.map(|(name, path)| KnownProfile::load(name, &path)).collect::<Result<Vec<_>, _>>()?;
-        let mut bound = BTreeMap::<CanId, Vec<usize>>::new();
-        for (position, profile) in profiles.iter().enumerate() {
-            let ids: BTreeSet<_> = profile.evidence.ids().map(|(_, id)| id).collect();
-            for id in ids {
-                bound.entry(id).or_default().push(position);
-            }
-        }
-        let heartbeats = profiles.iter().flat_map(|profile| profile.heartbeats.iter().copied()).collect();
+        let bound = profiles.iter().enumerate().flat_map(|(position, profile)| {
+            let ids: BTreeSet<_> = profile.evidence.ids().map(|(_, ids)| ids).collect();
+            ids.into_iter().map(move |ids| (ids, position))
+        });
+        let bound = bound.collect();
+        let heartbeats: BTreeSet<_> =
+            profiles.iter().flat_map(|profile| profile.heartbeats.iter().copied()).collect();
+        let heartbeats = heartbeats.into_iter().map(|ids| (ids, ids)).collect();
         let (interfaces, first, now, frames) = (Vec::new(), None, MonoTime::ZERO, 0);
         Ok(Self { profiles, bound, heartbeats, interfaces, first, now, frames })
     }
@@ -89,7 +89,6 @@ impl Identifier {
         let at = MonoTime::ZERO.after(Duration::from_nanos(u64::try_from(nanos).unwrap_or(0)));
         self.now = self.now.max(at);
         let id = frame.id();
-        let (bound, is_heartbeat) = (self.bound.get(&id), self.heartbeats.contains(&id));
         let position = self.interfaces.iter().position(|known| known.name == interface);
         let position = position.unwrap_or_else(|| {
             let (name, heartbeats) = (interface.to_owned(), BTreeSet::new());
@@ -97,10 +96,8 @@ impl Identifier {
             self.interfaces.len() - 1
         });
         let interface = &mut self.interfaces[position];
-        if is_heartbeat {
-            interface.heartbeats.insert(id);
-        }
-        for profile in bound.into_iter().flatten() {
+        interface.heartbeats.extend(self.heartbeats.get(id));
+        for profile in self.bound.get(id) {
             let fresh = || self.profiles[*profile].evidence.clone();
             let evidence = interface.evidence.entry(*profile).or_insert_with(fresh);
             // Every built-in profile has one bus.
@@ -146,7 +143,7 @@ impl Identifier {
             let fits = self.interfaces.iter().filter_map(move |interface| {
                 let evidence = interface.evidence.get(&position)?;
                 let mut heartbeats = profile.heartbeats.clone();
-                heartbeats.retain(|id| interface.heartbeats.contains(id));
+                heartbeats.retain(|ids| interface.heartbeats.contains(ids));
                 Some((interface, evidence, fit(evidence, &heartbeats)?))
             });
             fits.max_by_key(|(_, _, fit)| (fit.verdict, fit.score))

@@ -121,7 +121,7 @@ fn weighed(verdict: FitVerdict) -> (&'static str, Severity) {
 fn support_text(candidate: &ProfileCandidate<'_>, support: &Support) -> String {
     let name = |message: usize| {
         let bound = &candidate.evidence.messages[message].bound;
-        format!("{} ({})", bound.name, bound.id)
+        format!("{} ({})", bound.name, bound.ids)
     };
     match support {
         Support::Integrity { message, frames, checksum } => {
@@ -147,7 +147,7 @@ fn support_text(candidate: &ProfileCandidate<'_>, support: &Support) -> String {
             format!("{} {verb} on and off again, as by a driver", sides.join(" and "))
         }
         Support::NamedValues => "the profile names every value, and not all are 0".to_owned(),
-        Support::Heartbeat { id } => format!("{id}, which proves the bus alive, came as well"),
+        Support::Heartbeat { ids } => format!("{ids}, which proves the bus alive, came as well"),
     }
 }
 

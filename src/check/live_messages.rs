@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::decode::{FrameReader, ReadFrame, signals_in};
 use crate::config::Settings;
-use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, Frame, IdMatch, LinkState};
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -81,10 +81,12 @@ impl<'a> LiveMessages<'a> {
                     Some(row) => row.update(frame, read, *stamp, now.mono),
                     None if is_full => bus.not_shown += 1,
                     None => {
+                        let table = self.reader.table();
+                        let bound = table.message_of(*index, frame.id()).map(|at| table.messages[at.0].ids);
+                        let id = bound.map_or(frame.id(), IdMatch::described);
                         let database = self.databases.get(usize::from(index.0));
-                        let described = database.and_then(|database| {
-                            database.messages.iter().find(|message| message.id == frame.id())
-                        });
+                        let described = database
+                            .and_then(|database| database.messages.iter().find(|message| message.id == id));
                         let changed = vec![None; frame.data().len()];
                         let (frame, stamp, at) = (*frame, *stamp, now.mono);
                         self.rows.insert(

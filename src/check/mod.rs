@@ -78,7 +78,7 @@ pub fn binding(settings: &Settings) -> CheckReport {
             }
         };
         let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
-        report.line("message", format!("{} ({}) on {bus}: {timing}", message.name, message.id));
+        report.line("message", format!("{} ({}) on {bus}: {timing}", message.name, message.ids));
         let proof = message.integrity.as_ref().map_or("none".to_owned(), MessageIntegrity::to_string);
         report.line("", format!("integrity check: {proof}"));
     }

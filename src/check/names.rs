@@ -15,7 +15,7 @@ pub(super) fn value_name(settings: &Settings, signal: SignalIndex, raw: i128) ->
     let bound = &table.signals[signal.0];
     let message = &table.messages[bound.message.0];
     let database = &settings.dbcs.get(usize::from(message.bus.0))?.database;
-    let described = database.messages.iter().find(|described| described.id == message.id)?;
+    let described = database.messages.iter().find(|described| described.id == message.ids.described())?;
     let (_, name) = bound.name.rsplit_once('.')?;
     let values = &described.signal(name)?.values;
     values.iter().find(|(value, _)| *value == raw).map(|(_, name)| name.as_str())

@@ -60,7 +60,7 @@ pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fi
     let (mut first, mut now) = (None, MonoTime::ZERO);
     while let Some(record) = log.next_record()? {
         let EntryContent::Data(frame) = record.content else { continue };
-        if missing.iter().any(|missing| missing.id == frame.id()) {
+        if missing.iter().any(|missing| missing.ids.contains(frame.id())) {
             let first = *first.get_or_insert(record.stamp.as_nanos());
             let since = u64::try_from(record.stamp.as_nanos().saturating_sub(first)).unwrap_or(0);
             now = now.max(MonoTime::ZERO.after(Duration::from_nanos(since)));
@@ -70,7 +70,7 @@ pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fi
         }
     }
     let fix = |missing: &&MissingTimeout| {
-        let of_message = gaps.iter().filter(|((id, _), _)| *id == missing.id);
+        let of_message = gaps.iter().filter(|((id, _), _)| missing.ids.contains(*id));
         let (_, (_, gaps)) = of_message.max_by_key(|(_, (frames, _))| *frames)?;
         Fix::new(&missing.message, timeout(gaps.median()?)?)
     };

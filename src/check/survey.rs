@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::decode::signals_in;
 use crate::config::Settings;
 use crate::core::can::error_frame::{bits, class};
-use crate::core::can::{BusIndex, CanId, CanInput};
+use crate::core::can::{BusIndex, CanId, CanInput, source_address};
 use crate::core::plausibility::evidence::ProfileEvidence;
 use crate::core::time::MonoTime;
 use crate::core::validation::table::BoundMessage;
@@ -25,6 +25,8 @@ pub(super) struct MessageSurvey {
     pub(super) missing: u64,
     /// Number of gaps beyond the limit in which the whole bus was silent.
     pub(super) bus_silent: u64,
+    /// Number of frames by sender, of a message that may have several.
+    pub(super) senders: BTreeMap<u8, u64>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -125,7 +127,7 @@ impl RecordingSurvey {
         let last_frames = self.last_frames.entry(*bus).or_insert(fresh);
         let other_at = last_frames.newest_but(id);
         last_frames.add(id, at);
-        let is_bound = |message: &BoundMessage| message.bus == *bus && message.id == id;
+        let is_bound = |message: &BoundMessage| message.bus == *bus && message.ids.contains(id);
         let Some(position) = self.bound.iter().position(is_bound) else { return };
         let lights = &settings.gateway.lights;
         for (index, _, raw) in signals_in(&lights.table, *bus, frame) {
@@ -136,6 +138,11 @@ impl RecordingSurvey {
         }
         let survey = &mut self.messages[position];
         survey.frames += 1;
+        if self.bound[position].ids.has_several_senders()
+            && let Some(sender) = source_address(id)
+        {
+            *survey.senders.entry(sender).or_default() += 1;
+        }
         if let Some(last) = survey.last.replace(at) {
             let gap = at.since(last);
             survey.longest_gap = survey.longest_gap.max(gap);

@@ -1,5 +1,6 @@
 //! Plays a recording, and reports its facts and findings.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
@@ -8,8 +9,8 @@ use super::names::value_name;
 use super::report::CheckReport;
 use super::survey::{FaultSurvey, MAX_VALUES, RecordingSurvey, TASKS};
 use crate::config::Settings;
-use crate::core::can::CanId;
 use crate::core::can::error_frame::class_name;
+use crate::core::can::{CanId, source_address};
 use crate::core::plausibility::finding::{FindingKind, Severity, findings};
 use crate::core::time::MonoTime;
 use crate::core::validation::display::raw_and_bits;
@@ -22,6 +23,9 @@ use crate::io::can::formats::BadLine;
 use crate::io::can::log::no_frame;
 use crate::replay::Replay;
 use crate::report::text::{counted, times};
+
+/// Maximum number of identifiers that are listed in the place of a message.
+const MAX_INSTEAD: usize = 4;
 
 /// Plays a recording to its end and lists its frames, values and reports. The second value is an error if the
 /// recording could not be read to its end, or has no frame.
@@ -104,10 +108,10 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
     let checkers = replay.gateway().lights().observations();
     for (index, (message, received)) in survey.bound.iter().zip(&survey.messages).enumerate() {
         let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
-        let (name, id) = (&message.name, message.id);
+        let (name, ids) = (&message.name, message.ids);
         if received.frames == 0 {
             let instead = instead_of(message, settings, replay);
-            let text = format!("{name} ({id}) was never received on {interface}{instead}");
+            let text = format!("{name} ({ids}) was never received on {interface}{instead}");
             report.find(Severity::Warning, text);
             continue;
         }
@@ -115,7 +119,8 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
         let median = survey.evidence.messages.get(index).and_then(|message| message.gaps.median());
         let usual =
             median.map_or(String::new(), |median| format!(", usually every {} ms", median.as_millis()));
-        report.line("message", format!("{name} ({id}): {frames}{usual}, longest gap {gap} ms"));
+        report.line("message", format!("{name} ({ids}): {frames}{usual}, longest gap {gap} ms"));
+        senders(name, &received.senders, report);
         let gaps = [
             (received.missing, "while other frames came on"),
             (received.bus_silent, "and so was everything else on"),
@@ -129,6 +134,22 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
             && let Some(counts) = checkers.integrity_counts(MessageIndex(index))
         {
             integrity(name, counts, report);
+        }
+    }
+}
+
+/// Lists the senders of a message that may have several. Two of them at a time contradict each other.
+fn senders(name: &str, senders: &BTreeMap<u8, u64>, report: &mut CheckReport) {
+    let counts = senders.iter().map(|(sender, count)| format!("{sender:02X} ({})", counted(*count, "frame")));
+    let counts = counts.collect::<Vec<_>>().join(", ");
+    match senders.len() {
+        0 => {}
+        1 => report.line("", format!("from source address {counts}")),
+        _ => {
+            let text = format!(
+                "{name} comes from source addresses {counts}: choose one with source_addresses of [message.{name}]"
+            );
+            report.find(Severity::Warning, text);
         }
     }
 }
@@ -203,24 +224,28 @@ pub fn bad_lines_text(count: u64, (line, reason): (u64, BadLine)) -> String {
     format!("{} cannot be read; the first is line {line}: {reason}", counted(count, "line"))
 }
 
-/// Describes frames that came instead of a missing message: with another identifier length, or on another interface.
+/// Describes frames that came instead of a missing message: on another interface, with another identifier length, or from
+/// another sender.
 fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> String {
-    let other_kind = match message.id {
-        CanId::Standard(id) => (CanId::extended(id.into()), 29),
-        CanId::Extended(id) => (CanId::standard(id), 11),
-    };
+    let (ids, described) = (message.ids, message.ids.described());
     let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
-    let same = replay.seen_on(message.id).map(|seen| (seen, message.id, String::new()));
-    let other = other_kind.0.into_iter().flat_map(|id| replay.seen_on(id).map(move |seen| (seen, id)));
-    let other = other.map(|(seen, id)| (seen, id, format!(" with {} bits", other_kind.1)));
-    let instead = same.chain(other).map(|((interface, count), id, bits)| {
+    let instead = replay.seen().filter(|(_, id, _)| ids.resembles(*id)).map(|(interface, id, count)| {
+        let how = match id {
+            _ if ids.contains(id) => String::new(),
+            CanId::Standard(_) => " with 11 bits".to_owned(),
+            CanId::Extended(number) if number == described.number() => " with 29 bits".to_owned(),
+            CanId::Extended(_) => {
+                let source = source_address(id).unwrap_or_default();
+                format!(", the same J1939 group from source address {source:02X},")
+            }
+        };
         let frames = counted(count, "frame");
         match replay.bus_of(interface) {
-            Some(known) if known == message.bus => format!(", but {frames} of {id}{bits} came"),
-            _ => format!(", but {frames} of {id}{bits} came on {interface} (--map {interface}={bus})"),
+            Some(known) if known == message.bus => format!(", but {frames} of {id}{how} came"),
+            _ => format!(", but {frames} of {id}{how} came on {interface} (--map {interface}={bus})"),
         }
     });
-    instead.collect()
+    instead.take(MAX_INSTEAD).collect()
 }
 
 /// Reports the integrity checks of a message. A counter cannot be checked in its first frame, or in the first after a

@@ -256,7 +256,7 @@ impl TimelineCollector {
             return None;
         }
         let table = self.reader.table();
-        let message = table.messages.iter().find(|message| message.bus == bus && message.id == frame.id());
+        let message = table.message_of(bus, frame.id()).map(|index| &table.messages[index.0]);
         let mut signals: Vec<_> = self.unused.iter().map(|unused| format!("rejected: {unused}")).collect();
         signals.extend(signals_in(table, bus, &frame).map(|(index, signal, raw)| {
             let value = raw_and_bits(raw, &signal.codec);

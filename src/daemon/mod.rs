@@ -32,7 +32,7 @@ use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
-use crate::core::can::{BusIndex, CanId, CanInput, LinkState, link_text};
+use crate::core::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
@@ -118,7 +118,7 @@ pub fn play(
 /// signal arrives or `take` fails. After a silence `take` gets an empty batch.
 pub fn listen(
     settings: &Settings,
-    ids: impl Fn(BusIndex) -> Option<Vec<CanId>>,
+    ids: impl Fn(BusIndex) -> Option<Vec<IdMatch>>,
     mut take: impl FnMut(&[CanInput]) -> io::Result<()>,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {

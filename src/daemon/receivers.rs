@@ -11,7 +11,7 @@ use tokio::task::{self, JoinSet};
 
 use super::error::DaemonError;
 use crate::config::Settings;
-use crate::core::can::{BusIndex, CanId, CanInput, LinkState};
+use crate::core::can::{BusIndex, CanInput, IdMatch, LinkState};
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::id_filter::IdFilter;
 use crate::io::can::transmit::Transmitter;
@@ -38,7 +38,7 @@ impl Receivers {
     /// as well.
     pub(super) fn start(
         settings: &Settings,
-        ids: impl Fn(BusIndex) -> Option<Vec<CanId>>,
+        ids: impl Fn(BusIndex) -> Option<Vec<IdMatch>>,
     ) -> (Self, Vec<Transmitter>) {
         let buses =
             (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
@@ -86,7 +86,7 @@ impl Receivers {
 
     /// Changes the identifiers that are received. Frames that were already let through come first. Returns the
     /// kernel's error for one bus; all filters are then unchanged.
-    pub(super) fn receive_ids(&self, ids: impl Fn(BusIndex) -> Vec<CanId>) -> io::Result<()> {
+    pub(super) fn receive_ids(&self, ids: impl Fn(BusIndex) -> Vec<IdMatch>) -> io::Result<()> {
         let buses = || (0..=u8::MAX).map(BusIndex).zip(&self.ids);
         let before: Vec<_> = self.ids.iter().map(IdFilter::ids).collect();
         let failed = buses().find_map(|(bus, filter)| filter.set(ids(bus)).err());

@@ -13,7 +13,7 @@ use crate::core::can::{BusIndex, CanId, CanInput, LinkState};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::io::can::log::Log;
+use crate::io::can::log::{InterfaceIndex, Log};
 pub use routes::Routes;
 use tape::Tape;
 pub use tape::{MAX_SILENCE, RecordCounts};
@@ -38,15 +38,14 @@ impl Replay {
         Self::begin(settings, Tape::new(log, routes), None)
     }
 
-    /// As [`new`](Self::new), and counts the frames with the numbers of bound identifiers for [`seen_on`](Self::seen_on).
+    /// As [`new`](Self::new), and counts the frames that resemble bound messages for [`seen`](Self::seen).
     ///
     /// # Errors
     /// When the recording cannot be read.
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log, routes);
         let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);
-        tape.counted = bound.map(|message| message.id.number()).collect();
-        tape.counted.sort_unstable();
+        tape.counted = bound.map(|message| message.ids).collect();
         Self::begin(settings, tape, None)
     }
 
@@ -179,11 +178,10 @@ impl Replay {
         self.tape.length()
     }
 
-    /// Returns the interfaces on which data frames with this identifier have been read so far, each with their number;
-    /// nothing unless a bound message has the number and the replay is [surveying](Self::surveying).
-    pub fn seen_on(&self, id: CanId) -> impl Iterator<Item = (&str, u64)> {
-        let seen = self.tape.ids.iter().filter(move |((_, seen), _)| *seen == id);
-        seen.map(|((interface, _), count)| (self.tape.log.interfaces()[interface.0].as_str(), *count))
+    /// Returns the frames that resemble a bound message: their interface, identifier and number.
+    pub fn seen(&self) -> impl Iterator<Item = (&str, CanId, u64)> {
+        let name = |interface: InterfaceIndex| self.tape.log.interfaces()[interface.0].as_str();
+        self.tape.ids.iter().map(move |((interface, id), count)| (name(*interface), *id, *count))
     }
 
     /// Returns the bus that an interface of the recording is taken for; `None` when its frames are left out.

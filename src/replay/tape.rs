@@ -1,11 +1,12 @@
 //! A recording as inputs with virtual times.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io;
 use std::time::Duration;
 
 use super::routes::Routes;
-use crate::core::can::{BusIndex, CanId, CanInput};
+use crate::core::can::{BusIndex, CanId, CanInput, IdMatch};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::formats::EntryContent;
 use crate::io::can::log::{InterfaceIndex, Log, LogRecord};
@@ -17,6 +18,9 @@ pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 /// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
 /// clock was set back.
 const LATE_LINE: Duration = Duration::from_secs(1);
+
+/// The largest number of identifiers whose frames are counted: a J1939 group may come with half a million.
+const MAX_COUNTED_IDS: usize = 4096;
 
 /// Counts of the entries read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -46,8 +50,8 @@ pub(super) struct Tape {
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
     pub(super) counts: RecordCounts,
-    /// The numbers of the identifiers that are counted, with 11 bits or 29, ascending.
-    pub(super) counted: Vec<u32>,
+    /// The messages whose frames are counted, with those that resemble them.
+    pub(super) counted: Vec<IdMatch>,
     /// Number of data frames by interface and counted identifier.
     pub(super) ids: BTreeMap<(InterfaceIndex, CanId), u64>,
 }
@@ -97,9 +101,14 @@ impl Tape {
         while let Some(record) = self.log.next_record()? {
             self.counts.records += 1;
             if let EntryContent::Data(frame) = &record.content
-                && self.counted.binary_search(&frame.id().number()).is_ok()
+                && self.counted.iter().any(|ids| ids.resembles(frame.id()))
             {
-                *self.ids.entry((record.interface, frame.id())).or_default() += 1;
+                let is_full = self.ids.len() >= MAX_COUNTED_IDS;
+                match self.ids.entry((record.interface, frame.id())) {
+                    Entry::Occupied(mut count) => *count.get_mut() += 1,
+                    Entry::Vacant(_) if is_full => {}
+                    Entry::Vacant(first) => drop(first.insert(1)),
+                }
             }
             let (stamp, now) = self.advance(record.stamp);
             let input = self.input(&record, stamp);

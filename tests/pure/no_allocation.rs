@@ -172,6 +172,23 @@ fn frames_with_faults_and_of_any_length_allocate_nothing_once_they_were_reported
 }
 
 #[test]
+fn frames_of_two_j1939_senders_allocate_nothing_once_they_were_reported() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/j1939_truck.toml");
+    let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+    let gateway = Gateway::new(load_profile(&Disk, &path).unwrap().gateway, LinkState::Up, now);
+    let mut car = Car { gateway, now };
+    let [one, other] = [0x0CFD_CC27, 0x18FD_CC21].map(CanId::Extended);
+    for id in [one, one, other, one] {
+        car.receive(id, OFF);
+    }
+    assert!(!car.outputs().is_empty(), "a second sender is news");
+    for id in [one, other, CanId::Extended(0x18FD_CD21)] {
+        assert_eq!(allocations(|| car.receive(id, OFF)), 0, "{id}");
+    }
+    assert_eq!(car.outputs(), []);
+}
+
+#[test]
 fn flashing_lamps_of_several_sources_allocate_nothing() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/subaru_outback_2015.toml");
     let mut settings = load_profile(&Disk, &path).unwrap().gateway;

@@ -69,9 +69,10 @@ fn vehicles() -> Vec<GatewaySettings> {
 /// The identifiers that matter, with the format that their frames have.
 fn messages(settings: &GatewaySettings) -> Vec<(BusIndex, CanId, Option<FrameFormat>)> {
     let buses = (0..=u8::MAX).map(BusIndex).take(settings.buses.len());
-    let ids = buses.flat_map(|bus| settings.relevant_ids(bus).into_iter().map(move |id| (bus, id)));
+    let ids =
+        buses.flat_map(|bus| settings.relevant_ids(bus).into_iter().map(move |ids| (bus, ids.described())));
     let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);
-    let bound: Vec<_> = bound.map(|message| (message.bus, message.id, message.format)).collect();
+    let bound: Vec<_> = bound.map(|message| (message.bus, message.ids.described(), message.format)).collect();
     let format =
         |bus, id| bound.iter().find(|known| (known.0, known.1) == (bus, id)).and_then(|known| known.2);
     ids.map(|(bus, id)| (bus, id, format(bus, id))).collect()

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use signal_gateway::core::can::error_frame::ErrorFrame;
 use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::id_match::{IdMatch, SourceAddresses};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
@@ -36,10 +37,14 @@ fn settings(interface: &str, ids: &[CanId]) -> BusSocketSettings {
     BusSocketSettings {
         bus: BUS,
         interface: interface.to_owned(),
-        ids: IdFilter::new(Some(ids.to_vec())),
+        ids: IdFilter::new(Some(ids.iter().copied().map(IdMatch::from).collect())),
         receive_buffer_bytes: 4 << 20,
         transmitter: Transmitter::default(),
     }
+}
+
+fn settings_for(interface: &str, ids: Vec<IdMatch>) -> BusSocketSettings {
+    BusSocketSettings { ids: IdFilter::new(Some(ids)), ..settings(interface, &[]) }
 }
 
 /// The consumer's end.
@@ -137,6 +142,28 @@ async fn classic_fd_and_29_bit_frames_come_with_the_time_the_kernel_received_the
         assert_eq!(bus, BUS);
         assert!((before..=after).contains(&stamp.as_nanos()), "{before} {stamp:?} {after}");
     }
+}
+
+#[tokio::test]
+async fn the_kernel_passes_a_j1939_group_of_any_or_of_listed_senders() {
+    let vcan = require!(Vcan::new("vcan-j1939"));
+    let group = |id, sources| IdMatch::j1939(CanId::Extended(id), sources).unwrap();
+    let any = group(0x0CFD_CC27, SourceAddresses::ANY);
+    // PDU1, from so many senders that one filter passes all of them; and PDU2 from two.
+    let many = group(0x18EF_2127, (0..20).collect());
+    let two = group(0x18FE_4E21, [0x21, 0x27].into_iter().collect());
+    let mut inbox = Inbox::start(settings_for(vcan.name, vec![any, many, two, FIRST.into()]), 64);
+    inbox.until_link(LinkState::Up).await;
+    let passed = [0x0CFD_CC27, 0x18FD_CC00, 0x00FD_CCFF, 0x18EF_2100, 0x00EF_FF13, 0x18FE_4E21, 0x0CFE_4E27];
+    let hidden = [0x0CFD_CD27, 0x0DFD_CC27, 0x0EFD_CC27, 0x18EE_2100, 0x18FE_4E22, 0x18FE_4F21];
+    let frames_of =
+        |ids: &[u32]| ids.iter().map(|id| classic(CanId::Extended(*id), &[1])).collect::<Vec<_>>();
+    let last = classic(FIRST, &[9]);
+    let sent_frames =
+        [frames_of(&hidden), vec![classic(CanId::Standard(0x4FF), &[1])], frames_of(&passed), vec![last]];
+    send(&vcan, sent_frames.concat().iter().map(sent));
+    let received = frames(&inbox.until_frame(last).await.concat());
+    assert_eq!(received, [frames_of(&passed), vec![last]].concat());
 }
 
 #[tokio::test]

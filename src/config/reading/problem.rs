@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::config::built_in::display;
-use crate::core::can::CanId;
+use crate::core::can::IdMatch;
 
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,8 +31,8 @@ pub struct MissingTimeout {
     pub profile_key: String,
     /// Name of the message.
     pub message: String,
-    /// Identifier of the message.
-    pub id: CanId,
+    /// Identifiers of the message.
+    pub ids: IdMatch,
 }
 
 impl Problem {

@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use super::binder::{Binder, LoadedDbc};
+use super::message::MessageSections;
 use crate::config::built_in::display;
 use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
 use crate::config::reading::{Fields, LocatedText, cannot_read, remedy_of};
-use crate::core::can::{BusIndex, BusSettings, CanId};
+use crate::core::can::{BusIndex, BusSettings, IdMatch};
 use crate::core::command::allow_list::AllowList;
 use crate::core::dbc;
 use crate::core::dbc::model::MAX_ENTRIES;
@@ -86,7 +87,7 @@ impl BusSection {
     pub(super) fn settings(
         &self,
         bus: &LoadedDbc,
-        heartbeat_messages: Vec<CanId>,
+        heartbeat_messages: Vec<IdMatch>,
         messages: &[BoundMessage],
     ) -> BusSettings {
         let of_bus = messages.iter().filter(|message| message.bus == bus.index);
@@ -109,16 +110,21 @@ impl BusSection {
         binder: &Binder<'_>,
         bus: &LoadedDbc,
         allowed: Option<&AllowList>,
-    ) -> Vec<CanId> {
-        let mut ids = Vec::new();
+        sections: &MessageSections<'_>,
+    ) -> Vec<IdMatch> {
+        let mut heartbeats = Vec::new();
         for LocatedText { text, location } in &self.heartbeat_messages {
-            let Some((_, message)) = binder.find_message(Some(&bus.bus), text, location) else { continue };
-            if allowed.is_some_and(|allowed| allowed.contains(bus.index, message.id)) {
+            let Some(found) = binder.find_message(Some(&bus.bus), text, location) else { continue };
+            let ids = sections.ids(binder, found);
+            let is_ours = |allowed: &AllowList| {
+                allowed.entries().iter().any(|(of, id)| *of == bus.index && ids.contains(*id))
+            };
+            if allowed.is_some_and(is_ours) {
                 let reason = format!("{text} is sent by the gateway itself");
                 binder.refuse(location, reason, "name messages that the vehicle sends");
             }
-            ids.push(message.id);
+            heartbeats.push(ids);
         }
-        ids
+        heartbeats
     }
 }

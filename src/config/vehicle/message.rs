@@ -5,9 +5,10 @@ use std::time::Duration;
 use super::binder::Binder;
 use super::integrity::integrity;
 use crate::config::reading::{
-    Fields, Keywords, LocatedText, Location, MAX_LIMIT_MS, MissingTimeout, Problem,
+    Fields, Keywords, Kind, LocatedText, Location, MAX_LIMIT_MS, MissingTimeout, Problem,
 };
-use crate::core::can::CanId;
+use crate::core::can::{CanId, IdMatch, SourceAddresses};
+use crate::core::command::allow_list::AllowList;
 use crate::core::dbc::model::Message;
 use crate::core::validation::table::{BoundMessage, Timing};
 
@@ -15,6 +16,9 @@ use crate::core::validation::table::{BoundMessage, Timing};
 const CYCLES_UNTIL_STALE: u64 = 5;
 /// … and its lower bound: a busy bus and a loaded PC can hold a frame back for some 100 ms.
 const MIN_DEFAULT_TIMEOUT_MS: u64 = 200;
+
+/// The highest source address of a control unit; 254 stands for none, 255 for all.
+const MAX_SOURCE_ADDRESS: u8 = 253;
 
 /// Send types of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -42,12 +46,17 @@ struct MessageSection<'c> {
     send_type: Option<SendType>,
     /// Silence after which its values are stale.
     timeout: Option<Duration>,
+    /// The senders of a J1939 message; `None` = only the identifier of the DBC.
+    sources: Option<SourceAddresses>,
     fields: Fields<'c>,
 }
 
-impl<'c> MessageSection<'c> {
+/// All sections `[message.<NAME>]`.
+pub(super) struct MessageSections<'c>(Vec<MessageSection<'c>>);
+
+impl<'c> MessageSections<'c> {
     /// Reads every section; one for a bus that does not exist is refused.
-    fn all(binder: &Binder<'_>, top: &Fields<'c>) -> Vec<Self> {
+    pub(super) fn read(binder: &Binder<'_>, top: &Fields<'c>) -> Self {
         let mut sections = Vec::new();
         for entry in top.entries("message", "write [message.<NAME>]") {
             let Some(fields) = Fields::of(top.checker, &entry.value) else { continue };
@@ -66,11 +75,118 @@ impl<'c> MessageSection<'c> {
                 fields.refuse("timeout_ms", "an event message has no timeout", remedy);
             }
             let (name, location) = (entry.key.as_str(), &entry.location);
-            sections.push(Self { name, location, bus, send_type, timeout, fields });
+            let sources = source_addresses(&fields);
+            let section = MessageSection { name, location, bus, send_type, timeout, sources, fields };
+            let is_short = |(_, message): (usize, &Message)| matches!(message.id, CanId::Standard(_));
+            if sources.is_some() && section.described(binder).any(is_short) {
+                let reason = format!("{name} has an identifier of 11 bits, without a source address");
+                section.fields.refuse("source_addresses", reason, "remove it: J1939 has 29 bits");
+            }
+            sections.push(section);
         }
-        sections
+        Self(sections)
     }
 
+    fn of(&self, binder: &Binder<'_>, message: (usize, &Message)) -> Option<&MessageSection<'c>> {
+        self.0.iter().find(|section| section.is_of(binder, message))
+    }
+
+    /// Returns the identifiers of a message.
+    pub(super) fn ids(&self, binder: &Binder<'_>, message: (usize, &Message)) -> IdMatch {
+        let id = message.1.id;
+        let sources = self.of(binder, message).and_then(|section| section.sources);
+        sources.and_then(|sources| IdMatch::j1939(id, sources)).unwrap_or(id.into())
+    }
+
+    /// Gives the bound messages with their timing and their checks.
+    pub(super) fn bind(
+        self,
+        binder: &Binder<'_>,
+        top: &Fields<'_>,
+        heartbeat_messages: &[Vec<IdMatch>],
+        allowed: Option<&AllowList>,
+        all_bound: bool,
+    ) -> Vec<BoundMessage> {
+        for section in &self.0 {
+            match binder.messages.iter().filter(|bound| section.is_of(binder, **bound)).count() {
+                1 => {}
+                0 if section.is_heartbeat(binder, heartbeat_messages) => {
+                    for key in ["timing", "timeout_ms"].into_iter().filter(|key| section.fields.has(key)) {
+                        let remedy = "remove it: the message only proves the bus alive";
+                        section.fields.refuse(key, "no signal of this message is bound", remedy);
+                    }
+                }
+                0 => {
+                    section.fields.accept_rest();
+                    // A signal that failed to be bound may have been in it.
+                    if all_bound {
+                        let remedy = "remove the section, or bind one";
+                        binder.refuse(section.location, "no signal of this message is bound", remedy);
+                    }
+                }
+                _ => binder.refuse(
+                    section.location,
+                    "messages of this name are bound on several buses",
+                    "add `bus`",
+                ),
+            }
+        }
+        let of = |bound| self.of(binder, bound);
+        let timings: Vec<_> = binder
+            .messages
+            .iter()
+            .map(|bound| timing(binder, of(*bound), top.location(), bound.1, self.ids(binder, *bound)))
+            .collect();
+        let mut compiled = Vec::new();
+        for (bound @ (bus, message), timing) in binder.messages.iter().zip(&timings) {
+            let section = of(*bound);
+            let is_proof =
+                |((other, _), timing): (&(usize, _), &Timing)| other == bus && *timing != Timing::Event;
+            let is_proven =
+                !heartbeat_messages[*bus].is_empty() || binder.messages.iter().zip(&timings).any(is_proof);
+            if *timing == Timing::Event && !is_proven {
+                let at = section.map_or(top.location(), |section| section.location);
+                let reason =
+                    "an event message is valid while its bus is alive, and no message proves this bus alive";
+                binder.refuse(at, reason, "name cyclic messages of the DBC in heartbeat_messages of the bus");
+            }
+            compiled.push(BoundMessage {
+                name: binder.message_name(*bus, message),
+                bus: binder.buses[*bus].index,
+                ids: self.ids(binder, *bound),
+                format: message.format,
+                timing: *timing,
+                integrity: section
+                    .and_then(|section| integrity(binder, &section.fields, message, timing.timeout())),
+            });
+        }
+        self.refuse_common_frames(binder, &compiled, allowed);
+        for section in self.0 {
+            section.fields.done();
+        }
+        compiled
+    }
+
+    /// Refuses J1939 messages that have frames in common with another one, or with one that the gateway sends.
+    fn refuse_common_frames(&self, binder: &Binder<'_>, bound: &[BoundMessage], allowed: Option<&AllowList>) {
+        for (message, found) in bound.iter().zip(&binder.messages) {
+            let section = self.of(binder, *found).filter(|section| section.sources.is_some());
+            let Some(section) = section else { continue };
+            let others = bound.iter().filter(|other| other.bus == message.bus && other.ids != message.ids);
+            let common =
+                others.filter(|other| other.ids.overlaps(message.ids)).map(|other| other.name.as_str());
+            let sent = allowed.into_iter().flat_map(AllowList::entries);
+            let sent = sent.filter(|(bus, id)| *bus == message.bus && message.ids.contains(*id));
+            let ours = sent.map(|_| "a message that the gateway sends");
+            for other in common.chain(ours) {
+                let reason = format!("{} has frames in common with {other}", message.name);
+                section.fields.refuse("source_addresses", reason, "name the senders of each");
+            }
+        }
+    }
+}
+
+impl MessageSection<'_> {
     /// True if the section is about this message of this bus. One for a bus that does not exist is refused and
     /// causes no second problem.
     fn is_of(&self, binder: &Binder<'_>, (bus, message): (usize, &Message)) -> bool {
@@ -79,64 +195,35 @@ impl<'c> MessageSection<'c> {
         let exists = |named: &&LocatedText| binder.buses.iter().any(|known| known.bus == named.text);
         self.name == message.name && !self.bus.as_ref().filter(exists).is_some_and(is_other)
     }
+
+    /// Returns the messages of the DBCs that the section is about.
+    fn described<'b>(&self, binder: &Binder<'b>) -> impl Iterator<Item = (usize, &'b Message)> {
+        let named = binder.buses.iter().map(|bus| bus.database.message(self.name)).enumerate();
+        let named = named.filter_map(|(bus, message)| Some((bus, message?)));
+        named.filter(|message| self.is_of(binder, *message))
+    }
+
+    /// Returns true if no signal of the message needs to be bound: it only proves its bus alive.
+    fn is_heartbeat(&self, binder: &Binder<'_>, heartbeats: &[Vec<IdMatch>]) -> bool {
+        self.described(binder)
+            .any(|(bus, message)| heartbeats[bus].iter().any(|ids| ids.described() == message.id))
+    }
 }
 
-/// Reads the sections, and gives the bound messages with their timing and their checks.
-pub(super) fn messages(
-    binder: &Binder<'_>,
-    top: &Fields<'_>,
-    heartbeat_messages: &[Vec<CanId>],
-    all_bound: bool,
-) -> Vec<BoundMessage> {
-    let sections = MessageSection::all(binder, top);
-    for section in &sections {
-        match binder.messages.iter().filter(|bound| section.is_of(binder, **bound)).count() {
-            1 => {}
-            0 => {
-                section.fields.accept_rest();
-                // A signal that failed to be bound may have been in it.
-                if all_bound {
-                    let remedy = "remove the section, or bind one";
-                    binder.refuse(section.location, "no signal of this message is bound", remedy);
-                }
-            }
-            _ => binder.refuse(
-                section.location,
-                "messages of this name are bound on several buses",
-                "add `bus`",
-            ),
-        }
+/// Reads `source_addresses`: `"any"`, or a list.
+fn source_addresses(fields: &Fields<'_>) -> Option<SourceAddresses> {
+    const EXAMPLE: &str = "write \"any\", or a list such as [0x21, 0x27]";
+    let value = fields.value("source_addresses")?;
+    if fields.is("source_addresses", "any") {
+        return Some(SourceAddresses::ANY);
     }
-    let of = |bound| sections.iter().find(|section| section.is_of(binder, bound));
-    let timings: Vec<_> =
-        binder.messages.iter().map(|bound| timing(binder, of(*bound), top.location(), bound.1)).collect();
-    let mut compiled = Vec::new();
-    for (bound @ (bus, message), timing) in binder.messages.iter().zip(&timings) {
-        let section = of(*bound);
-        let is_proof =
-            |((other, _), timing): (&(usize, _), &Timing)| other == bus && *timing != Timing::Event;
-        let is_proven =
-            !heartbeat_messages[*bus].is_empty() || binder.messages.iter().zip(&timings).any(is_proof);
-        if *timing == Timing::Event && !is_proven {
-            let at = section.map_or(top.location(), |section| section.location);
-            let reason =
-                "an event message is valid while its bus is alive, and no message proves this bus alive";
-            binder.refuse(at, reason, "name cyclic messages of the DBC in heartbeat_messages of the bus");
-        }
-        compiled.push(BoundMessage {
-            name: binder.message_name(*bus, message),
-            bus: binder.buses[*bus].index,
-            id: message.id,
-            format: message.format,
-            timing: *timing,
-            integrity: section
-                .and_then(|section| integrity(binder, &section.fields, message, timing.timeout())),
-        });
+    let given = fields.checker.list(value, EXAMPLE);
+    if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
+        fields.refuse("source_addresses", "no source address is given", EXAMPLE);
     }
-    for section in sections {
-        section.fields.done();
-    }
-    compiled
+    let addresses =
+        given.iter().filter_map(|value| fields.checker.number(value, &(0..=MAX_SOURCE_ADDRESS), ""));
+    Some(addresses.collect())
 }
 
 fn timing(
@@ -144,6 +231,7 @@ fn timing(
     section: Option<&MessageSection<'_>>,
     root: &Location,
     message: &Message,
+    ids: IdMatch,
 ) -> Timing {
     let send_type = section.map_or(Some(SendType::Cyclic), |section| section.send_type);
     if send_type == Some(SendType::Event) {
@@ -158,11 +246,8 @@ fn timing(
             "add [message.{}] timeout_ms; `check LOG --fix` proposes one from a recording",
             message.name
         );
-        let missing = MissingTimeout {
-            profile_key: root.key.to_string(),
-            message: message.name.clone(),
-            id: message.id,
-        };
+        let missing =
+            MissingTimeout { profile_key: root.key.to_string(), message: message.name.clone(), ids };
         let problem = binder.checker.source_location(at).problem(reason, remedy);
         binder.checker.adopt(vec![Problem { missing_timeout: Some(Box::new(missing)), ..problem }]);
     }

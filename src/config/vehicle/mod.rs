@@ -35,7 +35,7 @@ use bus::read_buses;
 use command::command;
 use hazard::{hazard, is_from_both_sides};
 use light_sources::faults;
-use message::messages;
+use message::MessageSections;
 use provenance::{BoundParts, provenance};
 use turn::{turn, while_hazard};
 use v2i::v2i;
@@ -127,10 +127,12 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let command_signals = std::mem::take(&mut binder.signals);
     let allowed = command.as_ref().map(|command| &command.allowed);
     let described = dbcs.iter().zip(&sections);
-    let heartbeats = described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed));
+    let messages = MessageSections::read(&binder, &fields);
+    let heartbeats =
+        described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed, &messages));
     let heartbeats: Vec<_> = heartbeats.collect();
     let all_bound = lights.is_some() && sources.is_some() && command.is_some();
-    let messages = messages(&binder, &fields, &heartbeats, all_bound);
+    let messages = messages.bind(&binder, &fields, &heartbeats, allowed, all_bound);
     let parts = lights.as_ref().zip(sources.as_ref()).zip(command.as_ref());
     let parts = parts.map(|((lights, v2i), command)| BoundParts {
         lights,

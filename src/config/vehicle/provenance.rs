@@ -2,7 +2,7 @@
 
 use super::binder::LoadedDbc;
 use crate::config::reading::{Fields, LocatedText};
-use crate::core::can::CanId;
+use crate::core::can::IdMatch;
 use crate::core::command::settings::CommandBinding;
 use crate::core::near_miss::did_you_mean;
 use crate::core::provenance::{
@@ -18,7 +18,7 @@ pub(super) struct BoundParts<'v> {
     pub(super) lights: &'v LightsBinding,
     pub(super) messages: &'v [BoundMessage],
     pub(super) dbcs: &'v [LoadedDbc],
-    pub(super) heartbeats: &'v [Vec<CanId>],
+    pub(super) heartbeats: &'v [Vec<IdMatch>],
     pub(super) v2i: &'v [V2iSource],
     pub(super) command: &'v CommandBinding,
 }

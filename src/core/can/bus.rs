@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::core::can::controller::{Controller, ControllerReport, is_sound};
 use crate::core::can::error_frame::{self, ControllerState, ErrorFrame};
-use crate::core::can::frame::CanId;
+use crate::core::can::id_match::IdMatch;
 use crate::core::can::link::LinkState;
 use crate::core::diagnostics::Level;
 use crate::core::names::display_by_name;
@@ -22,7 +22,7 @@ pub struct BusSettings {
     /// SocketCAN interface, e.g. `can0`; also the name in recordings.
     pub interface: String,
     /// Messages besides the bound ones that prove the bus alive; kernel filters hide all others.
-    pub heartbeat_messages: Vec<CanId>,
+    pub heartbeat_messages: Vec<IdMatch>,
     /// Longest silence of bound and heartbeat messages on a bus that is awake.
     pub alive_timeout: Duration,
     /// Longest time after a sleep until all bound messages are received again.

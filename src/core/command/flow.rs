@@ -24,7 +24,6 @@ use crate::core::time::timer_table::TimerTable;
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{Observations, Reading};
-use crate::core::validation::table::MessageIndex;
 
 /// State machine of the commands to the vehicle.
 #[derive(Debug, Clone)]
@@ -195,12 +194,10 @@ impl CommandFlow {
     /// Handles a frame of the vehicle after its bus has handled it. Returns false for a message that is not
     /// in [`CommandBinding::table`]; it is ignored.
     pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
-        let mut messages = self.binding.table.messages.iter();
-        let at = messages.position(|message| message.bus == bus && message.id == frame.id());
+        let at = self.binding.table.message_of(bus, frame.id());
         if let Some(at) = at {
             // A frame that is not used is counted, and its signals have no value for that reason.
-            let _unused =
-                self.observations.frame_arrived(&self.binding.table, MessageIndex(at), frame, stamp, now);
+            let _unused = self.observations.frame_arrived(&self.binding.table, at, frame, stamp, now);
         }
         at.is_some()
     }

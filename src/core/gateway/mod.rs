@@ -15,7 +15,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use crate::core::can::{BusIndex, BusSettings, CanId, CanInput, LinkState};
+use crate::core::can::{BusIndex, BusSettings, CanInput, IdMatch, LinkState};
 use crate::core::command::flow::CommandFlow;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::CommandOrigin;
@@ -89,15 +89,15 @@ impl GatewaySettings {
         entries.map(|(bus, _)| self.buses[usize::from(bus.0)].interface.as_str()).collect()
     }
 
-    /// The identifiers that matter on a bus, ascending: bound messages, signs of life, and the messages
+    /// The identifiers that matter on a bus, each match once: bound messages, signs of life, and the messages
     /// that we alone may send. All others can be filtered out before they cost anything.
-    pub fn relevant_ids(&self, bus: BusIndex) -> Vec<CanId> {
+    pub fn relevant_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
         let command = self.command.iter().map(|(_, binding)| binding);
         let bound = self.lights.table.messages.iter().chain(&self.v2i.table.messages);
         let bound = bound.chain(command.clone().flat_map(|binding| &binding.table.messages));
-        let bound = bound.filter(|message| message.bus == bus).map(|message| message.id);
+        let bound = bound.filter(|message| message.bus == bus).map(|message| message.ids);
         let ours = command.flat_map(|binding| binding.allowed.entries());
-        let ours = ours.filter(|(there, _)| *there == bus).map(|(_, id)| *id);
+        let ours = ours.filter(|(there, _)| *there == bus).map(|(_, id)| (*id).into());
         let alive = self.buses[usize::from(bus.0)].heartbeat_messages.iter().copied();
         let mut ids: Vec<_> = bound.chain(ours).chain(alive).collect();
         ids.sort_unstable();

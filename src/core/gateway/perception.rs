@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use super::GatewaySettings;
 use crate::core::can::bus_status;
-use crate::core::can::{Bus, BusFinding, BusIndex, BusSnapshot, CanId, CanInput, Frame, LinkState};
+use crate::core::can::{
+    Bus, BusFinding, BusIndex, BusSnapshot, CanInput, Frame, IdMatch, IdTable, LinkState,
+};
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::timer_table::TimerTable;
@@ -24,8 +26,8 @@ pub(super) struct Perception {
     pub(super) buses: Vec<Bus>,
     bus_findings: Vec<Option<BusFinding>>,
     bus_rates: Vec<RateMeter>,
-    /// For each bus the relevant ids, ascending, with the messages bound to them.
-    routes: Vec<Vec<(CanId, Route)>>,
+    /// For each bus the relevant ids, with the messages bound to them.
+    routes: Vec<IdTable<Route>>,
     pub(super) lights: VehicleLights,
     pub(super) traffic_lights: Option<TrafficLightFlow>,
     traffic_light_headlines: Headlines,
@@ -157,8 +159,8 @@ impl Perception {
     /// `None` when the frame is not relevant, or from before the link was lost.
     fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> Option<Effect> {
         let routes = self.routes.get(usize::from(bus.0))?;
-        let position = routes.binary_search_by_key(&frame.id(), |(id, _)| *id).ok()?;
-        let route = routes[position].1;
+        // A heartbeat message may have frames in common with a bound one.
+        let route = routes.get(frame.id()).copied().reduce(Route::or)?;
         let known = &mut self.buses[usize::from(bus.0)];
         let was_alive = known.is_alive(now.mono);
         if !known.frame_arrived(now.mono) {
@@ -282,13 +284,19 @@ impl Perception {
     }
 }
 
-fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Route)> {
-    let message_of = |messages: &[BoundMessage], id: CanId| {
-        messages.iter().position(|message| message.bus == bus && message.id == id).map(MessageIndex)
+impl Route {
+    fn or(self, other: Self) -> Self {
+        Self { lights: self.lights.or(other.lights), v2i: self.v2i.or(other.v2i) }
+    }
+}
+
+fn routes(settings: &GatewaySettings, bus: BusIndex) -> IdTable<Route> {
+    let message_of = |messages: &[BoundMessage], ids: IdMatch| {
+        messages.iter().position(|message| message.bus == bus && message.ids == ids).map(MessageIndex)
     };
-    let route = |id: CanId| Route {
-        lights: message_of(&settings.lights.table.messages, id),
-        v2i: message_of(&settings.v2i.table.messages, id),
+    let route = |ids: IdMatch| Route {
+        lights: message_of(&settings.lights.table.messages, ids),
+        v2i: message_of(&settings.v2i.table.messages, ids),
     };
-    settings.relevant_ids(bus).into_iter().map(|id| (id, route(id))).collect()
+    settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))).collect()
 }

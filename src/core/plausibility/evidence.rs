@@ -2,7 +2,7 @@
 
 use super::message::MessageEvidence;
 use super::states::{ShownState, StateHistory};
-use crate::core::can::{BusIndex, CanId, Frame};
+use crate::core::can::{BusIndex, Frame, IdMatch};
 use crate::core::dbc::model::Database;
 use crate::core::time::MonoTime;
 use crate::core::validation::meaning::Meaning;
@@ -35,7 +35,7 @@ impl ProfileEvidence {
         let messages = lights.table.messages.iter().chain(others).map(|bound| {
             let database = databases.get(usize::from(bound.bus.0));
             let of_database = |database: &&Database| {
-                database.messages.iter().find(|message| message.id == bound.id).cloned()
+                database.messages.iter().find(|message| message.id == bound.ids.described()).cloned()
             };
             MessageEvidence::new(bound, database.and_then(of_database).as_ref())
         });
@@ -55,15 +55,15 @@ impl ProfileEvidence {
     }
 
     /// Returns the buses and identifiers of the bound messages.
-    pub fn ids(&self) -> impl Iterator<Item = (BusIndex, CanId)> {
-        self.messages.iter().map(|message| (message.bound.bus, message.bound.id))
+    pub fn ids(&self) -> impl Iterator<Item = (BusIndex, IdMatch)> {
+        self.messages.iter().map(|message| (message.bound.bus, message.bound.ids))
     }
 
     /// Adds the next frame of a bus. Times must not run backwards.
     pub fn frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
         let is_bound = |message: &MessageEvidence| {
             message.bound.bus == bus
-                && message.bound.id == frame.id()
+                && message.bound.ids.contains(frame.id())
                 && message.bound.format.is_none_or(|format| format == frame.format())
         };
         let Some(position) = self.messages.iter().position(is_bound) else { return };

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::evidence::ProfileEvidence;
 use super::finding::{FindingKind, ProfileFinding, Severity, findings};
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
-use crate::core::can::CanId;
+use crate::core::can::{CanId, IdMatch};
 use crate::core::vehicle_lights::state::TurnCode;
 
 /// Certainty that a profile fits.
@@ -54,8 +54,8 @@ pub enum Support {
     NamedValues,
     /// A message that proves the bus alive was received.
     Heartbeat {
-        /// Identifier of the message.
-        id: CanId,
+        /// Identifiers of the message.
+        ids: IdMatch,
     },
 }
 
@@ -90,15 +90,15 @@ impl Support {
 /// Points from which a profile fits.
 const FITTING: u32 = 10;
 
-/// Judges a profile; `None` when none of its messages was received. `heartbeats` has the received identifiers
-/// of its heartbeat messages.
-pub fn fit(evidence: &ProfileEvidence, heartbeats: &[CanId]) -> Option<Fit> {
+/// Judges a profile; `None` when none of its messages was received. `heartbeats` has its heartbeat messages that were
+/// received.
+pub fn fit(evidence: &ProfileEvidence, heartbeats: &[IdMatch]) -> Option<Fit> {
     let received = evidence.messages.iter().filter(|message| message.frames > 0).count();
     if received == 0 {
         return None;
     }
     let mut support: Vec<_> = evidence.messages.iter().enumerate().flat_map(of_message).collect();
-    support.extend(heartbeats.iter().map(|id| Support::Heartbeat { id: *id }));
+    support.extend(heartbeats.iter().map(|ids| Support::Heartbeat { ids: *ids }));
     let [left, right] = [TurnCode::Left, TurnCode::Right].map(|side| evidence.has_seen_turn(side));
     let was_off = evidence.has_seen_turn(TurnCode::Off);
     if was_off && (left || right) {
@@ -142,7 +142,7 @@ fn of_message((message, evidence): (usize, &MessageEvidence)) -> Vec<Support> {
     if let (Rhythm::AsDescribed, Some(median)) = (evidence.rhythm(), evidence.gaps.median()) {
         support.push(Support::Period { message, median });
     }
-    if matches!(evidence.bound.id, CanId::Extended(_)) && evidence.frames >= MIN_FRAMES {
+    if matches!(evidence.bound.ids.described(), CanId::Extended(_)) && evidence.frames >= MIN_FRAMES {
         support.push(Support::ExtendedIdentifier { message });
     }
     support

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::gaps::GapDistribution;
 use super::unused::{UnusedChecksum, UnusedCounter};
-use crate::core::can::Frame;
+use crate::core::can::{Frame, source_address};
 use crate::core::dbc::model::Message;
 use crate::core::time::MonoTime;
 use crate::core::validation::integrity::search::FoundChecksum;
@@ -23,8 +23,10 @@ pub struct MessageEvidence {
     pub length: usize,
     /// Period by the DBC; `None` = unknown.
     pub cycle: Option<Duration>,
-    /// Number of frames received.
+    /// Number of frames received, of the first sender alone.
     pub frames: u64,
+    /// The first sender of a message that may have several.
+    sender: Option<u8>,
     /// Number of frames of another length, and the length of the first of them.
     pub wrong_length: (u64, usize),
     /// Times between the frames.
@@ -64,6 +66,7 @@ impl MessageEvidence {
             length: described.map_or(0, |message| message.length),
             cycle: described.and_then(|message| message.cycle_ms).map(|ms| Duration::from_millis(ms.into())),
             frames: 0,
+            sender: None,
             wrong_length: (0, 0),
             gaps: GapDistribution::default(),
             integrity: bound.integrity.clone().map(IntegrityChecker::new),
@@ -75,6 +78,10 @@ impl MessageEvidence {
 
     /// Adds the next frame. Returns true if its signals may be used.
     pub(super) fn frame(&mut self, frame: &Frame, now: MonoTime) -> bool {
+        let sender = source_address(frame.id()).filter(|_| self.bound.ids.has_several_senders());
+        if sender.is_some_and(|sender| *self.sender.get_or_insert(sender) != sender) {
+            return false;
+        }
         self.frames += 1;
         self.gaps.frame(now);
         let length = frame.data().len();

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use super::encoder::{ReportedSubject, SignalContent, SignalEncoder, SignalValue};
-use crate::core::can::{BusIndex, BusSettings, CanId, Frame, FrameFormat, MAX_DATA};
+use crate::core::can::{BusIndex, BusSettings, CanId, Frame, FrameFormat, IdMatch, MAX_DATA};
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Database;
@@ -92,9 +92,9 @@ impl VehiclePlan {
     }
 
     /// Returns the identifiers of the commands on a bus.
-    pub fn command_ids(&self, bus: BusIndex) -> Vec<CanId> {
+    pub fn command_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
         let entries = self.command.allowed.entries().iter();
-        entries.filter(|(of, _)| *of == bus).map(|(_, id)| *id).collect()
+        entries.filter(|(of, _)| *of == bus).map(|(_, id)| (*id).into()).collect()
     }
 
     /// Returns the names of the messages that the vehicle sends.
@@ -188,9 +188,9 @@ impl Draft<'_> {
     /// Adds the heartbeat messages, which are sent with all bits zero.
     fn heartbeats(&mut self, buses: &[BusSettings]) -> Result<(), PlanError> {
         for (index, bus) in (0..=u8::MAX).map(BusIndex).zip(buses) {
-            for id in &bus.heartbeat_messages {
+            for ids in &bus.heartbeat_messages {
                 let timing = Timing::Cyclic { timeout: bus.alive_timeout };
-                let at = self.message(index, *id, &id.to_string(), timing, None)?;
+                let at = self.message(index, ids.described(), &ids.to_string(), timing, None)?;
                 if let Some(message) = self.messages.get_mut(at).filter(|message| message.pages.is_empty()) {
                     message.pages.push(Page { background: [0; MAX_DATA], encoders: Vec::new() });
                 }
@@ -210,7 +210,7 @@ impl Draft<'_> {
         let Some(signal) = table.signals.get(role.signal.0) else { return Ok(()) };
         let Some(bound) = table.messages.get(signal.message.0) else { return Ok(()) };
         let protection = bound.integrity.as_ref().map(|integrity| &integrity.protection);
-        let at = self.message(bound.bus, bound.id, &bound.name, bound.timing, protection)?;
+        let at = self.message(bound.bus, bound.ids.described(), &bound.name, bound.timing, protection)?;
         if let Some(message) = self.messages.get_mut(at) {
             let values = role.values.map(value);
             message.encoder(&signal.codec)?.add(SignalContent { subject, values });
@@ -222,7 +222,9 @@ impl Draft<'_> {
     fn shows_lamps(&mut self, table: &SignalTable, signal: SignalIndex, on_change: bool) {
         let bound = table.signals.get(signal.0).and_then(|signal| table.messages.get(signal.message.0));
         let message = bound.and_then(|bound| {
-            self.messages.iter_mut().find(|message| (message.bus, message.id) == (bound.bus, bound.id))
+            self.messages
+                .iter_mut()
+                .find(|message| (message.bus, message.id) == (bound.bus, bound.ids.described()))
         });
         if let Some(message) = message {
             message.on_change |= on_change;

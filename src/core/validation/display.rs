@@ -63,23 +63,29 @@ pub fn missing_reason_text(
     match reason {
         MissingReason::Link(state) => link_text(interface, state),
         MissingReason::NeverSeen => {
-            format!("no frame of {} ({}) on {interface} yet", message.name, message.id)
+            format!("no frame of {} ({}) on {interface} yet", message.name, message.ids)
         }
         MissingReason::NotAgain => {
-            format!("no new frame of {} ({}) on {interface} yet", message.name, message.id)
+            format!("no new frame of {} ({}) on {interface} yet", message.name, message.ids)
         }
-        MissingReason::TooShort => format!("{} ({}) is received, but too short", message.name, message.id),
+        MissingReason::TooShort => format!("{} ({}) is received, but too short", message.name, message.ids),
         MissingReason::WrongFormat => match message.format {
             Some(FrameFormat::Fd) => {
-                format!("{} ({}) is received, but not as CAN FD", message.name, message.id)
+                format!("{} ({}) is received, but not as CAN FD", message.name, message.ids)
             }
             Some(FrameFormat::Classic) | None => {
-                format!("{} ({}) is received, but as CAN FD", message.name, message.id)
+                format!("{} ({}) is received, but as CAN FD", message.name, message.ids)
             }
         },
         MissingReason::NotCarried => {
             let signal = &table.signals[signal.0].name;
-            format!("{} ({}) is received, but without {signal}", message.name, message.id)
+            format!("{} ({}) is received, but without {signal}", message.name, message.ids)
+        }
+        MissingReason::SeveralSenders([one, other]) => {
+            let name = &message.name;
+            format!(
+                "{name} is received from source addresses {one:02X} and {other:02X}: choose one with source_addresses"
+            )
         }
         MissingReason::Stale => {
             let limit = message.timing.timeout().unwrap_or_default().as_millis();

@@ -7,5 +7,6 @@ pub mod display;
 pub mod integrity;
 pub mod meaning;
 pub mod observation;
+pub mod senders;
 pub mod snapshot;
 pub mod table;

@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::integrity::window::E2eState;
 use super::integrity::{IntegrityChecker, IntegrityCounts, Reject, RejectKind};
 use super::meaning::Meaning;
+use super::senders::{SenderConflict, Senders};
 use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
-use crate::core::can::{Bus, BusIndex, ControllerState, Frame, LinkState, ReceiveTime};
+use crate::core::can::{Bus, BusIndex, ControllerState, Frame, LinkState, ReceiveTime, source_address};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
 /// Reason why a signal has no valid value.
@@ -31,6 +32,8 @@ pub enum MissingReason {
     TooShort,
     /// Frames arrive, but the last one was of the other format, classical CAN or CAN FD, than the DBC gives.
     WrongFormat,
+    /// Frames of several senders arrive, by the source addresses of two of them, ascending.
+    SeveralSenders([u8; 2]),
     /// Frames arrive, but not those that carry this multiplexed signal.
     NotCarried,
     /// The value of an event message holds only while its bus is alive, and the bus is silent.
@@ -57,6 +60,8 @@ pub enum Unused {
     TooShort(usize),
     /// It is of the other format, classical CAN or CAN FD, than the DBC gives.
     WrongFormat,
+    /// Another sender sends the message too; the source addresses of both.
+    SeveralSenders([u8; 2]),
     /// It fails the integrity check.
     Rejected(Reject),
 }
@@ -67,6 +72,7 @@ impl Unused {
         match self {
             Self::TooShort(_) => "too short for its signals",
             Self::WrongFormat => "classical CAN instead of CAN FD, or the other way round",
+            Self::SeveralSenders(_) => "several senders",
             Self::Rejected(reject) => reject.kind().text(),
         }
     }
@@ -78,6 +84,9 @@ impl fmt::Display for Unused {
         match self {
             Self::TooShort(length) => write!(f, "{}: {length} bytes", self.reason()),
             Self::WrongFormat => f.write_str(self.reason()),
+            Self::SeveralSenders([one, other]) => {
+                write!(f, "{}: source addresses {one:02X} and {other:02X}", self.reason())
+            }
             Self::Rejected(reject) => reject.fmt(f),
         }
     }
@@ -146,6 +155,7 @@ struct MessageState {
     trusted_since: bool,
     /// The last frame since the link came up.
     latest: Option<LatestFrame>,
+    senders: Senders,
 }
 
 /// The last value of every bound signal and the state of every bound message.
@@ -170,18 +180,19 @@ impl Observations {
             last_reject: None,
             trusted_since: false,
             latest: None,
+            senders: Senders::default(),
         });
         Self { last: vec![None; table.signals.len()], messages: messages.collect() }
     }
 
     /// Returns observations for another table, with the values of all messages and signals that `before` also has.
     ///
-    /// A message is the same if bus, identifier and format are; a signal if its message, name and codec are. A
+    /// A message is the same if bus, identifiers and format are; a signal if its message, name and codec are. A
     /// message with other integrity rules starts without values, since no frame was checked by these rules.
     #[must_use]
     pub fn carried_over(&self, before: &SignalTable, table: &SignalTable) -> Self {
         let mut carried = Self::new(table);
-        let identity = |message: &BoundMessage| (message.bus, message.id, message.format);
+        let identity = |message: &BoundMessage| (message.bus, message.ids, message.format);
         for (state, message) in carried.messages.iter_mut().zip(&table.messages) {
             let known = before.messages.iter().position(|known| identity(known) == identity(message));
             let Some(known) = known else { continue };
@@ -191,8 +202,8 @@ impl Observations {
                 continue;
             }
             state.checker.clone_from(&was.checker);
-            (state.last_reject, state.trusted_since, state.latest) =
-                (was.last_reject, was.trusted_since, was.latest);
+            (state.last_reject, state.trusted_since, state.latest, state.senders) =
+                (was.last_reject, was.trusted_since, was.latest, was.senders);
             for signal in &state.signals {
                 let bound = &table.signals[signal.0];
                 let is_same = |other: &BoundSignal| {
@@ -218,8 +229,11 @@ impl Observations {
         stamp: WallStamp,
         now: Now,
     ) -> Result<Arrival, Unused> {
+        if let Err(SenderConflict(addresses)) = self.sender_arrived(table, message, frame, now.mono) {
+            return Err(Unused::SeveralSenders(addresses));
+        }
         let (data, length) = (frame.padded(), frame.data().len());
-        let MessageState { signals, counts, checker, last_reject, trusted_since, latest } =
+        let MessageState { signals, counts, checker, last_reject, trusted_since, latest, .. } =
             &mut self.messages[message.0];
         let present = |signal: &&SignalIndex| table.signals[signal.0].codec.is_present(data);
         let needed = |signal: &SignalIndex| table.signals[signal.0].codec.needed_length();
@@ -265,11 +279,40 @@ impl Observations {
         Ok(if is_repetition { Arrival::Repetition } else { Arrival::News })
     }
 
+    /// Records the sender of a frame whose message may have several. While there are two, no value of the message is
+    /// valid.
+    fn sender_arrived(
+        &mut self,
+        table: &SignalTable,
+        message: MessageIndex,
+        frame: &Frame,
+        now: MonoTime,
+    ) -> Result<(), SenderConflict> {
+        let sender =
+            source_address(frame.id()).filter(|_| table.messages[message.0].ids.has_several_senders());
+        let Some(sender) = sender else { return Ok(()) };
+        let state = &mut self.messages[message.0];
+        let outcome = state.senders.frame_arrived(sender, now);
+        // What one sender counted or sent says nothing of another.
+        if outcome != Ok(false) {
+            state.forget(&mut self.last);
+            state.last_reject = None;
+            if let Some(checker) = &mut state.checker {
+                checker.forget();
+            }
+        }
+        if outcome.is_err() {
+            state.counts.frames += 1;
+        }
+        outcome.map(drop)
+    }
+
     /// Discards what was received over a bus whose link was lost.
     pub fn forget_bus(&mut self, table: &SignalTable, bus: BusIndex) {
         for (state, message) in self.messages.iter_mut().zip(&table.messages) {
             if message.bus == bus {
                 state.forget(&mut self.last);
+                state.senders.forget();
                 state.last_reject = None;
                 if let Some(checker) = &mut state.checker {
                     checker.forget();
@@ -344,7 +387,8 @@ impl Observations {
             let latest = state.latest.map(|latest| latest.at);
             signals.chain(latest).map(move |at| deadline_after(at, timeout))
         });
-        deadlines.filter(|at| *at > now).min()
+        let senders = self.messages.iter().filter_map(|state| state.senders.next_deadline(now));
+        deadlines.chain(senders).filter(|at| *at > now).min()
     }
 
     /// Returns the last value of a signal, valid or not; `None` when none has been received.
@@ -392,6 +436,9 @@ impl MessageState {
         timeout: Option<Duration>,
         now: MonoTime,
     ) -> Option<MissingReason> {
+        if let Some(SenderConflict(addresses)) = self.senders.conflict(now) {
+            return Some(MissingReason::SeveralSenders(addresses));
+        }
         if let Some(reject) = self.last_reject.filter(|_| !self.trusted_since) {
             return Some(MissingReason::NotTrusted(reject.kind()));
         }

@@ -63,7 +63,7 @@ pub struct MessageSnapshot {
     pub bus: String,
     /// Flow that uses it.
     pub used_by: UsedBy,
-    /// Identifier of its frames.
+    /// Identifier of its frames; of a J1939 message, its identifier in the DBC.
     pub id: u32,
     /// True if the identifier has 29 bits.
     pub is_extended: bool,
@@ -151,8 +151,8 @@ impl Received<'_> {
                 name: message.name.clone(),
                 bus: self.bus_name(index),
                 used_by: self.used_by,
-                id: message.id.number(),
-                is_extended: matches!(message.id, CanId::Extended(_)),
+                id: message.ids.described().number(),
+                is_extended: matches!(message.ids.described(), CanId::Extended(_)),
                 frames: counts.frames,
                 too_short: counts.too_short,
                 wrong_format: counts.wrong_format,

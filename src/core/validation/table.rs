@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::integrity::MessageIntegrity;
 use super::meaning::ValueMap;
-use crate::core::can::{BusIndex, CanId, FrameFormat};
+use crate::core::can::{BusIndex, CanId, FrameFormat, IdMatch};
 use crate::core::dbc::codec::SignalCodec;
 
 /// A bound message, by position in [`SignalTable::messages`].
@@ -27,6 +27,16 @@ pub struct SignalTable {
     pub signals: Vec<BoundSignal>,
 }
 
+impl SignalTable {
+    /// Returns the message of the frames with this identifier on a bus; `None` if it is not bound.
+    pub fn message_of(&self, bus: BusIndex, id: CanId) -> Option<MessageIndex> {
+        self.messages
+            .iter()
+            .position(|message| message.bus == bus && message.ids.contains(id))
+            .map(MessageIndex)
+    }
+}
+
 /// A message of the DBC on one bus.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BoundMessage {
@@ -34,8 +44,8 @@ pub struct BoundMessage {
     pub name: String,
     /// Bus that carries it; the same identifier on another bus is another message.
     pub bus: BusIndex,
-    /// Identifier of its frames.
-    pub id: CanId,
+    /// Identifiers of its frames.
+    pub ids: IdMatch,
     /// Format of its frames; frames of the other format are rejected; `None` = either.
     pub format: Option<FrameFormat>,
     /// Transmission scheme, which limits the age of its values.

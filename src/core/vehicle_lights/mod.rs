@@ -90,7 +90,14 @@ impl VehicleLights {
             let [old, new] = [&before.table, table].map(|table| {
                 let bound = table.signals.get(signal.0)?;
                 let message = &table.messages[bound.message.0];
-                Some((&bound.name, &bound.codec, message.bus, message.id, message.format, &message.integrity))
+                Some((
+                    &bound.name,
+                    &bound.codec,
+                    message.bus,
+                    message.ids,
+                    message.format,
+                    &message.integrity,
+                ))
             });
             old.is_some() && old == new
         };

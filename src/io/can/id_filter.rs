@@ -5,7 +5,7 @@ use std::os::fd::{AsFd as _, OwnedFd};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::socket::{CanSocket, filter_frames};
-use crate::core::can::CanId;
+use crate::core::can::IdMatch;
 
 /// The data frames that the kernel lets through for one interface. The receiving task and its owner share it.
 #[derive(Debug, Clone, Default)]
@@ -13,21 +13,21 @@ pub struct IdFilter(Arc<Mutex<FilterState>>);
 
 #[derive(Debug, Default)]
 struct FilterState {
-    ids: Option<Vec<CanId>>,
+    ids: Option<Vec<IdMatch>>,
     /// The receiving socket; `None` while the interface is not open.
     socket: Option<OwnedFd>,
 }
 
 impl IdFilter {
-    /// Lets frames with up to 512 identifiers through, or all frames if `None`.
-    pub fn new(ids: Option<Vec<CanId>>) -> Self {
+    /// Lets the frames of these messages through, which need up to 512 filters, or all frames if `None`.
+    pub fn new(ids: Option<Vec<IdMatch>>) -> Self {
         Self(Arc::new(Mutex::new(FilterState { ids, socket: None })))
     }
 
     /// Changes the identifiers, also for when the interface is opened again. The kernel adds the new filters before
     /// it removes the old ones, so no frame that passes both is lost. Returns the error of `setsockopt`, e.g.
-    /// `EINVAL` for more than 512 identifiers; the filter is then unchanged.
-    pub fn set(&self, ids: Vec<CanId>) -> io::Result<()> {
+    /// `EINVAL` for more than 512 filters; the filter is then unchanged.
+    pub fn set(&self, ids: Vec<IdMatch>) -> io::Result<()> {
         let mut state = self.state();
         let ids = Some(ids);
         if state.ids != ids {
@@ -38,7 +38,7 @@ impl IdFilter {
     }
 
     /// Returns the present identifiers; `None` means all.
-    pub fn ids(&self) -> Option<Vec<CanId>> {
+    pub fn ids(&self) -> Option<Vec<IdMatch>> {
         self.state().ids.clone()
     }
 

@@ -16,7 +16,7 @@ use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 use super::wire::{self, CONTROL_SPACE, LossCount, SocketMessage};
-use crate::core::can::{BusIndex, CanId, CanInput};
+use crate::core::can::{BusIndex, CanInput, IdMatch};
 use crate::core::time::WallStamp;
 
 /// Maximum number of messages of one call.
@@ -45,7 +45,7 @@ impl CanSocket {
     /// The receive buffer exceeds the system's limit if we have the privilege. Returns the kernel's error, e.g.
     /// `EAFNOSUPPORT` without CAN, `ENODEV` for an interface that is not a CAN interface, `EINVAL` for more than 512
     /// ids.
-    pub(super) fn open(interface: c_int, ids: Option<&[CanId]>, receive_buffer: usize) -> io::Result<Self> {
+    pub(super) fn open(interface: c_int, ids: Option<&[IdMatch]>, receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
         // Before bind: frames that arrive in between would be queued unfiltered.
         filter_frames(&fd, ids)?;
@@ -98,9 +98,10 @@ impl CanSocket {
 }
 
 /// Lets data frames with these `ids` through: none for an empty list, all for `None`.
-pub(super) fn filter_frames(fd: &OwnedFd, ids: Option<&[CanId]>) -> io::Result<()> {
-    let filters =
-        ids.map_or(vec![wire::EVERY_DATA_FRAME], |ids| ids.iter().copied().map(wire::filter).collect());
+pub(super) fn filter_frames(fd: &OwnedFd, ids: Option<&[IdMatch]>) -> io::Result<()> {
+    let filters = ids.map_or(vec![wire::EVERY_DATA_FRAME], |ids| {
+        ids.iter().flat_map(|ids| ids.masks()).map(wire::filter).collect()
+    });
     set_option(fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, &filters)
 }
 

@@ -2,24 +2,19 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::core::can::{CanId, ErrorFrame, Frame};
+use crate::core::can::{CanId, ErrorFrame, Frame, IdMask};
 use crate::core::time::WallStamp;
 
-/// Returns the filter for data frames with this identifier.
+/// Returns the filter for data frames with these bits of the identifier.
 ///
 /// The mask covers the flags: otherwise a filter for 0x123 would pass 29-bit frames and remote requests with the same
 /// low bits.
-pub(super) fn filter(id: CanId) -> libc::can_filter {
-    match id {
-        CanId::Standard(id) => libc::can_filter {
-            can_id: u32::from(id),
-            can_mask: libc::CAN_SFF_MASK | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG,
-        },
-        CanId::Extended(id) => libc::can_filter {
-            can_id: id | libc::CAN_EFF_FLAG,
-            can_mask: libc::CAN_EFF_MASK | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG,
-        },
-    }
+pub(super) fn filter(IdMask { id, mask }: IdMask) -> libc::can_filter {
+    let can_id = match id {
+        CanId::Standard(id) => u32::from(id),
+        CanId::Extended(id) => id | libc::CAN_EFF_FLAG,
+    };
+    libc::can_filter { can_id, can_mask: mask | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG }
 }
 
 /// The filter for all data frames, without remote requests.
@@ -153,6 +148,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::core::can::IdMatch;
 
     fn can_frame(can_id: u32, len: u8, data: &[u8], size: usize) -> Vec<u8> {
         let mut bytes = can_id.to_ne_bytes().to_vec();
@@ -197,6 +193,7 @@ mod tests {
 
     #[test]
     fn filters_compare_the_flags_too() {
+        let filter = |id| filter(IdMatch::from(id).masks()[0]);
         let short = filter(CanId::Standard(0x123));
         assert_eq!((short.can_id, short.can_mask), (0x123, 0xC000_07FF));
         let long = filter(CanId::Extended(0x123));

@@ -1,6 +1,7 @@
 //! Commands among the other flows of the gateway: what goes in as inputs comes out as frames and statuses.
 
 use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::id_match::IdMatch;
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::command::input::CommandInput;
@@ -95,9 +96,13 @@ fn mode(raw: u8) -> CommandInput {
 #[test]
 fn what_is_received_for_commands_passes_the_kernels_filters() {
     let mut settings = settings("", PROFILE).gateway;
-    assert_eq!(settings.relevant_ids(BUS), [CMD, STATE]);
+    assert_eq!(settings.relevant_ids(BUS), [CMD, STATE].map(IdMatch::from));
     settings.lights.table.messages.clear();
-    assert_eq!(settings.relevant_ids(BUS), [CMD, STATE], "the driver's signs and the mode");
+    assert_eq!(
+        settings.relevant_ids(BUS),
+        [CMD, STATE].map(IdMatch::from),
+        "the driver's signs and the mode"
+    );
     settings.command = None;
     assert_eq!(settings.relevant_ids(BUS), []);
 }

@@ -52,7 +52,7 @@ fn section(sections: &[(String, Vec<String>)], name: &str) -> Vec<String> {
 }
 
 const DBC: &str = "\
-BO_ 256 BLINKERS: 8 X
+BO_ 2147483904 BLINKERS: 8 X
  SG_ TURN : 0|4@1+ (1,0) [0|15] \"\" X
  SG_ HAZARD : 4|3@1+ (1,0) [0|7] \"\" X
  SG_ CHECKSUM : 56|4@1+ (1,0) [0|15] \"\" X

@@ -2,6 +2,7 @@
 
 use signal_gateway::core::can::bus::Bus;
 use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::id_match::IdMatch;
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::{Level, Status};
@@ -56,7 +57,7 @@ impl Bench {
 
     fn raw_frame(&mut self, ms: u64, frame: &Frame) -> Vec<String> {
         let messages = &self.reception.binding().table.messages;
-        let message = messages.iter().position(|message| message.id == frame.id()).unwrap();
+        let message = messages.iter().position(|message| message.ids.contains(frame.id())).unwrap();
         if self.buses[0].frame_arrived(at_ms(ms).mono) {
             let (message, now) = (MessageIndex(message), at_ms(ms));
             self.reception.frame_arrived(message, frame, now.wall, &self.buses, now);
@@ -204,7 +205,7 @@ fn every_state_of_the_standard_is_read() {
 #[test]
 fn a_unit_alone_reports_no_lights_and_its_frames_prove_the_bus_alive() {
     let settings = profile("v2x_unit").gateway.clone();
-    let ids: Vec<_> = settings.relevant_ids(BusIndex(0)).iter().map(CanId::to_string).collect();
+    let ids: Vec<_> = settings.relevant_ids(BusIndex(0)).iter().map(IdMatch::to_string).collect();
     assert_eq!(ids, ["5A0", "5A1", "5A2"]);
     let mut gateway = Gateway::new(settings, LinkState::Up, at_ms(0));
     let status = CanInput::Frame { bus: BusIndex(0), frame: frame("5A2 2 0|3@1=1"), stamp: at_ms(5).wall };

@@ -29,7 +29,7 @@ fn binding() -> LightsBinding {
             messages: vec![BoundMessage {
                 name: "BLINK".into(),
                 bus: BusIndex(0),
-                id: CanId::Standard(0x123),
+                ids: CanId::Standard(0x123).into(),
                 format: None,
                 timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
                 integrity: None,

@@ -21,6 +21,7 @@ pub(super) fn drive(reported: &mut Reported) {
     rejected_frames(reported);
     paged_message(reported);
     frame_formats(reported);
+    senders(reported);
     bus(reported);
 }
 
@@ -128,6 +129,18 @@ fn frame_formats(reported: &mut Reported) {
         let dbc = format!("BO_ 256 TURN: {length} X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n");
         let mut desk = Desk::vehicle("", profile, &dbc, reported);
         let (frame, stamp) = (make(CanId::Standard(256), &[1]).unwrap(), desk.gateway.now.wall);
+        desk.input(CanInput::Frame { bus: BUS, frame, stamp });
+    }
+}
+
+/// Two senders of a J1939 message.
+fn senders(reported: &mut Reported) {
+    let profile = "[message.TURN]\ntimeout_ms = 250\nsource_addresses = \"any\"\n[turn]\nsignal = \"TURN.CODE\"\n\
+        off = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    let dbc = "BO_ 2365443111 TURN: 1 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n";
+    let mut desk = Desk::vehicle("", profile, dbc, reported);
+    for id in [0x0CFD_CC27, 0x0CFD_CC21].map(CanId::Extended) {
+        let (frame, stamp) = (Frame::classic(id, &[1]).unwrap(), desk.gateway.now.wall);
         desk.input(CanInput::Frame { bus: BUS, frame, stamp });
     }
 }

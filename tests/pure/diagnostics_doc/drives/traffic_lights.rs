@@ -92,6 +92,8 @@ struct Unit {
     message: &'static str,
     dbc: &'static str,
     frame_format: &'static str,
+    /// Identifiers of both, as a DBC writes them.
+    ids: [u32; 2],
 }
 
 const PLAIN: &str = " SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X\n SG_ GOOD : 4|1@1+ (1,0) [0|1] \"\" X\n";
@@ -101,11 +103,16 @@ const PAGED: &str = " SG_ PAGE M : 8|4@1+ (1,0) [0|15] \"\" X\n SG_ STATE m3 : 0
     \x20SG_ GOOD m3 : 4|1@1+ (1,0) [0|1] \"\" X\n";
 
 impl Unit {
-    const CYCLIC: Self =
-        Self { bus: "", message: "timeout_ms = 300", dbc: PLAIN, frame_format: "StandardCAN" };
+    const CYCLIC: Self = Self {
+        bus: "",
+        message: "timeout_ms = 300",
+        dbc: PLAIN,
+        frame_format: "StandardCAN",
+        ids: [256, 257],
+    };
 
     fn desk(self, reported: &mut Reported) -> Desk<'_> {
-        let Self { bus, message, dbc, frame_format } = self;
+        let Self { bus, message, dbc, frame_format, ids: [first, second] } = self;
         let group = |name: &str, id: u8| {
             format!(
                 "[[v2i]]\nid = {id}\nsignal = \"{name}.STATE\"\nstates = {{ \"red\" = [1] }}\nnot_available = [0]\n\
@@ -119,7 +126,7 @@ impl Unit {
         );
         let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n[traffic_lights]\nscenario = \"s.toml\"\n";
         let dbc = format!(
-            "BO_ 256 ONE: 2 X\n{dbc}BO_ 257 TWO: 2 X\n{dbc}BO_ 258 ALIVE: 1 X\n\
+            "BO_ {first} ONE: 2 X\n{dbc}BO_ {second} TWO: 2 X\n{dbc}BO_ 258 ALIVE: 1 X\n\
              BA_DEF_DEF_ \"VFrameFormat\" \"{frame_format}\";\n"
         );
         let files = MemoryFiles::new([("gateway.toml", gateway), ("s.toml", "[groups]\n100 = [11, 12]\n")]);
@@ -143,6 +150,14 @@ fn unit(reported: &mut Reported) {
     for id in [256, 257] {
         let frame = Frame::fd(CanId::Standard(id), &[0x11, 0]).unwrap();
         let stamp = desk.gateway.now.wall;
+        desk.input(CanInput::Frame { bus: BUS, frame, stamp });
+    }
+    // Two senders of each.
+    let message = "timeout_ms = 300\nsource_addresses = \"any\"";
+    let senders = Unit { message, ids: [0x8CFD_CC27, 0x8CFD_CD27], ..Unit::CYCLIC };
+    let mut desk = senders.desk(desk.reported);
+    for id in [0x0CFD_CC27, 0x0CFD_CC21, 0x0CFD_CD27, 0x0CFD_CD21].map(CanId::Extended) {
+        let (frame, stamp) = (Frame::classic(id, &[0x11, 0]).unwrap(), desk.gateway.now.wall);
         desk.input(CanInput::Frame { bus: BUS, frame, stamp });
     }
     // Too short; a page without the states; a counter that stands still; a bus that falls silent, and one that may.
