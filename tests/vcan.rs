@@ -15,5 +15,6 @@ mod vcan {
     #[cfg(feature = "ros")]
     mod vcan_gateway;
     mod vcan_identify;
+    mod vcan_shipped;
     mod vcan_views;
 }

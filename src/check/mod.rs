@@ -25,7 +25,8 @@ use crate::core::plausibility::finding::Severity as Weight;
 use crate::core::validation::integrity::MessageIntegrity;
 use crate::core::validation::table::Timing;
 use crate::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding, TurnSource,
+    HAZARD_NOT_VISIBLE, HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding,
+    TurnSource,
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
@@ -131,7 +132,7 @@ fn missed_flashes(lights: &LightsBinding) -> Vec<String> {
 
 fn turn_sources(turn: &TurnBinding, report: &mut CheckReport) {
     let sources = match turn {
-        TurnBinding::LeftOut | TurnBinding::Unbound => {
+        TurnBinding::LeftOut | TurnBinding::NotVisible { .. } => {
             return report.line("turn", "not in the profile: never published, no diagnostics");
         }
         TurnBinding::NotFitted => return report.line("turn", "no indicators fitted: always DISABLE"),
@@ -169,10 +170,13 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut CheckReport) {
         HazardBinding::NotFitted => {
             return report.line("hazard", "no hazard lights fitted: always DISABLE");
         }
-        HazardBinding::Unbound => {
-            let text = "not bound to a signal: never published, unknown in the diagnostics";
-            report.line("hazard", text);
-            return report.find(Weight::Note, "hazard: no signal is bound, so that it is never reported");
+        HazardBinding::NotVisible { is_acknowledged: true } => {
+            return report.line("hazard", "not visible, acknowledged: never published");
+        }
+        HazardBinding::NotVisible { is_acknowledged: false } => {
+            report.line("hazard", "not visible: never published");
+            let remedy = "accept it with [reports] hazard_not_visible = \"acknowledged\"";
+            return report.find(Weight::Warning, format!("hazard: {HAZARD_NOT_VISIBLE}; {remedy}"));
         }
         HazardBinding::From(sources) => sources,
     };

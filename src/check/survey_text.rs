@@ -191,9 +191,9 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
 fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report: &mut CheckReport) {
     let lights = replay.gateway().lights();
     for (index, task) in TASKS.into_iter().enumerate() {
-        let is_unbound =
-            task == Task::HazardLights && matches!(settings.gateway.lights.hazard, HazardBinding::Unbound);
-        if is_unbound || lights.tasks().all(|other| other != task) {
+        let is_not_visible = task == Task::HazardLights
+            && matches!(settings.gateway.lights.hazard, HazardBinding::NotVisible { .. });
+        if is_not_visible || lights.tasks().all(|other| other != task) {
             continue;
         }
         let published = seconds_text(MonoTime::ZERO.after(survey.published[index]));

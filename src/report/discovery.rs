@@ -117,7 +117,10 @@ pub fn result(findings: &DiscoveryFindings) -> String {
             line("hazard", &format!("NOT SURE: {}", hazard.form));
             line(
                 "",
-                &format!("followed {} requests; left unbound", hazard.followed_text(DriverAction::Hazard)),
+                &format!(
+                    "followed {} requests; written as not visible",
+                    hazard.followed_text(DriverAction::Hazard)
+                ),
             );
             if let Some(doubt) = findings.hazard_doubt {
                 line("", &format!("but {doubt}"));
@@ -125,7 +128,7 @@ pub fn result(findings: &DiscoveryFindings) -> String {
         }
         None => {
             let certainty = findings.certainty(DriverAction::Hazard);
-            line("hazard", &format!("{certainty}; left unbound"));
+            line("hazard", &format!("{certainty}; written as not visible"));
         }
     }
     let turn = findings.turn.first().map(|turn| turn.form.signals()).unwrap_or_default();

@@ -117,7 +117,7 @@ impl<'a> Oracle<'a> {
     pub(crate) fn beliefs(&mut self, now: u64) -> [Belief; 2] {
         let sides = self.sides(now);
         let hazard = match &self.vehicle.hazard {
-            Hazard::Unbound => None,
+            Hazard::NotVisible => None,
             Hazard::BothSides => {
                 sides.clone().map(|(sides, at, stamps)| (sides == Meaning::Both, at, stamps))
             }

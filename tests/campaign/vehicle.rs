@@ -43,7 +43,7 @@ pub(crate) enum Turn {
 pub(crate) enum Hazard {
     Signal(Role),
     BothSides,
-    Unbound,
+    NotVisible,
 }
 
 /// A message that is bound or proves the bus alive.
@@ -135,7 +135,7 @@ impl Vehicle {
         let hazard = match hazard["from"].as_str().unwrap() {
             "signal" | "reason" => Hazard::Signal(reader.role(hazard)),
             "both_sides" => Hazard::BothSides,
-            "unbound" => Hazard::Unbound,
+            "not_visible" => Hazard::NotVisible,
             other => panic!("{}: the campaign does not know hazard from {other}", profile.display()),
         };
         for name in bus.get("heartbeat_messages").and_then(Value::as_array).into_iter().flatten() {

@@ -7,10 +7,13 @@ use signal_gateway::config::{Overrides, Settings, load};
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::gateway::configuration::{self, changes_text};
 use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::traffic_light::snapshot::TrafficLightsSnapshot;
+use signal_gateway::core::vehicle_lights::Task;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
@@ -166,6 +169,42 @@ fn counters_and_history_stay_and_the_rate_changes() {
         car.0.handle(turn(1), at(now));
     }
     assert!(car.turn_steps().len() >= 45, "50 Hz");
+}
+
+/// Status `hazard_lights` of a car whose hazard lights are not visible, with the published report and the key `hazard`.
+fn hazard_status(gateway: &Gateway) -> (Level, String, String) {
+    let mut statuses = gateway.statuses(ms(100)).into_iter();
+    let status = statuses.find(|status| status.task == "hazard_lights").unwrap();
+    let value = |key: &str| status.values.iter().find(|(name, _)| *name == key).unwrap().1.clone();
+    assert_eq!(value("unknown_count"), "0");
+    (status.level, value("report"), value("hazard"))
+}
+
+#[test]
+fn acknowledged_hazard_lights_are_no_warning_until_it_is_taken_back_and_never_reported() {
+    let hidden = (
+        "from = \"signal\"\nsignal = \"BCM_Hazard.HazardLightsState\"\noff = [0]\non = [1]\nfault = [2]\n\
+                   not_available = [3]",
+        "from = \"not_visible\"",
+    );
+    let facts = ("facts = [\"turn\", \"hazard\"", "facts = [\"turn\"");
+    let acknowledged = ("[can.body]", "[reports]\nhazard_not_visible = \"acknowledged\"\n[can.body]");
+    let [warns, accepts] =
+        [vec![hidden, facts], vec![hidden, facts, acknowledged]].map(|edits| settings(&edits));
+    let parts = configuration::plan(&warns.in_effect, &accepts.in_effect);
+    assert_eq!(changes_text(&parts.reloadable), "[reports] hazard_not_visible: warn → acknowledged");
+    assert!(parts.restart.is_empty(), "{parts:?}");
+    let mut gateway = Gateway::new(warns.gateway.clone(), LinkState::Up, at(MonoTime::ZERO));
+    for (settings, level, hazard) in [
+        (&warns, Level::Warn, "not visible"),
+        (&accepts, Level::Ok, "not visible, acknowledged"),
+        (&warns, Level::Warn, "not visible"),
+    ] {
+        gateway.reconfigure(settings.gateway.clone(), at(ms(50)));
+        let expected = (level, "not published".to_owned(), hazard.to_owned());
+        assert_eq!(hazard_status(&gateway), expected);
+        assert_eq!(gateway.lights().failure(Task::HazardLights), (None, false));
+    }
 }
 
 fn written(text: &str) -> GatewaySettings {

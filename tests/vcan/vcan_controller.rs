@@ -166,7 +166,7 @@ off = [0]
 left = [1]
 right = [2]
 [hazard]
-from = "unbound"
+from = "not_visible"
 "#;
 
 #[tokio::test]

@@ -131,7 +131,7 @@ const CAR: [(&str, &str); 2] = [
     (
         "car.toml",
         "name = \"Car\"\n[bus.body]\ndbc = \"car.dbc\"\n[turn]\nsignal = \"LIGHTS.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
-         [hazard]\nfrom = \"unbound\"\n",
+         [hazard]\nfrom = \"not_visible\"\n",
     ),
     (
         "car.dbc",
@@ -184,7 +184,7 @@ const LAMPS: [(&str, &str); 2] = [
         "lamps.toml",
         "name = \"Lamps\"\n[bus.body]\ndbc = \"lamps.dbc\"\n[turn]\nboth_on = \"hazard\"\n\
          left_signal = { signal = \"LAMPS.LEFT\", on = [1], off = [0] }\n\
-         right_signal = { signal = \"LAMPS.RIGHT\", on = [1], off = [0] }\n[hazard]\nfrom = \"unbound\"\n\
+         right_signal = { signal = \"LAMPS.RIGHT\", on = [1], off = [0] }\n[hazard]\nfrom = \"not_visible\"\n\
          [message.LAMPS]\ntimeout_ms = 500\n",
     ),
     (

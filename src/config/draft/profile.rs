@@ -47,7 +47,7 @@ pub(super) fn profile_toml(
     turn_section(&mut text, draft, &turn.form, messages, period);
     text += "\n[hazard]\n";
     match hazard.map(|hazard| &hazard.form) {
-        None => text += "from = \"unbound\"\n",
+        None => text += "from = \"not_visible\"\n",
         Some(HazardForm::BothSides) => text += "from = \"both_sides\"\n",
         Some(HazardForm::Signal(switch)) => switch_keys(&mut text, "signal", *switch, messages, draft),
         Some(HazardForm::Button(switch)) => switch_keys(&mut text, "button", *switch, messages, draft),

@@ -283,9 +283,10 @@ fn settings(
     profile: ProfileChoice<'_>,
     overrides: &RosOverrides,
 ) -> Option<(Settings, Vec<(String, String)>)> {
-    let vehicle = vehicle(files, &top, profile);
+    let mut vehicle = vehicle(files, &top, profile);
     let source = top.read(&SOURCE);
-    let (publish, durability) = reports::reports(top.section("reports"));
+    let hazard = vehicle.as_mut().ok().map(|vehicle| &mut vehicle.lights.hazard);
+    let (publish, durability) = reports::reports(top.section("reports"), hazard);
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
     let (node, ros) = ros::ros(files.plain(), top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));

@@ -27,8 +27,8 @@ enum HazardFrom {
     Button,
     /// The vehicle has no hazard lights.
     NotFitted,
-    /// The state is not visible on the bus.
-    Unbound,
+    /// No signal shows the state.
+    NotVisible,
 }
 
 const FROM: Keywords<HazardFrom> = &[
@@ -37,7 +37,7 @@ const FROM: Keywords<HazardFrom> = &[
     ("both_sides", HazardFrom::BothSides),
     ("button", HazardFrom::Button),
     ("not_fitted", HazardFrom::NotFitted),
-    ("unbound", HazardFrom::Unbound),
+    ("not_visible", HazardFrom::NotVisible),
 ];
 
 /// Reads the binding; `None` when a problem was noted.
@@ -46,7 +46,8 @@ pub(super) fn hazard(
     fields: &Fields<'_>,
     turn: Option<&TurnBinding>,
 ) -> Option<HazardBinding> {
-    let none = [("not_fitted", HazardBinding::NotFitted), ("unbound", HazardBinding::Unbound)];
+    let not_visible = HazardBinding::NotVisible { is_acknowledged: false };
+    let none = [("not_fitted", HazardBinding::NotFitted), ("not_visible", not_visible)];
     let none = none.into_iter().find(|(from, _)| fields.is("from", from) && !fields.has("source"));
     if let Some((_, none)) = none {
         fields.value("from");
@@ -66,12 +67,17 @@ pub(super) fn is_from_both_sides(fields: &Fields<'_>) -> bool {
 /// Reads one source of the hazard lights.
 fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBinding>) -> Option<HazardSource> {
     fields.require(&["from"], "");
+    if fields.is("from", "unbound") {
+        fields.refuse("from", "`unbound` is not a source any more", "write not_visible");
+        fields.accept_rest();
+        return None;
+    }
     let Some(from) = fields.keyword("from", FROM) else {
         fields.accept_rest();
         return None;
     };
     match from {
-        HazardFrom::NotFitted | HazardFrom::Unbound => {
+        HazardFrom::NotFitted | HazardFrom::NotVisible => {
             let remedy = "remove the source, or give this `from` to [hazard] alone";
             fields.refuse("from", "this is not a source", remedy);
             fields.accept_rest();

@@ -166,7 +166,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
 fn lights(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<LightsBinding> {
     // A profile that describes something else may leave the lights to another gateway.
     for key in ["turn", "hazard"].iter().filter(|key| !top.has("v2i") && !top.has(key)) {
-        let remedy = "add the section, e.g. with fitted = false or from = \"unbound\"";
+        let remedy = "add the section, e.g. with fitted = false or from = \"not_visible\"";
         top.refuse(key, format!("missing section `{key}`"), remedy);
     }
     let before = binder.checker.count();

@@ -51,7 +51,8 @@ impl BoundParts<'_> {
 fn states<S>(section: &str, binding: &StateBinding<S>, states: &[&str]) -> Vec<String> {
     match binding {
         StateBinding::From(_) => states.iter().map(|state| format!("{section}.{state}")).collect(),
-        StateBinding::LeftOut | StateBinding::NotFitted | StateBinding::Unbound => Vec::new(),
+        StateBinding::NotVisible { .. } => vec![section.to_owned()],
+        StateBinding::LeftOut | StateBinding::NotFitted => Vec::new(),
     }
 }
 

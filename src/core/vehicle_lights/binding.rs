@@ -39,12 +39,18 @@ pub enum StateBinding<S> {
     /// The vehicle does not have the lights, so that DISABLE is reported.
     NotFitted,
     /// The vehicle has the lights, but no signal shows them, so that nothing is reported.
-    Unbound,
+    NotVisible {
+        /// True if the configuration accepts that there is no report.
+        is_acknowledged: bool,
+    },
     /// The vehicle sends the state from these sources.
     From(Sources<S>),
 }
 
-/// Binding of the turn indicators, which is never [`StateBinding::Unbound`].
+/// Consequence of hazard lights that are not visible, for diagnostics and `check`.
+pub const HAZARD_NOT_VISIBLE: &str = "no signal shows the hazard lights, and without their report Autoware's /api/vehicle/status never appears";
+
+/// Binding of the turn indicators, which is never [`StateBinding::NotVisible`].
 pub type TurnBinding = StateBinding<TurnSource>;
 
 /// Binding of the hazard lights.
@@ -54,9 +60,16 @@ impl<S> StateBinding<S> {
     /// Sources of the state, most trusted first; empty when there are none.
     pub fn sources(&self) -> &[NamedSource<S>] {
         match self {
-            Self::LeftOut | Self::NotFitted | Self::Unbound => &[],
+            Self::LeftOut | Self::NotFitted | Self::NotVisible { .. } => &[],
             Self::From(sources) => &sources.list,
         }
+    }
+}
+
+impl LightsBinding {
+    /// True if the configuration accepts that the hazard lights are not visible.
+    pub fn is_acknowledged(&self) -> bool {
+        matches!(self.hazard, HazardBinding::NotVisible { is_acknowledged: true })
     }
 }
 

@@ -201,7 +201,7 @@ impl SourceMemory {
                 let off = context.not_fitted(TurnCode::Off);
                 (off, off.state)
             }
-            None => (unbound(), unbound().state),
+            None => (not_visible(), not_visible().state),
         };
         let hazard = match &mut self.hazard {
             Some(group) => group.evaluate(context, HazardCode::name, |reader, context, applies| {
@@ -210,7 +210,7 @@ impl SourceMemory {
             None if matches!(context.binding.hazard, HazardBinding::NotFitted) => {
                 context.not_fitted(HAZARD_OFF)
             }
-            None => unbound(),
+            None => not_visible(),
         };
         SourceStates { turn, hazard }
     }
@@ -234,8 +234,8 @@ impl SourceMemory {
     }
 }
 
-fn unbound<T>() -> FusedState<T> {
-    FusedState { state: Err(UnavailableReason::Unbound), source: 0, warnings: Warnings::default() }
+fn not_visible<T>() -> FusedState<T> {
+    FusedState { state: Err(UnavailableReason::NotVisible), source: 0, warnings: Warnings::default() }
 }
 
 /// The sources of one state in the order of the profile.
@@ -256,7 +256,7 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
             readers: sources.list.iter().map(|named| reader(&named.source)).collect(),
             conditions: sources.list.iter().map(|named| named.condition.clone()).collect(),
             fusion: Fusion::new(settings, sources.disagreement, agree),
-            states: vec![Err(UnavailableReason::Unbound); sources.list.len()],
+            states: vec![Err(UnavailableReason::NotVisible); sources.list.len()],
         })
     }
 
@@ -332,7 +332,7 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         let chosen = self.fusion.choose(values).map(|fused| fused.source);
         match chosen.or_else(|| (0..self.states.len()).find(|source| is_included(*source))) {
             Some(source) => (self.states[source], source),
-            None => (Err(UnavailableReason::Unbound), 0),
+            None => (Err(UnavailableReason::NotVisible), 0),
         }
     }
 

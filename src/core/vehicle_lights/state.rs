@@ -65,8 +65,8 @@ pub type Judged<T> = Result<(T, ReceiveTime), UnavailableReason>;
 /// Reason why a state is unavailable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnavailableReason {
-    /// The profile binds no signal for the state.
-    Unbound,
+    /// No signal of the vehicle shows the state.
+    NotVisible,
     /// The condition of the source is off with this raw value, so that the source does not apply.
     NotSelected(SignalIndex, i128),
     /// The signal has no valid value.
@@ -103,12 +103,17 @@ impl UnavailableReason {
         matches!(self, Self::Absent(_, reason) if reason.is_sleep())
     }
 
+    /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never shows the state.
+    pub fn is_failure(self) -> bool {
+        !self.is_sleep() && self != Self::NotVisible
+    }
+
     /// Kind of failure that this reason causes.
     pub fn kind(self) -> FaultKind {
         match self {
             Self::Fault(..) => FaultKind::HardwareFault,
             Self::Undefined(..) | Self::BothOn(_) => FaultKind::Invalid,
-            Self::Unbound
+            Self::NotVisible
             | Self::NotSelected(..)
             | Self::Absent(..)
             | Self::NotAvailable(..)

@@ -7,7 +7,7 @@ mod tests;
 use serde::Serialize;
 
 use super::VehicleLights;
-use super::binding::{FaultBinding, HazardSource, LightsBinding};
+use super::binding::{FaultBinding, HAZARD_NOT_VISIBLE, HazardSource, LightsBinding};
 use super::sources::LightsContext;
 use super::state::{FaultKind, UnavailableReason};
 use super::verdict::{ActiveFault, Reason, Verdict};
@@ -70,9 +70,9 @@ impl LightsFinding {
         Self { waking_up: slept && self.reason.is_some_and(observes), ..self }
     }
 
-    /// `None` without a failure, which a permitted sleep of the bus is not.
+    /// `None` without a failure, see [`UnavailableReason::is_failure`].
     fn kind(self) -> Option<FaultKind> {
-        let reason = self.reason.filter(|reason| !reason.is_sleep() && !self.waking_up);
+        let reason = self.reason.filter(|reason| reason.is_failure() && !self.waking_up);
         let reason = reason.map(UnavailableReason::kind);
         if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
     }
@@ -154,9 +154,15 @@ impl VehicleLights {
         };
         let finding = task.finding.unwrap_or_default();
         let bad = finding.kind().is_some();
-        let warns = finding.warnings.any() || finding.reason.is_some();
+        let is_accepted =
+            finding.reason == Some(UnavailableReason::NotVisible) && self.binding.is_acknowledged();
+        let warns = finding.warnings.any() || finding.reason.is_some() && !is_accepted;
         let level = if warns { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
+        if finding.reason == Some(UnavailableReason::NotVisible) {
+            let text = if is_accepted { "not visible, acknowledged" } else { "not visible" };
+            values.push(("hazard", text.to_owned()));
+        }
         let source = source_name(&self.binding, which, task.source);
         if !source.is_empty() {
             values.push(("source", source.to_owned()));
@@ -314,14 +320,23 @@ fn fault_text(
 
 /// Why a state is unavailable: the kind and the cause.
 fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
-    let kind = if reason.is_sleep() { "asleep".to_owned() } else { words(&reason.kind()) };
+    let kind = if reason.is_sleep() {
+        "asleep".to_owned()
+    } else if reason == UnavailableReason::NotVisible {
+        "not visible".to_owned()
+    } else {
+        words(&reason.kind())
+    };
     format!("{kind}: {}", cause_text(binding, buses, reason))
 }
 
 fn cause_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     match reason {
-        UnavailableReason::Unbound => "the vehicle profile binds no signal for it".to_owned(),
+        UnavailableReason::NotVisible if binding.is_acknowledged() => {
+            "never published, as acknowledged in the configuration".to_owned()
+        }
+        UnavailableReason::NotVisible => HAZARD_NOT_VISIBLE.to_owned(),
         UnavailableReason::NotSelected(signal, raw) => {
             format!("no source applies while {} = {}", name(signal), raw_text(raw))
         }

@@ -210,7 +210,7 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
         hazard_sources,
         "from = \"both_sides\"".to_owned(),
         "from = \"not_fitted\"".to_owned(),
-        "from = \"unbound\"".to_owned(),
+        "from = \"not_visible\"".to_owned(),
     ];
     let bus = section(&sections, "[bus.body]").join("\n");
     let message = section(&sections, "[message.BLINKERS]").join("\n");
@@ -309,7 +309,7 @@ fn every_key_of_a_provenance_is_accepted() {
     let provenance = section(&sections, "[[provenance]]").join("\n");
     let profile = format!(
         "{about}\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.BLINKERS.timeout_ms = 500\n\
-         turn = {{ signal = \"BLINKERS.TURN\", off = [0], left = [1], right = [2] }}\nhazard.from = \"unbound\"\n\
+         turn = {{ signal = \"BLINKERS.TURN\", off = [0], left = [1], right = [2] }}\nhazard.from = \"not_visible\"\n\
          [[provenance]]\n{provenance}\n"
     );
     let settings =
@@ -318,7 +318,8 @@ fn every_key_of_a_provenance_is_accepted() {
     assert_eq!((provenance.makes.len(), provenance.models.as_str()), (2, "Golf 7 and later"));
     let facts: Vec<_> =
         provenance.facts.iter().map(|fact| (fact.name.as_str(), fact.records.len())).collect();
-    let expected = [("turn.off", 1), ("turn.left", 0), ("turn.right", 0), ("message.BLINKERS.timing", 1)];
+    let expected =
+        [("turn.off", 1), ("turn.left", 0), ("turn.right", 0), ("hazard", 0), ("message.BLINKERS.timing", 1)];
     assert_eq!(facts, expected);
     assert_eq!(
         provenance.records[0].source.to_string(),

@@ -71,7 +71,7 @@ left = [1]
 right = [2]
 not_available = [7]
 ";
-pub(crate) const UNBOUND: &str = "[hazard]\nfrom = \"unbound\"\n";
+pub(crate) const NOT_VISIBLE: &str = "[hazard]\nfrom = \"not_visible\"\n";
 
 /// A whole profile: `lights` are `[turn]`, `[hazard]` and `[message.*]`.
 pub(crate) fn profile(lights: &str) -> String {

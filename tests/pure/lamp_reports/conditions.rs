@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::pure::lamp_reports::car::{BANKS, FLAG, LEFT, STALK, STALK_KEYS, UNBOUND, car};
+use crate::pure::lamp_reports::car::{BANKS, FLAG, LEFT, NOT_VISIBLE, STALK, STALK_KEYS, car};
 use crate::support::property::for_all;
 use crate::support::virtual_gateway::VirtualGateway;
 
@@ -53,13 +53,13 @@ fn an_unknown_flag_makes_the_state_unknown_whatever_the_banks_show() {
         (2, "ERROR invalid: FLAG.ALT = 2 is not a defined value"),
         (3, "ERROR unknown: FLAG.ALT = 3 means not available"),
     ] {
-        let mut car = car(&two_banks(UNBOUND));
+        let mut car = car(&two_banks(NOT_VISIBLE));
         drive(&mut car, 0..1000, [LEFT, LEFT, 0]);
         drive(&mut car, 1000..2000, [LEFT, LEFT, flag]);
         assert_eq!(car.turn_reports().last().unwrap().1, "stops", "{text}");
         assert_eq!(car.turn_status(), text);
     }
-    let mut car = car(&two_banks(UNBOUND));
+    let mut car = car(&two_banks(NOT_VISIBLE));
     drive(&mut car, 0..1000, [LEFT, LEFT, 0]);
     car.frames(BANKS, 50, 1000..2000, |_| LEFT);
     assert_eq!(car.turn_reports().last().unwrap().1, "stops");
@@ -68,7 +68,7 @@ fn an_unknown_flag_makes_the_state_unknown_whatever_the_banks_show() {
 
 #[test]
 fn no_source_applies_when_every_condition_is_off() {
-    let mut car = car(&format!("{MESSAGES}[turn]\n{}{UNBOUND}", bank("main", "", [0, 1])));
+    let mut car = car(&format!("{MESSAGES}[turn]\n{}{NOT_VISIBLE}", bank("main", "", [0, 1])));
     drive(&mut car, 0..1000, [LEFT, 0, 1]);
     assert!(car.turn_states().is_empty(), "{:?}", car.turn_states());
     assert_eq!(car.turn_status(), "ERROR unknown: no source applies while FLAG.ALT = 1");
@@ -78,7 +78,7 @@ fn no_source_applies_when_every_condition_is_off() {
 fn a_source_that_does_not_apply_needs_no_fallback_and_contradicts_nobody() {
     let mut car = car(&format!(
         "{MESSAGES}[message.STALK]\ntimeout_ms = 500\n[turn]\ndisagreement_ms = 500\n{}\
-         [[turn.source]]\nname = \"stalk\"\n{STALK_KEYS}{UNBOUND}",
+         [[turn.source]]\nname = \"stalk\"\n{STALK_KEYS}{NOT_VISIBLE}",
         bank("main", "", [0, 1])
     ));
     for ms in (0..6000).step_by(50) {
@@ -97,7 +97,7 @@ fn the_report_is_that_of_the_bank_that_the_flag_names_or_none() {
     let step =
         (0..4_u8, prop::sample::select(vec![0, 1, 4, 5_u8]), prop::sample::select(vec![0, 1, 4, 5_u8]));
     for_all(60, prop::collection::vec(step, 1..20), |steps| {
-        let mut car = car(&two_banks(UNBOUND));
+        let mut car = car(&two_banks(NOT_VISIBLE));
         for (index, (flag, main, alternative)) in (0_u64..).zip(steps) {
             let ms = 1000 + index * 300;
             drive(&mut car, ms..ms + 200, [main, alternative, flag]);

@@ -1,6 +1,6 @@
 //! Stalks and buttons that spring back.
 
-use crate::pure::lamp_reports::car::{BODY, PANEL, STALK, STALK_KEYS, STATE_KEYS, UNBOUND, car};
+use crate::pure::lamp_reports::car::{BODY, NOT_VISIBLE, PANEL, STALK, STALK_KEYS, STATE_KEYS, car};
 use crate::support::virtual_gateway::VirtualGateway;
 
 const IDLE: u8 = 0;
@@ -10,8 +10,9 @@ const RIGHT_HALF: u8 = 3;
 const RIGHT_FULL: u8 = 4;
 
 fn stalk_car(options: &str) -> VirtualGateway {
-    let lights =
-        format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}stalk = {{ {options} }}\n{UNBOUND}");
+    let lights = format!(
+        "[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}stalk = {{ {options} }}\n{NOT_VISIBLE}"
+    );
     let mut car = car(&lights);
     car.frames(STALK, 50, 0..5000, |_| IDLE);
     assert_eq!(car.turn_reports(), [(4000, "DISABLE")], "settled");
@@ -26,7 +27,7 @@ fn press(car: &mut VirtualGateway, position: u8, ms: u64, until: u64) {
 
 #[test]
 fn a_stalk_is_unknown_until_it_was_observed() {
-    let mut car = car(&format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}"));
+    let mut car = car(&format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{NOT_VISIBLE}"));
     car.frame(STALK, IDLE, 0);
     assert_eq!(
         car.turn_status(),
@@ -123,7 +124,8 @@ fn a_tap_of_a_lever_is_held_where_the_profile_says_so() {
         ("", ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT", "DISABLE"]),
         ("tap_hold_ms = 2000\n", ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT", "DISABLE"]),
     ] {
-        let mut car = car(&format!("[message.BODY]\ntimeout_ms = 500\n[turn]\n{STATE_KEYS}{key}{UNBOUND}"));
+        let mut car =
+            car(&format!("[message.BODY]\ntimeout_ms = 500\n[turn]\n{STATE_KEYS}{key}{NOT_VISIBLE}"));
         // Left for 300 ms, and right for 3000 ms.
         car.frames(BODY, 50, 0..12_000, |ms| match ms {
             1000..1300 => 1,

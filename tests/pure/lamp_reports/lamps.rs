@@ -5,7 +5,7 @@ use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::Level;
 
 use crate::pure::lamp_reports::car::{
-    ALIVE, BOTH, DARK, LAMPS, LEFT, RIGHT, UNBOUND, car, lamp_keys, settings,
+    ALIVE, BOTH, DARK, LAMPS, LEFT, NOT_VISIBLE, RIGHT, car, lamp_keys, settings,
 };
 use crate::support::virtual_gateway::VirtualGateway;
 
@@ -147,7 +147,7 @@ fn both_lamps_are_hazard_and_not_a_direction() {
 
 #[test]
 fn both_lamps_are_invalid_where_the_vehicle_never_shows_them() {
-    let mut car = car(&lights(50, "undefined", UNBOUND));
+    let mut car = car(&lights(50, "undefined", NOT_VISIBLE));
     car.frames(LAMPS, 50, 0..2000, |_| DARK);
     car.frames(LAMPS, 50, 2000..2200, |_| BOTH);
     assert_eq!(car.turn_states(), ["DISABLE", "stops"]);

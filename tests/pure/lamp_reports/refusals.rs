@@ -2,13 +2,13 @@
 
 use std::process::{Command, Output};
 
-use crate::pure::lamp_reports::car::{DBC, GATEWAY, UNBOUND, lamp_keys, profile};
+use crate::pure::lamp_reports::car::{DBC, GATEWAY, NOT_VISIBLE, lamp_keys, profile};
 
 /// Output of the commands for lamps in a message of this cycle time and with these `lamp` keys.
 fn outputs(commands: [&str; 2], cycle_ms: u32, lamp: &str) -> [Output; 2] {
     let folder = tempfile::tempdir().unwrap();
     let turn = lamp_keys("hazard", lamp);
-    let lights = format!("[message.LAMPS]\ntimeout_ms = 5000\n[turn]\n{turn}{UNBOUND}");
+    let lights = format!("[message.LAMPS]\ntimeout_ms = 5000\n[turn]\n{turn}{NOT_VISIBLE}");
     let dbc = format!(
         "{DBC}BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_ \"GenMsgCycleTime\" BO_ 256 {cycle_ms};\n"
     );

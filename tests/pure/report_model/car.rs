@@ -43,7 +43,7 @@ pub(crate) enum Hazard {
     Reason,
     BothSides,
     NotFitted,
-    Unbound,
+    NotVisible,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub(crate) fn any_car() -> impl Strategy<Value = Car> {
         2 => Just(Hazard::Reason),
         3 => Just(Hazard::BothSides),
         1 => Just(Hazard::NotFitted),
-        1 => Just(Hazard::Unbound),
+        1 => Just(Hazard::NotVisible),
     ];
     let publish = prop_oneof![Just(Publish::Periodic(100_000_000)), Just(Publish::OnChange)];
     let flags = any::<[bool; 4]>();
@@ -157,7 +157,7 @@ fn profile_toml(car: &Car) -> String {
         }
         Hazard::BothSides => "from = \"both_sides\"\n",
         Hazard::NotFitted => "from = \"not_fitted\"\n",
-        Hazard::Unbound => "from = \"unbound\"\n",
+        Hazard::NotVisible => "from = \"not_visible\"\n",
     };
     text += &faults("hazard", car.hazard_fault);
     let turn_messages: &[&str] = match car.turn {

@@ -206,8 +206,11 @@ impl Trial {
                 prop_assert!(may_be_asleep(&self.car, &self.history, self.now_ns), "{}", message);
             }
             Some(problem) => {
-                prop_assert_eq!(*level, Level::Error, "{} {:?}", message, expected);
+                let expected_level =
+                    if problem == FaultKind::NotVisible { Level::Warn } else { Level::Error };
+                prop_assert_eq!(*level, expected_level, "{} {:?}", message, expected);
                 let start = match problem {
+                    FaultKind::NotVisible => "not visible: ",
                     FaultKind::HardwareFault => "hardware fault: ",
                     FaultKind::Invalid => "invalid: ",
                     FaultKind::Unknown => "unknown: ",

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | a defined value | it is | OK |
 //! | not available, stale, never received, link lost | nothing | ERROR, unknown |
+//! | no signal shows the state | nothing | WARN |
 //! | a value without a meaning | nothing | ERROR, invalid |
 //! | a value that means fault | nothing | ERROR, hardware fault |
 //! | a fault signal beside a defined value | it is, unless withheld | ERROR, hardware fault |
@@ -18,6 +19,7 @@ use crate::pure::report_model::history::{
 /// Gravest last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum FaultKind {
+    NotVisible,
     Unknown,
     Invalid,
     HardwareFault,
@@ -191,7 +193,7 @@ impl Knowledge<'_> {
     fn hazard(&self, sides: &Judged<Sides>, wall: i64) -> Judged<bool> {
         match self.car.hazard {
             Hazard::NotFitted => Ok((false, self.now, wall)),
-            Hazard::Unbound => Err((FaultKind::Unknown, vec!["no signal".to_owned()])),
+            Hazard::NotVisible => Err((FaultKind::NotVisible, vec!["no signal".to_owned()])),
             Hazard::BothSides => sides.clone().map(|(sides, at, stamp)| (sides == Sides::Both, at, stamp)),
             Hazard::Signal | Hazard::Reason => {
                 let received = self.trusted(REAR, HAZARD, self.car.hazard_event, HAZARD_TIMEOUT_NS);

@@ -190,7 +190,7 @@ fn profile(protection: Protection) -> String {
     format!(
         "name = \"Car\"\n[bus.body]\ndbc = \"car.dbc\"\nheartbeat_messages = [\"ALIVE\"]\nalive_timeout_ms = {ALIVE_MS}\n\
          may_sleep = true\n[message.TURN]\n{message}[turn]\nsignal = \"TURN.STATE\"\noff = [0]\nleft = [1]\n\
-         right = [2]\n[hazard]\nfrom = \"unbound\"\n"
+         right = [2]\n[hazard]\nfrom = \"not_visible\"\n"
     )
 }
 

@@ -78,7 +78,7 @@ fn has_within(file: &Fields<'_>, table: &'static str, key: &str) -> bool {
 fn buttons_need_a_report(files: &[Fields<'_>], hazard: Option<&HazardBinding>) {
     let is_reported = match hazard {
         Some(HazardBinding::From(_)) | None => true,
-        Some(HazardBinding::NotFitted | HazardBinding::Unbound | HazardBinding::LeftOut) => false,
+        Some(HazardBinding::NotFitted | HazardBinding::NotVisible { .. } | HazardBinding::LeftOut) => false,
     };
     for file in files.iter().filter(|file| !is_reported && has_within(file, "hazard", "button")) {
         let reason = "a button is pressed until the report shows the lights, but [hazard] binds no signal";

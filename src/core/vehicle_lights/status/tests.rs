@@ -14,7 +14,7 @@ use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, Ro
 
 const TURN: Task = Task::TurnIndicators;
 
-/// A byte with 0 = off, 1 = left, 15 = not available, 14 = fault; hazard lights are unbound.
+/// A byte with 0 = off, 1 = left, 15 = not available, 14 = fault; hazard lights are not visible.
 fn binding() -> LightsBinding {
     let byte = Layout::unsigned(0, 8);
     let values = [
@@ -45,7 +45,7 @@ fn binding() -> LightsBinding {
             role: Role { signal: SignalIndex(0), values: ValueMap::new(values).unwrap() },
         })),
         turn_faults: FaultBinding::default(),
-        hazard: HazardBinding::Unbound,
+        hazard: HazardBinding::NotVisible { is_acknowledged: false },
         hazard_faults: FaultBinding::default(),
         turn_while_hazard: super::super::binding::TurnWhileHazard::default(),
     }

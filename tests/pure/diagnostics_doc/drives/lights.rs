@@ -7,7 +7,7 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 
 use super::{BUS, Desk, LOSSES, Reported};
-use crate::pure::lamp_reports::car::{DBC, LAMPS, PANEL, STALK, STALK_KEYS, UNBOUND, lamp_keys};
+use crate::pure::lamp_reports::car::{DBC, LAMPS, NOT_VISIBLE, PANEL, STALK, STALK_KEYS, lamp_keys};
 
 const DARK: u8 = 0;
 const LEFT: u8 = 1;
@@ -15,6 +15,7 @@ const BOTH: u8 = 5;
 
 pub(super) fn drive(reported: &mut Reported) {
     lamps(reported);
+    hazard_not_visible(reported);
     sleeping_lamps_and_stalks(reported);
     sources(reported);
     faults(reported);
@@ -28,7 +29,7 @@ pub(super) fn drive(reported: &mut Reported) {
 fn lamps(reported: &mut Reported) {
     for both_on in ["undefined", "hazard"] {
         let keys = lamp_keys(both_on, "period_ms = 50");
-        let profile = format!("[message.LAMPS]\ntimeout_ms = 250\n[turn]\n{keys}{UNBOUND}");
+        let profile = format!("[message.LAMPS]\ntimeout_ms = 250\n[turn]\n{keys}{NOT_VISIBLE}");
         let mut desk = Desk::vehicle("", &profile, DBC, reported);
         let mut show = |ms: u64, lamps: u8, period: u64| {
             desk.each_50_ms(ms, |desk, at| {
@@ -41,12 +42,19 @@ fn lamps(reported: &mut Reported) {
     }
 }
 
+/// Hazard lights that the vehicle does not show, which the configuration accepts.
+fn hazard_not_visible(reported: &mut Reported) {
+    let gateway = "reports.hazard_not_visible = \"acknowledged\"\n";
+    let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{NOT_VISIBLE}");
+    Desk::vehicle(gateway, &profile, DBC, reported);
+}
+
 /// Lamps and a stalk that are observed anew after a sleep.
 fn sleeping_lamps_and_stalks(reported: &mut Reported) {
     let lamps = lamp_keys("hazard", "period_ms = 50");
     for (message, id, keys) in [("LAMPS", LAMPS, lamps.as_str()), ("STALK", STALK, STALK_KEYS)] {
         let profile = format!(
-            "bus.body.may_sleep = true\n[message.{message}]\ntimeout_ms = 500\n[turn]\n{keys}{UNBOUND}"
+            "bus.body.may_sleep = true\n[message.{message}]\ntimeout_ms = 500\n[turn]\n{keys}{NOT_VISIBLE}"
         );
         let mut desk = Desk::vehicle("", &profile, DBC, reported);
         desk.frame(id, &[DARK]);
@@ -57,7 +65,7 @@ fn sleeping_lamps_and_stalks(reported: &mut Reported) {
 
 /// A stalk, and buttons that contradict and replace lamps.
 fn sources(reported: &mut Reported) {
-    let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}");
+    let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{NOT_VISIBLE}");
     Desk::vehicle("", &profile, DBC, reported).frame(STALK, &[0]);
     let lamps = lamp_keys("hazard", "period_ms = 50");
     let profile = format!(
@@ -73,7 +81,7 @@ fn sources(reported: &mut Reported) {
     desk.each_50_ms(1_000, |desk, _| desk.frame(PANEL, &[0]));
     let profile = format!(
         "[message.STALK]\ntimeout_ms = 500\n[message.PANEL]\ntimeout_ms = 500\n[turn]\n[[turn.source]]\n\
-         name = \"stalk\"\nwhen = {{ signal = \"PANEL.BUTTON\", on = [1], off = [0] }}\n{STALK_KEYS}{UNBOUND}"
+         name = \"stalk\"\nwhen = {{ signal = \"PANEL.BUTTON\", on = [1], off = [0] }}\n{STALK_KEYS}{NOT_VISIBLE}"
     );
     Desk::vehicle("", &profile, DBC, reported).frame(PANEL, &[0]);
 }

@@ -45,7 +45,7 @@ fn bound(example: &Example, id: u64, length: u64, field: &str) -> Checksum {
     std::fs::write(folder.path().join("m.dbc"), dbc).unwrap();
     let profile = format!(
         "name = \"M\"\n[bus.b]\ndbc = \"m.dbc\"\n[message.M]\ntimeout_ms = 500\nchecksum = {}\n\
-         [turn]\nsignal = \"M.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"unbound\"\n",
+         [turn]\nsignal = \"M.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_visible\"\n",
         example.toml
     );
     let path = folder.path().join("m.toml");
