@@ -6,6 +6,7 @@ mod support;
 
 mod pure {
     mod absences;
+    mod arxml;
     mod case_files;
     mod change_costs;
     mod command_model;

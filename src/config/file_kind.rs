@@ -29,18 +29,20 @@ pub enum FileKind {
     Map,
     /// A DBC file of CAN messages.
     Dbc,
+    /// An AUTOSAR description of CAN messages.
+    Arxml,
     /// A recording of CAN frames.
     Recording,
     /// Something else, such as a picture.
     Other(Looks),
 }
 
-const BY_CANTOOLS: &str =
+/// How to make a DBC of files that cantools reads.
+pub(super) const BY_CANTOOLS: &str =
     "convert it: pip install cantools, then `cantools convert FILE out.dbc`, and name out.dbc";
 const BY_CANMATRIX: &str =
     "convert it: pip install canmatrix, then `canconvert FILE out.dbc`, and name out.dbc";
 
-const ARXML: Looks = Looks { name: "an AUTOSAR description (ARXML)", remedy: BY_CANTOOLS };
 const KCD: Looks = Looks { name: "a Kayak description (KCD)", remedy: BY_CANTOOLS };
 const SYM: Looks = Looks { name: "a PCAN symbol file (SYM)", remedy: BY_CANTOOLS };
 const FIBEX: Looks = Looks { name: "a FIBEX description", remedy: BY_CANMATRIX };
@@ -134,6 +136,7 @@ impl FileKind {
             Self::Country => "a file of a country's rules",
             Self::Map => "a map",
             Self::Dbc => "a DBC file",
+            Self::Arxml => "an AUTOSAR description (ARXML)",
             Self::Recording => "a recording of CAN frames",
             Self::Other(looks) => looks.name,
         }
@@ -154,6 +157,7 @@ impl FileKind {
                 "a vehicle profile names it: [bus.<name>] dbc = \"….dbc\"; `signal-gateway profiles show demo_vehicle` \
                  prints an example"
             }
+            Self::Arxml => "a vehicle profile names it: [bus.<name>] dbc = \"….arxml\"",
             Self::Recording => {
                 "give it as the LOG of `signal-gateway check`, `identify`, `decode` or `replay`"
             }
@@ -171,7 +175,7 @@ fn of_xml(text: &str) -> Option<FileKind> {
     match root.split(|char: char| char.is_whitespace() || char == '>' || char == '/').next()? {
         "osm" => Some(FileKind::Map),
         "OpenSCENARIO" => Some(FileKind::Scenario),
-        "AUTOSAR" => Some(FileKind::Other(ARXML)),
+        "AUTOSAR" => Some(FileKind::Arxml),
         "NetworkDefinition" => Some(FileKind::Other(KCD)),
         "fx:FIBEX" | "FIBEX" => Some(FileKind::Other(FIBEX)),
         _ => None,
@@ -267,7 +271,7 @@ mod tests {
             (b"OpenSCENARIO:\n  a: 1\n", Some(FileKind::Scenario)),
             (b"\x89PNG\r\n", Some(FileKind::Other(Looks { name: "a picture (PNG)", remedy: "" }))),
             (b"<html><body>", Some(FileKind::Other(Looks { name: "a web page", remedy: "" }))),
-            (b"<?xml version='1.0'?>\n<AUTOSAR xmlns=\"x\">", Some(FileKind::Other(ARXML))),
+            (b"<?xml version='1.0'?>\n<AUTOSAR xmlns=\"x\">", Some(FileKind::Arxml)),
             (b"<NetworkDefinition xmlns='x'/>", Some(FileKind::Other(KCD))),
             (b"<fx:FIBEX>", Some(FileKind::Other(FIBEX))),
             (b"FormatVersion=6.0 // Do not edit this line!\n", Some(FileKind::Other(SYM))),

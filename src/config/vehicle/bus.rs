@@ -1,17 +1,19 @@
 //! `[bus.*]` of a profile: the DBCs, and the messages that prove a bus alive.
 
+use std::path::Path;
 use std::time::Duration;
 
+use super::arxml::{self, ArxmlError};
 use super::binder::{Binder, LoadedDbc};
 use super::message::MessageSections;
 use crate::config::built_in::display;
-use crate::config::file_kind::FileKind;
+use crate::config::file_kind::{BY_CANTOOLS, FileKind};
 use crate::config::files::Files;
 use crate::config::reading::{Fields, LocatedText, cannot_read, remedy_of};
 use crate::core::can::{BusIndex, BusSettings, IdMatch};
 use crate::core::command::allow_list::AllowList;
 use crate::core::dbc;
-use crate::core::dbc::model::MAX_ENTRIES;
+use crate::core::dbc::model::{Database, MAX_ENTRIES};
 use crate::core::validation::table::BoundMessage;
 
 /// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
@@ -47,39 +49,68 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
             alive_timeout: fields.limit("alive_timeout_ms"),
             may_sleep: fields.flag("may_sleep").unwrap_or_default(),
         });
-        if let Some(path) = fields.path("dbc") {
-            match files.read(&path) {
-                Ok(bytes) => {
-                    if let Some((reason, _)) = FileKind::Dbc.mismatch(&bytes) {
-                        let remedy = match FileKind::of(&bytes) {
-                            Some(FileKind::Other(looks)) if !looks.remedy.is_empty() => looks.remedy,
-                            _ => "give the path of a DBC",
-                        };
-                        fields.refuse("dbc", format!("{}: {reason}", display(&path)), remedy);
-                        continue;
-                    }
-                    let database = dbc::parse(&bytes);
-                    if database.is_too_large {
-                        let reason = format!(
-                            "{}: more than {MAX_ENTRIES} messages, signals, names of values and malformed statements",
-                            display(&path)
-                        );
-                        fields.refuse("dbc", reason, "leave out what the profile does not use");
-                        continue;
-                    }
-                    let (bus, index) = (entry.key.clone(), BusIndex(index));
-                    buses.push(LoadedDbc { bus, index, path, database });
-                }
-                Err(error) => {
-                    let remedy = remedy_of(&error, "give the DBC's path relative to this file");
-                    let reason = format!("{}: {}", display(&path), cannot_read(&error));
-                    fields.refuse("dbc", reason, remedy);
-                }
-            }
+        if let Some(path) = fields.path("dbc")
+            && let Some(database) = read_database(files, &fields, &path)
+        {
+            let (bus, index) = (entry.key.clone(), BusIndex(index));
+            buses.push(LoadedDbc { bus, index, path, database });
         }
         fields.done();
     }
     (checker.count() == before).then_some((buses, sections))
+}
+
+/// Reads the file of a bus, a DBC or an ARXML; `None` when it was refused.
+fn read_database(files: &dyn Files, fields: &Fields<'_>, path: &Path) -> Option<Database> {
+    let refuse =
+        |reason: &str, remedy: &str| fields.refuse("dbc", format!("{}: {reason}", display(path)), remedy);
+    let cluster = fields.string("cluster");
+    let bytes = match files.read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            let remedy = remedy_of(&error, "give the DBC's path relative to this file");
+            refuse(&cannot_read(&error), remedy);
+            return None;
+        }
+    };
+    let database = match FileKind::of(&bytes) {
+        Some(FileKind::Arxml) => {
+            let database = arxml::read(&bytes, cluster.as_ref().map(|cluster| cluster.text.as_str()));
+            let refused = |error| match error {
+                ArxmlError::Choose(_) if cluster.is_some() => {
+                    let reason = format!("{}: there is no such cluster: {error}", display(path));
+                    fields.refuse("cluster", reason, "name one of them");
+                }
+                ArxmlError::Choose(_) => {
+                    refuse(&error.to_string(), "name the one of this bus: cluster = \"…\"");
+                }
+                ArxmlError::Xml(_) => refuse(&error.to_string(), "correct the file"),
+                ArxmlError::Version(_) | ArxmlError::NoCluster => refuse(&error.to_string(), BY_CANTOOLS),
+            };
+            database.map_err(refused).ok()?
+        }
+        kind => {
+            if let Some((reason, _)) = FileKind::Dbc.mismatch(&bytes) {
+                let remedy = match kind {
+                    Some(FileKind::Other(looks)) if !looks.remedy.is_empty() => looks.remedy,
+                    _ => "give the path of a DBC",
+                };
+                refuse(&reason, remedy);
+                return None;
+            }
+            if cluster.is_some() {
+                fields.refuse("cluster", "a DBC has no clusters", "remove it: it is for ARXML files");
+            }
+            dbc::parse(&bytes)
+        }
+    };
+    if database.is_too_large {
+        let reason =
+            format!("more than {MAX_ENTRIES} messages, signals, names of values and malformed statements");
+        refuse(&reason, "leave out what the profile does not use");
+        return None;
+    }
+    Some(database)
 }
 
 impl BusSection {

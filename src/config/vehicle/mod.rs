@@ -1,6 +1,7 @@
 //! Vehicle profiles, `config/vehicles/*.toml`: one file per section, from names and raw values to compiled
 //! bindings. `config/gateway.toml` explains every key.
 
+mod arxml;
 mod binder;
 mod bus;
 mod command;
