@@ -12,7 +12,8 @@ pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
         return;
     }
     let Some(command) = &settings.command else {
-        return report.line("commands", "the profile describes them; without [command] nothing is sent");
+        report.line("commands", "the profile describes them; without [command] nothing is sent");
+        return needed_consent(settings, report);
     };
     let sent = match (command.settings.transmit, settings.source) {
         (Transmit::Off, _) => "dry run, nothing is sent",
@@ -34,6 +35,14 @@ pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
         let (name, id, period) = (&message.name, message.permission.id(), message.timing.period.as_millis());
         report.line("", format!("{name} ({id}) on {bus}: {}, every {period} ms", lights_of(message)));
     }
+    needed_consent(settings, report);
+}
+
+/// Adds what a user must know before frames are sent, where the profile asks for consent.
+fn needed_consent(settings: &Settings, report: &mut CheckReport) {
+    if let Some(needed) = &settings.command_binding.needs_consent {
+        report.line("", format!("tx = \"on\" needs consent = {:?}: {needed}", settings.vehicle));
+    }
 }
 
 fn lights_of(message: &CommandMessage) -> &'static str {
@@ -42,6 +51,7 @@ fn lights_of(message: &CommandMessage) -> &'static str {
     match (turn.is_some(), hazard) {
         (true, true) => "turn indicators and hazard lights",
         (true, false) => "turn indicators",
-        (false, _) => "hazard lights",
+        (false, true) => "hazard lights",
+        (false, false) => "no request, beside the others",
     }
 }

@@ -23,6 +23,16 @@ def crc8_j1850(data):
     return remainder ^ 0xFF
 
 
+def hyundai_checksum(frame_id, data):
+    """CRC-16 with 0x1021 over all behind it and the identifier, low byte first; the last term is for 32 bytes."""
+    remainder = 0
+    for byte in data[2:] + frame_id.to_bytes(2, "little"):
+        remainder ^= byte << 8
+        for _ in range(8):
+            remainder = (remainder << 1) ^ (0x11021 if remainder & 0x8000 else 0)
+    return remainder ^ 0x9F5B
+
+
 def new_eagle_checksum(_, data):
     return crc8_j1850(data[:7])
 
@@ -71,8 +81,18 @@ def tesla(turn, hazard):
     return TESLA | {"DAS_turnIndicatorRequest": turn, "DAS_hazardLightRequest": hazard}
 
 
+def hyundai(choice):
+    return {"BLINKER_CONTROL": choice}
+
+
 # Message, counter, checksum and its rule, and what each state sets, by the names that the DBC has for values.
 VEHICLES = {
+    "hyundai_canfd": ("SPAS2", "COUNTER", "CHECKSUM", hyundai_checksum, {
+        "off": hyundai("none"),
+        "left": hyundai("left"),
+        "right": hyundai("right"),
+        "hazard": hyundai("hazard"),
+    }),
     "pacmod": ("TURN_CMD", None, None, None, {
         "none": pacmod(0, "NONE"),
         "off": pacmod(1, "NONE"),
@@ -111,12 +131,12 @@ def main():
             data = bytes.fromhex(data)
             signals = dict(states[state])
             if counter:
-                signals[counter] = number % 16
+                signals[counter] = number % 2 ** message.get_signal_by_name(counter).length
             if checksum:
                 signals[checksum] = 0
             made = bytearray(message.encode(signals))
             if checksum:
-                made[7] = signals[checksum] = rule(message.frame_id, made)
+                made = message.encode(signals | {checksum: rule(message.frame_id, made)})
             is_extended = len(frame_id) == 8
             decoded = message.decode(data)
             if (int(frame_id, 16), is_extended) != (message.frame_id, message.is_extended_frame):

@@ -2,7 +2,7 @@
 
 usage: opendbc_lights.py REQUESTS
 
-REQUESTS has one JSON object a line, of two kinds. The first:
+REQUESTS has one JSON object a line, of three kinds. The first:
     {"dbc": NAME, "platform": NAME or null, "length_ms": N, "frames": [[MS, MESSAGE, {SIGNAL: VALUE}], ...]}
 Prints one for each:
     {"frames": [[MS, ID, DATA], ...], "blinkers": [[LEFT, RIGHT], ...]}
@@ -12,6 +12,10 @@ of openpilot's loop, and empty without a platform. `CANPacker` fills in counters
 The second asks for frames of random bytes, with the checksum that opendbc computes:
     {"dbc": NAME, "message": MESSAGE, "checksums": COUNT}
     {"id": ID, "length": BYTES, "field": "START|LENGTH@ORDER", "frames": [DATA, ...]}
+
+The third asks for the frames that openpilot sends to Hyundai and Kia on CAN FD, one pair of sides after the other:
+    {"dbc": NAME, "requested": [[LEFT, RIGHT], ...]}
+    {"frames": [[ID, DATA], ...]}
 
 Each frame is on all three buses of opendbc, since its parsers differ in the bus they read and a profile does not know it.
 The car's interface is made without fingerprints (`get_non_essential_params`), and all other messages are absent, which
@@ -26,6 +30,7 @@ from opendbc.can import CANPacker
 from opendbc.can.dbc import DBC
 from opendbc.can.packer import set_value
 from opendbc.car.car_helpers import interfaces
+from opendbc.car.hyundai import hyundaicanfd
 
 PERIOD_MS = 10
 BUSES = (0, 1, 2)
@@ -70,11 +75,18 @@ def checksums(request):
     return {"id": message.address, "length": message.size, "field": field, "frames": frames}
 
 
+def requested(request):
+    packer, bus = CANPacker(request["dbc"]), hyundaicanfd.CanBus(None, fingerprint={}, lka_steering=True)
+    made = (hyundaicanfd.create_spas_messages(packer, bus, *sides) for sides in request["requested"])
+    return {"frames": [[address, data.hex()] for frames in made for address, data, _ in frames]}
+
+
 def main():
     with open(sys.argv[1], encoding="utf-8") as requests:
         for request in requests:
             request = json.loads(request)
-            print(json.dumps(checksums(request) if "checksums" in request else answer(request)))
+            kinds = [kind for kind in (checksums, requested) if kind.__name__ in request]
+            print(json.dumps((kinds or [answer])[0](request)))
 
 
 main()

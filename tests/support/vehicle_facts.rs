@@ -137,7 +137,7 @@ pub(crate) struct CommandFacts {
     pub(crate) report: String,
     /// `start|length@order`, as in a DBC.
     pub(crate) counter: Option<String>,
-    /// Rule of the checksum in the last byte; given with a counter only.
+    /// Rule and place of the checksum; given with a counter only.
     pub(crate) checksum: Option<CommandChecksum>,
     /// Requests to the turn indicators and to the hazard lights, `-` for none; the frame, where `x` is a digit of counter or
     /// checksum; and a name, `left, any` where the hazard lights are left to the vehicle.
@@ -148,9 +148,12 @@ pub(crate) struct CommandFacts {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum CommandChecksum {
+    /// In the last of eight bytes.
     J1850,
-    /// Sum of the identifier's bytes and the data.
+    /// Sum of the identifier's bytes and the data, in the last of eight bytes.
     Sum,
+    /// Of 32 bytes, in the first two.
+    HyundaiFd,
 }
 
 /// Frames of a V2X unit, and what comes of them.

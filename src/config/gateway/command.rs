@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use super::topic_names::TopicNames;
-use crate::config::reading::{ConfigKey, Fields, Keywords, key_rows, keyword, limit, topic};
+use crate::config::reading::{ConfigKey, Fields, Keywords, key_rows, keyword, limit, text, topic};
+use crate::config::vehicle::Vehicle;
 use crate::core::command::arbitration::{ArbitrationRules, ShutdownAction, TimeoutAction};
 use crate::core::command::feedback_monitor::FeedbackLimits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
@@ -36,6 +37,8 @@ key_rows! {
         .doc("turn command: \"topic\", or \"decider\": this gateway's own; its request for hazard lights is added");
     TX: Transmit = keyword("tx", TRANSMIT).or_text("off").restart()
         .doc("\"off\": dry run, nothing is sent and everything is reported; \"on\": frames are sent");
+    CONSENT: String = text("consent").or_text("").restart()
+        .doc("`name` of the vehicle profile, where its [command] has needs_consent: tx = \"on\" is refused without it");
     CONTROL_MODE: bool = keyword("control_mode", MODE_FROM_SIGNAL).or_text("topic").restart()
         .doc("\"topic\", or \"signal\": [command.control_mode] of the vehicle profile");
     CONTROL_MODE_TIMEOUT_MS: Duration = limit("control_mode_timeout_ms").or(1000).restart()
@@ -66,14 +69,10 @@ pub(super) static TOPICS: [ConfigKey<String>; 3] = [
         .doc("ControlModeReport; not read when the mode comes from a signal"),
 ];
 
-/// Reads the section. `binding` comes from the vehicle profile, unless the profile was refused; `decides` is
-/// true if the decider publishes commands.
-pub(super) fn command(
-    fields: Fields<'_>,
-    binding: Option<&CommandBinding>,
-    decides: bool,
-) -> Option<CommandConfig> {
+/// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider publishes commands.
+pub(super) fn command(fields: Fields<'_>, vehicle: Option<&Vehicle>, decides: bool) -> Option<CommandConfig> {
     let checker = fields.checker;
+    let binding = vehicle.map(|vehicle| &vehicle.command);
     if binding.is_some_and(CommandBinding::is_empty) {
         let reason = "the vehicle profile has no [command], so no message can be sent";
         checker.refuse(fields.location(), reason, "describe its command messages there");
@@ -90,9 +89,14 @@ pub(super) fn command(
         let reason = format!("{} ms is less than warn_after_ms", error.as_millis());
         fields.refuse("error_after_ms", reason, &format!("give at least {} ms", warn.as_millis()));
     }
+    let transmit = fields.read(&TX);
+    let consent = fields.read(&CONSENT);
+    if let Some(vehicle) = vehicle {
+        check_consent(&fields, vehicle, transmit, &consent);
+    }
     let settings = CommandSettings {
         source,
-        transmit: fields.read(&TX),
+        transmit,
         mode_from: mode_from(&fields, binding),
         turn_timeout: fields.read(&TURN_TIMEOUT_MS),
         hazard_timeout: fields.read(&HAZARD_TIMEOUT_MS),
@@ -108,6 +112,23 @@ pub(super) fn command(
     section.done();
     fields.done();
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
+}
+
+/// Refuses a consent that was given for another vehicle, and to send without one that the profile asks for. An empty text is
+/// no consent.
+fn check_consent(fields: &Fields<'_>, vehicle: &Vehicle, transmit: Transmit, consent: &str) {
+    if !consent.is_empty() && consent != vehicle.name {
+        let reason = format!("this is the consent for {consent:?}, but the vehicle is {:?}", vehicle.name);
+        let remedy = "remove it, or read what the profile of this vehicle says and give its name";
+        fields.refuse("consent", reason, remedy);
+    }
+    let needed = vehicle.command.needs_consent.as_ref();
+    if let Some(needed) = needed.filter(|_| transmit == Transmit::On && consent.is_empty()) {
+        let reason = format!("the vehicle profile asks for your consent before anything is sent: {needed}");
+        let remedy =
+            format!("add consent = {:?} if you accept this, or use \"off\", a dry run", vehicle.name);
+        fields.refuse("tx", reason, &remedy);
+    }
 }
 
 /// Reads the origin of the control mode.

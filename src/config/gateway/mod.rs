@@ -307,8 +307,8 @@ fn settings(
         // The files of a decider that does not run are not in effect.
         turn_signal(if runs { files } else { files.plain() }, section)
     });
-    let binding = vehicle.as_ref().ok().map(|vehicle| &vehicle.command);
-    let command = top.table("command").and_then(|section| command::command(section, binding, decides));
+    let known = vehicle.as_ref().ok();
+    let command = top.table("command").and_then(|section| command::command(section, known, decides));
     let cans = match (&vehicle, profile) {
         (Ok(vehicle), ProfileChoice::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
         (Err(_), ProfileChoice::Alone(_)) => Vec::new(),

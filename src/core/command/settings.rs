@@ -87,6 +87,8 @@ pub struct CommandBinding {
     pub control_mode: Option<Role<ControlMode>>,
     /// Signals of a driver override.
     pub driver: Vec<DriverSign>,
+    /// What a user must know, and consent to by the vehicle's name, before frames are sent; `None` where no consent is needed.
+    pub needs_consent: Option<String>,
 }
 
 /// A signal that reports a driver override.

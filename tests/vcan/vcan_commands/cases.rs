@@ -6,7 +6,7 @@ use super::bytes;
 use super::car::Car;
 use super::commander::{Commander, Durability, ERROR, HAZARD, OK, TRANSMISSION, TURN, WARN};
 use super::recording::{BusTime, Recording};
-use super::vehicles::{Change, NEW_EAGLE, PACMOD, TESLA, Vehicle};
+use super::vehicles::{Change, HYUNDAI, NEW_EAGLE, PACMOD, TESLA, Vehicle};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
@@ -95,6 +95,18 @@ static TESLA_DAY: Setup = Setup {
     change: Change::NONE,
 };
 
+static HYUNDAI_DAY: Setup = Setup {
+    vehicle: &HYUNDAI,
+    interface: "vcan-hyundai",
+    durability: Durability::Volatile,
+    by_signal: false,
+    on_turn_timeout: "off",
+    on_hazard_timeout: "off",
+    both_silent: "off",
+    only_hazard_off: "off",
+    change: Change::NONE,
+};
+
 #[test]
 fn tesla_passes_the_cases_and_every_byte_of_it_is_right() {
     let cyclone = require!(Cyclone::on_loopback());
@@ -103,7 +115,15 @@ fn tesla_passes_the_cases_and_every_byte_of_it_is_right() {
 }
 
 mod slow {
-    use super::{Cyclone, NEW_EAGLE_DAY, PACMOD_DAY, Vcan, day, require};
+    use super::{Cyclone, HYUNDAI_DAY, NEW_EAGLE_DAY, PACMOD_DAY, Vcan, day, require};
+
+    /// By frames of CAN FD.
+    #[test]
+    fn hyundai_passes_the_cases_and_every_byte_of_it_is_right() {
+        let cyclone = require!(Cyclone::on_loopback());
+        let vcan = require!(Vcan::new(HYUNDAI_DAY.interface));
+        day(&HYUNDAI_DAY, &vcan, &cyclone);
+    }
 
     /// At once, since each waits most of the time.
     #[test]

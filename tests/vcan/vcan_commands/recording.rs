@@ -8,7 +8,8 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use rustix::event::{PollFd, PollFlags, poll};
 use socketcan::{
-    CanDataFrame, CanFrame, CanSocket, EmbeddedFrame as _, ExtendedId, Id, Socket as _, SocketOptions as _,
+    CanAnyFrame, CanDataFrame, CanFdSocket, CanSocket, EmbeddedFrame as _, ExtendedId, Id, Socket as _,
+    SocketOptions as _,
 };
 
 use crate::support::vcan::wall;
@@ -55,7 +56,7 @@ pub(crate) struct Recording {
 impl Recording {
     /// From now on.
     pub(crate) fn of(interface: &str) -> Self {
-        let socket = CanSocket::open(interface).unwrap();
+        let socket = CanFdSocket::open(interface).unwrap();
         socket.set_nonblocking(true).unwrap();
         socket.set_recv_timestamp(true).unwrap();
         // Room for whatever comes while a slow machine does something else.
@@ -72,9 +73,13 @@ impl Recording {
                 is_over = !events[1].revents().is_empty();
                 // A link that is down is an error once.
                 while let Ok((frame, at)) = socket.read_frame_with_timestamp() {
-                    let CanFrame::Data(frame) = frame else { continue };
+                    let (id, data) = match &frame {
+                        CanAnyFrame::Normal(frame) => (frame.id(), frame.data()),
+                        CanAnyFrame::Fd(frame) => (frame.id(), frame.data()),
+                        CanAnyFrame::Remote(_) | CanAnyFrame::Error(_) => continue,
+                    };
                     let at = at.duration_since(UNIX_EPOCH).unwrap();
-                    let frame = RecordedFrame { at, id: number(frame.id()), data: frame.data().to_vec() };
+                    let frame = RecordedFrame { at, id: number(id), data: data.to_vec() };
                     recorded.0.lock().unwrap().push(frame);
                     recorded.1.notify_all();
                 }

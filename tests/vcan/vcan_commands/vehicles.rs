@@ -16,6 +16,7 @@ pub(crate) struct Vehicle {
 pub(crate) const PACMOD: Vehicle = Vehicle { name: "pacmod" };
 pub(crate) const NEW_EAGLE: Vehicle = Vehicle { name: "new_eagle_dbw" };
 pub(crate) const TESLA: Vehicle = Vehicle { name: "tesla_model3" };
+pub(crate) const HYUNDAI: Vehicle = Vehicle { name: "hyundai_canfd" };
 
 /// An identifier with bit 31 if it has 29 bits, as in a DBC.
 fn dbc_number(id: &str) -> u32 {
@@ -58,20 +59,22 @@ impl Vehicle {
         &self.facts().requests.iter().find(is_nothing).unwrap()[3]
     }
 
-    /// Its counter of four bits.
+    /// Its counter, where it has four bits.
     pub(crate) fn counter(&self, data: &[u8]) -> Option<u8> {
         let (start, _) = self.facts().counter.as_ref()?.split_once('|')?;
         let start: usize = start.parse().unwrap();
         Some(data[start / 8] >> (start % 8) & 15)
     }
 
-    /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`. The
-    /// vehicle itself has the profile `car.toml`, with the shipped periods.
+    /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`, which consents to send.
+    /// The vehicle itself has the profile `car.toml`, with the shipped periods.
     pub(crate) fn folder(&self, interface: &str, keys: &str, change: &Change) -> Folder {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR"));
         let read = |path: &str| std::fs::read_to_string(shipped.join(path)).unwrap();
         let (profile, dbc) =
             (read(&format!("config/vehicles/{}.toml", self.name)), read(&format!("dbc/{}.dbc", self.name)));
+        let name = profile.lines().find_map(|line| line.strip_prefix("name = ")).unwrap();
+        let keys = keys.replace("[command]\n", &format!("[command]\nconsent = {name}\n"));
         let folder = Folder::with_configuration(&format!(
             "profile = \"profile.toml\"\n[can.{}]\ninterface = \"{interface}\"\n{keys}",
             self.facts().bus

@@ -51,6 +51,7 @@ pub(super) fn command_message(
     refuse_counting_changes(fields);
     let unused_bits = fields.number("unused_bits", 0..=1, "").unwrap_or(0_u8);
     let idle = fields.keyword("idle", IDLE);
+    let accompanies = fields.flag("accompanies").unwrap_or_default();
     let before_parts = binder.checker.count();
     let turn = fields.table("turn").and_then(|section| parts.turn(section));
     let hazard = fields.table("hazard").and_then(|section| parts.hazard(section, timing));
@@ -62,7 +63,11 @@ pub(super) fn command_message(
     }
     parts.protected(fields, protection.as_ref());
     parts.refuse_unnamed(&name);
-    check_requests(binder, &name, turn.as_ref(), hazard.as_ref());
+    if accompanies {
+        refuse_requests(fields);
+    } else {
+        check_requests(binder, &name, turn.as_ref(), hazard.as_ref());
+    }
     let nones =
         [turn.as_ref().map(|part| part.none.is_some()), hazard.as_ref().map(|part| part.none.is_some())];
     let can_be_neutral = enable.is_some() || nones.iter().flatten().all(|has_none| *has_none);
@@ -298,6 +303,14 @@ fn refuse_counting_changes(fields: &Fields<'_>) {
     }
 }
 
+/// Refuses parts that request something in a message that only accompanies others.
+fn refuse_requests(fields: &Fields<'_>) {
+    for key in ["turn", "hazard", "enable"].iter().filter(|key| fields.has(key)) {
+        let reason = "a message that accompanies others requests nothing";
+        fields.refuse(key, reason, &format!("remove `{key}`, or `accompanies`"));
+    }
+}
+
 /// Refuses a message that requests nothing, or the hazard lights twice. Parts that share a message need a state `none`
 /// each, or a request for one would be one for both.
 fn check_requests(
@@ -308,7 +321,10 @@ fn check_requests(
 ) {
     let refuse = |reason, remedy| binder.refuse(&name.location, reason, remedy);
     match (turn, hazard) {
-        (None, None) => refuse("this message requests nothing", "give it `turn` or `hazard`, or remove it"),
+        (None, None) => {
+            let remedy = "give it `turn` or `hazard`; or `accompanies = true`, where the vehicle expects it beside the others";
+            refuse("this message requests nothing", remedy);
+        }
         (Some(turn), Some(hazard)) => {
             if turn.hazard.is_some() {
                 refuse(

@@ -29,6 +29,7 @@ pub(super) fn command(
     buttons_need_a_report(&files, hazard);
     let control_mode = fields.table("control_mode").and_then(|section| control_mode(binder, section));
     let driver: Vec<_> = fields.tables("driver").filter_map(|section| driver_sign(binder, section)).collect();
+    let needs_consent = needs_consent(&fields);
     fields.done();
     for file in files {
         refuse_received(binder, &allowed, &file);
@@ -41,7 +42,21 @@ pub(super) fn command(
         table,
         control_mode,
         driver,
+        needs_consent,
     })
+}
+
+/// Reads what a user must know before frames are sent.
+fn needs_consent(fields: &Fields<'_>) -> Option<String> {
+    let reason = fields.string("needs_consent")?.text;
+    if reason.trim().is_empty() {
+        fields.refuse(
+            "needs_consent",
+            "the text is empty",
+            "say what a user must know before frames are sent",
+        );
+    }
+    Some(reason)
 }
 
 /// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are the tables of

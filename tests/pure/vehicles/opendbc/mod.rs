@@ -2,6 +2,7 @@
 //! profile. [`docs/opendbc.md`](../../../../docs/opendbc.md) has the table.
 
 mod checksums;
+mod commands;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
