@@ -20,6 +20,10 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
         FindingKind::NoMessage => {
             "none of the profile's messages was received: is it the profile of this vehicle?".to_owned()
         }
+        FindingKind::OtherPlatform { title, explained, identifiers, expected } => format!(
+            "the bus is that of another platform: {} in the list of {title}, at least {expected} expected",
+            of_identifiers(*explained, *identifiers)
+        ),
         FindingKind::WrongLength { message, frames, length } => {
             let (all, expected) = (of(*message).frames, of(*message).length);
             format!(
@@ -75,6 +79,12 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
     }
 }
 
+/// Returns the number of identifiers that a list explains, e.g. `2 of 39 identifiers (5 %) are`.
+pub(super) fn of_identifiers(explained: u32, identifiers: u32) -> String {
+    let verb = if explained == 1 { "is" } else { "are" };
+    format!("{explained} of {identifiers} identifiers ({} %) {verb}", explained * 100 / identifiers.max(1))
+}
+
 /// Names the state of each source that was on all the time.
 fn nothing_changed_text(evidence: &ProfileEvidence, states: &[(SourceIndex, TurnCode)]) -> String {
     if states.is_empty() {
@@ -124,6 +134,7 @@ pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<F
             )
         }
         FindingKind::NoMessage
+        | FindingKind::OtherPlatform { .. }
         | FindingKind::WrongLength { .. }
         | FindingKind::Faster { .. }
         | FindingKind::IntegrityFails { .. }

@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use crate::config::built_in::BuiltIn;
 use crate::config::files::Disk;
-use crate::config::{Refused, load_profile};
+use crate::config::{Refused, fingerprints, load_profile};
 use crate::core::can::{BusIndex, Frame, IdMatch, IdTable};
 use crate::core::plausibility::evidence::ProfileEvidence;
+use crate::core::plausibility::fingerprint::{Fingerprint, PlatformList, PlatformMatch};
 use crate::core::plausibility::fit::{Fit, FitVerdict, Support, fit};
 use crate::core::time::{MonoTime, WallStamp};
 
@@ -19,6 +20,7 @@ const MIN_PROOF: u64 = 100;
 #[derive(Debug)]
 pub struct Identifier {
     profiles: Vec<KnownProfile>,
+    lists: &'static [PlatformList],
     /// Positions of the profiles that bind an identifier.
     bound: IdTable<usize>,
     heartbeats: IdTable<IdMatch>,
@@ -36,14 +38,16 @@ struct KnownProfile {
     bus: String,
     evidence: ProfileEvidence,
     heartbeats: Vec<IdMatch>,
+    identifier_lists: Vec<&'static PlatformList>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct InterfaceEvidence {
     name: String,
     /// Evidence by the position of the profile.
     evidence: BTreeMap<usize, ProfileEvidence>,
     heartbeats: BTreeSet<IdMatch>,
+    fingerprint: Fingerprint,
 }
 
 /// A profile of which messages were received.
@@ -77,8 +81,9 @@ impl Identifier {
         let heartbeats: BTreeSet<_> =
             profiles.iter().flat_map(|profile| profile.heartbeats.iter().copied()).collect();
         let heartbeats = heartbeats.into_iter().map(|ids| (ids, ids)).collect();
+        let lists = fingerprints::lists()?;
         let (interfaces, first, now, frames) = (Vec::new(), None, MonoTime::ZERO, 0);
-        Ok(Self { profiles, bound, heartbeats, interfaces, first, now, frames })
+        Ok(Self { profiles, lists, bound, heartbeats, interfaces, first, now, frames })
     }
 
     /// Adds the next frame of an interface.
@@ -91,11 +96,12 @@ impl Identifier {
         let id = frame.id();
         let position = self.interfaces.iter().position(|known| known.name == interface);
         let position = position.unwrap_or_else(|| {
-            let (name, heartbeats) = (interface.to_owned(), BTreeSet::new());
-            self.interfaces.push(InterfaceEvidence { name, evidence: BTreeMap::new(), heartbeats });
+            self.interfaces
+                .push(InterfaceEvidence { name: interface.to_owned(), ..InterfaceEvidence::default() });
             self.interfaces.len() - 1
         });
         let interface = &mut self.interfaces[position];
+        interface.fingerprint.frame(frame);
         interface.heartbeats.extend(self.heartbeats.get(id));
         for profile in self.bound.get(id) {
             let fresh = || self.profiles[*profile].evidence.clone();
@@ -137,6 +143,19 @@ impl Identifier {
         self.profiles.len()
     }
 
+    /// Returns the platforms that the identifiers on each interface show, also before any indicator was used.
+    pub fn platforms(&self) -> impl Iterator<Item = (&str, Vec<PlatformMatch<'static>>)> {
+        let found = |interface: &'_ InterfaceEvidence| interface.fingerprint.platforms(self.lists);
+        self.interfaces.iter().map(move |interface| (interface.name.as_str(), found(interface)))
+    }
+
+    /// Returns the names of the profiles that name a list.
+    pub fn profiles_of(&self, list: &PlatformList) -> Vec<&'static str> {
+        let has_list =
+            |profile: &&KnownProfile| profile.identifier_lists.iter().any(|own| own.name == list.name);
+        self.profiles.iter().filter(has_list).map(|profile| profile.name).collect()
+    }
+
     /// Returns the profiles of which messages were received, best first, each on the interface that it fits best.
     pub fn candidates(&self) -> Vec<ProfileCandidate<'_>> {
         let of_profile = |(position, profile): (usize, &'_ KnownProfile)| {
@@ -144,7 +163,9 @@ impl Identifier {
                 let evidence = interface.evidence.get(&position)?;
                 let mut heartbeats = profile.heartbeats.clone();
                 heartbeats.retain(|ids| interface.heartbeats.contains(ids));
-                Some((interface, evidence, fit(evidence, &heartbeats)?))
+                let lists = profile.identifier_lists.iter().copied();
+                let platform = interface.fingerprint.compare_best(lists);
+                Some((interface, evidence, fit(evidence, &heartbeats, platform)?))
             });
             fits.max_by_key(|(_, _, fit)| (fit.verdict, fit.score))
         };
@@ -178,7 +199,7 @@ impl Identifier {
 }
 
 impl ProfileCandidate<'_> {
-    /// Returns true if a period, a check or a behaviour of the profile holds.
+    /// Returns true if more of the profile holds than chance explains.
     pub fn fits(&self) -> bool {
         self.fit.verdict == FitVerdict::Fits
     }
@@ -194,6 +215,8 @@ impl KnownProfile {
             gateway.buses.iter().flat_map(|bus| bus.heartbeat_messages.iter().copied()).collect();
         // Every built-in profile has one bus.
         let bus = gateway.buses.first().map_or_else(String::new, |bus| bus.name.clone());
-        Ok(Self { name, vehicle: settings.vehicle, bus, evidence, heartbeats })
+        let identifier_lists =
+            settings.dbcs.iter().flat_map(|dbc| dbc.identifier_lists.iter().copied()).collect();
+        Ok(Self { name, vehicle: settings.vehicle, bus, evidence, heartbeats, identifier_lists })
     }
 }

@@ -1,14 +1,16 @@
 //! Formats the result of `identify` as text and JSON.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::finding_text::{finding_text, millis};
+use super::finding_text::{finding_text, millis, of_identifiers};
 use super::identify::{Identifier, ProfileCandidate};
 use super::report::{RESET, color};
 use crate::core::plausibility::finding::Severity;
+use crate::core::plausibility::fingerprint::PlatformMatch;
 use crate::core::plausibility::fit::{FitVerdict, Support};
 use crate::report::text::{Layout, counted, escaped, wrapped};
 
@@ -28,6 +30,9 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
         interfaces.join(", "),
         identifier.profiles()
     );
+    for line in identifier.platforms().filter_map(|(name, found)| platform_text(identifier, name, &found)) {
+        let _ = writeln!(text, "{}", wrapped(&line, layout.width, 0).join("\n"));
+    }
     let fitting = candidates.iter().filter(|candidate| candidate.fits()).count();
     let listed = if all { candidates.len() } else { LISTED.max(fitting.min(2 * LISTED)) };
     let is_listed = |candidate: &&ProfileCandidate<'_>| all || candidate.fit.verdict > FitVerdict::No;
@@ -42,8 +47,11 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     });
     let mut end = vec![conclusion(&candidates, log, interfaces.len() > 1)];
     if hidden > 0 && !all {
-        let (hidden, pronoun) =
-            (counted(hidden as u64, "weaker match"), if hidden == 1 { "it" } else { "them" });
+        let (hidden, pronoun) = if hidden == 1 {
+            ("1 weaker match".to_owned(), "it")
+        } else {
+            (format!("{hidden} weaker matches"), "them")
+        };
         end.push(format!("{hidden} hidden; --all lists {pronoun}"));
     }
     for line in end.iter().flat_map(|line| wrapped(line, layout.width, 0)) {
@@ -51,6 +59,29 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     }
     text.push('\n');
     text
+}
+
+/// Names the platform of a bus, with the profiles for it; `None` if its identifiers show none.
+fn platform_text(identifier: &Identifier, interface: &str, found: &[PlatformMatch<'_>]) -> Option<String> {
+    let [best, ..] = found else { return None };
+    let titles: Vec<_> = found.iter().map(|found| found.list.title.as_str()).collect();
+    let of = of_identifiers(best.explained, best.identifiers);
+    let profiles = profiles_of(identifier, found);
+    let profiles = match profiles.len() {
+        0 => "no profile is for it".to_owned(),
+        count => format!("profile{} {}", if count == 1 { "" } else { "s" }, profiles.join(", ")),
+    };
+    let interface = escaped(interface);
+    Some(format!(
+        "{interface}: {of} those of {} ({:.0} expected by chance); {profiles}",
+        titles.join(" or "),
+        best.expected_by_chance()
+    ))
+}
+
+fn profiles_of(identifier: &Identifier, found: &[PlatformMatch<'_>]) -> Vec<&'static str> {
+    let profiles: BTreeSet<_> = found.iter().flat_map(|found| identifier.profiles_of(found.list)).collect();
+    profiles.into_iter().collect()
 }
 
 /// Returns the conclusion, with a command if there is one; `with_map` is for a recording of several buses.
@@ -146,7 +177,10 @@ fn support_text(candidate: &ProfileCandidate<'_>, support: &Support) -> String {
             let verb = if sides.len() > 1 { "were" } else { "was" };
             format!("{} {verb} on and off again, as by a driver", sides.join(" and "))
         }
-        Support::NamedValues => "the profile names every value, and not all are 0".to_owned(),
+        Support::NamedValues => "the state changed, and the profile names every value".to_owned(),
+        Support::Platform { title, explained, identifiers } => {
+            format!("{} in the list of {title}", of_identifiers(*explained, *identifiers))
+        }
         Support::Heartbeat { ids } => format!("{ids}, which proves the bus alive, came as well"),
     }
 }
@@ -172,6 +206,28 @@ pub fn json(identifier: &Identifier) -> String {
         })
         .collect();
     let seconds = identifier.length().as_secs_f64();
-    let whole = json!({ "frames": identifier.frames(), "seconds": seconds, "profiles": identifier.profiles(), "candidates": candidates });
+    let platforms: Vec<Value> = identifier
+        .platforms()
+        .filter_map(|(interface, found)| {
+            let best = found.first()?;
+            Some(json!({
+                "interface": interface,
+                "make": best.list.make,
+                "titles": found.iter().map(|found| &found.list.title).collect::<Vec<_>>(),
+                "identifier_lists": found.iter().map(|found| &found.list.name).collect::<Vec<_>>(),
+                "profiles": profiles_of(identifier, &found),
+                "identifiers": best.identifiers,
+                "explained": best.explained,
+                "expected_by_chance": best.expected_by_chance(),
+            }))
+        })
+        .collect();
+    let whole = json!({
+        "frames": identifier.frames(),
+        "seconds": seconds,
+        "profiles": identifier.profiles(),
+        "platforms": platforms,
+        "candidates": candidates,
+    });
     format!("{whole}\n")
 }

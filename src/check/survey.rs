@@ -8,6 +8,7 @@ use crate::config::Settings;
 use crate::core::can::error_frame::{bits, class};
 use crate::core::can::{BusIndex, CanId, CanInput, source_address};
 use crate::core::plausibility::evidence::ProfileEvidence;
+use crate::core::plausibility::fingerprint::Fingerprint;
 use crate::core::time::MonoTime;
 use crate::core::validation::table::BoundMessage;
 use crate::core::vehicle_lights::{FaultKind, Task};
@@ -43,6 +44,8 @@ pub(super) struct RecordingSurvey {
     pub(super) bound: Vec<BoundMessage>,
     pub(super) messages: Vec<MessageSurvey>,
     pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
+    /// Identifiers on each bus that has frames.
+    pub(super) fingerprints: BTreeMap<BusIndex, Fingerprint>,
     pub(super) last_frames: BTreeMap<BusIndex, LastFrames>,
     /// Count and first time of each raw value, by signal.
     pub(super) values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
@@ -99,6 +102,7 @@ impl RecordingSurvey {
             messages: vec![MessageSurvey::default(); bound.len()],
             bound,
             errors: BTreeMap::new(),
+            fingerprints: BTreeMap::new(),
             last_frames: BTreeMap::new(),
             values: vec![BTreeMap::new(); lights.table.signals.len()],
             faults: BTreeMap::new(),
@@ -123,6 +127,7 @@ impl RecordingSurvey {
         let CanInput::Frame { bus, frame, .. } = input else { return };
         let id = frame.id();
         self.evidence.frame(*bus, frame, at);
+        self.fingerprints.entry(*bus).or_default().frame(frame);
         let fresh = LastFrames { newest: (id, at), other: None };
         let last_frames = self.last_frames.entry(*bus).or_insert(fresh);
         let other_at = last_frames.newest_but(id);

@@ -11,7 +11,7 @@ use super::survey::{FaultSurvey, MAX_VALUES, RecordingSurvey, TASKS};
 use crate::config::Settings;
 use crate::core::can::error_frame::class_name;
 use crate::core::can::{CanId, source_address};
-use crate::core::plausibility::finding::{FindingKind, Severity, findings};
+use crate::core::plausibility::finding::{FindingKind, Severity, findings, other_platform};
 use crate::core::time::MonoTime;
 use crate::core::validation::display::raw_and_bits;
 use crate::core::validation::integrity::IntegrityCounts;
@@ -80,7 +80,11 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
     messages(survey, settings, replay, &mut report);
     values(survey, settings, &mut report);
     states(survey, settings, replay, &mut report);
-    for finding in findings(&survey.evidence) {
+    let platforms = settings.dbcs.iter().filter_map(|dbc| {
+        let fingerprint = survey.fingerprints.get(&dbc.index)?;
+        other_platform(fingerprint.compare_best(dbc.identifier_lists.iter().copied())?)
+    });
+    for finding in platforms.chain(findings(&survey.evidence)) {
         // Values are listed one by one, unless most are wrong.
         let is_listed =
             matches!(finding.kind, FindingKind::Undefined { .. }) && finding.severity < Severity::Error;

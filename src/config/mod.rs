@@ -14,6 +14,7 @@
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`built_in`] | files in the binary by name |
 //! | [`car_models`] | the list of makes, models and years with their profiles |
+//! | [`fingerprints`] | the public lists of identifiers by which a bus shows its platform |
 //! | `named_file` | files by path, or by the name of a built-in one |
 //! | [`file_kind`] | kinds of files, recognised by their content |
 //! | [`ros_names`], [`ros_parameters`] | names of ROS 2 and remapping, files of parameters |
@@ -29,6 +30,7 @@ pub mod draft;
 pub mod drive;
 pub mod file_kind;
 pub mod files;
+pub mod fingerprints;
 pub mod gateway;
 pub mod map;
 mod named_file;

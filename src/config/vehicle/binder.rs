@@ -9,6 +9,7 @@ use crate::core::can::BusIndex;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::near_miss::did_you_mean;
+use crate::core::plausibility::fingerprint::PlatformList;
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundSignal, MessageIndex, Role, SignalIndex};
 
@@ -28,6 +29,8 @@ pub struct LoadedDbc {
     pub path: PathBuf,
     /// Its content, with what was rejected of it.
     pub database: Database,
+    /// Public lists of the identifiers on the bus; empty when the profile names none.
+    pub identifier_lists: Vec<&'static PlatformList>,
 }
 
 /// Messages and signals bound so far, each once.

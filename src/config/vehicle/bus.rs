@@ -9,11 +9,14 @@ use super::message::MessageSections;
 use crate::config::built_in::display;
 use crate::config::file_kind::{BY_CANTOOLS, FileKind};
 use crate::config::files::Files;
+use crate::config::fingerprints;
 use crate::config::reading::{Fields, LocatedText, cannot_read, remedy_of};
 use crate::core::can::{BusIndex, BusSettings, IdMatch};
 use crate::core::command::allow_list::AllowList;
 use crate::core::dbc;
 use crate::core::dbc::model::{Database, MAX_ENTRIES};
+use crate::core::near_miss::did_you_mean;
+use crate::core::plausibility::fingerprint::PlatformList;
 use crate::core::validation::table::BoundMessage;
 
 /// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
@@ -49,11 +52,12 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
             alive_timeout: fields.limit("alive_timeout_ms"),
             may_sleep: fields.flag("may_sleep").unwrap_or_default(),
         });
+        let identifier_lists = identifier_lists(&fields);
         if let Some(path) = fields.path("dbc")
             && let Some(database) = read_database(files, &fields, &path)
         {
             let (bus, index) = (entry.key.clone(), BusIndex(index));
-            buses.push(LoadedDbc { bus, index, path, database });
+            buses.push(LoadedDbc { bus, index, path, database, identifier_lists });
         }
         fields.done();
     }
@@ -111,6 +115,33 @@ fn read_database(files: &dyn Files, fields: &Fields<'_>, path: &Path) -> Option<
         return None;
     }
     Some(database)
+}
+
+/// Finds the public lists that the bus names.
+fn identifier_lists(fields: &Fields<'_>) -> Vec<&'static PlatformList> {
+    let named = fields.list("identifier_lists", "give a list of names").iter();
+    let named: Vec<_> = named.filter_map(|value| fields.checker.string(value)).collect();
+    if named.is_empty() {
+        return Vec::new();
+    }
+    let lists = match fingerprints::lists() {
+        Ok(lists) => lists,
+        Err(problem) => {
+            fields.refuse("identifier_lists", problem.to_string(), "leave the key out");
+            return Vec::new();
+        }
+    };
+    let find = |LocatedText { text, location }| {
+        let list = lists.iter().find(|list| list.name == text);
+        if list.is_none() {
+            let names = lists.iter().map(|list| list.name.as_str());
+            let otherwise = "config/cars/fingerprints.toml has the names";
+            let remedy = did_you_mean(&text, names, otherwise);
+            fields.checker.refuse(&location, format!("there is no list {text}"), &remedy);
+        }
+        list
+    };
+    named.into_iter().filter_map(find).collect()
 }
 
 impl BusSection {

@@ -23,8 +23,6 @@ pub struct ProfileEvidence {
     pub hazard: Vec<StateHistory>,
     /// Last raw value of each signal of the lights.
     raw: Vec<Option<i128>>,
-    /// True if any bound signal had another raw value than 0.
-    pub has_nonzero: bool,
 }
 
 impl ProfileEvidence {
@@ -44,7 +42,6 @@ impl ProfileEvidence {
             turn: vec![StateHistory::default(); lights.turn.sources().len()],
             hazard: vec![StateHistory::default(); lights.hazard.sources().len()],
             raw: vec![None; lights.table.signals.len()],
-            has_nonzero: false,
             lights: lights.clone(),
         }
     }
@@ -77,9 +74,7 @@ impl ProfileEvidence {
                 && signal.codec.needed_length() <= frame.data().len()
                 && signal.codec.is_present(frame.padded())
             {
-                let value = signal.codec.value(frame.padded());
-                self.has_nonzero |= value != 0;
-                *raw = Some(value);
+                *raw = Some(signal.codec.value(frame.padded()));
             }
         }
         let carries = |signal: SignalIndex| self.lights.table.signals[signal.0].message == message;
@@ -114,13 +109,6 @@ impl ProfileEvidence {
     /// Returns true if any source has shown more than one state.
     pub fn has_changed(&self) -> bool {
         self.turn.iter().chain(&self.hazard).any(|states| states.changes > 0)
-    }
-
-    /// Returns true if no source has shown anything but off.
-    pub fn is_at_rest(&self) -> bool {
-        let is_off =
-            |states: &StateHistory| states.current_state().is_none_or(|state| state == TurnCode::Off);
-        !self.has_changed() && self.turn.iter().chain(&self.hazard).all(is_off)
     }
 
     /// Returns true if the hazard lights were on, or their button was pressed.

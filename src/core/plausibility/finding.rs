@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::evidence::ProfileEvidence;
+use super::fingerprint::PlatformMatch;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use super::states::{Implausible, StateHistory};
 use crate::core::validation::integrity::search::FoundChecksum;
@@ -48,6 +49,17 @@ pub enum Coverage {
 pub enum FindingKind {
     /// Not one message of the profile was received.
     NoMessage,
+    /// The identifiers on a bus are not those of the profile's platform.
+    OtherPlatform {
+        /// Title of the list that explains most of them.
+        title: String,
+        /// Number of identifiers that are in the list.
+        explained: u32,
+        /// Number of all identifiers on the bus.
+        identifiers: u32,
+        /// Smallest number for a bus of the platform.
+        expected: u32,
+    },
     /// Frames have another length than the DBC says.
     WrongLength {
         /// Position of the message.
@@ -155,6 +167,20 @@ pub fn findings(evidence: &ProfileEvidence) -> Vec<ProfileFinding> {
     coverage(evidence, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
+}
+
+/// Returns a finding if a bus is not one of the platform that it is compared with.
+pub fn other_platform(platform: PlatformMatch<'_>) -> Option<ProfileFinding> {
+    let PlatformMatch { list, explained, identifiers } = platform;
+    platform.is_of_other_platform().then(|| ProfileFinding {
+        severity: Severity::Warning,
+        kind: FindingKind::OtherPlatform {
+            title: list.title.clone(),
+            explained,
+            identifiers,
+            expected: platform.min_explained(),
+        },
+    })
 }
 
 fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<ProfileFinding>) {

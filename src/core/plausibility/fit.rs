@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use super::evidence::ProfileEvidence;
-use super::finding::{FindingKind, ProfileFinding, Severity, findings};
+use super::finding::{FindingKind, ProfileFinding, Severity, findings, other_platform};
+use super::fingerprint::PlatformMatch;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use crate::core::can::{CanId, IdMatch};
 use crate::core::vehicle_lights::state::TurnCode;
@@ -15,7 +16,7 @@ pub enum FitVerdict {
     No,
     /// Nothing contradicts the profile, but only identifiers that other vehicles also use support it.
     Possible,
-    /// A rhythm, a rule or a behaviour of the profile holds.
+    /// Rules, behaviour, rhythm or platform of the profile hold, more of them than chance explains.
     Fits,
 }
 
@@ -50,8 +51,17 @@ pub enum Support {
         /// True if right was on.
         right: bool,
     },
-    /// All values are named by the profile, and they changed or are a state at rest that is not 0.
+    /// The state changed, and the profile names every value.
     NamedValues,
+    /// The bus is one of the profile's platform.
+    Platform {
+        /// Title of the list.
+        title: String,
+        /// Number of identifiers that are in the list.
+        explained: u32,
+        /// Number of all identifiers on the bus.
+        identifiers: u32,
+    },
     /// A message that proves the bus alive was received.
     Heartbeat {
         /// Identifiers of the message.
@@ -80,6 +90,7 @@ impl Support {
             Self::Integrity { checksum: true, .. } => 60,
             Self::Integrity { checksum: false, .. } => 30,
             Self::Sides { left, right } => 10 * (u32::from(*left) + u32::from(*right)),
+            Self::Platform { .. } => 15,
             Self::Period { .. } | Self::ExtendedIdentifier { .. } => 10,
             Self::Heartbeat { .. } => 6,
             Self::NamedValues => 5,
@@ -87,12 +98,17 @@ impl Support {
     }
 }
 
-/// Points from which a profile fits.
-const FITTING: u32 = 10;
+/// Points from which a profile fits: a period alone is not enough, with the platform it is.
+const FITTING: u32 = 20;
 
 /// Judges a profile; `None` when none of its messages was received. `heartbeats` has its heartbeat messages that were
-/// received.
-pub fn fit(evidence: &ProfileEvidence, heartbeats: &[IdMatch]) -> Option<Fit> {
+/// received. `platform` is the best match of its lists, or `None` if the profile names none or
+/// the bus has too few identifiers.
+pub fn fit(
+    evidence: &ProfileEvidence,
+    heartbeats: &[IdMatch],
+    platform: Option<PlatformMatch<'_>>,
+) -> Option<Fit> {
     let received = evidence.messages.iter().filter(|message| message.frames > 0).count();
     if received == 0 {
         return None;
@@ -105,17 +121,23 @@ pub fn fit(evidence: &ProfileEvidence, heartbeats: &[IdMatch]) -> Option<Fit> {
         support.push(Support::Sides { left, right });
     }
     let undefined: u64 = evidence.turn.iter().chain(&evidence.hazard).map(|states| states.undefined).sum();
-    // A side that is on all the time is what any message shows whose bits are constant.
-    if evidence.has_nonzero && undefined == 0 && (evidence.has_changed() || evidence.is_at_rest()) {
+    if evidence.has_changed() && undefined == 0 {
         support.push(Support::NamedValues);
     }
+    if let Some(platform) = platform.filter(PlatformMatch::is_of_platform) {
+        let PlatformMatch { list, explained, identifiers } = platform;
+        support.push(Support::Platform { title: list.title.clone(), explained, identifiers });
+    }
     support.sort_by_key(|support| std::cmp::Reverse(support.points()));
-    let against: Vec<_> = findings(evidence).into_iter().filter(speaks_against).collect();
-    let is_refuted = against.iter().any(|finding| finding.severity == Severity::Error)
+    let mut against: Vec<_> = findings(evidence).into_iter().filter(speaks_against).collect();
+    let other_platform = platform.and_then(other_platform);
+    let is_refuted = other_platform.is_some()
+        || against.iter().any(|finding| finding.severity == Severity::Error)
         || evidence.messages.iter().any(|message| {
             let rhythm = message.rhythm();
             matches!(rhythm, Rhythm::TooSlow | Rhythm::Slower)
         });
+    against.extend(other_platform);
     let score: u32 = support.iter().map(Support::points).sum();
     let is_whole = received == evidence.messages.len();
     let verdict = if is_refuted {
@@ -156,6 +178,7 @@ fn speaks_against(finding: &ProfileFinding) -> bool {
         | FindingKind::IntegrityFails { .. }
         | FindingKind::Implausible { .. }
         | FindingKind::Undefined { .. }
+        | FindingKind::OtherPlatform { .. }
         | FindingKind::NoMessage => true,
         FindingKind::Faster { .. }
         | FindingKind::UnusedCounter { .. }

@@ -7,6 +7,7 @@
 
 pub mod evidence;
 pub mod finding;
+pub mod fingerprint;
 pub mod fit;
 pub mod gaps;
 pub mod message;

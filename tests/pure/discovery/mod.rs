@@ -5,7 +5,7 @@ mod driver;
 mod injected;
 mod lights;
 mod message;
-mod random;
+pub(crate) mod random;
 mod simulated;
 mod synthetic;
 

@@ -14,6 +14,7 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["country", "dimensions", "map", "ros_parameters"],
     &["named_file"],
     &["file_kind"],
+    &["fingerprints"],
     &["files", "reading"],
     &["built_in", "ros_names"],
 ];

@@ -6,6 +6,7 @@ mod document;
 mod models;
 mod opendbc;
 pub(crate) mod payload;
+mod platforms;
 pub(crate) mod playback;
 mod profiles;
 mod protection;
