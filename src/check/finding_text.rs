@@ -24,6 +24,14 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
             "the bus is that of another platform: {} in the list of {title}, at least {expected} expected",
             of_identifiers(*explained, *identifiers)
         ),
+        FindingKind::Unmet(unmet) => {
+            let requirement = &evidence.lights().requirements[unmet.index];
+            if unmet.is_contradicted {
+                requirement.text(*unmet)
+            } else {
+                format!("the recording does not show what the profile requires: {requirement}")
+            }
+        }
         FindingKind::WrongLength { message, frames, length } => {
             let (all, expected) = (of(*message).frames, of(*message).length);
             format!(
@@ -135,6 +143,7 @@ pub(super) fn fix(evidence: &ProfileEvidence, finding: &FindingKind) -> Option<F
         }
         FindingKind::NoMessage
         | FindingKind::OtherPlatform { .. }
+        | FindingKind::Unmet(_)
         | FindingKind::WrongLength { .. }
         | FindingKind::Faster { .. }
         | FindingKind::IntegrityFails { .. }

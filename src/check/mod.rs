@@ -83,6 +83,10 @@ pub fn binding(settings: &Settings) -> CheckReport {
         let proof = message.integrity.as_ref().map_or("none".to_owned(), MessageIntegrity::to_string);
         report.line("", format!("integrity check: {proof}"));
     }
+    for requirement in &lights.requirements {
+        let bus = &settings.gateway.buses[usize::from(requirement.bus.0)].name;
+        report.line("requires", format!("on {bus}: {requirement}"));
+    }
     names::roles(settings, &roles(lights), &mut report);
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);

@@ -134,6 +134,7 @@ fn summary(name: &str) -> Result<ProfileSummary, Failure> {
     Ok(ProfileSummary {
         profile: name.to_owned(),
         describes: contents(&settings),
+        requires: settings.gateway.lights.requirements.iter().map(ToString::to_string).collect(),
         buses: settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect(),
         facts: settings.provenance.facts.len(),
         verified: settings.provenance.summary(),

@@ -20,6 +20,7 @@ struct ModelFile {
 struct OpendbcModels {
     models: Vec<[String; 5]>,
     without_profile: Vec<[String; 4]>,
+    notes: Vec<[String; 3]>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -47,7 +48,10 @@ pub fn models() -> Result<Vec<CarModel>, String> {
         let years = years(&written).ok_or_else(|| {
             format!("{PATH}: {make} {model}: expected years such as 2016-2018, 2020, found {written}")
         })?;
-        Ok(CarModel { make, model, years, profile })
+        let note =
+            file.opendbc.notes.iter().find(|[of_make, of_model, _]| *of_make == make && *of_model == model);
+        let note = note.map(|[.., note]| note.clone());
+        Ok(CarModel { make, model, years, profile, note })
     });
     let mut models = rows.collect::<Result<Vec<_>, String>>()?;
     models.sort_by(|one, other| {

@@ -16,6 +16,9 @@ pub struct CarModel {
     /// Name of the profile, or the reason why there is none.
     #[serde(flatten)]
     pub profile: ModelProfile,
+    /// What a reader must know of it beside the profile; `None` for most cars.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// The profile of a model.
@@ -269,6 +272,7 @@ mod tests {
             model: model.to_owned(),
             years: years.to_vec(),
             profile: ModelProfile::Shipped { profile: model.to_lowercase(), plug: None },
+            note: None,
         };
         let reason = "FlexRay".to_owned();
         vec![

@@ -15,6 +15,8 @@ pub struct ProfileSummary {
     pub profile: String,
     /// Name of its vehicle.
     pub vehicle: String,
+    /// What it requires to be observed before it reports, as texts.
+    pub requires: Vec<String>,
     /// Names of its buses.
     pub buses: Vec<String>,
     /// Parts of the vehicle that it describes, as words.
@@ -66,6 +68,10 @@ impl ModelAnswer<'_> {
         } else {
             text += "\n";
             text += &rows(models.iter().take(LISTED).copied());
+            let notes = models.iter().take(LISTED).filter_map(|model| model.note.as_ref());
+            for line in notes.flat_map(|note| super::text::wrapped(note, Some(96), 0)) {
+                let _ = writeln!(text, "  {line}");
+            }
             if let hidden @ 1.. = models.len().saturating_sub(LISTED) {
                 let _ =
                     writeln!(text, "  and {hidden} more: --json, or `signal-gateway profiles list --models`");
@@ -98,14 +104,18 @@ impl ProfileSummary {
         let verified: Vec<_> = verified.map(|(count, by)| format!("{count} verified by {by}")).collect();
         let proven =
             if verified.is_empty() { "none of them verified".to_owned() } else { verified.join(", ") };
-        format!(
+        let mut text = format!(
             "{} ({}): {} on bus {}; {} facts, {proven}\n",
             self.profile,
             self.vehicle,
             self.describes.join(", "),
             self.buses.join(", "),
             self.facts
-        )
+        );
+        for requirement in &self.requires {
+            let _ = writeln!(text, "  it requires {requirement}");
+        }
+        text
     }
 }
 

@@ -35,6 +35,7 @@ use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule,
 use signal_gateway::core::validation::integrity::e2e::{E2e, E2eProfile};
 use signal_gateway::core::validation::integrity::window::{Window, WindowLimits};
 use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
+use signal_gateway::core::validation::requirement::{Condition, Requirement};
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
@@ -83,6 +84,7 @@ const TURN: CanId = CanId::Standard(0x2A5);
 const HAZARD: CanId = CanId::Standard(0x2C1);
 const WHEEL_SPEEDS: CanId = CanId::Standard(0x0B2);
 const UNBOUND: CanId = CanId::Standard(0x0F0);
+const VARIANT: CanId = CanId::Standard(0x0F1);
 
 const OFF: [u8; 8] = [0; 8];
 const LEFT: [u8; 8] = [0, 0, 0b0010, 0, 0, 0, 0, 0];
@@ -101,7 +103,19 @@ impl Car {
     /// Both reports have been published and the diagnostics refreshed.
     fn in_steady_state() -> Self {
         let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
-        let mut car = Self { gateway: Gateway::new(demo().gateway, LinkState::Up, now), now };
+        let mut settings = demo().gateway;
+        let (bus, observation) = (BusIndex(0), Duration::from_millis(100));
+        let conditions = [(HAZARD, Condition::Seen), (VARIANT, Condition::Unseen { observation })];
+        settings.lights.requirements = conditions
+            .map(|(id, condition)| Requirement {
+                bus,
+                ids: id.into(),
+                name: "M".into(),
+                condition,
+                otherwise: String::new(),
+            })
+            .to_vec();
+        let mut car = Self { gateway: Gateway::new(settings, LinkState::Up, now), now };
         for _ in 0..10 {
             for (id, data) in [(TURN, LEFT), (HAZARD, OFF), (TURN, OFF)] {
                 car.receive(id, data);

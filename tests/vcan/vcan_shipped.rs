@@ -13,11 +13,12 @@ use signal_gateway::core::vehicle_lights::binding::HazardBinding;
 use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{Folder, Process};
 use crate::support::vcan::Vcan;
-use crate::support::waiting::{described, wait_for, wait_until};
+use crate::support::waiting::{described, wait_until};
 
 const OK: i32 = 0;
 const WARN: i32 = 4;
-const NOT_VISIBLE: &str = "not visible: no signal shows the hazard lights";
+const ERROR: i32 = 7;
+const NOT_VISIBLE: &str = "hazard_lights: not visible: no signal shows the hazard lights";
 
 /// Interfaces of one vehicle after the other.
 struct Buses(Vec<Vcan>);
@@ -35,55 +36,65 @@ impl Buses {
     }
 }
 
-/// Runs a simulated vehicle and a gateway with its profile until all is well, and compares the exit code of `status`. Returns
-/// true if the vehicle shows its hazard lights.
-fn drive(profile: &str, buses: &Buses) -> bool {
-    let vehicle = load_profile(&Disk, profile.as_ref()).unwrap();
-    let mut keys =
-        format!("profile = {profile:?}\n[ros]\nenabled = false\n[status]\nsocket = \"status.sock\"\n");
-    for (bus, interface) in buses.of(&vehicle) {
-        write!(keys, "[can.{bus}]\ninterface = {interface:?}\n").unwrap();
-    }
-    let folder = Folder::with_configuration(&keys);
-    // Some messages are sent on a change only.
-    let acts = (1..30).map(|time| {
-        format!(
-            "{} stalk left\n{} stalk off\n{} hazard on\n{} hazard off\n",
-            4 * time,
-            4 * time + 1,
-            4 * time + 2,
-            4 * time + 3
-        )
-    });
-    folder.write("acts.txt", &acts.collect::<String>());
-    let simulated = Process::start(folder.path(), |command| {
-        command.args(["vehicle", "--json", "--script", "acts.txt", "--profile", profile]);
-        for (bus, interface) in buses.of(&vehicle) {
-            command.args(["--interface", &format!("{bus}={interface}")]);
+/// A simulated vehicle, and a gateway with its profile.
+struct Car {
+    folder: Folder,
+    simulated: Process,
+    gateway: Process,
+}
+
+impl Car {
+    fn start(profile: &str, vehicle: &Settings, buses: &Buses) -> Self {
+        let mut keys =
+            format!("profile = {profile:?}\n[ros]\nenabled = false\n[status]\nsocket = \"status.sock\"\n");
+        for (bus, interface) in buses.of(vehicle) {
+            write!(keys, "[can.{bus}]\ninterface = {interface:?}\n").unwrap();
         }
-    });
-    let gateway = Process::run(&folder);
-    let wait_for_code = |expected: i32| {
+        let folder = Folder::with_configuration(&keys);
+        // Some messages are sent on a change only.
+        let acts = (1..30).map(|round| {
+            let [left, off, on, end] = [0, 1, 2, 3].map(|step| 4 * round + step);
+            format!("{left} stalk left\n{off} stalk off\n{on} hazard on\n{end} hazard off\n")
+        });
+        folder.write("acts.txt", &acts.collect::<String>());
+        let simulated = Process::start(folder.path(), |command| {
+            command.args(["vehicle", "--json", "--script", "acts.txt", "--profile", profile]);
+            for (bus, interface) in buses.of(vehicle) {
+                command.args(["--interface", &format!("{bus}={interface}")]);
+            }
+        });
+        let gateway = Process::run(&folder);
+        Self { folder, simulated, gateway }
+    }
+
+    /// Waits until `status` exits with a code while these statuses alone are not OK, by the beginnings of their texts.
+    fn wait_for(&self, code: i32, abnormal: &[&str]) {
         let last = Cell::default();
         let lacks =
-            described(|| format!("{profile}: {expected}, not {:?}\n{:?}", last.take(), simulated.log()));
-        wait_for(lacks, || {
-            let (code, abnormal) = status(&folder);
-            last.set(abnormal.clone());
-            (code == expected).then_some(abnormal)
-        })
-    };
+            described(|| format!("{code} {abnormal:?}, not {:?}\n{:?}", last.take(), self.simulated.log()));
+        wait_until(lacks, || {
+            let (exit_code, texts) = status(&self.folder);
+            let begins = |(text, begin): (&String, &&str)| text.starts_with(begin);
+            let is_it =
+                exit_code == code && texts.len() == abnormal.len() && texts.iter().zip(abnormal).all(begins);
+            last.set((exit_code, texts));
+            is_it
+        });
+    }
+}
+
+/// Runs a simulated vehicle and a gateway until all is well, by the exit code of `status`. Returns true if the vehicle shows its
+/// hazard lights.
+fn drive(profile: &str, buses: &Buses) -> bool {
+    let vehicle = load_profile(&Disk, profile.as_ref()).unwrap();
+    let car = Car::start(profile, &vehicle, buses);
     let is_visible = !matches!(vehicle.gateway.lights.hazard, HazardBinding::NotVisible { .. });
     if !is_visible {
-        let only = format!("hazard_lights: {NOT_VISIBLE}");
-        wait_until(format!("{profile}: {only} alone"), || {
-            let abnormal = wait_for_code(WARN);
-            matches!(abnormal.as_slice(), [one] if one.starts_with(&only))
-        });
-        folder.append("gateway.toml", "[reports]\nhazard_not_visible = \"acknowledged\"\n");
-        gateway.signal("HUP");
+        car.wait_for(WARN, &[NOT_VISIBLE]);
+        car.folder.append("gateway.toml", "[reports]\nhazard_not_visible = \"acknowledged\"\n");
+        car.gateway.signal("HUP");
     }
-    wait_for_code(OK);
+    car.wait_for(OK, &[]);
     is_visible
 }
 
@@ -115,7 +126,7 @@ mod slow {
     use signal_gateway::config::files::Disk;
     use signal_gateway::config::load_profile;
 
-    use super::{BuiltIn, Buses, drive, require};
+    use super::{BuiltIn, Buses, Car, ERROR, OK, Process, drive, require};
 
     #[test]
     fn status_of_each_shipped_vehicle_is_ok_where_all_is_visible_or_acknowledged() {
@@ -124,7 +135,6 @@ mod slow {
             require!(Buses::new(["vcanship4", "vcanship5"])),
             require!(Buses::new(["vcanship6", "vcanship7"])),
         ];
-
         let sends = |name: &&str| load_profile(&Disk, name.as_ref()).unwrap().vehicle_plan().is_ok();
         let (cars, silent): (Vec<_>, Vec<_>) = BuiltIn::Profile.names().partition(sends);
         assert_eq!(silent, ["v2x_unit"], "profiles without anything to simulate");
@@ -140,5 +150,26 @@ mod slow {
             }
         });
         assert_eq!(driven.into_inner().unwrap(), [20, 27]);
+    }
+
+    #[test]
+    fn a_car_of_another_variant_is_refused_by_name_until_a_restart() {
+        let buses = require!(Buses::new(["vcanship8", "vcanship9"]));
+        let vehicle = load_profile(&Disk, "psa_aee2010".as_ref()).unwrap();
+        let mut car = Car::start("psa_aee2010", &vehicle, &buses);
+        car.wait_for(OK, &[]);
+        buses.0[0].send(0x612, [0; 8]);
+        let reason = "unknown: the profile is for another vehicle: HS2_DAT7_BSI_612 (612) is received, which belongs to a car \
+                      such as the Peugeot 208";
+        let refused = ["turn_indicators", "hazard_lights"].map(|task| format!("{task}: {reason}"));
+        let refused = refused.each_ref().map(String::as_str);
+        car.wait_for(ERROR, &refused);
+        car.folder.append("gateway.toml", "[reports]\nrate_hz = 50.0\n");
+        car.gateway.signal("HUP");
+        car.gateway.wait_for_log("configuration reloaded: [reports] rate_hz");
+        car.wait_for(ERROR, &refused);
+        car.gateway.stop("TERM");
+        car.gateway = Process::run(&car.folder);
+        car.wait_for(OK, &[]);
     }
 }

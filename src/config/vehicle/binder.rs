@@ -114,6 +114,12 @@ impl<'a> Binder<'a> {
 
     /// Binds a signal that is named `[bus:]MESSAGE.SIGNAL`.
     pub(super) fn signal(&mut self, given: &LocatedText) -> Option<(SignalIndex, &'a Signal)> {
+        let (bus, message, signal) = self.find_signal(given)?;
+        Some((self.intern(bus, message, signal), signal))
+    }
+
+    /// The integer signal that is named `[bus:]MESSAGE.SIGNAL`, with its message and the position of its bus.
+    pub(super) fn find_signal(&self, given: &LocatedText) -> Option<(usize, &'a Message, &'a Signal)> {
         let at = &given.location;
         let (bus, rest) = split_bus(&given.text);
         let Some((message_name, signal_name)) = rest.split_once('.') else {
@@ -132,7 +138,7 @@ impl<'a> Binder<'a> {
             self.refuse(at, reason, "bind a signal with integer raw values");
             return None;
         }
-        Some((self.intern(bus, message, signal), signal))
+        Some((bus, message, signal))
     }
 
     /// The codec of a signal of `message` that is named by itself, of any kind.
@@ -222,7 +228,11 @@ impl<'a> Binder<'a> {
         self.states(fields, [&[(on, true), (off, false)], &[]], unusable, remedy)
     }
 
-    fn values<T: Copy>(&self, meanings: &Meanings<T>, signal: Option<&Signal>) -> Option<ValueMap<T>> {
+    pub(super) fn values<T: Copy>(
+        &self,
+        meanings: &Meanings<T>,
+        signal: Option<&Signal>,
+    ) -> Option<ValueMap<T>> {
         let before = self.checker.count();
         let mut taken: Vec<RawRange> = Vec::new();
         let mut entries = Vec::new();

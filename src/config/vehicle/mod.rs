@@ -11,6 +11,7 @@ mod light_sources;
 mod message;
 mod provenance;
 mod raw_values;
+mod requires;
 mod turn;
 mod v2i;
 
@@ -38,6 +39,7 @@ use hazard::{hazard, is_from_both_sides};
 use light_sources::faults;
 use message::MessageSections;
 use provenance::{BoundParts, provenance};
+use requires::requires;
 use turn::{turn, while_hazard};
 use v2i::v2i;
 
@@ -129,6 +131,8 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let allowed = command.as_ref().map(|command| &command.allowed);
     let described = dbcs.iter().zip(&sections);
     let messages = MessageSections::read(&binder, &fields);
+    let requirements = requires(&binder, &fields, &messages);
+    let lights = lights.map(|lights| LightsBinding { requirements, ..lights });
     let heartbeats =
         described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed, &messages));
     let heartbeats: Vec<_> = heartbeats.collect();
@@ -192,6 +196,7 @@ fn lights(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<LightsBinding> {
     }
     Some(LightsBinding {
         table: SignalTable::default(),
+        requirements: Vec::new(),
         turn: turn?,
         turn_faults: turn_faults.unwrap_or_default(),
         hazard: hazard?,

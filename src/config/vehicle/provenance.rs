@@ -38,6 +38,9 @@ impl BoundParts<'_> {
         facts.extend(self.messages.iter().flat_map(message_facts));
         let buses = self.dbcs.iter().zip(self.heartbeats).filter(|(_, heartbeats)| !heartbeats.is_empty());
         facts.extend(buses.map(|(dbc, _)| format!("bus.{}.heartbeat_messages", dbc.bus)));
+        if !lights.requirements.is_empty() {
+            facts.push("requires".to_owned());
+        }
         if !self.v2i.is_empty() {
             facts.push("v2i".to_owned());
         }

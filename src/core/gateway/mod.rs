@@ -99,7 +99,9 @@ impl GatewaySettings {
         let ours = command.flat_map(|binding| binding.allowed.entries());
         let ours = ours.filter(|(there, _)| *there == bus).map(|(_, id)| (*id).into());
         let alive = self.buses[usize::from(bus.0)].heartbeat_messages.iter().copied();
-        let mut ids: Vec<_> = bound.chain(ours).chain(alive).collect();
+        let required = self.lights.requirements.iter().filter(|required| required.bus == bus);
+        let required = required.map(|required| required.ids);
+        let mut ids: Vec<_> = bound.chain(ours).chain(alive).chain(required).collect();
         ids.sort_unstable();
         ids.dedup();
         ids

@@ -176,6 +176,7 @@ impl Perception {
                 flow.reception().forget_events(bus);
             }
         }
+        is_news |= self.lights.observe(bus, frame, was_alive, now.mono);
         if let Some(message) = route.lights {
             is_news |= self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
         }

@@ -6,6 +6,7 @@ use crate::core::can::{BusIndex, Frame, IdMatch};
 use crate::core::dbc::model::Database;
 use crate::core::time::MonoTime;
 use crate::core::validation::meaning::Meaning;
+use crate::core::validation::requirement::{RequirementStates, Unmet};
 use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::{BothOn, HazardSource, LightsBinding, SidePair, TurnSource};
 use crate::core::vehicle_lights::stalk::StalkPosition;
@@ -21,6 +22,8 @@ pub struct ProfileEvidence {
     pub turn: Vec<StateHistory>,
     /// States of each hazard source, in the order of the binding; without frames where both turn sides show it.
     pub hazard: Vec<StateHistory>,
+    /// States of the requirements of the profile.
+    requirements: RequirementStates,
     /// Last raw value of each signal of the lights.
     raw: Vec<Option<i128>>,
 }
@@ -41,6 +44,7 @@ impl ProfileEvidence {
             messages: messages.collect(),
             turn: vec![StateHistory::default(); lights.turn.sources().len()],
             hazard: vec![StateHistory::default(); lights.hazard.sources().len()],
+            requirements: RequirementStates::new(&lights.requirements),
             raw: vec![None; lights.table.signals.len()],
             lights: lights.clone(),
         }
@@ -51,13 +55,20 @@ impl ProfileEvidence {
         &self.lights
     }
 
-    /// Returns the buses and identifiers of the bound messages.
+    /// Returns the first requirement of the profile that is not met, those that are contradicted before others.
+    pub fn unmet(&self) -> Option<Unmet> {
+        self.requirements.unmet()
+    }
+
+    /// Returns the buses and identifiers of the messages that are bound or required.
     pub fn ids(&self) -> impl Iterator<Item = (BusIndex, IdMatch)> {
-        self.messages.iter().map(|message| (message.bound.bus, message.bound.ids))
+        let required = self.lights.requirements.iter().map(|required| (required.bus, required.ids));
+        self.messages.iter().map(|message| (message.bound.bus, message.bound.ids)).chain(required)
     }
 
     /// Adds the next frame of a bus. Times must not run backwards.
     pub fn frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
+        self.requirements.frame_arrived(&self.lights.requirements, bus, frame, true, now);
         let is_bound = |message: &MessageEvidence| {
             message.bound.bus == bus
                 && message.bound.ids.contains(frame.id())

@@ -9,6 +9,7 @@ use super::fingerprint::PlatformMatch;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use super::states::{Implausible, StateHistory};
 use crate::core::validation::integrity::search::FoundChecksum;
+use crate::core::validation::requirement::Unmet;
 use crate::core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSource};
 use crate::core::vehicle_lights::state::TurnCode;
 
@@ -60,6 +61,8 @@ pub enum FindingKind {
         /// Smallest number for a bus of the platform.
         expected: u32,
     },
+    /// A requirement of the profile is contradicted, or the recording does not meet it.
+    Unmet(Unmet),
     /// Frames have another length than the DBC says.
     WrongLength {
         /// Position of the message.
@@ -151,6 +154,10 @@ pub fn findings(evidence: &ProfileEvidence) -> Vec<ProfileFinding> {
     let mut findings = Vec::new();
     if !evidence.messages.is_empty() && evidence.messages.iter().all(|message| message.frames == 0) {
         findings.push(ProfileFinding { severity: Severity::Error, kind: FindingKind::NoMessage });
+    }
+    if let Some(unmet) = evidence.unmet() {
+        let severity = if unmet.is_contradicted { Severity::Error } else { Severity::Warning };
+        findings.push(ProfileFinding { severity, kind: FindingKind::Unmet(unmet) });
     }
     for (position, message) in evidence.messages.iter().enumerate() {
         of_message(position, message, &mut findings);

@@ -180,6 +180,7 @@ fn speaks_against(finding: &ProfileFinding) -> bool {
         | FindingKind::Undefined { .. }
         | FindingKind::OtherPlatform { .. }
         | FindingKind::NoMessage => true,
+        FindingKind::Unmet(unmet) => unmet.is_contradicted,
         FindingKind::Faster { .. }
         | FindingKind::UnusedCounter { .. }
         | FindingKind::UnusedChecksum { .. }

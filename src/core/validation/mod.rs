@@ -7,6 +7,7 @@ pub mod display;
 pub mod integrity;
 pub mod meaning;
 pub mod observation;
+pub mod requirement;
 pub mod senders;
 pub mod snapshot;
 pub mod table;

@@ -11,6 +11,7 @@ use super::lamp::{LampSettings, Sides};
 use super::stalk::{StalkPosition, StalkSettings};
 use super::state::{HazardCode, TurnCode};
 use crate::core::validation::meaning::Meaning;
+use crate::core::validation::requirement::Requirement;
 use crate::core::validation::table::{Role, SignalIndex, SignalTable};
 
 /// Binding of turn indicators and hazard lights.
@@ -18,6 +19,8 @@ use crate::core::validation::table::{Role, SignalIndex, SignalTable};
 pub struct LightsBinding {
     /// Messages and signals of the lights.
     pub table: SignalTable,
+    /// What must be observed before anything is reported.
+    pub requirements: Vec<Requirement>,
     /// Sources of the turn state.
     pub turn: TurnBinding,
     /// Fault signals of the turn indicators.

@@ -21,6 +21,7 @@ pub mod warning;
 use crate::core::can::{Bus, BusIndex, Frame};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::observation::{Arrival, Observations};
+use crate::core::validation::requirement::RequirementStates;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
 use output::VehicleLightsOutput;
@@ -38,6 +39,7 @@ pub use status::{LightsFinding, Task};
 pub struct VehicleLights {
     binding: LightsBinding,
     observations: Observations,
+    requirements: RequirementStates,
     memory: SourceMemory,
     turn: ReportFlow<TurnIndicators>,
     hazard: ReportFlow<HazardLights>,
@@ -75,6 +77,7 @@ impl VehicleLights {
             turn_task: LightsTask::new(Task::TurnIndicators, signals_of(Task::TurnIndicators)),
             hazard_task: LightsTask::new(Task::HazardLights, signals_of(Task::HazardLights)),
             observations: Observations::new(&binding.table),
+            requirements: RequirementStates::new(&binding.requirements),
             memory: SourceMemory::new(&binding),
             turn: ReportFlow::new(publish),
             hazard: ReportFlow::new(publish),
@@ -103,6 +106,7 @@ impl VehicleLights {
         };
         self.memory = self.memory.carried_over(before, &binding, is_same_signal);
         self.observations = self.observations.carried_over(&before.table, table);
+        self.requirements = self.requirements.carried_over(&before.requirements, &binding.requirements);
         for task in [&mut self.turn_task, &mut self.hazard_task] {
             task.reconfigure(signals_of(&binding, task.task()));
         }
@@ -145,9 +149,16 @@ impl VehicleLights {
         }
     }
 
+    /// Compares a frame of any message that is received with the requirements of the profile; true if a state changes.
+    /// `was_alive` is false if the bus had been silent before. Call [`Self::settle`] afterwards if it changes one.
+    pub fn observe(&mut self, bus: BusIndex, frame: &Frame, was_alive: bool, now: MonoTime) -> bool {
+        self.requirements.frame_arrived(&self.binding.requirements, bus, frame, was_alive, now)
+    }
+
     /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
         self.observations.forget_bus(&self.binding.table, bus);
+        self.requirements.forget_bus(&self.binding.requirements, bus);
     }
 
     /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
@@ -157,7 +168,8 @@ impl VehicleLights {
 
     /// Evaluates both reports and returns the actions.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
-        let context = LightsContext { binding: &self.binding, observations: &self.observations, buses, now };
+        let (binding, observations, unmet) = (&self.binding, &self.observations, self.requirements.unmet());
+        let context = LightsContext { binding, observations, unmet, buses, now };
         let verdicts = judge(&mut self.memory, context);
         Steps {
             turn: self.turn.update(published(&verdicts.turn), now.mono),

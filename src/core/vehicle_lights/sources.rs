@@ -15,6 +15,7 @@ use crate::core::can::{Bus, ReceiveTime};
 use crate::core::time::{MonoTime, Now};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observations, Reading};
+use crate::core::validation::requirement::Unmet;
 use crate::core::validation::table::{Role, SignalIndex};
 
 /// Binding, observations and buses at one moment.
@@ -24,6 +25,8 @@ pub struct LightsContext<'a> {
     pub binding: &'a LightsBinding,
     /// Last values of the bound signals.
     pub observations: &'a Observations,
+    /// Requirement of the profile that is not met; `None` = all are.
+    pub unmet: Option<Unmet>,
     /// Buses that carry the signals.
     pub buses: &'a [Bus],
     /// Time of the evaluation.

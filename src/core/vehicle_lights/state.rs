@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::core::can::ReceiveTime;
 use crate::core::time::MonoTime;
 use crate::core::validation::observation::MissingReason;
+use crate::core::validation::requirement::Unmet;
 use crate::core::validation::table::SignalIndex;
 
 /// State of the turn indicators.
@@ -67,6 +68,8 @@ pub type Judged<T> = Result<(T, ReceiveTime), UnavailableReason>;
 pub enum UnavailableReason {
     /// No signal of the vehicle shows the state.
     NotVisible,
+    /// A requirement of the profile is not met, so that the vehicle may be another one.
+    OtherVehicle(Unmet),
     /// The condition of the source is off with this raw value, so that the source does not apply.
     NotSelected(SignalIndex, i128),
     /// The signal has no valid value.
@@ -114,6 +117,7 @@ impl UnavailableReason {
             Self::Fault(..) => FaultKind::HardwareFault,
             Self::Undefined(..) | Self::BothOn(_) => FaultKind::Invalid,
             Self::NotVisible
+            | Self::OtherVehicle(_)
             | Self::NotSelected(..)
             | Self::Absent(..)
             | Self::NotAvailable(..)

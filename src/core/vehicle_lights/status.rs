@@ -337,6 +337,7 @@ fn cause_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason)
             "never published, as acknowledged in the configuration".to_owned()
         }
         UnavailableReason::NotVisible => HAZARD_NOT_VISIBLE.to_owned(),
+        UnavailableReason::OtherVehicle(unmet) => binding.requirements[unmet.index].text(unmet),
         UnavailableReason::NotSelected(signal, raw) => {
             format!("no source applies while {} = {}", name(signal), raw_text(raw))
         }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::binding::{FaultBinding, FaultSignal, OnFault, TurnWhileHazard};
 use super::sources::{LightsContext, SourceMemory, SourceStates};
-use super::state::{HazardCode, Judged, TurnCode};
+use super::state::{HazardCode, Judged, TurnCode, UnavailableReason};
 use super::warning::Warnings;
 use crate::core::can::ReceiveTime;
 use crate::core::names::variant_name;
@@ -101,7 +101,9 @@ pub struct Verdicts {
 /// Evaluates the sources of both reports and gives their verdicts.
 pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts {
     let binding = context.binding;
-    let SourceStates { turn, hazard } = memory.evaluate(context);
+    let SourceStates { mut turn, mut hazard } = memory.evaluate(context);
+    turn.state = required(context, turn.state);
+    hazard.state = required(context, hazard.state);
     let hazard_state = hazard.state.map(|(code, received)| (lights_of(code), received));
     let turn_state = turn.state.map(|(code, received)| {
         let hazard_on = match hazard_state {
@@ -121,6 +123,16 @@ pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts 
         turn: Verdict { warnings: turn.warnings, source: turn.source, ..turn_verdict },
         hazard: Verdict { warnings: hazard.warnings, source: hazard.source, reason, ..hazard_verdict },
     }
+}
+
+/// Withholds a state while a requirement is not met. A contradicted one counts more than any other reason, except that the vehicle
+/// never shows the state; an open one counts less.
+fn required<T>(context: LightsContext<'_>, state: Judged<T>) -> Judged<T> {
+    let Some(unmet) = context.unmet else { return state };
+    let has_reason = state
+        .as_ref()
+        .is_err_and(|reason| *reason == UnavailableReason::NotVisible || !unmet.is_contradicted);
+    if has_reason { state } else { Err(UnavailableReason::OtherVehicle(unmet)) }
 }
 
 fn lights_of(code: HazardCode) -> HazardLights {

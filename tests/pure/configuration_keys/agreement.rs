@@ -217,6 +217,8 @@ const PROFILES: &[&str] = &[
      [[hazard.source]]\nname = \"a\"\nfrom = \"reason\"\nsignal = \"EPS_Steering.Counter\"\noff = [0]\nreasons = { crash = [5] }\n\
      [message.EPS_Steering]\nchecksum = { kind = \"sum8\", signal = \"Checksum\", start = 0, bytes = [0], identifier = true }\n\
      [[command.message]]\nname = \"EPS_Steering\"\nchecksum = { kind = \"sum8\", signal = \"Checksum\", start = 0, bytes = [0], identifier = true }\n",
+    "name = \"x\"\nbus.body.dbc = \"../../dbc/demo_vehicle.dbc\"\n\
+     [[requires]]\nsignal = \"EPS_Steering.Counter\"\nvalues = [1]\nnot_available = [15]\notherwise = \"a van\"\n",
 ];
 
 const DRIVES: &[&str] =

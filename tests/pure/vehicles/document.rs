@@ -58,7 +58,8 @@ fn model(model: &CarModel) -> String {
         ModelProfile::Shipped { profile, plug } => (profile.clone(), plug.clone().unwrap_or_default()),
         ModelProfile::Missing { reason } => (format!("none: {reason}"), String::new()),
     };
-    format!("| {} | {} | {} | {profile} | {plug} |\n", model.make, model.model, model.years_text())
+    let note = model.note.as_ref().map_or(String::new(), |note| format!("; {note}"));
+    format!("| {} | {} | {} | {profile}{note} | {plug} |\n", model.make, model.model, model.years_text())
 }
 
 fn yes(is_given: bool) -> &'static str {

@@ -86,7 +86,10 @@ impl Protected {
     }
 
     fn gateway(&self) -> VirtualGateway {
-        VirtualGateway::new(profile(self.name).gateway.clone())
+        let mut settings = profile(self.name).gateway.clone();
+        // The frames are fewer than an observation takes.
+        settings.lights.requirements.clear();
+        VirtualGateway::new(settings)
     }
 }
 

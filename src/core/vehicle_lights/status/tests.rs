@@ -40,6 +40,7 @@ fn binding() -> LightsBinding {
                 codec: SignalCodec::new(byte, 1).unwrap(),
             }],
         },
+        requirements: vec![],
         turn: TurnBinding::From(Sources::only(TurnSource::Enumerated {
             tap_hold: None,
             role: Role { signal: SignalIndex(0), values: ValueMap::new(values).unwrap() },

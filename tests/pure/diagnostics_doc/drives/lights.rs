@@ -7,7 +7,9 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 
 use super::{BUS, Desk, LOSSES, Reported};
-use crate::pure::lamp_reports::car::{DBC, LAMPS, NOT_VISIBLE, PANEL, STALK, STALK_KEYS, lamp_keys};
+use crate::pure::lamp_reports::car::{
+    BODY, DBC, LAMPS, NOT_VISIBLE, PANEL, STALK, STALK_KEYS, STATE_KEYS, lamp_keys,
+};
 
 const DARK: u8 = 0;
 const LEFT: u8 = 1;
@@ -16,6 +18,7 @@ const BOTH: u8 = 5;
 pub(super) fn drive(reported: &mut Reported) {
     lamps(reported);
     hazard_not_visible(reported);
+    requirements(reported);
     sleeping_lamps_and_stalks(reported);
     sources(reported);
     faults(reported);
@@ -47,6 +50,21 @@ fn hazard_not_visible(reported: &mut Reported) {
     let gateway = "reports.hazard_not_visible = \"acknowledged\"\n";
     let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{NOT_VISIBLE}");
     Desk::vehicle(gateway, &profile, DBC, reported);
+}
+
+/// Requirements that are open, and contradicted by a message or a value.
+fn requirements(reported: &mut Reported) {
+    for (required, contradiction) in [
+        ("signal = \"PANEL.BUTTON\"\nvalues = [0]", 1),
+        ("message = \"PANEL\"\nseen = false\nwithin_ms = 100\notherwise = \"a van\"", 0),
+    ] {
+        let profile = format!(
+            "[[requires]]\n{required}\n[message.BODY]\ntimeout_ms = 500\n[turn]\n{STATE_KEYS}{NOT_VISIBLE}"
+        );
+        let mut desk = Desk::vehicle("", &profile, DBC, reported);
+        desk.each_50_ms(300, |desk, _| desk.frame(BODY, &[0]));
+        desk.frame(PANEL, &[contradiction]);
+    }
 }
 
 /// Lamps and a stalk that are observed anew after a sleep.

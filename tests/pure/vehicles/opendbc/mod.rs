@@ -27,7 +27,12 @@ const FLASH_MS: u64 = 330;
 const TAP_MS: u64 = 300;
 
 /// Why a report of ours differs from opendbc's car state.
-const DIFFERENCES: [(&str, &str); 5] = [
+const DIFFERENCES: [(&str, &str); 6] = [
+    (
+        "other variant",
+        "The profile requires that a message does not come, and opendbc reads the sides from that message, with the other \
+         side first. No recording proves either: the report stops.",
+    ),
     (
         "reserved value",
         "opendbc compares with the values for left and right and takes any other for off. A value that is not defined, or \
