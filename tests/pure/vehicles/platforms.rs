@@ -148,6 +148,24 @@ fn messages_of_a_profile_fit_on_the_bus_of_its_platform_alone() {
     }
 }
 
+/// Without the other identifiers the same frames fit.
+#[test]
+fn an_indicator_that_looks_right_does_not_fit_on_another_platform() {
+    let (mut own, _) = messages_of("chrysler_pacifica_2017");
+    let [lever] = own.as_mut_slice() else { panic!("{own:?}") };
+    // Off, left and right for 1.2 s each, in the first bits.
+    lever.changes = Some((0, 1_200 / lever.period_ms));
+    let mut random = Random::new(3);
+    let foreign = random_ids(&mut random, 60).into_iter().filter(|id| *id != lever.id);
+    let foreign: Vec<_> = foreign.map(|id| Message::random(&mut random, id)).collect();
+    for (others, expected) in [(Vec::new(), true), (foreign, false)] {
+        let mut drives = Drives::new();
+        drives.drive("can0", &[own.clone(), others].concat());
+        let fits = fitting(&drives.identifier);
+        assert_eq!(fits.contains(&("can0".to_owned(), "chrysler_pacifica_2017")), expected, "{fits:?}");
+    }
+}
+
 #[test]
 fn a_profile_names_the_list_of_each_dbc_that_it_stands_for() {
     let known: BTreeSet<_> = fingerprints::lists().unwrap().iter().map(|list| list.name.as_str()).collect();
