@@ -38,7 +38,7 @@ pub use report::{CheckReport, ReportedFinding};
 pub use service::service_files;
 pub use survey_text::{bad_lines_text, recording};
 
-/// Lists the bindings of a configuration and the rejected statements of its DBCs.
+/// Lists the bindings of a configuration, and what was not read of its DBCs.
 pub fn binding(settings: &Settings) -> CheckReport {
     let mut report = CheckReport::default();
     report.line("vehicle", &settings.vehicle);
@@ -58,9 +58,7 @@ pub fn binding(settings: &Settings) -> CheckReport {
                 bus.name, bus.interface
             ),
         );
-        for finding in
-            dbc.database.findings.iter().filter(|finding| finding.severity == DbcSeverity::Rejected)
-        {
+        for finding in dbc.database.findings.iter().filter(|finding| finding.severity != DbcSeverity::Note) {
             report.line("", format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
         }
     }

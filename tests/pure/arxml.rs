@@ -170,11 +170,11 @@ type Omission =
 
 #[test]
 fn what_is_not_read_is_left_out_with_a_reason() {
-    use DbcSeverity::{Note, Rejected};
+    use DbcSeverity::{Partial, Rejected};
     let plain = database("Body", TWO_CLUSTERS);
     let line = |text: &str| 1 + TWO_CLUSTERS.split_once(text).unwrap().0.matches('\n').count();
     let protected = plain.findings.iter().find(|finding| finding.excerpt == "Protected").unwrap();
-    assert_eq!((protected.severity, protected.line), (Note, line("<I-SIGNAL-GROUP>")));
+    assert_eq!((protected.severity, protected.line), (Partial, line("<I-SIGNAL-GROUP>")));
     assert!(protected.reason.contains("end-to-end protection is not read"));
     assert_eq!(plain.findings.len(), 1, "{:?}", plain.findings);
 
@@ -219,17 +219,17 @@ fn what_is_not_read_is_left_out_with_a_reason() {
             text,
             "<UPPER-LIMIT>20</UPPER-LIMIT>",
             &[],
-            Note,
+            Partial,
             "Turn",
             "the text of a range of values is not read",
         ),
-        (">LINEAR<", ">RAT_FUNC<", &[], Note, "Temperature", "only linear scaling and texts are read"),
-        ("<V>16</V>", "<V>0</V>", &[], Note, "Speed", "scaling in several segments is not read"),
+        (">LINEAR<", ">RAT_FUNC<", &[], Partial, "Temperature", "only linear scaling and texts are read"),
+        ("<V>16</V>", "<V>0</V>", &[], Partial, "Speed", "scaling in several segments is not read"),
         (
             "<START-POSITION>4<",
             "<UPDATE-INDICATION-BIT-POSITION>3</UPDATE-INDICATION-BIT-POSITION><START-POSITION>4<",
             &[],
-            Note,
+            Partial,
             "Turn",
             "its update bit is not read",
         ),

@@ -113,6 +113,8 @@ pub struct DbcFinding {
 pub enum DbcSeverity {
     /// The statement is not used.
     Rejected,
+    /// The statement is used, but a part of it that matters is not read.
+    Partial,
     /// The statement is used, or not needed.
     Note,
 }

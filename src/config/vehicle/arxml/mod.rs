@@ -133,7 +133,7 @@ impl<'d> ClusterReader<'d> {
         let channels =
             conditionals.flat_map(|part| listed(part, "PHYSICAL-CHANNELS", "CAN-PHYSICAL-CHANNEL"));
         if let Some(protection) = self.elements.first("END-TO-END-PROTECTION") {
-            self.find(protection, DbcSeverity::Note, UNREAD_PROTECTION);
+            self.find(protection, DbcSeverity::Partial, UNREAD_PROTECTION);
         }
         let triggerings = channels.flat_map(|part| listed(part, "FRAME-TRIGGERINGS", "CAN-FRAME-TRIGGERING"));
         for triggering in triggerings {
@@ -236,7 +236,7 @@ impl<'d> ClusterReader<'d> {
         let payload = triggering.and_then(|triggering| self.elements.follow(triggering, "I-PDU-REF"));
         let payload = payload.filter(|payload| payload.tag_name().name() != "SECURED-I-PDU");
         let payload = payload.ok_or("its payload is not found")?;
-        self.find(pdu, DbcSeverity::Note, "its authentication (SecOC) is not checked");
+        self.find(pdu, DbcSeverity::Partial, "its authentication (SecOC) is not checked");
         self.pdu(payload, offset, is_part, content);
         Ok(())
     }
@@ -251,14 +251,14 @@ impl<'d> ClusterReader<'d> {
             match PlacedSignal::of_mapping(&self.elements, mapping, offset, &mut self.scales) {
                 Ok(Some((signal, omissions))) => {
                     for omission in omissions {
-                        self.find(signal.element, DbcSeverity::Note, omission);
+                        self.find(signal.element, DbcSeverity::Partial, omission);
                     }
                     content.signals.push(CollectedSignal { signal, selected_by: None });
                 }
                 Ok(None) => {
                     let group = self.elements.follow(mapping, "I-SIGNAL-GROUP-REF");
                     if let Some(group) = group.filter(|group| descend(*group, &PROTECTION).is_some()) {
-                        self.find(group, DbcSeverity::Note, UNREAD_PROTECTION);
+                        self.find(group, DbcSeverity::Partial, UNREAD_PROTECTION);
                     }
                 }
                 Err(reason) => self.find(mapping, DbcSeverity::Rejected, reason),
