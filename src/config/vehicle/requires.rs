@@ -6,6 +6,7 @@ use super::binder::{Binder, Meanings, NOT_AVAILABLE, split_bus, unusable_values}
 use super::message::MessageSections;
 use super::raw_values::RawValues;
 use crate::config::reading::Fields;
+use crate::core::dbc::model::Message;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::requirement::{Condition, Requirement};
 
@@ -32,8 +33,8 @@ fn requirement(
 ) -> Option<Requirement> {
     let form = fields.only_one_of(&["message", "signal"], "a requirement is of a message or of a signal");
     let read = match form {
-        Some("signal") => value(binder, &fields, sections),
-        Some(_) => presence(binder, &fields, sections),
+        Some("signal") => value(binder, &fields),
+        Some(_) => presence(binder, &fields),
         None => {
             fields.accept_rest();
             None
@@ -41,11 +42,22 @@ fn requirement(
     };
     let otherwise = fields.string("otherwise").map(|given| given.text).unwrap_or_default();
     fields.done();
-    Some(Requirement { otherwise, ..read? })
+    let Observed { bus, message, name, condition } = read?;
+    let ids = sections.ids(binder, (bus, message));
+    Some(Requirement { bus: binder.buses[bus].index, ids, name, condition, otherwise })
+}
+
+/// What a requirement observes.
+struct Observed<'d> {
+    /// Position of the bus of its message.
+    bus: usize,
+    message: &'d Message,
+    name: String,
+    condition: Condition,
 }
 
 /// Reads a message that must be received, or must not.
-fn presence(binder: &Binder<'_>, fields: &Fields<'_>, sections: &MessageSections<'_>) -> Option<Requirement> {
+fn presence<'d>(binder: &Binder<'d>, fields: &Fields<'_>) -> Option<Observed<'d>> {
     let given = fields.string("message");
     let seen = fields.flag("seen");
     let condition = if seen == Some(false) {
@@ -60,17 +72,11 @@ fn presence(binder: &Binder<'_>, fields: &Fields<'_>, sections: &MessageSections
     let (bus, name) = split_bus(&given.text);
     let (bus, message) = binder.find_message(bus, name, &given.location)?;
     let name = binder.message_name(bus, message);
-    Some(Requirement {
-        bus: binder.buses[bus].index,
-        ids: sections.ids(binder, (bus, message)),
-        name,
-        condition,
-        otherwise: String::new(),
-    })
+    Some(Observed { bus, message, name, condition })
 }
 
 /// Reads a signal with the values that it must have.
-fn value(binder: &Binder<'_>, fields: &Fields<'_>, sections: &MessageSections<'_>) -> Option<Requirement> {
+fn value<'d>(binder: &Binder<'d>, fields: &Fields<'_>) -> Option<Observed<'d>> {
     fields.set_form("with a signal");
     let is_complete = fields.require(&["values"], "give the raw values that the signal must have");
     let given = fields.string("signal");
@@ -83,11 +89,5 @@ fn value(binder: &Binder<'_>, fields: &Fields<'_>, sections: &MessageSections<'_
     let values = binder.values(&meanings, Some(signal))?;
     let condition = Condition::Value { codec: signal.codec.clone(), values };
     let name = format!("{}.{}", binder.message_name(bus, message), signal.name);
-    Some(Requirement {
-        bus: binder.buses[bus].index,
-        ids: sections.ids(binder, (bus, message)),
-        name,
-        condition,
-        otherwise: String::new(),
-    })
+    Some(Observed { bus, message, name, condition })
 }

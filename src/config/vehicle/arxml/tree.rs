@@ -53,18 +53,17 @@ impl<'d> NamedElements<'d> {
 
     /// Returns the element with an absolute path, such as `/Signals/Turn`.
     pub(super) fn at(&self, path: &str) -> Option<Node<'d, 'd>> {
-        let names = path.strip_prefix('/').filter(|_| path.len() <= MAX_PATH)?.split('/');
+        let mut names = path.strip_prefix('/').filter(|_| path.len() <= MAX_PATH)?.split('/');
         let top = self.document.root().id();
-        // The map is only asked for names that live as long as the call.
-        let id = names.into_iter().try_fold(top, |around, name| self.names.get(&(around, name)).copied())?;
+        let id = names.try_fold(top, |around, name| self.names.get(&(around, name)).copied())?;
         self.document.get_node(id)
     }
 }
 
-/// Returns the first child with this name.
+/// Returns the first child with this name. Names have no namespace here, since it is one in the whole file.
 pub(super) fn child<'d>(element: Node<'d, 'd>, name: &str) -> Option<Node<'d, 'd>> {
-    let children = element.children().filter(Node::is_element).take(MAX_SINGLE);
-    children.into_iter().find(|child| child.tag_name().name() == name)
+    let mut children = element.children().filter(Node::is_element).take(MAX_SINGLE);
+    children.find(|child| child.tag_name().name() == name)
 }
 
 /// Returns the element at the end of a path of single children.
@@ -79,18 +78,7 @@ pub(super) fn listed<'d>(
     name: &'static str,
 ) -> impl Iterator<Item = Node<'d, 'd>> + use<'d> {
     let children = child(element, list).into_iter().flat_map(|list| list.children());
-    children.filter(move |child| child.has_tag_name_of(name))
-}
-
-/// Comparison of names without their namespace, which is one in the whole file.
-trait LocalName {
-    fn has_tag_name_of(&self, name: &str) -> bool;
-}
-
-impl LocalName for Node<'_, '_> {
-    fn has_tag_name_of(&self, name: &str) -> bool {
-        self.is_element() && self.tag_name().name() == name
-    }
+    children.filter(move |child| child.tag_name().name() == name)
 }
 
 /// Returns the text of a single child, without blanks around it.
