@@ -316,7 +316,7 @@ fn gateway_reader(gate: &Gate) -> u64 {
     let settings = BusSocketSettings {
         bus: BusIndex(0),
         interface: INTERFACE.to_owned(),
-        ids: IdFilter::new(Some(IDS.into_iter().chain([END]).map(CanId::Standard).collect())),
+        ids: IdFilter::new(Some(IDS.into_iter().chain([END]).map(|id| CanId::Standard(id).into()).collect())),
         receive_buffer_bytes: RECEIVE_BUFFER_BYTES.try_into().unwrap(),
         transmitter: Transmitter::default(),
     };
