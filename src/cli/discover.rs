@@ -17,8 +17,10 @@ use crate::core::discovery::capture::Capture;
 use crate::core::discovery::findings::DiscoveryFindings;
 use crate::core::discovery::machine::{Discovery, DiscoveryEvent};
 use crate::core::discovery::session::{DriverRequest, SessionSettings};
+use crate::core::discovery::timeline::ActionTimeline;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::daemon::discover::{self, LiveEvent};
+use crate::desk::proven_draft::proven_files;
 use crate::desk::recorded_session::{RecordedSession, marks};
 use crate::io::new_files::NewFiles;
 use crate::io::process_log::LogForm;
@@ -115,7 +117,7 @@ fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCo
     }
     let findings = session.findings();
     let new = NewFiles::in_folder(folder, args.force).map_err(Failure::file(folder))?;
-    finish(args, &session.capture, &findings, &session.interfaces, &new, log)
+    finish(args, &session.capture, &session.timeline(), &findings, &session.interfaces, &new, log)
 }
 
 const SESSION_LOG: &str = "session.log";
@@ -157,13 +159,15 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
             args.live.join(", ")
         )));
     }
-    finish(args, discovery.capture(), &findings, &args.live, &new, &path)
+    let (_, end) = discovery.capture().span().unwrap_or_default();
+    finish(args, discovery.capture(), &discovery.timeline(end), &findings, &args.live, &new, &path)
 }
 
 /// Prints the findings, writes the files, and checks them on the recording.
 fn finish(
     args: &DiscoverArgs,
     capture: &Capture,
+    timeline: &ActionTimeline,
     findings: &DiscoveryFindings,
     interfaces: &[String],
     new: &NewFiles,
@@ -174,9 +178,12 @@ fn finish(
     let messages = counted(messages.try_into().unwrap_or(u64::MAX), "message");
     writeln!(out, "\n{frames} frames of {messages}\n\n{}", texts::result(findings))?;
     let draft = VehicleDraft { name: &args.name, interfaces, capture, findings };
-    let Some(files) = draft.files() else {
-        writeln!(out, "Nothing is written: a wrong signal would be worse than none.")?;
-        return Ok(ExitCode::from(4));
+    let files = match proven_files(&draft, timeline) {
+        Ok(files) => files,
+        Err(why) => {
+            writeln!(out, "Nothing is written: {why}.")?;
+            return Ok(ExitCode::from(4));
+        }
     };
     let mut names = Vec::new();
     for (name, text) in &files {

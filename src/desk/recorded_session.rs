@@ -62,10 +62,14 @@ impl RecordedSession {
         Ok(Self { capture, marks: noted, interfaces: log.interfaces().to_vec() })
     }
 
+    /// The requests that the marks stand for.
+    pub fn timeline(&self) -> ActionTimeline {
+        ActionTimeline::new(&self.marks, self.capture.span().unwrap_or_default())
+    }
+
     /// The signals that follow the marks.
     pub fn findings(&self) -> DiscoveryFindings {
-        let span = self.capture.span().unwrap_or_default();
-        DiscoveryFindings::new(&self.capture, &ActionTimeline::new(&self.marks, span))
+        DiscoveryFindings::new(&self.capture, &self.timeline())
     }
 }
 

@@ -108,6 +108,10 @@ pub fn result(findings: &DiscoveryFindings) -> String {
         }
         None => line("turn", "NOT FOUND: no signal on this bus follows both sides"),
     }
+    if let Some(form) = findings.moved_at_rest {
+        line("", &format!("{form} followed both sides, but it changed during HANDS OFF as well."));
+        line("", "Was the lever moved then? Repeat the session, and touch nothing during HANDS OFF");
+    }
     match findings.hazard.first() {
         Some(hazard) if findings.certainty(DriverAction::Hazard) == Certainty::Sure => {
             line("hazard", &hazard.form.to_string());

@@ -111,9 +111,12 @@ impl VehicleDraft<'_> {
             // A message that has stopped for good has no long gap, but proves nothing any more.
             let (_, end) = self.capture.span().unwrap_or_default();
             let silence = |track: &FrameTrack| track.times().last().map(|last| end.since(*last));
-            let regular =
-                of_bus.filter_map(|(key, track)| Some((track.gaps()?.usual.max(silence(track)?), key)));
-            if let Some((_, key)) = regular.min().filter(|(longest, _)| *longest < MAX_CYCLIC) {
+            let regular = of_bus.filter_map(|(key, track)| {
+                let (gaps, silence) = (track.gaps()?, silence(track)?);
+                Some((gaps.longest.max(silence), gaps.usual.max(silence), key))
+            });
+            let regular = regular.filter(|(_, usual, _)| *usual < MAX_CYCLIC);
+            if let Some((_, _, key)) = regular.min() {
                 let name = self.message(messages, key).name.clone();
                 heartbeats.insert(bus, name);
             }

@@ -13,7 +13,7 @@ pub(super) struct QuietBits<'a> {
     /// Numbers of the bits as in a DBC, ascending.
     pub(super) bits: Vec<u16>,
     pub(super) idle: [u8; MAX_DATA],
-    /// Contents from each time on, with all other bits cleared.
+    /// Contents from each time on, with all other bits cleared unless they never change.
     pub(super) contents: Vec<(MonoTime, [u8; MAX_DATA])>,
     pub(super) end: MonoTime,
     pub(super) timeline: &'a ActionTimeline,
@@ -78,6 +78,7 @@ pub(super) fn quiet_bits<'a>(
     for bit in excluded {
         mask[usize::from(bit / 8)] &= !(1 << (bit % 8));
     }
+    let excluded_mask = mask;
     let mut changes = vec![BitChanges::default(); length * 8];
     let mut contents: Vec<(MonoTime, [u8; MAX_DATA])> = Vec::new();
     let mut before: Option<&[u8; MAX_DATA]> = None;
@@ -111,11 +112,22 @@ pub(super) fn quiet_bits<'a>(
     for bit in &bits {
         mask[usize::from(bit / 8)] |= 1 << (bit % 8);
     }
+    // A bit that is always set counts in the values of a signal around it, as it does in the DBC.
+    let is_constant = |bit: &usize| changes[*bit].all == 0 && !is_noise(*bit);
+    let mut constant = [0; MAX_DATA];
+    for bit in (0..length * 8).filter(is_constant) {
+        constant[bit / 8] |= 1 << (bit % 8);
+    }
+    constant.iter_mut().zip(&excluded_mask).for_each(|(byte, allowed)| *byte &= allowed);
+    let first = contents.first().map_or([0; MAX_DATA], |(_, data)| masked(data, &constant));
     for (_, data) in &mut contents {
-        *data = masked(data, &mask);
+        let kept = masked(data, &mask);
+        *data = first;
+        data.iter_mut().zip(kept).for_each(|(byte, kept)| *byte |= kept);
     }
     contents.dedup_by_key(|(_, data)| *data);
-    let idle = idle(&contents, &bits, timeline, end);
+    let mut idle = idle(&contents, &bits, timeline, end);
+    idle.iter_mut().zip(first).for_each(|(byte, constant)| *byte |= constant);
     Some(QuietBits { bits, idle, contents, end, timeline, noise, changed })
 }
 

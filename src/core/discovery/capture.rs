@@ -91,6 +91,14 @@ impl FrameTrack {
         &self.times
     }
 
+    /// Returns all frames with their times.
+    pub fn frames(&self) -> impl Iterator<Item = (MonoTime, &Frame)> {
+        self.changes.iter().enumerate().flat_map(|(index, (from, frame))| {
+            let until = self.changes.get(index + 1).map_or(self.times.len(), |(next, _)| *next);
+            self.times.get(*from..until).unwrap_or_default().iter().map(move |at| (*at, frame))
+        })
+    }
+
     /// Frames that differ from the one before, with their times.
     pub fn changes(&self) -> impl Iterator<Item = (MonoTime, &Frame)> {
         self.changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))

@@ -10,6 +10,7 @@ use super::protection::FoundProtection;
 use super::response::ResponseShape;
 use super::search::{self, Responding};
 use super::timeline::{ActionTimeline, DriverAction};
+use super::two_messages;
 use super::widening::{widen_hazard, widen_turn};
 
 /// Candidates, with the best of each list first.
@@ -27,6 +28,11 @@ pub struct DiscoveryFindings {
     pub turn_doubt: Option<Doubt>,
     /// Reason for which the hazard lights are not sure.
     pub hazard_doubt: Option<Doubt>,
+    /// Signal that follows both sides, but was left out because it changed during [`DriverMark::Quiet`], as a lever that
+    /// is moved then does; `None` if both sides are sure.
+    ///
+    /// [`DriverMark::Quiet`]: crate::core::can::DriverMark::Quiet
+    pub moved_at_rest: Option<TurnForm>,
 }
 
 /// A reason for which requests that were followed are not enough.
@@ -71,8 +77,20 @@ const ENOUGH_WITHOUT: usize = 4;
 impl DiscoveryFindings {
     /// Ranks all signals by how well they follow the requests.
     pub fn new(capture: &Capture, timeline: &ActionTimeline) -> Self {
+        let mut findings = Self::search(capture, timeline);
+        if !findings.is_usable() {
+            let without_quiet = ActionTimeline { quiet: Vec::new(), ..timeline.clone() };
+            let others = Self::search(capture, &without_quiet);
+            findings.moved_at_rest = others.turn.first().filter(|_| others.is_usable()).map(|turn| turn.form);
+        }
+        findings
+    }
+
+    fn search(capture: &Capture, timeline: &ActionTimeline) -> Self {
         let messages = search::responding(capture, timeline);
         let mut turn = search::turn(&messages, timeline);
+        turn.extend(two_messages::candidates(&messages, timeline));
+        turn.sort_by_key(SignalCandidate::weight);
         let signals = turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
         let turn_messages: Vec<_> = signals.iter().map(|signal| signal.message).collect();
         let mut hazard = search::hazard(&messages, &turn_messages, timeline);
@@ -106,7 +124,8 @@ impl DiscoveryFindings {
         let hazard_doubt = hazard_doubt(&messages, &hazard);
         let protection = messages.into_iter().map(|message| (message.key, message.protection)).collect();
         let certainty = [Certainty::NotFound; 3];
-        let mut findings = Self { turn, hazard, protection, certainty, turn_doubt, hazard_doubt };
+        let mut findings =
+            Self { turn, hazard, protection, certainty, turn_doubt, hazard_doubt, moved_at_rest: None };
         findings.certainty = DriverAction::ALL.map(|action| findings.certainty_of(action, is_open));
         findings
     }

@@ -94,7 +94,7 @@ impl Discovery {
     }
 
     /// Returns the requests so far, in a session that lasts until `now`.
-    fn timeline(&self, now: MonoTime) -> ActionTimeline {
+    pub fn timeline(&self, now: MonoTime) -> ActionTimeline {
         let start = self.marks.first().map_or(now, |(start, _)| *start);
         ActionTimeline::new(&self.marks, (start, now))
     }

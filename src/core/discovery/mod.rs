@@ -13,10 +13,12 @@
 //! | `bits`, `response` | bits that rest without a request; their responses to each |
 //! | `pages` | bits of multiplexed messages, which are left out |
 //! | `search`, [`candidate`] | signals made of them, ranked |
+//! | `two_messages` | signals of the two sides in different messages |
 //! | `suspects` | bits that may be parts of a checksum or a number |
 //! | `widening` | bits beside a signal that belong to it |
 //! | [`protection`] | counter and checksum of a message |
 //! | [`findings`] | the result, and what is not sure |
+//! | [`proof`] | what a written profile reports over the session, compared with the requests |
 
 mod bits;
 pub mod candidate;
@@ -24,12 +26,14 @@ pub mod capture;
 pub mod findings;
 pub mod machine;
 mod pages;
+pub mod proof;
 pub mod protection;
 mod response;
 mod search;
 pub mod session;
 mod suspects;
 pub mod timeline;
+mod two_messages;
 mod widening;
 
 pub use response::ResponseShape;

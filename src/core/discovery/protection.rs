@@ -19,7 +19,12 @@ impl FoundProtection {
     /// Finds counter and checksum in the frames of a message.
     pub(super) fn find(track: &FrameTrack) -> Self {
         let frames = track.different_frames(MAX_FRAMES);
-        Self { counter: find_counter(&frames), checksum: find_checksum(&frames) }
+        let (counter, checksum) = (find_counter(&frames), find_checksum(&frames));
+        // Some bits of a sum count as well, as long as little else in the message changes.
+        let of_sum: Vec<_> = checksum.iter().flat_map(|checksum| bits_of(checksum.layout)).collect();
+        let is_apart =
+            |counter: &FoundCounter| !bits_of(counter.layout).iter().any(|bit| of_sum.contains(bit));
+        Self { counter: counter.filter(is_apart), checksum }
     }
 
     /// Returns the bits of both, as numbered in a DBC.

@@ -128,7 +128,8 @@ impl Responses {
         self.endings.extend(ended.map(|run| (window.action, run.value)));
         let back = window.end.max(window.off.after(LATE_END));
         let rests = !runs.iter().any(|run| begin <= run.from && run.from < end && back < run.until);
-        for pair in begun.windows(2).filter(|pair| pair[0].until == pair[1].from) {
+        let all: Vec<_> = runs.iter().filter(|run| begin <= run.from && run.from < end).collect();
+        for pair in all.windows(2).filter(|pair| pair[0].until == pair[1].from) {
             self.detents.insert(pair[0].value, pair[1].value);
         }
         let response = if rests { response(&begun, window) } else { Err(Irregular) };

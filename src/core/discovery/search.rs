@@ -10,7 +10,7 @@ use super::capture::{Capture, FrameTrack, MessageKey};
 use super::pages::is_on_a_page;
 use super::protection::FoundProtection;
 use super::response::{ResponseShape, Responses, SignalResponse, Typical};
-use super::suspects::{MIN_CHECKSUM_BITS, like_checksum, restless};
+use super::suspects::{MIN_CHECKSUM_BITS, companions, like_checksum, restless};
 use super::timeline::{ActionTimeline, DriverAction, EARLY};
 use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use crate::core::time::MonoTime;
@@ -32,7 +32,9 @@ pub(super) struct Responding<'a> {
     pub(super) key: MessageKey,
     pub(super) protection: FoundProtection,
     pub(super) quiet: QuietBits<'a>,
-    bits: Vec<(u16, Responses)>,
+    pub(super) bits: Vec<(u16, Responses)>,
+    /// Bits that change at some presses of a momentary switch, as its half press does.
+    companions: Vec<u16>,
     /// Bytes that change whenever anything in the message changes.
     like_checksum: Vec<u16>,
     /// Bits that change with most uses of the indicators, in an unknown way.
@@ -62,7 +64,24 @@ impl<'a> Responding<'a> {
         let like_checksum = like_checksum(&quiet, &bits);
         let restless = restless(&quiet, &bits);
         let length = track.shortest();
-        Some(Self { key, protection, quiet, bits, like_checksum, restless, is_regular, period, length })
+        let companions = companions(&quiet, &bits);
+        Some(Self {
+            key,
+            protection,
+            quiet,
+            bits,
+            companions,
+            like_checksum,
+            restless,
+            is_regular,
+            period,
+            length,
+        })
+    }
+
+    /// Returns the bits that a signal may have.
+    fn known_bits(&self) -> impl Iterator<Item = u16> {
+        self.bits.iter().map(|(bit, _)| *bit).chain(self.companions.iter().copied())
     }
 
     /// Returns fields of two bits or more that could be an enumerated signal.
@@ -71,7 +90,7 @@ impl<'a> Responding<'a> {
         for (order, position) in
             [(ByteOrder::Intel, (|bit| bit) as fn(u16) -> u16), (ByteOrder::Motorola, sawtooth)]
         {
-            let mut positions: Vec<_> = self.bits.iter().map(|(bit, _)| position(*bit)).collect();
+            let mut positions: Vec<_> = self.known_bits().map(position).collect();
             positions.sort_unstable();
             for (index, low) in positions.iter().enumerate() {
                 for high in positions[index + 1..].iter().take_while(|high| **high - low < MAX_WIDTH) {
@@ -85,7 +104,7 @@ impl<'a> Responding<'a> {
                 }
             }
         }
-        let is_known = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
+        let is_known = |bit: &u16| self.known_bits().any(|known| known == *bit);
         // A bit in between that changes for other reasons ends the field.
         layouts.retain(|layout| {
             let bits = bits_of(*layout);
@@ -99,8 +118,8 @@ impl<'a> Responding<'a> {
     }
 
     /// Returns the drawbacks of a signal that result from its place.
-    fn drawbacks(&self, bits: &[u16], rest: u64, shape: ResponseShape) -> Vec<Drawback> {
-        let responds = |bit: &u16| self.bits.iter().any(|(known, _)| known == bit);
+    pub(super) fn drawbacks(&self, bits: &[u16], rest: u64, shape: ResponseShape) -> Vec<Drawback> {
+        let responds = |bit: &u16| self.known_bits().any(|known| known == *bit);
         let is_next = |bit: &u16, other: &u16| {
             is_beside(*bit, *other) && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
         };
@@ -108,6 +127,7 @@ impl<'a> Responding<'a> {
         let is_same =
             |responses: &Responses| responses.has_shape(self.quiet.timeline, &DriverAction::ALL, shape);
         let cut = self.bits.iter().filter(|(other, of)| is_cut(other) && is_same(of)).count();
+        let cut = if shape == ResponseShape::Momentary { self.cut_of_stalk(bits) } else { cut };
         let gaps = bits.iter().filter(|bit| !responds(bit)).count();
         let mut drawbacks = Vec::new();
         drawbacks.extend(
@@ -126,8 +146,26 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
+    /// Returns the number of bits that also show presses to the sides and are separated from these `bits` of a momentary
+    /// switch by constant bits at most, so that they belong to it.
+    fn cut_of_stalk(&self, bits: &[u16]) -> usize {
+        let timeline = self.quiet.timeline;
+        let shows_a_press = |responses: &Responses| {
+            responses.has_shape(timeline, &DriverAction::ALL[..2], ResponseShape::Momentary)
+        };
+        let responding = self.bits.iter().filter(|(_, of)| shows_a_press(of)).map(|(bit, _)| *bit);
+        let others = responding.chain(self.companions.iter().copied()).filter(|bit| !bits.contains(bit));
+        let is_joined = |bit: u16, other: u16| {
+            [|bit| bit, sawtooth].into_iter().any(|position: fn(u16) -> u16| {
+                let (low, high) = (position(bit).min(position(other)), position(bit).max(position(other)));
+                high - low < MAX_WIDTH && (low + 1..high).all(|at| !self.quiet.varies(position(at)))
+            })
+        };
+        others.filter(|other| bits.iter().any(|bit| is_joined(*bit, *other))).count()
+    }
+
     /// Returns the times of the response and of its end for each request, with their largest delays.
-    fn times(&self, responses: &Responses) -> Vec<[Option<ResponseTime>; 2]> {
+    pub(super) fn times(&self, responses: &Responses) -> Vec<[Option<ResponseTime>; 2]> {
         let late = self.period;
         responses.times().map(|times| times.map(|at| Some(ResponseTime { at: at?, late }))).collect()
     }
@@ -228,7 +266,7 @@ fn responding_bits(quiet: &QuietBits<'_>, track: &FrameTrack) -> Option<Vec<(u16
 }
 
 /// Returns the typical responses to all actions; `None` when a side has none.
-fn typical(responses: &Responses, timeline: &ActionTimeline) -> Option<[Typical; 3]> {
+pub(super) fn typical(responses: &Responses, timeline: &ActionTimeline) -> Option<[Typical; 3]> {
     let [left, right, hazard] = DriverAction::ALL.map(|action| responses.typical(timeline, action));
     let unknown = Typical { response: None, count: 0, of: timeline.count(DriverAction::Hazard) };
     Some([left?, right?, hazard.unwrap_or(unknown)])
@@ -238,12 +276,12 @@ fn followed(typical: &[Typical; 3]) -> [(usize, usize); 3] {
     typical.map(|typical| (typical.count, typical.of))
 }
 
-fn missed(followed: &[(usize, usize); 3]) -> Option<Drawback> {
+pub(super) fn missed(followed: &[(usize, usize); 3]) -> Option<Drawback> {
     let missed = followed.iter().map(|(count, of)| of - count).sum();
     (missed > 0).then_some(Drawback::Missed(missed))
 }
 
-/// Returns the candidates for the turn indicators, best first.
+/// Returns the candidates for the turn indicators within a message.
 pub(super) fn turn(messages: &[Responding<'_>], timeline: &ActionTimeline) -> Vec<SignalCandidate<TurnForm>> {
     let mut candidates = Vec::new();
     for message in messages {
@@ -252,13 +290,6 @@ pub(super) fn turn(messages: &[Responding<'_>], timeline: &ActionTimeline) -> Ve
         }
         candidates.extend(pairs(message, timeline));
     }
-    let sides: Vec<_> = messages.iter().flat_map(|message| sides(message, timeline)).collect();
-    for left in sides.iter().filter(|side| side.is_left) {
-        for right in sides.iter().filter(|side| !side.is_left) {
-            candidates.extend(apart(left, right));
-        }
-    }
-    candidates.sort_by_key(SignalCandidate::weight);
     candidates
 }
 
@@ -323,13 +354,18 @@ fn stalk(
     let full = [left.value, right.value];
     let on_the_way =
         |to: u64| responses.detents.iter().find(|(from, full)| **full == to && !is_full(**from, left, right));
+    let on_the_way = [left, right].map(|full| on_the_way(full.value).map(|(half, _)| *half));
     let ending = |action| {
         let values = responses.endings.iter().filter(move |(ended, _)| *ended == action);
-        values.map(|(_, value)| *value).find(|value| !full.contains(value))
+        let mut values = values.map(|(_, value)| *value);
+        values.find(|value| !full.contains(value) && !on_the_way.contains(&Some(*value)))
     };
     // The left half ends an indication to the right.
-    let half = [(left, DriverAction::Right), (right, DriverAction::Left)]
-        .map(|(full, ended)| on_the_way(full.value).map(|(half, _)| *half).or_else(|| ending(ended)));
+    let half = [
+        on_the_way[0].or_else(|| ending(DriverAction::Right)),
+        on_the_way[1].or_else(|| ending(DriverAction::Left)),
+    ];
+    let half = if half[0] == half[1] { [None, None] } else { half };
     let cancels = |action, value| responses.endings.contains(&(action, value));
     let opposite_full_cancels = half == [None, None]
         && (cancels(DriverAction::Left, right.value) || cancels(DriverAction::Right, left.value));
@@ -395,70 +431,13 @@ fn pair(
     Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
 }
 
-struct SideBit<'a> {
-    message: &'a Responding<'a>,
-    is_left: bool,
-    switch: Switch,
-    /// True if it is on during the hazard lights as well.
-    with_hazard: bool,
-    typical: [Typical; 3],
-    times: Vec<[Option<ResponseTime>; 2]>,
-}
-
-/// Returns the bits that are on for one side and keep their value.
-fn sides<'a>(message: &'a Responding<'a>, timeline: &ActionTimeline) -> Vec<SideBit<'a>> {
-    let side = |(bit, responses): &(u16, Responses)| {
-        let typical = typical(responses, timeline)?;
-        let (is_left, response) = match (typical[0].response, typical[1].response) {
-            (Some(response), None) => (true, response),
-            (None, Some(response)) => (false, response),
-            (Some(_), Some(_)) | (None, None) => return None,
-        };
-        let is_steady = |response: SignalResponse| response.shape == ResponseShape::Steady;
-        let is_side = is_steady(response) && typical[2].response.is_none_or(is_steady);
-        let (switch, with_hazard) =
-            (switch(message, *bit, responses, response), typical[2].response.is_some());
-        let times = message.times(responses);
-        is_side.then_some(SideBit { message, is_left, switch, with_hazard, typical, times })
-    };
-    message.bits.iter().filter_map(side).collect()
-}
-
-fn switch(message: &Responding<'_>, bit: u16, responses: &Responses, response: SignalResponse) -> Switch {
+pub(super) fn switch(
+    message: &Responding<'_>,
+    bit: u16,
+    responses: &Responses,
+    response: SignalResponse,
+) -> Switch {
     Switch { signal: message.signal(Layout::unsigned(bit, 1)), off: responses.idle, on: response.value }
-}
-
-/// Builds a candidate of two sides in different messages.
-fn apart(left: &SideBit<'_>, right: &SideBit<'_>) -> Option<SignalCandidate<TurnForm>> {
-    if left.message.key == right.message.key || left.with_hazard != right.with_hazard {
-        return None;
-    }
-    let of = |side: &SideBit<'_>| {
-        side.message.drawbacks(&[side.switch.signal.layout.start], side.switch.off, ResponseShape::Steady)
-    };
-    let mut drawbacks = of(left);
-    for drawback in of(right) {
-        if !drawbacks.contains(&drawback) {
-            drawbacks.push(drawback);
-        }
-    }
-    drawbacks.push(Drawback::TwoMessages);
-    drawbacks.extend((!left.with_hazard).then_some(Drawback::HidesHazard));
-    let worse = |at: usize| {
-        let (a, b) = (left.typical[at], right.typical[at]);
-        (a.count.min(b.count), a.of)
-    };
-    let followed = [worse(0), worse(1), worse(2)];
-    drawbacks.extend(missed(&followed));
-    let shows_hazard = left.with_hazard;
-    let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps: false, shows_hazard };
-    let times = left
-        .times
-        .iter()
-        .zip(&right.times)
-        .map(|(left, right)| if left[0].is_some() { *left } else { *right });
-    let times = times.collect();
-    Some(SignalCandidate { form, shape: ResponseShape::Steady, followed, drawbacks, times })
 }
 
 /// Returns the candidates for hazard lights with their own signal, best first.

@@ -1,8 +1,9 @@
 //! Bits that may belong to an unknown checksum or to a number rather than to a signal.
 
 use super::bits::QuietBits;
-use super::response::Responses;
+use super::response::{ResponseShape, Responses};
 use super::timeline::{DriverAction, EARLY};
+use crate::core::can::MAX_DATA;
 
 /// Number of responding bits from which a byte may be a checksum.
 pub(super) const MIN_CHECKSUM_BITS: usize = 3;
@@ -47,4 +48,35 @@ pub(super) fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<
     };
     let responds = |bit: &u16| bits.iter().any(|(known, _)| known == bit);
     quiet.bits.iter().copied().filter(|bit| changes(bit) && !responds(bit)).collect()
+}
+
+/// Returns the bits that are on only while an action is requested, and at some presses of a momentary switch: a half
+/// press that the full one follows at once does not show in each of them.
+pub(super) fn companions(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
+    let timeline = quiet.timeline;
+    let is_momentary = |(_, responses): &&(u16, Responses)| {
+        responses.has_shape(timeline, &DriverAction::ALL[..2], ResponseShape::Momentary)
+    };
+    let presses: Vec<_> = bits.iter().filter(is_momentary).map(|(bit, _)| *bit).collect();
+    let is_on = |data: &[u8; MAX_DATA], bit: u16| {
+        let byte = usize::from(bit / 8);
+        (data[byte] ^ quiet.idle[byte]) >> (bit % 8) & 1 == 1
+    };
+    let is_pressed = |at: Option<usize>| {
+        let content = at.and_then(|at| quiet.contents.get(at));
+        content.is_some_and(|(_, data)| presses.iter().any(|press| is_on(data, *press)))
+    };
+    let is_companion = |bit: &u16| {
+        let on: Vec<_> = (0..quiet.contents.len()).filter(|at| is_on(&quiet.contents[*at].1, *bit)).collect();
+        let adjoins =
+            |at: &usize| is_pressed(at.checked_sub(1)) || is_pressed(Some(*at)) || is_pressed(Some(at + 1));
+        // "Not available" sets all bits.
+        let is_explained = |at: &usize| {
+            let (time, data) = &quiet.contents[*at];
+            timeline.is_requested(*time) || presses.iter().all(|press| is_on(data, *press))
+        };
+        on.iter().any(adjoins) && on.iter().all(is_explained)
+    };
+    let responds = |bit: &u16| bits.iter().any(|(known, _)| known == bit);
+    quiet.bits.iter().copied().filter(|bit| !responds(bit) && is_companion(bit)).collect()
 }

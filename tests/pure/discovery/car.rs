@@ -22,6 +22,8 @@ pub(crate) struct Car {
     pub(crate) half_ms: u64,
     pub(crate) ending: Ending,
     pub(crate) has_half: bool,
+    /// Share of full presses that show the half one on their way, in percent.
+    pub(crate) half_percent: u64,
     pub(crate) shows_hazard: bool,
     /// Until this time signals that can say so are not available, ms.
     unavailable_until_ms: u64,
@@ -45,6 +47,19 @@ const CODES: [(u16, [u64; 4]); 11] = [
 /// Likewise of a stalk: rest, half left, full left, half right, full right.
 const STALKS: [(u16, [u64; 5]); 4] =
     [(3, [0, 1, 2, 3, 4]), (3, [0, 5, 1, 6, 2]), (4, [0, 1, 9, 2, 10]), (4, [15, 4, 6, 8, 12])];
+/// Likewise, some with bits that are always set.
+const DETENTS: [(u16, [u64; 5]); 8] = [
+    (3, [0, 1, 2, 3, 4]),
+    (3, [0, 2, 1, 4, 3]),
+    (3, [0, 1, 3, 2, 6]),
+    (4, [0, 1, 9, 2, 10]),
+    (4, [4, 5, 6, 12, 13]),
+    (4, [2, 3, 6, 10, 14]),
+    (5, [8, 9, 10, 25, 26]),
+    (4, [15, 4, 6, 8, 12]),
+];
+/// Numbers of bits and values of an enumerated signal with a bit that is always set.
+const CONSTANT: [(u16, [u64; 4]); 3] = [(3, [2, 3, 6, 7]), (4, [4, 5, 12, 13]), (5, [4, 5, 20, 21])];
 /// Ways in which cars show their indicators.
 const FORMS: u64 = 8;
 
@@ -59,7 +74,63 @@ impl Car {
         Self::with(seed, Message::multiplex)
     }
 
+    /// A car whose indicators are easily mistaken: a stalk that springs back, whose half press shows in some of the
+    /// presses; values with a bit that is always set; messages that are sent at changes alone.
+    pub(crate) fn mistakable(seed: u64) -> Self {
+        let mut car = Self::bare(seed, [4, 12]);
+        car.ending = car.random.choose(&[Ending::HalfOpposite, Ending::SameAgain]);
+        car.has_half = car.random.percent(80);
+        car.half_percent = car.random.between(10, 100);
+        let mut message = car.indicator_message(true);
+        (message.period_ms, message.silent) = (message.period_ms.min(50), None);
+        if car.random.percent(25) {
+            (message.period_ms, message.on_change) = (0, true);
+        }
+        if car.random.percent(70) {
+            let (length, mut values) = car.random.choose(&DETENTS);
+            if !car.has_half {
+                (values[1], values[3]) = (values[0], values[0]);
+            }
+            car.show(&mut message, length, Shows::Stalk(values));
+        } else {
+            let (length, mut values) = car.random.choose(&CONSTANT);
+            car.shows_hazard = car.random.percent(50);
+            if !car.shows_hazard {
+                values[3] = values[0];
+            }
+            car.show(&mut message, length, Shows::State(values));
+        }
+        if !car.shows_hazard && car.random.percent(60) {
+            car.show(&mut message, 2, Shows::Hazard([0, 1]));
+            car.shows_hazard = true;
+        }
+        car.messages.push(message);
+        for message in &mut car.messages {
+            message.fill(&mut car.random);
+        }
+        car
+    }
+
+    /// The same car in another session.
+    pub(crate) fn again(mut self, session: u64) -> Self {
+        self.random = Random::new(session ^ 0xA6A1);
+        self
+    }
+
     fn with(seed: u64, change: impl Fn(&mut Message, &mut Random)) -> Self {
+        let mut car = Self::bare(seed, [24, 120]);
+        car.add_indicators(seed % FORMS);
+        for message in &mut car.messages {
+            if message.is_of_indicators() {
+                change(message, &mut car.random);
+            }
+            message.fill(&mut car.random);
+        }
+        car
+    }
+
+    /// A car without indicators.
+    fn bare(seed: u64, [fewest, most]: [u64; 2]) -> Self {
         let mut random = Random::new(seed);
         let mut car = Self {
             messages: Vec::new(),
@@ -67,6 +138,7 @@ impl Car {
             half_ms: random.between(250, 450),
             ending: random.choose(&[Ending::HalfOpposite, Ending::SameAgain, Ending::FullOpposite]),
             has_half: random.percent(50),
+            half_percent: 100,
             shows_hazard: false,
             unavailable_until_ms: if random.percent(30) { random.between(200, 6000) } else { 0 },
             random,
@@ -75,7 +147,7 @@ impl Car {
         if car.has_half && car.ending == Ending::FullOpposite {
             car.ending = Ending::HalfOpposite;
         }
-        let number = car.random.between(24, 120);
+        let number = car.random.between(fewest, most);
         for _ in 0..number {
             let mut message = car.message();
             if car.random.percent(5) {
@@ -85,13 +157,6 @@ impl Car {
             car.messages.push(message);
         }
         car.add_controls();
-        car.add_indicators(seed % FORMS);
-        for message in &mut car.messages {
-            if message.is_of_indicators() {
-                change(message, &mut car.random);
-            }
-            message.fill(&mut car.random);
-        }
         car
     }
 

@@ -21,6 +21,8 @@ pub(crate) struct Driver {
     acts: Vec<(u64, Act)>,
     random: Random,
     clumsy: bool,
+    /// True if the lever is moved while nothing is to be operated.
+    restless: bool,
     lights: Lights,
     on_since_ms: u64,
     wanted: State,
@@ -34,11 +36,17 @@ impl Driver {
             acts: Vec::new(),
             random: Random::new(seed ^ 0xD21F),
             clumsy,
+            restless: false,
             lights: Lights::REST,
             on_since_ms: 0,
             wanted: State::Off,
             states: vec![(0, State::Off)],
         }
+    }
+
+    /// A driver who follows the requests, but moves the lever during HANDS OFF.
+    pub(crate) fn restless(seed: u64) -> Self {
+        Self { restless: true, ..Self::new(seed, false) }
     }
 
     pub(crate) fn request(&mut self, mark: DriverMark, now_ms: u64, car: &Car) {
@@ -53,6 +61,12 @@ impl Driver {
             if self.clumsy && self.random.percent(5) {
                 self.change(State::Left, now_ms + 3000, car);
                 self.change(State::Off, now_ms + 4200, car);
+            }
+            let moves = if self.restless { 1000..9000 } else { 0..0 };
+            for begin in moves.step_by(2000) {
+                let side = if begin % 4000 == 1000 { State::Left } else { State::Right };
+                self.change(side, now_ms + begin, car);
+                self.change(State::Off, now_ms + begin + 1000, car);
             }
             return;
         }
@@ -133,9 +147,11 @@ impl Driver {
             } else {
                 [Stalk::HalfRight, Stalk::FullRight]
             };
-            let pressed = at + if car.has_half { self.random.between(30, 80) } else { 0 };
+            let shows_half =
+                car.has_half && (car.half_percent == 100 || self.random.percent(car.half_percent));
+            let pressed = at + if shows_half { self.random.between(30, 80) } else { 0 };
             let released = pressed + self.random.between(200, 600);
-            self.acts.push((at, Act::Stalk(if car.has_half { half } else { full })));
+            self.acts.push((at, Act::Stalk(if shows_half || is_half { half } else { full })));
             self.acts.push((pressed, Act::Stalk(if is_half { half } else { full })));
             self.acts.push((released, Act::Stalk(Stalk::Rest)));
         }

@@ -5,6 +5,7 @@ mod driver;
 mod injected;
 mod lights;
 mod message;
+mod proven;
 pub(crate) mod random;
 mod simulated;
 mod synthetic;
@@ -13,6 +14,7 @@ use signal_gateway::config::Settings;
 use signal_gateway::config::draft::{VehicleDraft, VehicleFiles};
 use signal_gateway::core::discovery::findings::DiscoveryFindings;
 use signal_gateway::core::discovery::machine::Discovery;
+use signal_gateway::desk::proven_draft::{Refutation, proven_files};
 
 use crate::support::files::MemoryFiles;
 
@@ -22,6 +24,19 @@ fn files(discovery: &Discovery, findings: &DiscoveryFindings, interfaces: &[&str
     let draft =
         VehicleDraft { name: "New car", interfaces: &interfaces, capture: discovery.capture(), findings };
     draft.files().expect("both sides are sure")
+}
+
+/// The files of a discovery on these interfaces, proven on its session.
+fn proven(
+    discovery: &Discovery,
+    findings: &DiscoveryFindings,
+    interfaces: &[&str],
+) -> Result<VehicleFiles, Refutation> {
+    let interfaces: Vec<_> = interfaces.iter().map(|name| (*name).to_owned()).collect();
+    let capture = discovery.capture();
+    let draft = VehicleDraft { name: "New car", interfaces: &interfaces, capture, findings };
+    let (_, end) = capture.span().unwrap();
+    proven_files(&draft, &discovery.timeline(end))
 }
 
 /// Settings of generated files.

@@ -15,7 +15,7 @@ use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::report::vehicle::CandumpLog;
 
-use super::{files, settings};
+use super::{proven, settings};
 use crate::pure::vehicles::playback::play_log;
 use crate::pure::vehicles::profile;
 
@@ -76,7 +76,7 @@ fn assert_reported(
     (discovery, findings, log, marks): &(Discovery, DiscoveryFindings, String, Vec<(MonoTime, DriverMark)>),
 ) {
     let interfaces: Vec<_> = known.gateway.buses.iter().map(|bus| bus.interface.as_str()).collect();
-    let generated = files(discovery, findings, &interfaces);
+    let generated = proven(discovery, findings, &interfaces).unwrap_or_else(|why| panic!("{name}: {why}"));
     let playback = play_log(&settings(&generated), log);
     let report = |changes: &[(u64, &'static str)], ms| {
         changes.iter().rev().find(|(since, _)| *since <= ms).map_or("never", |(_, report)| *report)

@@ -26,16 +26,19 @@ use crate::pure::vehicles::playback::play_log;
 const STEP_MS: u64 = 10;
 
 /// A discovery with its car, and a log of it.
-struct Drive {
-    car: Car,
-    driver: Driver,
-    discovery: Discovery,
-    findings: DiscoveryFindings,
+pub(super) struct Drive {
+    pub(super) car: Car,
+    pub(super) driver: Driver,
+    pub(super) discovery: Discovery,
+    pub(super) findings: DiscoveryFindings,
     log: String,
 }
 
-fn drive(mut car: Car, seed: u64, with_log: bool) -> Drive {
-    let mut driver = Driver::new(seed, true);
+fn drive(car: Car, seed: u64, with_log: bool) -> Drive {
+    drive_with(car, Driver::new(seed, true), with_log)
+}
+
+pub(super) fn drive_with(mut car: Car, mut driver: Driver, with_log: bool) -> Drive {
     let mut discovery = Discovery::new(SessionSettings::default());
     let mut log = String::new();
     for now_ms in (0..900_000).step_by(usize::try_from(STEP_MS).unwrap()) {
@@ -62,7 +65,7 @@ fn drive(mut car: Car, seed: u64, with_log: bool) -> Drive {
             writeln!(log, "(17000{s:05}.{ms:03}000) can0 {frame}").unwrap();
         });
     }
-    panic!("seed {seed}: the session does not end");
+    panic!("the session does not end: {}", car.indicators());
 }
 
 /// The result for one car.
