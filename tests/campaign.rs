@@ -109,7 +109,10 @@ fn subjects() -> Vec<Subject> {
     profiles.sort();
     let read = |profile: &std::path::PathBuf| {
         let vehicle = Vehicle::read(profile)?;
-        Some((vehicle, load_profile(&Disk, profile).unwrap().gateway))
+        let mut settings = load_profile(&Disk, profile).unwrap().gateway;
+        // The oracle knows the lights, not what tells a vehicle from its variants.
+        settings.lights.requirements.clear();
+        Some((vehicle, settings))
     };
     profiles.iter().filter_map(read).collect()
 }
