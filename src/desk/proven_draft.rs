@@ -83,20 +83,12 @@ pub fn reported(
     let mut gateway = Gateway::new(settings.gateway.clone().dry(), LinkState::Up, now(start));
     let mut reports = Reports::default();
     for (at, bus, frame) in inputs {
-        while gateway.next_deadline() <= at {
-            let deadline = now(gateway.next_deadline());
-            gateway.handle(Input::Tick, deadline);
-            reports.take(&mut gateway, deadline.mono);
-        }
+        reports.pass(&mut gateway, at, now);
         let input = CanInput::Frame { bus, frame: *frame, stamp: now(at).wall };
         gateway.handle_can(&input, now(at));
         reports.take(&mut gateway, at);
     }
-    while gateway.next_deadline() <= end {
-        let deadline = now(gateway.next_deadline());
-        gateway.handle(Input::Tick, deadline);
-        reports.take(&mut gateway, deadline.mono);
-    }
+    reports.pass(&mut gateway, end, now);
     reports.changes
 }
 
@@ -109,6 +101,15 @@ struct Reports {
 }
 
 impl Reports {
+    /// Lets time pass until `end`, from deadline to deadline.
+    fn pass(&mut self, gateway: &mut Gateway, end: MonoTime, now: impl Fn(MonoTime) -> Now) {
+        while gateway.next_deadline() <= end {
+            let deadline = now(gateway.next_deadline());
+            gateway.handle(Input::Tick, deadline);
+            self.take(gateway, deadline.mono);
+        }
+    }
+
     fn take(&mut self, gateway: &mut Gateway, at: MonoTime) {
         while let Some(output) = gateway.poll_output() {
             match output {

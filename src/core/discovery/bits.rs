@@ -78,7 +78,6 @@ pub(super) fn quiet_bits<'a>(
     for bit in excluded {
         mask[usize::from(bit / 8)] &= !(1 << (bit % 8));
     }
-    let excluded_mask = mask;
     let mut changes = vec![BitChanges::default(); length * 8];
     let mut contents: Vec<(MonoTime, [u8; MAX_DATA])> = Vec::new();
     let mut before: Option<&[u8; MAX_DATA]> = None;
@@ -108,26 +107,24 @@ pub(super) fn quiet_bits<'a>(
         return None;
     }
     let changed = (0..length * 8).map(|bit| is_noise(bit) || changes[bit].all > 0).collect();
-    let mut mask = [0; MAX_DATA];
+    // A bit that is always set counts in the values of a signal around it, as it does in the DBC. Noise and excluded bits
+    // are 0 in the contents.
+    let mut constant = [0; MAX_DATA];
+    for bit in (0..length * 8).filter(|bit| changes[*bit].all == 0) {
+        constant[bit / 8] |= 1 << (bit % 8);
+    }
+    let mut mask = constant;
     for bit in &bits {
         mask[usize::from(bit / 8)] |= 1 << (bit % 8);
     }
-    // A bit that is always set counts in the values of a signal around it, as it does in the DBC.
-    let is_constant = |bit: &usize| changes[*bit].all == 0 && !is_noise(*bit);
-    let mut constant = [0; MAX_DATA];
-    for bit in (0..length * 8).filter(is_constant) {
-        constant[bit / 8] |= 1 << (bit % 8);
-    }
-    constant.iter_mut().zip(&excluded_mask).for_each(|(byte, allowed)| *byte &= allowed);
-    let first = contents.first().map_or([0; MAX_DATA], |(_, data)| masked(data, &constant));
     for (_, data) in &mut contents {
-        let kept = masked(data, &mask);
-        *data = first;
-        data.iter_mut().zip(kept).for_each(|(byte, kept)| *byte |= kept);
+        *data = masked(data, &mask);
     }
     contents.dedup_by_key(|(_, data)| *data);
     let mut idle = idle(&contents, &bits, timeline, end);
-    idle.iter_mut().zip(first).for_each(|(byte, constant)| *byte |= constant);
+    if let Some((_, first)) = contents.first() {
+        idle.iter_mut().zip(masked(first, &constant)).for_each(|(byte, constant)| *byte |= constant);
+    }
     Some(QuietBits { bits, idle, contents, end, timeline, noise, changed })
 }
 

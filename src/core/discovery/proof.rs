@@ -6,7 +6,7 @@ use std::time::Duration;
 use derive_more::Display;
 
 use super::findings::DiscoveryFindings;
-use super::timeline::{ActionTimeline, DriverAction, EARLY, RequestWindow};
+use super::timeline::{ActionTimeline, DriverAction, EARLY, LATE, RequestWindow};
 use crate::core::can::DriverMark;
 use crate::core::time::MonoTime;
 
@@ -92,9 +92,7 @@ struct ReportedRun {
 
 /// Shortest time of a wrong side that a driver corrects. A shorter one is a mistake of the profile.
 const MIN_CORRECTED: Duration = Duration::from_millis(500);
-/// Time after the request to end an action in which the action may still begin.
-const LATE: Duration = Duration::from_millis(200);
-/// Time after the request to end an action by which it is no longer reported, unless the next request is later.
+/// Time after the request to end an action by which its report has ended, unless the next request is later.
 /// Lamps that have gone out are reported for about a second more.
 const LATE_END: Duration = Duration::from_secs(4);
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use super::bits::QuietBits;
-use super::timeline::{ActionTimeline, DriverAction, EARLY, RequestWindow};
+use super::timeline::{ActionTimeline, DriverAction, EARLY, LATE, RequestWindow};
 use crate::core::can::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::time::MonoTime;
@@ -69,8 +69,6 @@ impl ValueRun {
     }
 }
 
-/// Time after the request to end an action in which an action may still begin.
-const LATE: Duration = Duration::from_millis(200);
 const MAX_PRESS: Duration = Duration::from_millis(1600);
 /// The largest number of presses at one request: a wrong one, one that ends it, and the right one.
 const MAX_PRESSES: usize = 3;
@@ -124,11 +122,11 @@ impl Responses {
         let latest = window.off.after(LATE).min(end);
         let begun: Vec<_> =
             runs.iter().filter(|run| begin <= run.from && run.from <= latest).copied().collect();
-        let ended = runs.iter().filter(|run| latest < run.from && run.from < end);
+        let all: Vec<_> = runs.iter().filter(|run| begin <= run.from && run.from < end).collect();
+        let ended = all.iter().filter(|run| latest < run.from);
         self.endings.extend(ended.map(|run| (window.action, run.value)));
         let back = window.end.max(window.off.after(LATE_END));
-        let rests = !runs.iter().any(|run| begin <= run.from && run.from < end && back < run.until);
-        let all: Vec<_> = runs.iter().filter(|run| begin <= run.from && run.from < end).collect();
+        let rests = !all.iter().any(|run| back < run.until);
         for pair in all.windows(2).filter(|pair| pair[0].until == pair[1].from) {
             self.detents.insert(pair[0].value, pair[1].value);
         }

@@ -84,6 +84,10 @@ impl<'a> Responding<'a> {
         self.bits.iter().map(|(bit, _)| *bit).chain(self.companions.iter().copied())
     }
 
+    fn is_known(&self, bit: u16) -> bool {
+        self.known_bits().any(|known| known == bit)
+    }
+
     /// Returns fields of two bits or more that could be an enumerated signal.
     fn fields(&self) -> Vec<(Layout, Responses)> {
         let mut layouts: Vec<Layout> = Vec::new();
@@ -104,11 +108,10 @@ impl<'a> Responding<'a> {
                 }
             }
         }
-        let is_known = |bit: &u16| self.known_bits().any(|known| known == *bit);
         // A bit in between that changes for other reasons ends the field.
         layouts.retain(|layout| {
             let bits = bits_of(*layout);
-            bits.iter().all(|bit| is_known(bit) || !self.quiet.varies(*bit))
+            bits.iter().all(|bit| self.is_known(*bit) || !self.quiet.varies(*bit))
         });
         let responses = |layout: Layout| {
             let codec = SignalCodec::new(layout, self.length).ok()?;
@@ -119,16 +122,18 @@ impl<'a> Responding<'a> {
 
     /// Returns the drawbacks of a signal that result from its place.
     pub(super) fn drawbacks(&self, bits: &[u16], rest: u64, shape: ResponseShape) -> Vec<Drawback> {
-        let responds = |bit: &u16| self.known_bits().any(|known| known == *bit);
         let is_next = |bit: &u16, other: &u16| {
             is_beside(*bit, *other) && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
         };
         let is_cut = |other: &u16| !bits.contains(other) && bits.iter().any(|bit| is_next(bit, other));
         let is_same =
             |responses: &Responses| responses.has_shape(self.quiet.timeline, &DriverAction::ALL, shape);
-        let cut = self.bits.iter().filter(|(other, of)| is_cut(other) && is_same(of)).count();
-        let cut = if shape == ResponseShape::Momentary { self.cut_of_stalk(bits) } else { cut };
-        let gaps = bits.iter().filter(|bit| !responds(bit)).count();
+        let cut = if shape == ResponseShape::Momentary {
+            self.cut_of_stalk(bits)
+        } else {
+            self.bits.iter().filter(|(other, of)| is_cut(other) && is_same(of)).count()
+        };
+        let gaps = bits.iter().filter(|bit| !self.is_known(**bit)).count();
         let mut drawbacks = Vec::new();
         drawbacks.extend(
             bits.iter().any(|bit| self.like_checksum.contains(&(bit / 8))).then_some(Drawback::LikeChecksum),

@@ -62,6 +62,8 @@ pub struct ActionTimeline {
 
 /// Time by which the driver may be early, since a countdown leads to the request.
 pub(super) const EARLY: Duration = Duration::from_millis(700);
+/// Time after the request to end an action in which an action may still begin.
+pub(super) const LATE: Duration = Duration::from_millis(200);
 const MAX_REST: Duration = Duration::from_secs(8);
 
 impl ActionTimeline {

@@ -10,6 +10,9 @@ pub(crate) mod random;
 mod simulated;
 mod synthetic;
 
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use signal_gateway::config::Settings;
 use signal_gateway::config::draft::{VehicleDraft, VehicleFiles};
 use signal_gateway::core::discovery::findings::DiscoveryFindings;
@@ -37,6 +40,22 @@ fn proven(
     let draft = VehicleDraft { name: "New car", interfaces: &interfaces, capture, findings };
     let (_, end) = capture.span().unwrap();
     proven_files(&draft, &discovery.timeline(end))
+}
+
+/// Runs something for each seed, on all processors.
+fn for_each_seed(seeds: Range<u64>, run: impl Fn(u64) + Sync) {
+    let next = AtomicU64::new(seeds.start);
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                while let Some(seed) =
+                    Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < seeds.end)
+                {
+                    run(seed);
+                }
+            });
+        }
+    });
 }
 
 /// Settings of generated files.

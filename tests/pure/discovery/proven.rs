@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use signal_gateway::config::Settings;
 use signal_gateway::core::discovery::capture::Capture;
@@ -15,7 +14,7 @@ use super::car::Car;
 use super::driver::Driver;
 use super::lights::State;
 use super::synthetic::{Drive, drive_with};
-use super::{proven, settings};
+use super::{for_each_seed, proven, settings};
 use crate::support::clock::millis;
 
 /// The first state that lasted and whose end the reports contradict.
@@ -84,18 +83,8 @@ fn outcome(seed: u64, outcomes: &Mutex<Outcomes>) {
 }
 
 fn discover(seeds: Range<u64>) -> Outcomes {
-    let (next, outcomes) = (AtomicU64::new(seeds.start), Mutex::new(Outcomes::default()));
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                while let Some(seed) =
-                    Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < seeds.end)
-                {
-                    outcome(seed, &outcomes);
-                }
-            });
-        }
-    });
+    let outcomes = Mutex::new(Outcomes::default());
+    for_each_seed(seeds, |seed| outcome(seed, &outcomes));
     let outcomes = outcomes.into_inner().unwrap();
     let Outcomes { found, not_sure, refuted, wrong } = &outcomes;
     println!(

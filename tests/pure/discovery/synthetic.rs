@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use signal_gateway::core::can::frame::Frame;
 use signal_gateway::core::can::link::BusIndex;
@@ -19,7 +18,7 @@ use signal_gateway::core::time::MonoTime;
 use super::car::Car;
 use super::driver::Driver;
 use super::lights::{Lights, Stalk, State};
-use super::{files, settings};
+use super::{files, for_each_seed, settings};
 use crate::pure::vehicles::playback::play_log;
 
 /// Time between two looks at what is to be sent, ms.
@@ -256,25 +255,17 @@ impl Summary {
 
 /// Discovers cars, each `replay_every`th with a replay of what was written. No finding is wrong.
 fn discover(seeds: Range<u64>, replay_every: u64, car: fn(u64) -> Car) -> Summary {
-    let (next, summary) = (AtomicU64::new(seeds.start), Mutex::new(Summary::default()));
+    let summary = Mutex::new(Summary::default());
     let count = usize::try_from(seeds.end - seeds.start).unwrap();
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                while let Some(seed) =
-                    Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < seeds.end)
-                {
-                    let mut one = Summary::default();
-                    one.add(car(seed), seed, seed.is_multiple_of(replay_every));
-                    let mut all = summary.lock().unwrap();
-                    all.right += one.right;
-                    all.replayed += one.replayed;
-                    all.requests += one.requests;
-                    all.unsure.extend(one.unsure);
-                    all.wrong.extend(one.wrong);
-                }
-            });
-        }
+    for_each_seed(seeds, |seed| {
+        let mut one = Summary::default();
+        one.add(car(seed), seed, seed.is_multiple_of(replay_every));
+        let mut all = summary.lock().unwrap();
+        all.right += one.right;
+        all.replayed += one.replayed;
+        all.requests += one.requests;
+        all.unsure.extend(one.unsure);
+        all.wrong.extend(one.wrong);
     });
     let summary = summary.into_inner().unwrap();
     let Summary { right, replayed, requests, unsure, wrong } = &summary;
