@@ -21,8 +21,9 @@ use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
-use signal_gateway::core::vehicle_lights::{Task, FaultKind};
+use signal_gateway::core::vehicle_report::Step;
+use signal_gateway::core::validation::unusable::FaultKind;
+use signal_gateway::core::vehicle_lights::Task;
 
 macro_rules! shipped {
     ($($name:literal),+) => {

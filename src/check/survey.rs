@@ -11,7 +11,8 @@ use crate::core::plausibility::evidence::ProfileEvidence;
 use crate::core::plausibility::fingerprint::Fingerprint;
 use crate::core::time::MonoTime;
 use crate::core::validation::table::BoundMessage;
-use crate::core::vehicle_lights::{FaultKind, Task};
+use crate::core::validation::unusable::FaultKind;
+use crate::core::vehicle_lights::Task;
 use crate::replay::Replay;
 
 /// Maximum number of different values that are listed.

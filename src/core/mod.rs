@@ -23,3 +23,4 @@ pub mod traffic_light;
 pub mod turn_signal;
 pub mod validation;
 pub mod vehicle_lights;
+pub mod vehicle_report;

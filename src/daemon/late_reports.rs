@@ -39,8 +39,8 @@ impl LateReports {
 mod tests {
     use super::*;
     use crate::core::time::WallStamp;
-    use crate::core::vehicle_lights::report::Step;
     use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+    use crate::core::vehicle_report::Step;
 
     const LATE: Duration = Duration::from_millis(201);
 

@@ -209,7 +209,7 @@ mod tests {
     use crate::config::files::{DEMO_CONFIG, Embedded, Files as _};
     use crate::config::{Overrides, load};
     use crate::core::vehicle_lights::output::VehicleLightsOutput;
-    use crate::core::vehicle_lights::report::Step;
+    use crate::core::vehicle_report::Step;
 
     /// Played at double speed, virtual time is ahead of the present, and no stamp is.
     #[test]

@@ -261,8 +261,8 @@ mod tests {
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::{GroupState, LightsContent, LightsTopic};
     use crate::core::vehicle_lights::output::VehicleLightsOutput;
-    use crate::core::vehicle_lights::report::Step;
     use crate::core::vehicle_lights::verdict::TurnIndicators;
+    use crate::core::vehicle_report::Step;
     use crate::io::ros::messages::LightsType;
     use crate::io::ros::topics::LightsTopicSettings;
 

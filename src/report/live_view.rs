@@ -16,8 +16,8 @@ use crate::core::names::words;
 use crate::core::turn_signal::flow::snapshot::{CandidateSnapshot, DeciderSnapshot, DecisionSnapshot};
 use crate::core::turn_signal::resolve::CandidateOutcome;
 use crate::core::validation::snapshot::{IntegritySnapshot, MessageSnapshot, SignalSnapshot, UsedBy};
-use crate::core::vehicle_lights::ReportSnapshot;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_report::ReportSnapshot;
 
 /// An event of the live page: the snapshot, and how it is shown.
 #[derive(Debug, Serialize, JsonSchema)]

@@ -15,8 +15,8 @@ use crate::core::can::{BusSnapshot, LinkState};
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
 use crate::core::names::variant_name;
-use crate::core::vehicle_lights::FailureCounts;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_report::FailureCounts;
 
 /// Media type of [`openmetrics`].
 pub const OPENMETRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";

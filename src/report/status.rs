@@ -17,8 +17,8 @@ use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::traffic_light::target::StoreLayer;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 use crate::core::validation::snapshot::{IntegritySnapshot, SignalSnapshot};
-use crate::core::vehicle_lights::ReportSnapshot;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_report::ReportSnapshot;
 
 /// Longest headline, in characters; `systemctl status` shows one line.
 const MAX_HEADLINE: usize = 200;

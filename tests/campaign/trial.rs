@@ -8,8 +8,8 @@ use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::gateway::GatewaySettings;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput as Lights;
-use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

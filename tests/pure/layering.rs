@@ -24,6 +24,7 @@ const FLOORS: &[&[&str]] =
 const CORE_FLOORS: &[&[&str]] = &[
     &["gateway", "plausibility", "simulated_vehicle", "discovery"],
     &["vehicle_lights", "turn_signal", "traffic_light", "command"],
+    &["vehicle_report"],
     &["validation"],
     &["dbc"],
     &["can", "map"],

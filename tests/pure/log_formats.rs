@@ -15,7 +15,7 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
+use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::{Log, LogRecord};
 use signal_gateway::replay::{Replay, Routes};

@@ -38,7 +38,7 @@ use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageInteg
 use signal_gateway::core::validation::requirement::{Condition, Requirement};
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
+use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::can::log::Log;
 
 /// The system's allocator, counting the allocations of each thread.

@@ -15,8 +15,8 @@ use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use signal_gateway::core::vehicle_lights::Task;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
+use signal_gateway::core::vehicle_report::Step;
 
 use crate::support::clock::at;
 use crate::support::files::MemoryFiles;

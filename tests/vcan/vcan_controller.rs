@@ -10,7 +10,7 @@ use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
+use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
 use signal_gateway::io::can::id_filter::IdFilter;
 use signal_gateway::io::can::transmit::Transmitter;

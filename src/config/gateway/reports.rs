@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::config::reading::{Fields, Keywords, key_rows, keyword, number_as};
 use crate::core::vehicle_lights::binding::HazardBinding;
-use crate::core::vehicle_lights::report::Publish;
+use crate::core::vehicle_report::Publish;
 
 key_rows! {
     PUBLISH: bool = keyword("publish", IS_PERIODIC).or_text("periodic").doc("\"periodic\": at rate_hz and at once on a change; \"on_change\": on a change only");

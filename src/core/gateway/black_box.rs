@@ -217,7 +217,7 @@ mod tests {
     use super::*;
     use crate::core::can::{BusIndex, CanId, Frame};
     use crate::core::vehicle_lights::output::VehicleLightsOutput;
-    use crate::core::vehicle_lights::report::Step;
+    use crate::core::vehicle_report::Step;
 
     const BUS: BusIndex = BusIndex(0);
 

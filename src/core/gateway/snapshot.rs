@@ -19,8 +19,8 @@ use crate::core::traffic_light::flow::TrafficLightFlow;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 use crate::core::validation::snapshot::{MessageSnapshot, SignalSnapshot};
-use crate::core::vehicle_lights::ReportSnapshot;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_report::ReportSnapshot;
 
 /// Version of the JSON: it grows when a field changes its meaning or goes. New fields leave it as it is.
 pub const SCHEMA: u32 = 2;

@@ -11,3 +11,4 @@ pub mod requirement;
 pub mod senders;
 pub mod snapshot;
 pub mod table;
+pub mod unusable;

@@ -9,7 +9,6 @@ pub mod fusion;
 pub mod lamp;
 pub mod output;
 pub mod raw_state;
-pub mod report;
 pub mod role_texts;
 pub mod sources;
 pub mod stalk;
@@ -23,15 +22,13 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::observation::{Arrival, Observations};
 use crate::core::validation::requirement::RequirementStates;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
+use crate::core::vehicle_report::{Publish, ReportFlow, Step};
 use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
 use output::VehicleLightsOutput;
-use report::{Publish, ReportFlow, Step};
 use sources::{LightsContext, SourceMemory};
 use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
-pub use state::FaultKind;
-pub use status::snapshot::{FailureCounts, LastFailure, ReportSnapshot};
 pub use status::{LightsFinding, Task};
 
 /// State machine of both reports.

@@ -1,7 +1,7 @@
 //! Outputs of the vehicle lights.
 
-use super::report::Step;
 use super::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_report::Step;
 
 /// A report to publish or to withdraw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,10 +13,10 @@ use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
 use crate::core::can::{Bus, ReceiveTime};
 use crate::core::time::{MonoTime, Now};
-use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observations, Reading};
 use crate::core::validation::requirement::Unmet;
 use crate::core::validation::table::{Role, SignalIndex};
+use crate::core::validation::unusable::Unusable;
 
 /// Binding, observations and buses at one moment.
 #[derive(Debug, Clone, Copy)]
@@ -40,16 +40,8 @@ impl LightsContext<'_> {
     }
 
     fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {
-        let signal = role.signal;
-        match self.read(role) {
-            Reading::Missing(reason) => Err(UnavailableReason::Absent(signal, reason)),
-            Reading::Observed { meaning, raw, received } => match meaning {
-                Meaning::Defined(value) => Ok((value, received)),
-                Meaning::NotAvailable => Err(UnavailableReason::NotAvailable(signal, raw)),
-                Meaning::Undefined => Err(UnavailableReason::Undefined(signal, raw)),
-                Meaning::Fault => Err(UnavailableReason::Fault(signal, raw)),
-            },
-        }
+        let table = &self.binding.table;
+        Ok(self.observations.defined(table, role, self.buses, self.now.mono)?)
     }
 
     /// The receive time of the condition's signal while a source applies; `None` without a condition.
@@ -399,7 +391,10 @@ impl TurnReader {
             TurnKind::Lamps(pair, lamp) => {
                 let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
                 let lamps = applies.and_then(|()| context.judge_pair(pair));
-                if matches!(lamps, Err(UnavailableReason::Absent(_, MissingReason::Link(_)))) {
+                if matches!(
+                    lamps,
+                    Err(UnavailableReason::Signal(Unusable::Absent(_, MissingReason::Link(_))))
+                ) {
                     lamp.forget();
                 }
                 let state = context.track(lamp.as_mut(), lamps, watching);
@@ -432,7 +427,11 @@ impl TurnReader {
 /// The reason of two to report first: fault, then invalid, then not available, and a sleep of the bus last.
 fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
     let gravity = |reason: UnavailableReason| {
-        (reason.kind(), matches!(reason, UnavailableReason::NotAvailable(..)), !reason.is_sleep())
+        (
+            reason.kind(),
+            matches!(reason, UnavailableReason::Signal(Unusable::NotAvailable(..))),
+            !reason.is_sleep(),
+        )
     };
     if gravity(second) > gravity(first) { second } else { first }
 }

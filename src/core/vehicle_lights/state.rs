@@ -1,13 +1,12 @@
 //! State of a light source, or the reason why it is unavailable.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use derive_more::From;
 
 use crate::core::can::ReceiveTime;
 use crate::core::time::MonoTime;
-use crate::core::validation::observation::MissingReason;
 use crate::core::validation::requirement::Unmet;
 use crate::core::validation::table::SignalIndex;
+use crate::core::validation::unusable::{FaultKind, Unusable};
 
 /// State of the turn indicators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -64,7 +63,7 @@ impl HazardCode {
 pub type Judged<T> = Result<(T, ReceiveTime), UnavailableReason>;
 
 /// Reason why a state is unavailable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, From)]
 pub enum UnavailableReason {
     /// No signal of the vehicle shows the state.
     NotVisible,
@@ -72,38 +71,21 @@ pub enum UnavailableReason {
     OtherVehicle(Unmet),
     /// The condition of the source is off with this raw value, so that the source does not apply.
     NotSelected(SignalIndex, i128),
-    /// The signal has no valid value.
-    Absent(SignalIndex, MissingReason),
-    /// The signal reports "not available" with this raw value.
-    NotAvailable(SignalIndex, i128),
-    /// The signal has a raw value without a meaning.
-    Undefined(SignalIndex, i128),
+    /// A signal has no value that may be used.
+    #[from]
+    Signal(Unusable),
     /// Left and right are on at once, which the profile declares undefined.
     BothOn([(SignalIndex, i128); 2]),
-    /// The signal reports a fault with this raw value.
-    Fault(SignalIndex, i128),
     /// The lamps have not been observed for long enough to tell off from the dark part of a flash.
     WatchingLamps([SignalIndex; 2]),
     /// The stalk or button has not been observed for long enough to exclude an earlier press.
     Settling(SignalIndex),
 }
 
-/// Kind of failure of a report (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultKind {
-    /// There is no valid value.
-    Unknown,
-    /// The value has no meaning in the profile.
-    Invalid,
-    /// The vehicle reports a fault.
-    HardwareFault,
-}
-
 impl UnavailableReason {
     /// True for a permitted sleep of the bus, which is no failure of the report.
     pub fn is_sleep(self) -> bool {
-        matches!(self, Self::Absent(_, reason) if reason.is_sleep())
+        matches!(self, Self::Signal(reason) if reason.is_sleep())
     }
 
     /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never shows the state.
@@ -114,13 +96,11 @@ impl UnavailableReason {
     /// Kind of failure that this reason causes.
     pub fn kind(self) -> FaultKind {
         match self {
-            Self::Fault(..) => FaultKind::HardwareFault,
-            Self::Undefined(..) | Self::BothOn(_) => FaultKind::Invalid,
+            Self::Signal(reason) => reason.kind(),
+            Self::BothOn(_) => FaultKind::Invalid,
             Self::NotVisible
             | Self::OtherVehicle(_)
             | Self::NotSelected(..)
-            | Self::Absent(..)
-            | Self::NotAvailable(..)
             | Self::WatchingLamps(_)
             | Self::Settling(_) => FaultKind::Unknown,
         }

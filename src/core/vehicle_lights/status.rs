@@ -9,17 +9,17 @@ use serde::Serialize;
 use super::VehicleLights;
 use super::binding::{FaultBinding, HAZARD_NOT_VISIBLE, HazardSource, LightsBinding};
 use super::sources::LightsContext;
-use super::state::{FaultKind, UnavailableReason};
+use super::state::UnavailableReason;
 use super::verdict::{ActiveFault, Reason, Verdict};
 use super::warning::Warnings;
 use crate::core::can::Bus;
-use crate::core::diagnostics::{Level, RateMeter, Status};
+use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant_name, words};
 use crate::core::time::MonoTime;
-use crate::core::validation::display::{missing_reason_text, raw_text};
-use crate::core::validation::integrity::IntegrityCounts;
-use crate::core::validation::observation::MessageCounts;
-use crate::core::validation::table::{MessageIndex, SignalIndex};
+use crate::core::validation::display::raw_text;
+use crate::core::validation::table::SignalIndex;
+use crate::core::validation::unusable::FaultKind;
+use crate::core::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals};
 
 /// Diagnostic task of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -78,41 +78,21 @@ impl LightsFinding {
     }
 }
 
-/// A failure of a report.
-#[derive(Debug, Clone)]
-struct Failure {
-    kind: FaultKind,
-    text: String,
-    /// The instant at which it began.
-    at: MonoTime,
-}
-
 /// The finding of a task with its history.
 #[derive(Debug, Clone)]
 pub(super) struct LightsTask {
     task: Task,
-    signals: Vec<SignalIndex>,
+    signals: ReportSignals,
     finding: Option<LightsFinding>,
     reason: Option<Reason>,
     source: usize,
-    /// Number of failures since start, by [`FaultKind`].
-    failures: [u64; 3],
-    last_failure: Option<Failure>,
-    rate: RateMeter,
+    failures: FailureHistory,
 }
 
 impl LightsTask {
     pub(super) fn new(task: Task, signals: Vec<SignalIndex>) -> Self {
-        Self {
-            task,
-            signals,
-            finding: None,
-            reason: None,
-            source: 0,
-            failures: [0; 3],
-            last_failure: None,
-            rate: RateMeter::default(),
-        }
+        let signals = ReportSignals::new(signals);
+        Self { task, signals, finding: None, reason: None, source: 0, failures: FailureHistory::default() }
     }
 
     pub(super) fn task(&self) -> Task {
@@ -121,7 +101,7 @@ impl LightsTask {
 
     /// Replaces the signals on which the state depends; the history stays.
     pub(super) fn reconfigure(&mut self, signals: Vec<SignalIndex>) {
-        self.signals = signals;
+        self.signals.reconfigure(signals);
     }
 
     /// Takes the current verdict and returns whether its finding has changed.
@@ -133,14 +113,8 @@ impl LightsTask {
             return false;
         }
         let before = self.finding.replace(finding).and_then(LightsFinding::kind);
-        let kind = finding.kind();
-        if let Some(kind) = kind {
-            if Some(kind) != before {
-                self.failures[kind as usize] += 1;
-            }
-            let text = message(context.binding, context.buses, self.task, &finding);
-            self.last_failure = Some(Failure { kind, text, at: context.now.mono });
-        }
+        let text = || message(context.binding, context.buses, self.task, &finding);
+        self.failures.changed(before, finding.kind(), text, context.now.mono);
         true
     }
 }
@@ -170,27 +144,11 @@ impl VehicleLights {
         if let Some(reason) = task.reason {
             values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
-        let name = |signal: &SignalIndex| self.binding.table.signals[signal.0].name.clone();
-        let signals: Vec<_> = task.signals.iter().map(name).collect();
-        if !signals.is_empty() {
-            values.push(("signal", signals.join(", ")));
-            self.signal_values(task, now, &mut values);
-        }
-        values.extend([
-            ("unknown_count", task.failures[FaultKind::Unknown as usize].to_string()),
-            ("invalid_count", task.failures[FaultKind::Invalid as usize].to_string()),
-            ("hardware_fault_count", task.failures[FaultKind::HardwareFault as usize].to_string()),
-        ]);
-        values.push((
-            "last_error",
-            match &task.last_failure {
-                Some(failure) if bad => failure.text.clone(),
-                Some(Failure { text, at, .. }) => format!("{text} ({} s ago)", now.since(*at).as_secs()),
-                None => "none".to_owned(),
-            },
-        ));
+        values.extend(task.signals.status_values(self.received(), now));
+        values.extend(task.failures.status_values(bad, now));
         let level = if bad { Level::Error } else { level };
         let message = message(&self.binding, buses, which, &finding);
+        let signals = task.signals.names(&self.binding.table);
         Status { signals, ..Status::new(which.name(), level, message, values) }
     }
 
@@ -205,69 +163,14 @@ impl VehicleLights {
 
     /// Samples the frame counts from which rates are computed; call it at every refresh.
     pub fn sample_rates(&mut self, now: MonoTime) {
-        let (turn, hazard) = (self.frames(&self.turn_task), self.frames(&self.hazard_task));
-        self.turn_task.rate.sample(turn, now);
-        self.hazard_task.rate.sample(hazard, now);
-    }
-
-    fn signal_values(&self, task: &LightsTask, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
-        let joined = |text: &dyn Fn(SignalIndex) -> String| {
-            task.signals.iter().map(|signal| text(*signal)).collect::<Vec<_>>().join(", ")
-        };
-        let last = |signal: SignalIndex| self.observations.last(signal);
-        let age = |signal| last(signal).map(|last| now.since(last.received.at));
-        let oldest = task.signals.iter().map(|signal| age(*signal)).max().flatten();
-        let any_never = task.signals.iter().any(|signal| age(*signal).is_none());
-        let frames = self.frames(task);
-        let total = |count: fn(MessageCounts) -> u64| -> u64 {
-            self.messages_of(task).iter().map(|message| count(self.observations.counts(*message))).sum()
-        };
-        values.extend([
-            ("raw_value", joined(&|signal| last(signal).map_or("none".into(), |last| raw_text(last.raw)))),
-            (
-                "age_ms",
-                oldest.filter(|_| !any_never).map_or("never".into(), |age| age.as_millis().to_string()),
-            ),
-            ("frames", frames.to_string()),
-            ("rate_hz", format!("{:.1}", task.rate.rate_hz(frames, now))),
-            ("too_short_frames", total(|counts| counts.too_short).to_string()),
-        ]);
-        let wrong_format = total(|counts| counts.wrong_format);
-        values.extend((wrong_format > 0).then(|| ("wrong_format_frames", wrong_format.to_string())));
-        self.integrity_values(task, values);
-    }
-
-    /// Adds the integrity counts of the messages of a task, if any has integrity rules.
-    fn integrity_values(&self, task: &LightsTask, values: &mut Vec<(&'static str, String)>) {
-        let messages = self.messages_of(task);
-        let counts: Vec<_> =
-            messages.iter().filter_map(|message| self.observations.integrity_counts(*message)).collect();
-        if counts.is_empty() {
-            return;
+        let received = ReceivedSignals { table: &self.binding.table, observations: &self.observations };
+        for task in [&mut self.turn_task, &mut self.hazard_task] {
+            task.signals.sample_rate(received, now);
         }
-        let last = messages.iter().filter_map(|message| {
-            let name = &self.binding.table.messages[message.0].name;
-            self.observations.last_reject(*message).map(|reject| format!("{name}: {reject}"))
-        });
-        let last = last.collect::<Vec<_>>().join("; ");
-        values.extend([
-            ("rejected_frames", counts.iter().map(IntegrityCounts::rejected).sum::<u64>().to_string()),
-            ("wrong_checksums", counts.iter().map(|counts| counts.wrong_checksum).sum::<u64>().to_string()),
-            ("lost_frames", counts.iter().map(|counts| counts.lost).sum::<u64>().to_string()),
-            ("last_reject", if last.is_empty() { "none".to_owned() } else { last }),
-        ]);
     }
 
-    fn messages_of(&self, task: &LightsTask) -> Vec<MessageIndex> {
-        let mut messages: Vec<_> =
-            task.signals.iter().map(|signal| self.binding.table.signals[signal.0].message).collect();
-        messages.sort_unstable();
-        messages.dedup();
-        messages
-    }
-
-    fn frames(&self, task: &LightsTask) -> u64 {
-        self.messages_of(task).iter().map(|message| self.observations.counts(*message).frames).sum()
+    fn received(&self) -> ReceivedSignals<'_> {
+        ReceivedSignals { table: &self.binding.table, observations: &self.observations }
     }
 }
 
@@ -341,21 +244,10 @@ fn cause_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason)
         UnavailableReason::NotSelected(signal, raw) => {
             format!("no source applies while {} = {}", name(signal), raw_text(raw))
         }
-        UnavailableReason::Absent(signal, reason) => {
-            missing_reason_text(&binding.table, buses, signal, reason)
-        }
-        UnavailableReason::NotAvailable(signal, raw) => {
-            format!("{} = {} means not available", name(signal), raw_text(raw))
-        }
-        UnavailableReason::Undefined(signal, raw) => {
-            format!("{} = {} is not a defined value", name(signal), raw_text(raw))
-        }
+        UnavailableReason::Signal(reason) => reason.text(&binding.table, buses),
         UnavailableReason::BothOn(sides) => {
             let [left, right] = sides.map(|(signal, raw)| format!("{} = {}", name(signal), raw_text(raw)));
             format!("{left} and {right} at once is not defined")
-        }
-        UnavailableReason::Fault(signal, raw) => {
-            format!("{} = {} means fault", name(signal), raw_text(raw))
         }
         UnavailableReason::WatchingLamps([left, right]) => {
             format!("observing the lamps {} and {}", name(left), name(right))

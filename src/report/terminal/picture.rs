@@ -8,8 +8,8 @@ use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::traffic_light::target::StoreLayer;
 use crate::core::validation::snapshot::SignalSnapshot;
-use crate::core::vehicle_lights::ReportSnapshot;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_report::ReportSnapshot;
 use crate::report::live_view::{age_text, decider_text, message_of, signals_of};
 
 /// The stages between the bus and ROS, in the order in which trust is won.

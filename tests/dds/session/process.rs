@@ -11,8 +11,8 @@ use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::process_log;
 use signal_gateway::io::ros::parameters::Parameters;
 use signal_gateway::io::ros::session::{

@@ -18,7 +18,7 @@ use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::report::Step;
+use signal_gateway::core::vehicle_report::Step;
 
 use crate::support::clock::at_ns;
 use crate::support::property::for_all;

@@ -1,66 +1,13 @@
 //! The present state of the reports, for people and programs that watch the gateway.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::{LightsFinding, LightsTask, reason_text, source_name};
 use crate::core::can::Bus;
-use crate::core::diagnostics::Level;
-use crate::core::time::{MonoTime, millis};
+use crate::core::time::MonoTime;
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
-use crate::core::vehicle_lights::report::ReportFlow;
+use crate::core::vehicle_lights::VehicleLights;
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use crate::core::vehicle_lights::{FaultKind, VehicleLights};
-
-/// The present state of a report with values of `T`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct ReportSnapshot<T> {
-    /// Value that is published; `None` while the report is withheld.
-    pub published: Option<T>,
-    /// Why it is withheld; `None` while it is published.
-    pub withheld: Option<String>,
-    /// Kind of failure; `None` without one. A report can be published in spite of a hardware fault.
-    pub failure: Option<FaultKind>,
-    /// Level of its diagnostic status.
-    pub level: Level,
-    /// Message of its diagnostic status.
-    pub message: String,
-    /// Name of the source that decides; `None` where there is only one.
-    pub source: Option<String>,
-    /// Why the hazard lights are on, as the vehicle gives it; `None` where it does not.
-    pub reason: Option<String>,
-    /// Stamp of the published message, nanoseconds since 1970; `None` while the report is withheld.
-    pub stamp_ns: Option<i64>,
-    /// Signals on which it depends, by name.
-    pub signals: Vec<String>,
-    /// Number of failures since start.
-    pub failures: FailureCounts,
-    /// The last failure; `None` before the first.
-    pub last_failure: Option<LastFailure>,
-}
-
-/// Number of failures of a report since start, by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct FailureCounts {
-    /// There was no valid value.
-    pub unknown: u64,
-    /// The value had no meaning in the profile.
-    pub invalid: u64,
-    /// The vehicle reported a fault.
-    pub hardware_fault: u64,
-}
-
-/// The last failure of a report.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct LastFailure {
-    /// The kind of failure.
-    pub kind: FaultKind,
-    /// The reason in words.
-    pub text: String,
-    /// Time since it began, ms.
-    pub age_ms: u64,
-}
+use crate::core::vehicle_report::{ReportFlow, ReportSnapshot};
 
 impl VehicleLights {
     /// The report on turn indicators; `None` when the profile leaves it out.
@@ -95,7 +42,6 @@ impl VehicleLights {
         let which = self.tasks().find(|which| *which == task.task)?;
         let status = self.status(which, buses, now);
         let current = flow.current();
-        let count = |kind: FaultKind| task.failures[kind as usize];
         let source = source_name(&self.binding, which, task.source);
         Some(ReportSnapshot {
             published: current.map(|(value, _)| value),
@@ -107,16 +53,8 @@ impl VehicleLights {
             reason: task.reason.map(|reason| reason_text(&self.binding, reason).to_owned()),
             stamp_ns: current.map(|(_, stamp)| stamp.as_nanos()),
             signals: status.signals,
-            failures: FailureCounts {
-                unknown: count(FaultKind::Unknown),
-                invalid: count(FaultKind::Invalid),
-                hardware_fault: count(FaultKind::HardwareFault),
-            },
-            last_failure: task.last_failure.as_ref().map(|failure| LastFailure {
-                kind: failure.kind,
-                text: failure.text.clone(),
-                age_ms: millis(now.since(failure.at)),
-            }),
+            failures: task.failures.counts(),
+            last_failure: task.failures.last(now),
         })
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::super::binding::{HazardBinding, Sources, TurnBinding, TurnSource};
-use super::super::report::Publish;
+use crate::core::vehicle_report::Publish;
 use super::super::state::TurnCode;
 use super::*;
 use crate::core::can::{BusIndex, BusSettings, CanId, Frame, LinkState};

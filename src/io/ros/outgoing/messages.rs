@@ -15,7 +15,7 @@ use crate::core::traffic_light::emission::{Emission, LightsTopic};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
-use crate::core::vehicle_lights::report::Step;
+use crate::core::vehicle_report::Step;
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::messages::autoware_internal_planning_msgs::PlanningFactorArray;
 use crate::io::ros::messages::autoware_vehicle_msgs::{

@@ -77,8 +77,8 @@ mod tests {
     use crate::core::traffic_light::emission::{Emission, LightsContent, LightsTopic};
     use crate::core::traffic_light::output::TrafficLightOutput;
     use crate::core::vehicle_lights::output::VehicleLightsOutput;
-    use crate::core::vehicle_lights::report::Step;
     use crate::core::vehicle_lights::verdict::TurnIndicators;
+    use crate::core::vehicle_report::Step;
     use crate::io::ros::topics::OutgoingTopic;
 
     impl Mailbox {

@@ -1,0 +1,11 @@
+//! What every report of the vehicle has in common: when it is published, how it fails, and what of that is shown.
+
+mod failure;
+mod report_flow;
+mod signals;
+mod snapshot;
+
+pub use failure::{FailureCounts, FailureHistory, LastFailure};
+pub use report_flow::{Publish, ReportFlow, Step};
+pub use signals::{ReceivedSignals, ReportSignals};
+pub use snapshot::ReportSnapshot;

@@ -1,0 +1,35 @@
+//! The present state of a report, for people and programs that watch the gateway.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::failure::{FailureCounts, LastFailure};
+use crate::core::diagnostics::Level;
+use crate::core::validation::unusable::FaultKind;
+
+/// The present state of a report with values of `T`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ReportSnapshot<T> {
+    /// Value that is published; `None` while the report is withheld.
+    pub published: Option<T>,
+    /// Why it is withheld; `None` while it is published.
+    pub withheld: Option<String>,
+    /// Kind of failure; `None` without one. A report can be published in spite of a hardware fault.
+    pub failure: Option<FaultKind>,
+    /// Level of its diagnostic status.
+    pub level: Level,
+    /// Message of its diagnostic status.
+    pub message: String,
+    /// Name of the source that decides; `None` where there is only one.
+    pub source: Option<String>,
+    /// Why the hazard lights are on, as the vehicle gives it; `None` where it does not.
+    pub reason: Option<String>,
+    /// Stamp of the published message, nanoseconds since 1970; `None` while the report is withheld.
+    pub stamp_ns: Option<i64>,
+    /// Signals on which it depends, by name.
+    pub signals: Vec<String>,
+    /// Number of failures since start.
+    pub failures: FailureCounts,
+    /// The last failure; `None` before the first.
+    pub last_failure: Option<LastFailure>,
+}
