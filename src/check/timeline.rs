@@ -99,7 +99,7 @@ impl TimelineCollector {
             Output::VehicleLights(output) => self.report(*output, at),
             Output::Diagnostics { diagnostics, .. } => self.diagnostics(diagnostics, at),
             Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
-            Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => {}
+            Output::VehicleStatus(_) | Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => {}
             Output::TurnSignal(output) => self.turn_signal(output, at),
             Output::Command(output) => {
                 let (verb, bus, frame) = match output {

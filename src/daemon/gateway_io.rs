@@ -251,7 +251,8 @@ impl GatewayIo {
             {
                 reasons(decision).for_each(|reason| tracing::debug!("decision {}: {reason}", decision.turn));
             }
-            Output::TurnSignal(_)
+            Output::VehicleStatus(_)
+            | Output::TurnSignal(_)
             | Output::TrafficLights(_)
             | Output::Command(_)
             | Output::Diagnostics { .. } => {}

@@ -115,7 +115,8 @@ impl Reports {
             match output {
                 Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => self.turn = step.value(),
                 Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => self.hazard = step.value(),
-                Output::TrafficLights(_)
+                Output::VehicleStatus(_)
+                | Output::TrafficLights(_)
                 | Output::TurnSignal(_)
                 | Output::Command(_)
                 | Output::Diagnostics { .. } => {}

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use super::drive::simulation::{Cycles, DriveCycle, DriveSimulation};
 use crate::core::can::{CanInput, LinkState};
-use crate::core::command::control_mode::ControlMode;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::{SampleId, WriterId};
 use crate::core::command::output::CommandOutput;
+use crate::core::control_mode::ControlMode;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::light_command::EnumOrUnknown;

@@ -71,6 +71,7 @@ impl JsonTimeline {
             // For viewers on ROS; the lines have them in the decisions.
             Output::TurnSignal(TurnSignalOutput::Sections { .. }) => None,
             Output::VehicleLights(_)
+            | Output::VehicleStatus(_)
             | Output::TrafficLights(_)
             | Output::TurnSignal(_)
             | Output::Diagnostics { .. } => self.published(output, at),
@@ -177,7 +178,7 @@ impl fmt::Display for Event {
 /// Finds the changes in a stream of outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
-    reports: BTreeMap<&'static str, &'static str>,
+    reports: BTreeMap<&'static str, String>,
     statuses: BTreeMap<String, (Level, String)>,
 }
 
@@ -186,6 +187,10 @@ impl Changes {
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
         match output {
             Output::VehicleLights(output) => {
+                let (report, value) = output.named();
+                self.published(report, value.map(str::to_owned))
+            }
+            Output::VehicleStatus(output) => {
                 let (report, value) = output.named();
                 self.published(report, value)
             }
@@ -204,26 +209,28 @@ impl Changes {
     }
 
     /// The report on the turn topic, by the name of its constant; `None` while there is none.
-    pub fn turn(&self) -> Option<&'static str> {
-        self.reports.get("turn_indicators").copied()
+    pub fn turn(&self) -> Option<&str> {
+        self.reports.get("turn_indicators").map(String::as_str)
     }
 
     /// The report on the hazard topic, by the name of its constant; `None` while there is none.
-    pub fn hazard(&self) -> Option<&'static str> {
-        self.reports.get("hazard_lights").copied()
+    pub fn hazard(&self) -> Option<&str> {
+        self.reports.get("hazard_lights").map(String::as_str)
     }
 
-    fn published(&mut self, report: &'static str, now: Option<&'static str>) -> Vec<Event> {
-        let before = match now {
-            Some(value) => self.reports.insert(report, value),
+    fn published(&mut self, report: &'static str, now: Option<String>) -> Vec<Event> {
+        let before = match &now {
+            Some(value) => self.reports.insert(report, value.clone()),
             None => self.reports.remove(report),
         };
         if before == now {
             return Vec::new();
         }
-        let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
-        let kind = if now.is_some() { EventKind::ReportPublished } else { EventKind::ReportWithdrawn };
-        vec![Event { level, task: report.to_owned(), text: text.to_owned(), kind, signals: Vec::new() }]
+        let (level, text, kind) = match now {
+            Some(name) => (Level::Ok, name, EventKind::ReportPublished),
+            None => (Level::Warn, "no longer published".to_owned(), EventKind::ReportWithdrawn),
+        };
+        vec![Event { level, task: report.to_owned(), text, kind, signals: Vec::new() }]
     }
 
     fn status(&mut self, status: &Status) -> Option<Event> {

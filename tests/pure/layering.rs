@@ -23,12 +23,12 @@ const FLOORS: &[&[&str]] =
 /// what is above them imports two of them; what they share does not know its purpose.
 const CORE_FLOORS: &[&[&str]] = &[
     &["gateway", "plausibility", "simulated_vehicle", "discovery"],
-    &["vehicle_lights", "turn_signal", "traffic_light", "command"],
+    &["vehicle_lights", "vehicle_status", "turn_signal", "traffic_light", "command"],
     &["vehicle_report"],
     &["validation"],
     &["dbc"],
     &["can", "map"],
-    &["diagnostics", "car_model"],
+    &["diagnostics", "car_model", "control_mode"],
     &["time", "compat", "light_command", "near_miss", "provenance"],
     &["names"],
 ];

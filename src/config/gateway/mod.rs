@@ -49,6 +49,7 @@ use crate::core::gateway::GatewaySettings;
 use crate::core::gateway::configuration::EffectiveConfiguration;
 use crate::core::provenance::Provenance;
 use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
+use crate::core::vehicle_status::settings::StatusSettings;
 use crate::io::ros::parameters::Parameters;
 use crate::io::standard_input;
 use can::{CanConfig, cans};
@@ -329,6 +330,8 @@ fn settings(
         node,
         buses: vehicle.buses,
         lights: vehicle.lights,
+        status: vehicle.status,
+        status_settings: StatusSettings::default(),
         v2i: vehicle.v2i,
         traffic_lights: flow,
         turn_signal: decider.as_ref().filter(|decider| decider.runs).map(|decider| decider.flow.clone()),

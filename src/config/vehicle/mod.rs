@@ -12,6 +12,7 @@ mod message;
 mod provenance;
 mod raw_values;
 mod requires;
+mod status;
 mod turn;
 mod v2i;
 
@@ -31,6 +32,7 @@ use crate::core::provenance::Provenance;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalTable};
 use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
+use crate::core::vehicle_status::binding::StatusBinding;
 use binder::Binder;
 pub use binder::LoadedDbc;
 use bus::read_buses;
@@ -40,6 +42,7 @@ use light_sources::faults;
 use message::MessageSections;
 use provenance::{BoundParts, provenance};
 use requires::requires;
+use status::status;
 use turn::{turn, while_hazard};
 use v2i::v2i;
 
@@ -61,6 +64,8 @@ pub(super) struct Vehicle {
     pub dbcs: Vec<LoadedDbc>,
     /// Binding of its lights.
     pub lights: LightsBinding,
+    /// Binding of its status.
+    pub status: StatusBinding,
     /// Binding of traffic-light states from the network; empty in most profiles.
     pub v2i: V2iBinding,
     /// Binding of commands; empty in many profiles.
@@ -123,6 +128,8 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let mut binder = Binder::new(checker, &dbcs);
     let lights = lights(&mut binder, &fields);
     let light_signals = std::mem::take(&mut binder.signals);
+    let status = status(&mut binder, &fields);
+    let status_signals = std::mem::take(&mut binder.signals);
     let sources = v2i(&mut binder, &fields);
     let v2i_signals = std::mem::take(&mut binder.signals);
     let hazard = lights.as_ref().map(|lights| &lights.hazard);
@@ -136,7 +143,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let heartbeats =
         described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed, &messages));
     let heartbeats: Vec<_> = heartbeats.collect();
-    let all_bound = lights.is_some() && sources.is_some() && command.is_some();
+    let all_bound = lights.is_some() && status.is_some() && sources.is_some() && command.is_some();
     let messages = messages.bind(&binder, &fields, &heartbeats, allowed, all_bound);
     let parts = lights.as_ref().zip(sources.as_ref()).zip(command.as_ref());
     let parts = parts.map(|((lights, v2i), command)| BoundParts {
@@ -161,6 +168,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         buses: buses.collect(),
         dbcs,
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },
+        status: StatusBinding { table: table(&messages, status_signals), ..status? },
         v2i: V2iBinding { table: table(&messages, v2i_signals), sources: sources? },
         command: CommandBinding { table: table(&messages, command_signals), ..command? },
         provenance,

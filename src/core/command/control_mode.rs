@@ -1,31 +1,7 @@
 //! The commands that each control mode grants (docs/spec/vehicle-interface.md, "Control modes").
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use crate::core::light_command::{EnumOrUnknown, Numbered};
-use crate::core::names::variant_name;
-
-/// Control mode of the vehicle, as in `ControlModeReport.mode`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
-#[repr(u8)]
-pub enum ControlMode {
-    /// `NO_COMMAND`, 0: the vehicle follows no commands.
-    NoCommand = 0,
-    /// `AUTONOMOUS`, 1: Autoware drives.
-    Autonomous = 1,
-    /// `AUTONOMOUS_STEER_ONLY`, 2: Autoware steers.
-    AutonomousSteerOnly = 2,
-    /// `AUTONOMOUS_VELOCITY_ONLY`, 3: Autoware accelerates and brakes.
-    AutonomousVelocityOnly = 3,
-    /// `MANUAL`, 4: the driver drives.
-    Manual = 4,
-    /// `DISENGAGED`, 5: the driver has taken over.
-    Disengaged = 5,
-    /// `NOT_READY`, 6: the vehicle cannot be commanded yet.
-    NotReady = 6,
-}
+use crate::core::control_mode::ControlMode;
+use crate::core::light_command::EnumOrUnknown;
 
 /// The control mode, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,11 +25,6 @@ pub struct Grants {
 }
 
 impl ControlMode {
-    /// Returns the name of the constant in the `.msg` file.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-
     /// Returns the functions that the mode grants; modes that the interface leaves undecided grant none.
     pub fn grants(self) -> Grants {
         match self {
@@ -62,18 +33,6 @@ impl ControlMode {
             Self::NoCommand | Self::Manual | Self::Disengaged | Self::NotReady => Grants::default(),
         }
     }
-}
-
-impl Numbered for ControlMode {
-    const ALL: &'static [Self] = &[
-        Self::NoCommand,
-        Self::Autonomous,
-        Self::AutonomousSteerOnly,
-        Self::AutonomousVelocityOnly,
-        Self::Manual,
-        Self::Disengaged,
-        Self::NotReady,
-    ];
 }
 
 impl From<EnumOrUnknown<ControlMode>> for ModeState {
@@ -98,6 +57,7 @@ impl ModeState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::light_command::Numbered as _;
 
     #[test]
     fn each_mode_has_its_value_and_its_grants() {

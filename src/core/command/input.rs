@@ -1,9 +1,9 @@
 //! Inputs of the command machine: commands, the control mode, and the results of sending.
 
 use super::allow_list::CommandFrame;
-use super::control_mode::ControlMode;
 use super::origin::{CommandOrigin, SampleId};
 use super::sender::SendFailure;
+use crate::core::control_mode::ControlMode;
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::WallStamp;
 

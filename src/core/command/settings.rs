@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::allow_list::AllowList;
 use super::arbitration::ArbitrationRules;
-use super::control_mode::{ControlMode, Grants};
+use super::control_mode::Grants;
 use super::feedback_monitor::FeedbackLimits;
 use super::message::CommandMessage;
 use super::origin::CommandOrigin;
+use crate::core::control_mode::ControlMode;
 use crate::core::validation::table::{Role, SignalTable};
 
 /// The `[command]` section of the gateway's configuration.

@@ -4,13 +4,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::arbitration::DecisionReason;
-use super::control_mode::{ControlMode, ModeState};
+use super::control_mode::ModeState;
 use super::feedback_monitor::{Compliance, Lights};
 use super::flow::CommandFlow;
 use super::intake::LatestCommand;
 use super::settings::CommandSource;
 use super::status::{FunctionView, StatusText};
 use crate::core::can::Bus;
+use crate::core::control_mode::ControlMode;
 use crate::core::diagnostics::Level;
 use crate::core::names::{display_by_name, variant};
 use crate::core::time::{MonoTime, millis};

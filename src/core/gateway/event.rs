@@ -15,6 +15,7 @@ use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::turn_signal::planner_input::PlannerInput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use crate::core::vehicle_status::output::VehicleStatusOutput;
 
 /// One thing that happened outside.
 #[derive(Debug, Clone, PartialEq, From)]
@@ -36,6 +37,8 @@ pub enum Input {
 pub enum Output {
     /// Of the vehicle's lights.
     VehicleLights(VehicleLightsOutput),
+    /// Of the vehicle's status.
+    VehicleStatus(VehicleStatusOutput),
     /// Of the traffic lights.
     TrafficLights(TrafficLightOutput),
     /// Of the turn signal decider.

@@ -34,6 +34,9 @@ use crate::core::vehicle_lights::VehicleLights;
 use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_report::Publish;
+use crate::core::vehicle_status::VehicleStatus;
+use crate::core::vehicle_status::binding::StatusBinding;
+use crate::core::vehicle_status::settings::StatusSettings;
 use perception::{Effect, Headlines, Perception};
 pub use wall_clock::WALL_CLOCK_TASK;
 use wall_clock::WallClock;
@@ -58,6 +61,10 @@ pub struct GatewaySettings {
     pub buses: Vec<BusSettings>,
     /// The binding of the vehicle profile for the vehicle's lights.
     pub lights: LightsBinding,
+    /// The binding of the vehicle profile for the vehicle's status.
+    pub status: StatusBinding,
+    /// What the configuration says of the vehicle and of the reports on its status.
+    pub status_settings: StatusSettings,
     /// The binding of the vehicle profile for traffic-light states from the network.
     pub v2i: V2iBinding,
     /// Traffic lights; without them, what `v2i` binds is not used.
@@ -93,7 +100,8 @@ impl GatewaySettings {
     /// that we alone may send. All others can be filtered out before they cost anything.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
         let command = self.command.iter().map(|(_, binding)| binding);
-        let bound = self.lights.table.messages.iter().chain(&self.v2i.table.messages);
+        let bound = self.lights.table.messages.iter().chain(&self.status.table.messages);
+        let bound = bound.chain(&self.v2i.table.messages);
         let bound = bound.chain(command.clone().flat_map(|binding| &binding.table.messages));
         let bound = bound.filter(|message| message.bus == bus).map(|message| message.ids);
         let ours = command.flat_map(|binding| binding.allowed.entries());
@@ -227,6 +235,11 @@ impl Gateway {
     /// The state of the vehicle's lights, for views.
     pub fn lights(&self) -> &VehicleLights {
         &self.perception.lights
+    }
+
+    /// The state of the vehicle's status, for views.
+    pub fn vehicle_status(&self) -> &VehicleStatus {
+        &self.perception.status
     }
 
     /// All statuses as of now.

@@ -18,8 +18,9 @@ use crate::core::turn_signal::flow::TurnSignalFlow;
 use crate::core::validation::observation::Arrival;
 use crate::core::validation::table::{BoundMessage, MessageIndex};
 use crate::core::vehicle_lights::{Task, VehicleLights};
+use crate::core::vehicle_status::VehicleStatus;
 
-/// Buses, vehicle lights, traffic lights and decider.
+/// Buses, vehicle lights, vehicle status, traffic lights and decider.
 #[derive(Debug, Clone)]
 pub(super) struct Perception {
     pub(super) node: String,
@@ -29,6 +30,7 @@ pub(super) struct Perception {
     /// For each bus the relevant ids, with the messages bound to them.
     routes: Vec<IdTable<Route>>,
     pub(super) lights: VehicleLights,
+    pub(super) status: VehicleStatus,
     pub(super) traffic_lights: Option<TrafficLightFlow>,
     traffic_light_headlines: Headlines,
     pub(super) turn_signal: Option<TurnSignalFlow>,
@@ -40,6 +42,7 @@ pub(super) struct Perception {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Timer {
     VehicleLights,
+    VehicleStatus,
     TrafficLights,
     Decider,
     Buses,
@@ -51,6 +54,7 @@ enum Timer {
 #[derive(Debug, Clone, Copy)]
 struct Route {
     lights: Option<MessageIndex>,
+    status: Option<MessageIndex>,
     v2i: Option<MessageIndex>,
 }
 
@@ -98,6 +102,7 @@ impl Perception {
             bus_findings: vec![None; bus_count],
             bus_rates: vec![RateMeter::default(); bus_count],
             lights: VehicleLights::new(settings.lights, settings.publish),
+            status: VehicleStatus::new(settings.status, settings.status_settings, settings.publish),
             traffic_lights: settings
                 .traffic_lights
                 .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
@@ -117,6 +122,7 @@ impl Perception {
             bus.reconfigure(settings);
         }
         self.lights.reconfigure(settings.lights, settings.publish, now.mono);
+        self.status.reconfigure(settings.status, settings.status_settings, settings.publish, now.mono);
         if let (Some(flow), Some(lights)) = (&mut self.traffic_lights, settings.traffic_lights) {
             flow.reconfigure(lights, settings.v2i, now);
         }
@@ -142,6 +148,7 @@ impl Perception {
             CanInput::Link { bus, state } => {
                 if known.set_link(state) {
                     self.lights.forget_bus(bus);
+                    self.status.forget_bus(bus);
                     if let Some(flow) = &mut self.traffic_lights {
                         flow.reception().forget_bus(bus);
                     }
@@ -172,6 +179,7 @@ impl Perception {
             || self.next_deadline() <= now.mono;
         if !was_alive {
             self.lights.forget_events(bus);
+            self.status.forget_events(bus);
             if let Some(flow) = &mut self.traffic_lights {
                 flow.reception().forget_events(bus);
             }
@@ -179,6 +187,9 @@ impl Perception {
         is_news |= self.lights.observe(bus, frame, was_alive, now.mono);
         if let Some(message) = route.lights {
             is_news |= self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
+        }
+        if let Some(message) = route.status {
+            is_news |= self.status.frame_arrived(message, frame, stamp, now) == Arrival::News;
         }
         if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
             flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
@@ -203,6 +214,19 @@ impl Perception {
         };
         let tasks = self.lights.tasks().filter(is_changed);
         let mut changed: Vec<_> = tasks.map(|task| self.lights_status(task, now.mono)).collect();
+        let mut reports = Vec::new();
+        let unmet = self.lights.unmet();
+        self.status.settle(
+            unmet,
+            &self.buses,
+            now,
+            |output| emit(Output::VehicleStatus(output)),
+            |report| reports.push(report),
+        );
+        self.timers.set(Timer::VehicleStatus, self.status.next_deadline(now.mono));
+        let statuses =
+            reports.into_iter().filter_map(|report| self.status.status(report, &self.buses, now.mono));
+        changed.extend(statuses);
         if let Some(flow) = &mut self.traffic_lights {
             let has_news = flow.settle(&self.buses, now);
             while let Some(output) = flow.poll_output() {
@@ -246,6 +270,7 @@ impl Perception {
         }
         self.timers.set(Timer::Diagnostics, now.after(self.diagnostics_period));
         self.lights.sample_rates(now);
+        self.status.sample_rates(now);
         for (bus, rate) in self.buses.iter().zip(&mut self.bus_rates) {
             rate.sample(bus.counts.frames, now);
         }
@@ -255,6 +280,7 @@ impl Perception {
     /// All statuses of the flows.
     pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
+        statuses.extend(self.status.statuses(&self.buses, now));
         if let Some(flow) = &self.traffic_lights {
             statuses.extend(flow.statuses(&self.buses, now));
         }
@@ -287,7 +313,11 @@ impl Perception {
 
 impl Route {
     fn or(self, other: Self) -> Self {
-        Self { lights: self.lights.or(other.lights), v2i: self.v2i.or(other.v2i) }
+        Self {
+            lights: self.lights.or(other.lights),
+            status: self.status.or(other.status),
+            v2i: self.v2i.or(other.v2i),
+        }
     }
 }
 
@@ -297,6 +327,7 @@ fn routes(settings: &GatewaySettings, bus: BusIndex) -> IdTable<Route> {
     };
     let route = |ids: IdMatch| Route {
         lights: message_of(&settings.lights.table.messages, ids),
+        status: message_of(&settings.status.table.messages, ids),
         v2i: message_of(&settings.v2i.table.messages, ids),
     };
     settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))).collect()

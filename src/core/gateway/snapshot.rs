@@ -21,6 +21,7 @@ use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 use crate::core::validation::snapshot::{MessageSnapshot, SignalSnapshot};
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_report::ReportSnapshot;
+use crate::core::vehicle_status::VehicleStatusSnapshot;
 
 /// Version of the JSON: it grows when a field changes its meaning or goes. New fields leave it as it is.
 pub const SCHEMA: u32 = 2;
@@ -43,6 +44,8 @@ pub struct Snapshot {
     /// Report on hazard lights, with the fields of `turn_indicators`, where `published` is `DISABLE` or `ENABLE`. `None` when
     /// the profile leaves it out.
     pub hazard_lights: Option<ReportSnapshot<HazardLights>>,
+    /// Steering, gear, control mode and doors, as far as the profile describes them.
+    pub vehicle_status: VehicleStatusSnapshot,
     /// Commands to the vehicle; `None` unless configured.
     pub commands: Option<CommandSnapshot>,
     /// The buses, in the order of the vehicle profile.
@@ -156,7 +159,8 @@ impl Gateway {
     pub fn snapshot(&self, now: Now) -> Snapshot {
         let (perception, mono) = (&self.perception, now.mono);
         let (lights, buses) = (&perception.lights, &perception.buses);
-        let mut received = vec![lights.received_snapshot(buses, mono)];
+        let mut received =
+            vec![lights.received_snapshot(buses, mono), perception.status.received_snapshot(buses, mono)];
         received.extend(self.commands.as_ref().map(|flow| flow.received_snapshot(buses, mono)));
         received.extend(perception.traffic_lights.as_ref().map(|flow| flow.received_snapshot(buses, mono)));
         let (signals, messages): (Vec<_>, Vec<_>) = received.into_iter().unzip();
@@ -168,6 +172,7 @@ impl Gateway {
             process: None,
             turn_indicators: lights.turn_snapshot(buses, mono),
             hazard_lights: lights.hazard_snapshot(buses, mono),
+            vehicle_status: perception.status.snapshot(buses, mono),
             commands: self.commands.as_ref().map(|flow| flow.snapshot(buses, mono)),
             buses: perception.bus_snapshots(mono).collect(),
             signals: signals.into_iter().flatten().collect(),

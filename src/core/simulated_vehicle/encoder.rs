@@ -1,6 +1,7 @@
 //! Raw values of the signals that the vehicle sends.
 
-use crate::core::command::control_mode::{ControlMode, Grants};
+use crate::core::command::control_mode::Grants;
+use crate::core::control_mode::ControlMode;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::validation::meaning::{Meaning, ValueMap};
 use crate::core::vehicle_lights::binding::BothOn;

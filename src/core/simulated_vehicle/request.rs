@@ -4,7 +4,7 @@ use std::iter::Peekable;
 use std::time::Duration;
 
 use crate::core::command::Turn;
-use crate::core::command::control_mode::ControlMode;
+use crate::core::control_mode::ControlMode;
 use crate::core::validation::meaning::Meaning;
 use crate::core::vehicle_lights::state::TurnCode;
 

@@ -41,6 +41,7 @@ pub struct SignalSnapshot {
 #[allow(missing_docs)] // their names say it
 pub enum UsedBy {
     VehicleLights,
+    VehicleStatus,
     Command,
     V2i,
 }

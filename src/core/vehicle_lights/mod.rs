@@ -20,7 +20,7 @@ pub mod warning;
 use crate::core::can::{Bus, BusIndex, Frame};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::observation::{Arrival, Observations};
-use crate::core::validation::requirement::RequirementStates;
+use crate::core::validation::requirement::{RequirementStates, Unmet};
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 use crate::core::vehicle_report::{Publish, ReportFlow, Step};
 use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
@@ -150,6 +150,11 @@ impl VehicleLights {
     /// `was_alive` is false if the bus had been silent before. Call [`Self::settle`] afterwards if it changes one.
     pub fn observe(&mut self, bus: BusIndex, frame: &Frame, was_alive: bool, now: MonoTime) -> bool {
         self.requirements.frame_arrived(&self.binding.requirements, bus, frame, was_alive, now)
+    }
+
+    /// The requirement of the profile that is not met; `None` = all are.
+    pub fn unmet(&self) -> Option<Unmet> {
+        self.requirements.unmet()
     }
 
     /// Discards what was received over a bus. Call [`Self::settle`] afterwards.

@@ -126,6 +126,7 @@ impl Encoder {
                 self.frame(*bus, 4, frame, (at, at)).into_iter().collect()
             }
             Output::VehicleLights(_)
+            | Output::VehicleStatus(_)
             | Output::TrafficLights(_)
             | Output::TurnSignal(_)
             | Output::Diagnostics { .. } => self.published(output, at),

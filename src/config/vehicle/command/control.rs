@@ -2,8 +2,9 @@
 
 use super::super::binder::{Binder, NOT_AVAILABLE};
 use crate::config::reading::{Fields, Keywords};
-use crate::core::command::control_mode::{ControlMode, Grants};
+use crate::core::command::control_mode::Grants;
 use crate::core::command::settings::DriverSign;
+use crate::core::control_mode::ControlMode;
 use crate::core::validation::table::Role;
 
 const BOTH: Grants = Grants { turn: true, hazard: true };

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use super::super::binding::{HazardBinding, Sources, TurnBinding, TurnSource};
-use crate::core::vehicle_report::Publish;
 use super::super::state::TurnCode;
 use super::*;
 use crate::core::can::{BusIndex, BusSettings, CanId, Frame, LinkState};
@@ -11,6 +10,7 @@ use crate::core::dbc::codec::{Layout, SignalCodec};
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};
+use crate::core::vehicle_report::Publish;
 
 const TURN: Task = Task::TurnIndicators;
 

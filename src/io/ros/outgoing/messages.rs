@@ -120,9 +120,10 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
                 (OutgoingTopic::PlanningFactors, Publication::of(factors)),
             ]
         }
-        Output::TurnSignal(TurnSignalOutput::Decision(_)) | Output::TrafficLights(_) | Output::Command(_) => {
-            Vec::new()
-        }
+        Output::VehicleStatus(_)
+        | Output::TurnSignal(TurnSignalOutput::Decision(_))
+        | Output::TrafficLights(_)
+        | Output::Command(_) => Vec::new(),
     }
 }
 

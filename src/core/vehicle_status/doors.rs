@@ -1,0 +1,108 @@
+//! The doors, each with a word for "unknown" of its own.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::state::{Judged, StatusContext, StatusReason};
+use crate::core::can::ReceiveTime;
+use crate::core::names::variant_name;
+use crate::core::validation::table::Role;
+use crate::core::validation::unusable::Unusable;
+
+/// Most doors of a vehicle.
+pub const MAX_DOORS: usize = 16;
+
+/// State of a door, as in `DoorStatus.status`.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+#[repr(u8)]
+pub enum DoorState {
+    /// `UNKNOWN`, 0: no signal says it.
+    #[default]
+    Unknown = 0,
+    /// `NOT_AVAILABLE`, 1: the vehicle says that it does not know.
+    NotAvailable = 1,
+    /// `OPENED`, 2.
+    Opened = 2,
+    /// `CLOSED`, 3.
+    Closed = 3,
+    /// `OPENING`, 4.
+    Opening = 4,
+    /// `CLOSING`, 5.
+    Closing = 5,
+}
+
+impl DoorState {
+    /// Name of the constant in the `.msg` file.
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
+    }
+}
+
+/// A door of the vehicle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Door {
+    /// Name for people, e.g. `front left`; the description in the layout of the doors.
+    pub name: String,
+    /// Passengers get on through it.
+    pub is_entrance: bool,
+    /// Passengers get off through it.
+    pub is_exit: bool,
+    /// Meanings of the raw values.
+    pub role: Role<DoorState>,
+}
+
+/// The states of all doors in the order of the profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DoorStates {
+    states: [DoorState; MAX_DOORS],
+    count: usize,
+}
+
+impl DoorStates {
+    /// The states, one for each door.
+    pub fn as_slice(&self) -> &[DoorState] {
+        &self.states[..self.count]
+    }
+}
+
+impl FromIterator<DoorState> for DoorStates {
+    /// More than [`MAX_DOORS`] are left out.
+    fn from_iter<I: IntoIterator<Item = DoorState>>(states: I) -> Self {
+        let mut all = Self::default();
+        for (place, state) in all.states.iter_mut().zip(states) {
+            *place = state;
+            all.count += 1;
+        }
+        all
+    }
+}
+
+/// Reads all doors. The report is unavailable while no door is known; otherwise a door without a value is `UNKNOWN` in it. Also
+/// returns the first reason why a door is not known.
+pub fn judge(doors: &[Door], context: StatusContext<'_>) -> (Judged<DoorStates>, Option<StatusReason>) {
+    let mut newest: Option<ReceiveTime> = None;
+    let mut unknown = None;
+    let state_of = |door: &Door| match context.defined(&door.role) {
+        Ok((state, received)) => {
+            newest = Some(newest.map_or(received, |newest| newest.newest(received)));
+            state
+        }
+        Err(reason) => {
+            unknown = unknown.or(Some(reason));
+            match reason {
+                StatusReason::Signal(Unusable::NotAvailable(..)) => DoorState::NotAvailable,
+                _ => DoorState::Unknown,
+            }
+        }
+    };
+    let states: DoorStates = doors.iter().map(state_of).collect();
+    match (newest, unknown) {
+        (Some(newest), unknown) => (Ok((states, newest)), unknown),
+        (None, Some(reason)) => (Err(reason), None),
+        // A profile names at least one door.
+        (None, None) => (Err(StatusReason::NotReceived), None),
+    }
+}

@@ -1,0 +1,288 @@
+//! Vehicle status: reports on steering, gear, control mode and doors from bound frames.
+//!
+//! The same promise as for the lights: what is unknown, invalid or faulty is not published, and diagnostics give the
+//! reason (docs/spec/vehicle-interface.md, "Vehicle status").
+
+pub mod binding;
+pub mod control_mode;
+pub mod doors;
+pub mod gear;
+pub mod output;
+pub mod quantity;
+pub mod role_texts;
+pub mod settings;
+pub mod state;
+mod status;
+pub mod steering;
+pub mod velocity;
+
+use crate::core::can::{Bus, BusIndex, Frame, ReceiveTime};
+use crate::core::control_mode::ControlMode;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::core::validation::observation::{Arrival, Observations};
+use crate::core::validation::requirement::Unmet;
+use crate::core::validation::table::MessageIndex;
+use crate::core::vehicle_report::{Publish, ReportFlow, StreamFlow};
+use binding::StatusBinding;
+use doors::DoorStates;
+use gear::{Gear, Shifting};
+use output::VehicleStatusOutput;
+use settings::StatusSettings;
+use state::{Judged, StatusContext, StatusReason};
+use status::{StatusFinding, StatusTask};
+use steering::TireAngle;
+
+pub use status::StatusReport;
+pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
+
+/// State machine of all reports.
+#[derive(Debug, Clone)]
+pub struct VehicleStatus {
+    binding: StatusBinding,
+    settings: StatusSettings,
+    observations: Observations,
+    shifting: Shifting,
+    steering: StreamFlow<TireAngle>,
+    gear: ReportFlow<Gear>,
+    control_mode: ReportFlow<ControlMode>,
+    doors: ReportFlow<DoorStates>,
+    tasks: Vec<StatusTask>,
+}
+
+/// A value, the source that decided, and what else is to be shown.
+struct Verdict<T> {
+    state: Judged<T>,
+    finding: StatusFinding,
+}
+
+impl VehicleStatus {
+    /// Reports without any frame received or report published.
+    pub fn new(binding: StatusBinding, settings: StatusSettings, publish: Publish) -> Self {
+        Self {
+            observations: Observations::new(&binding.table),
+            shifting: Shifting::default(),
+            steering: StreamFlow::new(settings.min_period),
+            gear: ReportFlow::new(publish),
+            control_mode: ReportFlow::new(publish),
+            doors: ReportFlow::new(publish),
+            tasks: StatusReport::of(&binding).map(|report| StatusTask::new(report, &binding)).collect(),
+            binding,
+            settings,
+        }
+    }
+
+    /// Continues with another binding and other settings of the same reports. What was received, published and found stays as
+    /// far as both bindings have it. Call [`Self::settle`] afterwards.
+    pub fn reconfigure(
+        &mut self,
+        binding: StatusBinding,
+        settings: StatusSettings,
+        publish: Publish,
+        now: MonoTime,
+    ) {
+        self.observations = self.observations.carried_over(&self.binding.table, &binding.table);
+        self.steering.reconfigure(settings.min_period);
+        self.gear.reconfigure(publish, now);
+        self.control_mode.reconfigure(publish, now);
+        self.doors.reconfigure(publish, now);
+        let mut known = std::mem::take(&mut self.tasks);
+        let task_of = |report| match known.iter().position(|task| task.report() == report) {
+            Some(position) => known.swap_remove(position).reconfigured(&binding),
+            None => StatusTask::new(report, &binding),
+        };
+        self.tasks = StatusReport::of(&binding).map(task_of).collect();
+        (self.binding, self.settings) = (binding, settings);
+    }
+
+    /// Binding of the status.
+    pub fn binding(&self) -> &StatusBinding {
+        &self.binding
+    }
+
+    /// Last values of the bound signals.
+    pub fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a report that is published
+    /// with each frame always does.
+    pub fn frame_arrived(
+        &mut self,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Arrival {
+        match self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now) {
+            Ok(Arrival::Repetition) if !self.is_streamed(message) => Arrival::Repetition,
+            Ok(_) | Err(_) => Arrival::News,
+        }
+    }
+
+    /// True if a report is published with each frame of the message.
+    fn is_streamed(&self, message: MessageIndex) -> bool {
+        let table = &self.binding.table;
+        self.binding.quantities().any(|quantity| table.signals[quantity.role.signal.0].message == message)
+    }
+
+    /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
+    pub fn forget_bus(&mut self, bus: BusIndex) {
+        self.observations.forget_bus(&self.binding.table, bus);
+    }
+
+    /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    pub fn forget_events(&mut self, bus: BusIndex) {
+        self.observations.forget_events(&self.binding.table, bus);
+    }
+
+    /// Evaluates all reports, hands the actions to `emit`, and calls `changed` with each report whose finding has changed.
+    pub fn settle(
+        &mut self,
+        unmet: Option<Unmet>,
+        buses: &[Bus],
+        now: Now,
+        mut emit: impl FnMut(VehicleStatusOutput),
+        mut changed: impl FnMut(StatusReport),
+    ) {
+        let context = StatusContext {
+            binding: &self.binding,
+            settings: &self.settings,
+            observations: &self.observations,
+            unmet,
+            buses,
+            now,
+        };
+        for task in &mut self.tasks {
+            let report = task.report();
+            let finding = match report {
+                StatusReport::Steering => {
+                    let Verdict { state, finding } = steering_verdict(context);
+                    emit_some(
+                        self.steering.update(state.ok(), now.mono),
+                        VehicleStatusOutput::Steering,
+                        &mut emit,
+                    );
+                    finding
+                }
+                StatusReport::Gear => {
+                    let Verdict { state, finding } = gear_verdict(&mut self.shifting, context);
+                    emit_some(
+                        self.gear.update(stamped(state), now.mono),
+                        VehicleStatusOutput::Gear,
+                        &mut emit,
+                    );
+                    finding
+                }
+                StatusReport::ControlMode => {
+                    let Verdict { state, finding } = control_mode_verdict(context);
+                    let step = self.control_mode.update(stamped(state), now.mono);
+                    emit_some(step, VehicleStatusOutput::ControlMode, &mut emit);
+                    finding
+                }
+                StatusReport::Doors => {
+                    let Verdict { state, finding } = doors_verdict(context);
+                    emit_some(
+                        self.doors.update(stamped(state), now.mono),
+                        VehicleStatusOutput::Doors,
+                        &mut emit,
+                    );
+                    finding
+                }
+            };
+            if task.update(finding, context) {
+                changed(report);
+            }
+        }
+    }
+
+    /// The next instant at which [`Self::settle`] is due without an event.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let stale = self.observations.next_deadline(&self.binding.table, now);
+        let shifting = self.binding.gear.as_ref().and_then(|gear| self.shifting.next_deadline(gear, now));
+        let reports =
+            [self.gear.next_deadline(), self.control_mode.next_deadline(), self.doors.next_deadline()];
+        [stale, shifting].into_iter().chain(reports).flatten().min()
+    }
+}
+
+fn emit_some<T>(
+    step: Option<T>,
+    output: impl Fn(T) -> VehicleStatusOutput,
+    emit: &mut impl FnMut(VehicleStatusOutput),
+) {
+    if let Some(step) = step {
+        emit(output(step));
+    }
+}
+
+fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {
+    state.ok().map(|(value, received)| (value, received.stamp))
+}
+
+/// Withholds a state while a requirement of the profile is not met. A contradicted one counts more than any other reason, an open
+/// one less.
+fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
+    match context.unmet {
+        Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(StatusReason::OtherVehicle(unmet)),
+        Some(_) | None => state,
+    }
+}
+
+/// The value of the first source that has one, with its position. If none has, the reason of the first.
+fn first_usable<S, T>(
+    sources: &[S],
+    context: StatusContext<'_>,
+    mut read: impl FnMut(usize, &S) -> Judged<T>,
+) -> Verdict<T> {
+    let mut first_reason = None;
+    for (source, bound) in sources.iter().enumerate() {
+        match read(source, bound) {
+            Ok(value) => {
+                let state = required(Ok(value), context);
+                let reason = state.as_ref().err().copied();
+                return Verdict { state, finding: StatusFinding { reason, source, fallback: first_reason } };
+            }
+            Err(StatusReason::NotChosen) => {}
+            Err(reason) => first_reason = first_reason.or(Some(reason)),
+        }
+    }
+    let state = required(Err(first_reason.unwrap_or(StatusReason::NotReceived)), context);
+    let reason = state.as_ref().err().copied();
+    Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
+}
+
+fn steering_verdict(context: StatusContext<'_>) -> Verdict<TireAngle> {
+    let sources = context.binding.steering.as_ref().map_or(&[][..], |steering| &steering.sources);
+    first_usable(sources, context, |_, source| steering::judge(source, None, context))
+}
+
+fn gear_verdict(shifting: &mut Shifting, context: StatusContext<'_>) -> Verdict<Gear> {
+    let Some(binding) = &context.binding.gear else {
+        return first_usable(&[(); 0], context, |_, ()| Err(StatusReason::NotReceived));
+    };
+    let chosen = context.settings.gear_source.as_deref();
+    first_usable(&binding.sources, context, |position, source| {
+        if chosen.is_some_and(|chosen| chosen != source.name) {
+            return Err(StatusReason::NotChosen);
+        }
+        shifting.judge(binding, position, context.defined(&source.role), context)
+    })
+}
+
+fn control_mode_verdict(context: StatusContext<'_>) -> Verdict<ControlMode> {
+    let binding = context.binding.control_mode.as_ref();
+    let state = binding.map_or(Err(StatusReason::NotReceived), |binding| binding.judge(context));
+    let state = required(state, context);
+    let reason = state.as_ref().err().copied();
+    let is_not_ready = binding.is_some_and(|binding| binding.is_not_ready_while_unknown);
+    let unknown = ReceiveTime { at: context.now.mono, stamp: context.now.wall };
+    let state = if is_not_ready { state.or(Ok((ControlMode::NotReady, unknown))) } else { state };
+    Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
+}
+
+fn doors_verdict(context: StatusContext<'_>) -> Verdict<DoorStates> {
+    let (state, unknown) = doors::judge(&context.binding.doors, context);
+    let state = required(state, context);
+    let reason = state.as_ref().err().copied();
+    Verdict { state, finding: StatusFinding { reason, fallback: unknown, ..StatusFinding::default() } }
+}

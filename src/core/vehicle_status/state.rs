@@ -1,0 +1,97 @@
+//! A value of the vehicle's status, or the reason why it is unavailable.
+
+use derive_more::From;
+
+use super::binding::StatusBinding;
+use super::settings::StatusSettings;
+use crate::core::can::{Bus, ReceiveTime};
+use crate::core::time::Now;
+use crate::core::validation::observation::Observations;
+use crate::core::validation::requirement::Unmet;
+use crate::core::validation::table::{Role, SignalIndex};
+use crate::core::validation::unusable::{FaultKind, Unusable};
+
+/// A value with its receive time, or the reason why it is unavailable.
+pub type Judged<T> = Result<(T, ReceiveTime), StatusReason>;
+
+/// Reason why a value is unavailable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, From)]
+pub enum StatusReason {
+    /// A signal has no value that may be used.
+    #[from]
+    Signal(Unusable),
+    /// A requirement of the profile is not met, so that the vehicle may be another one.
+    #[from]
+    OtherVehicle(Unmet),
+    /// A flag of this signal says that the value is bad, by this raw value.
+    BadQuality(SignalIndex, i128),
+    /// The physical value of this signal is beyond what a vehicle can do.
+    OutOfRange(SignalIndex),
+    /// The gearbox is between two gears, for too long if `is_long`.
+    BetweenGears {
+        /// Signal of the gear.
+        signal: SignalIndex,
+        /// True if it stays there longer than a shift takes.
+        is_long: bool,
+    },
+    /// The gearbox shows only whether reverse is engaged, and it is not.
+    OnlyReverseShown(SignalIndex),
+    /// The configuration does not say how far the wheels turn with the steering wheel.
+    NoSteeringRatio,
+    /// The steering ratio depends on the speed, which is unknown.
+    NoSpeedForSteering,
+    /// The configuration chooses another source.
+    NotChosen,
+    /// Nothing has been received.
+    NotReceived,
+}
+
+impl StatusReason {
+    /// True for a permitted sleep of the bus, which is no failure.
+    pub fn is_sleep(self) -> bool {
+        matches!(self, Self::Signal(reason) if reason.is_sleep())
+    }
+
+    /// Kind of failure; `None` for a reason that is none.
+    pub fn failure(self) -> Option<FaultKind> {
+        match self {
+            Self::Signal(reason) => (!reason.is_sleep()).then(|| reason.kind()),
+            Self::BadQuality(..) => Some(FaultKind::HardwareFault),
+            Self::OutOfRange(_) | Self::BetweenGears { is_long: true, .. } => Some(FaultKind::Invalid),
+            Self::OtherVehicle(_) | Self::NoSpeedForSteering | Self::NotChosen | Self::NotReceived => {
+                Some(FaultKind::Unknown)
+            }
+            Self::BetweenGears { is_long: false, .. } | Self::OnlyReverseShown(_) | Self::NoSteeringRatio => {
+                None
+            }
+        }
+    }
+}
+
+/// Binding, observations and buses at one moment.
+#[derive(Debug, Clone, Copy)]
+pub struct StatusContext<'a> {
+    /// Compiled profile of the status.
+    pub binding: &'a StatusBinding,
+    /// What the configuration says of the vehicle.
+    pub settings: &'a StatusSettings,
+    /// Last values of the bound signals.
+    pub observations: &'a Observations,
+    /// Requirement of the profile that is not met; `None` = all are.
+    pub unmet: Option<Unmet>,
+    /// Buses that carry the signals.
+    pub buses: &'a [Bus],
+    /// Time of the evaluation.
+    pub now: Now,
+}
+
+impl StatusContext<'_> {
+    /// The defined value of a signal with its receive time.
+    ///
+    /// # Errors
+    /// The reason why there is none.
+    pub fn defined<T: Copy>(self, role: &Role<T>) -> Judged<T> {
+        let table = &self.binding.table;
+        Ok(self.observations.defined(table, role, self.buses, self.now.mono)?)
+    }
+}

@@ -1,0 +1,263 @@
+//! Diagnostic status of the reports.
+
+pub(super) mod snapshot;
+
+use serde::Serialize;
+
+use super::VehicleStatus;
+use super::binding::StatusBinding;
+use super::state::{StatusContext, StatusReason};
+use crate::core::can::Bus;
+use crate::core::diagnostics::{Level, Status};
+use crate::core::names::{variant_name, words};
+use crate::core::time::MonoTime;
+use crate::core::validation::display::raw_text;
+use crate::core::validation::table::SignalIndex;
+use crate::core::validation::unusable::FaultKind;
+use crate::core::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals};
+
+/// A report on the vehicle's status. Its name is that of its diagnostic task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StatusReport {
+    /// Angle of the front wheels.
+    Steering,
+    /// Engaged gear.
+    Gear,
+    /// Who is in control.
+    ControlMode,
+    /// States of the doors.
+    Doors,
+}
+
+impl StatusReport {
+    /// Name of the diagnostic task.
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
+    }
+
+    /// The reports that a profile describes, in their order.
+    pub fn of(binding: &StatusBinding) -> impl Iterator<Item = Self> + use<> {
+        let described = [
+            (Self::Steering, binding.steering.is_some()),
+            (Self::Gear, binding.gear.is_some()),
+            (Self::ControlMode, binding.control_mode.is_some()),
+            (Self::Doors, !binding.doors.is_empty()),
+        ];
+        described.into_iter().filter_map(|(report, is_described)| is_described.then_some(report))
+    }
+
+    /// Signals on which the report depends.
+    fn signals(self, binding: &StatusBinding) -> Vec<SignalIndex> {
+        let mut signals: Vec<_> = match self {
+            Self::Steering => binding
+                .steering
+                .iter()
+                .flat_map(|steering| &steering.sources)
+                .flat_map(|source| source.angle.signals())
+                .collect(),
+            Self::Gear => binding.gear.iter().flat_map(|gear| gear.signals()).collect(),
+            Self::ControlMode => binding.control_mode.iter().flat_map(|mode| mode.signals()).collect(),
+            Self::Doors => binding.doors.iter().map(|door| door.role.signal).collect(),
+        };
+        let mut seen = Vec::new();
+        signals.retain(|signal| {
+            let is_new = !seen.contains(signal);
+            seen.push(*signal);
+            is_new
+        });
+        signals
+    }
+
+    /// Name of a source at its position; empty for the only one.
+    fn source_name(self, binding: &StatusBinding, position: usize) -> &str {
+        let name = match self {
+            Self::Steering => binding
+                .steering
+                .as_ref()
+                .and_then(|steering| steering.sources.get(position))
+                .map(|source| &source.name),
+            Self::Gear => {
+                binding.gear.as_ref().and_then(|gear| gear.sources.get(position)).map(|source| &source.name)
+            }
+            Self::ControlMode | Self::Doors => None,
+        };
+        name.map_or("", String::as_str)
+    }
+}
+
+/// What is to be shown of a report: why it is unavailable, and what is wrong besides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct StatusFinding {
+    /// Why there is no value.
+    pub(super) reason: Option<StatusReason>,
+    /// Position of the source that decides.
+    pub(super) source: usize,
+    /// Why a more trusted source has no value, or one of the doors.
+    pub(super) fallback: Option<StatusReason>,
+}
+
+impl StatusFinding {
+    fn failure(self) -> Option<FaultKind> {
+        self.reason.and_then(StatusReason::failure)
+    }
+
+    fn level(self) -> Level {
+        if self.failure().is_some() {
+            Level::Error
+        } else if self.reason.is_some() || self.fallback.is_some() {
+            Level::Warn
+        } else {
+            Level::Ok
+        }
+    }
+}
+
+/// The finding of a report with its history.
+#[derive(Debug, Clone)]
+pub(super) struct StatusTask {
+    report: StatusReport,
+    signals: ReportSignals,
+    finding: Option<StatusFinding>,
+    failures: FailureHistory,
+}
+
+impl StatusTask {
+    pub(super) fn new(report: StatusReport, binding: &StatusBinding) -> Self {
+        let signals = ReportSignals::new(report.signals(binding));
+        Self { report, signals, finding: None, failures: FailureHistory::default() }
+    }
+
+    pub(super) fn report(&self) -> StatusReport {
+        self.report
+    }
+
+    /// The task with the signals of another binding; its history stays.
+    pub(super) fn reconfigured(mut self, binding: &StatusBinding) -> Self {
+        self.signals.reconfigure(self.report.signals(binding));
+        self
+    }
+
+    /// Takes the current finding and returns whether it has changed.
+    pub(super) fn update(&mut self, finding: StatusFinding, context: StatusContext<'_>) -> bool {
+        if self.finding == Some(finding) {
+            return false;
+        }
+        let before = self.finding.replace(finding).and_then(StatusFinding::failure);
+        let text = || message(context.binding, context.buses, self.report, finding);
+        self.failures.changed(before, finding.failure(), text, context.now.mono);
+        true
+    }
+}
+
+impl VehicleStatus {
+    /// Diagnostic status of a report; `None` if the profile does not describe it.
+    pub fn status(&self, report: StatusReport, buses: &[Bus], now: MonoTime) -> Option<Status> {
+        let task = self.tasks.iter().find(|task| task.report == report)?;
+        let finding = task.finding.unwrap_or_default();
+        let value = self.published_text(report);
+        let mut values = vec![("report", value.unwrap_or_else(|| "not published".to_owned()))];
+        let source = report.source_name(&self.binding, finding.source);
+        if !source.is_empty() {
+            values.push(("source", source.to_owned()));
+        }
+        values.extend(task.signals.status_values(self.received(), now));
+        values.extend(task.failures.status_values(finding.failure().is_some(), now));
+        let message = message(&self.binding, buses, report, finding);
+        let signals = task.signals.names(&self.binding.table);
+        Some(Status { signals, ..Status::new(report.name(), finding.level(), message, values) })
+    }
+
+    /// All diagnostic statuses.
+    pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+        self.tasks.iter().filter_map(|task| self.status(task.report, buses, now)).collect()
+    }
+
+    /// Samples the frame counts from which rates are computed; call it at every refresh.
+    pub fn sample_rates(&mut self, now: MonoTime) {
+        let received = ReceivedSignals { table: &self.binding.table, observations: &self.observations };
+        for task in &mut self.tasks {
+            task.signals.sample_rate(received, now);
+        }
+    }
+
+    /// What is published, for people; `None` while nothing is.
+    fn published_text(&self, report: StatusReport) -> Option<String> {
+        match report {
+            StatusReport::Steering => {
+                self.steering.current().map(|(angle, _)| format!("{:.2}°", angle.0.to_degrees()))
+            }
+            StatusReport::Gear => self.gear.current().map(|(gear, _)| gear.name().to_owned()),
+            StatusReport::ControlMode => self.control_mode.current().map(|(mode, _)| mode.name().to_owned()),
+            StatusReport::Doors => self.doors.current().map(|(states, _)| {
+                let named = self.binding.doors.iter().zip(states.as_slice());
+                let texts = named.map(|(door, state)| format!("{} {}", door.name, state.name()));
+                texts.collect::<Vec<_>>().join(", ")
+            }),
+        }
+    }
+
+    fn received(&self) -> ReceivedSignals<'_> {
+        ReceivedSignals { table: &self.binding.table, observations: &self.observations }
+    }
+}
+
+fn message(binding: &StatusBinding, buses: &[Bus], report: StatusReport, finding: StatusFinding) -> String {
+    let text = |reason| reason_text(binding, buses, reason);
+    if let Some(reason) = finding.reason {
+        return text(reason);
+    }
+    match finding.fallback {
+        Some(reason) if report == StatusReport::Doors => format!("publishing; {}", text(reason)),
+        Some(reason) => {
+            format!("fallback {}: {}", report.source_name(binding, finding.source), text(reason))
+        }
+        None => "publishing".to_owned(),
+    }
+}
+
+/// Why a value is unavailable: the kind of failure, if it is one, and the cause.
+fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> String {
+    let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
+    let cause = match reason {
+        StatusReason::Signal(reason) => reason.text(&binding.table, buses),
+        StatusReason::OtherVehicle(unmet) => unmet_text(unmet.is_contradicted).to_owned(),
+        StatusReason::BadQuality(signal, raw) => {
+            format!("{}: {} = {}", binding.flag_text(signal), name(signal), raw_text(raw))
+        }
+        StatusReason::OutOfRange(signal) => format!("{} is beyond what the vehicle can do", name(signal)),
+        StatusReason::BetweenGears { signal, is_long: false } => {
+            return format!("shifting: {} is between gears", name(signal));
+        }
+        StatusReason::BetweenGears { signal, is_long: true } => {
+            format!("{} stays between gears", name(signal))
+        }
+        StatusReason::OnlyReverseShown(signal) => {
+            return format!("not shown: {} tells reverse from all other gears only", name(signal));
+        }
+        StatusReason::NoSteeringRatio => {
+            return "not configured: the angle of the front wheels needs [vehicle_geometry] steering_ratio"
+                .to_owned();
+        }
+        StatusReason::NoSpeedForSteering => {
+            "the steering ratio depends on the speed, which is unknown".to_owned()
+        }
+        StatusReason::NotChosen => {
+            "the configuration chooses a source that the profile does not have".to_owned()
+        }
+        StatusReason::NotReceived => "nothing has been received".to_owned(),
+    };
+    let kind = match reason.failure() {
+        Some(kind) => words(&kind),
+        None => "asleep".to_owned(),
+    };
+    format!("{kind}: {cause}")
+}
+
+fn unmet_text(is_contradicted: bool) -> &'static str {
+    if is_contradicted {
+        "the profile is for another vehicle, see turn_indicators"
+    } else {
+        "waiting for what tells this vehicle from others, see turn_indicators"
+    }
+}

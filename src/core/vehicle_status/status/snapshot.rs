@@ -1,0 +1,98 @@
+//! The present state of the reports, for people and programs that watch the gateway.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::core::can::Bus;
+use crate::core::control_mode::ControlMode;
+use crate::core::time::{MonoTime, WallStamp};
+use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
+use crate::core::vehicle_report::ReportSnapshot;
+use crate::core::vehicle_status::doors::DoorState;
+use crate::core::vehicle_status::gear::Gear;
+use crate::core::vehicle_status::role_texts::texts;
+use crate::core::vehicle_status::{StatusReport, VehicleStatus};
+
+/// A door and its state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct DoorSnapshot {
+    /// Name in the vehicle profile.
+    pub name: String,
+    /// Its state.
+    pub state: DoorState,
+}
+
+/// The reports on the vehicle's status.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct VehicleStatusSnapshot {
+    /// Angle of the front wheels, rad, left positive; `None` when the profile leaves it out.
+    pub steering: Option<ReportSnapshot<f64>>,
+    /// Engaged gear; `None` when the profile leaves it out.
+    pub gear: Option<ReportSnapshot<Gear>>,
+    /// Who is in control; `None` when the profile leaves it out.
+    pub control_mode: Option<ReportSnapshot<ControlMode>>,
+    /// Doors in the order of the profile; `None` when the profile leaves them out.
+    pub doors: Option<ReportSnapshot<Vec<DoorSnapshot>>>,
+}
+
+impl VehicleStatus {
+    /// The present state of the reports.
+    pub fn snapshot(&self, buses: &[Bus], now: MonoTime) -> VehicleStatusSnapshot {
+        let doors = self.doors.current().map(|(states, stamp)| {
+            let named = self.binding.doors.iter().zip(states.as_slice());
+            let doors = named.map(|(door, state)| DoorSnapshot { name: door.name.clone(), state: *state });
+            (doors.collect(), stamp)
+        });
+        let steering = self.steering.current().map(|(angle, received)| (angle.0, received.stamp));
+        VehicleStatusSnapshot {
+            steering: self.report_snapshot(StatusReport::Steering, steering, buses, now),
+            gear: self.report_snapshot(StatusReport::Gear, self.gear.current(), buses, now),
+            control_mode: self.report_snapshot(
+                StatusReport::ControlMode,
+                self.control_mode.current(),
+                buses,
+                now,
+            ),
+            doors: self.report_snapshot(StatusReport::Doors, doors, buses, now),
+        }
+    }
+
+    /// The signals and messages of the status.
+    pub(in crate::core) fn received_snapshot(
+        &self,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+        let (table, observations) = (&self.binding.table, &self.observations);
+        let received = Received { used_by: UsedBy::VehicleStatus, table, observations, buses };
+        let signals = received.signals(now, |signal, raw| texts(&self.binding, signal, raw));
+        (signals.collect(), received.messages().collect())
+    }
+
+    fn report_snapshot<T>(
+        &self,
+        report: StatusReport,
+        current: Option<(T, WallStamp)>,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> Option<ReportSnapshot<T>> {
+        let task = self.tasks.iter().find(|task| task.report == report)?;
+        let status = self.status(report, buses, now)?;
+        let finding = task.finding.unwrap_or_default();
+        let source = report.source_name(&self.binding, finding.source);
+        let (published, stamp) = current.unzip();
+        Some(ReportSnapshot {
+            withheld: published.is_none().then(|| status.message.clone()),
+            published,
+            failure: finding.failure(),
+            level: status.level,
+            message: status.message,
+            source: (!source.is_empty()).then(|| source.to_owned()),
+            reason: None,
+            stamp_ns: stamp.map(WallStamp::as_nanos),
+            signals: status.signals,
+            failures: task.failures.counts(),
+            last_failure: task.failures.last(now),
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! The angle of the front wheels: from the steering wheel's by the geometry of the car, or as the vehicle sends it.
+
+use super::quantity::Quantity;
+use super::settings::{SteeringGeometry, WheelToTire};
+use super::state::{Judged, StatusContext, StatusReason};
+
+/// Share beyond the greatest angle of the front wheels up to which a reading is believed.
+const BEYOND_MAX: f64 = 1.1;
+
+/// Angle of the middle front wheel, rad, left positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TireAngle(pub f64);
+
+/// Binding of the steering.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SteeringBinding {
+    /// At least one source, most trusted first.
+    pub sources: Vec<SteeringSource>,
+}
+
+/// A signal that gives the steering.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SteeringSource {
+    /// Name in diagnostics; empty for the only source.
+    pub name: String,
+    /// What the angle is of.
+    pub angle_of: AngleOf,
+    /// The angle, rad, left positive.
+    pub angle: Quantity,
+}
+
+/// What a steering angle is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AngleOf {
+    /// The steering wheel.
+    SteeringWheel,
+    /// The front wheels.
+    Tire,
+}
+
+/// Reads a source. `speed_mps` is the speed, as far as it is known.
+///
+/// # Errors
+/// The reason why there is no angle.
+pub fn judge(
+    source: &SteeringSource,
+    speed_mps: Option<f64>,
+    context: StatusContext<'_>,
+) -> Judged<TireAngle> {
+    let geometry = &context.settings.steering;
+    let (angle, received) = source.angle.read(context)?;
+    let tire = match source.angle_of {
+        AngleOf::Tire => angle,
+        AngleOf::SteeringWheel => tire_angle(geometry, angle, speed_mps).map_err(|error| match error {
+            NoTireAngle::NotConfigured => StatusReason::NoSteeringRatio,
+            NoTireAngle::OutsideTable => StatusReason::OutOfRange(source.angle.role.signal),
+            NoTireAngle::NoSpeed => StatusReason::NoSpeedForSteering,
+        })?,
+    };
+    let tire = tire - geometry.offset_rad;
+    if tire.abs() > geometry.max_tire_rad * BEYOND_MAX {
+        return Err(StatusReason::OutOfRange(source.angle.role.signal));
+    }
+    Ok((TireAngle(tire), received))
+}
+
+/// Why an angle of the steering wheel has no angle of the front wheels.
+enum NoTireAngle {
+    NotConfigured,
+    OutsideTable,
+    NoSpeed,
+}
+
+fn tire_angle(
+    geometry: &SteeringGeometry,
+    wheel_rad: f64,
+    speed_mps: Option<f64>,
+) -> Result<f64, NoTireAngle> {
+    match geometry.wheel_to_tire.as_ref().ok_or(NoTireAngle::NotConfigured)? {
+        WheelToTire::Ratio(ratio) => Ok(wheel_rad / ratio),
+        WheelToTire::Table(points) => {
+            let above = points.partition_point(|(wheel, _)| *wheel < wheel_rad);
+            match (above.checked_sub(1).and_then(|below| points.get(below)), points.get(above)) {
+                (Some((x0, y0)), Some((x1, y1))) => Ok(y0 + (y1 - y0) * (wheel_rad - x0) / (x1 - x0)),
+                (None, Some((x, y))) if *x <= wheel_rad => Ok(*y),
+                _ => Err(NoTireAngle::OutsideTable),
+            }
+        }
+        WheelToTire::Variable { constant, per_speed_squared, per_angle } => {
+            let speed = match speed_mps {
+                Some(speed) => speed,
+                None if *per_speed_squared == 0.0 => 0.0,
+                None => return Err(NoTireAngle::NoSpeed),
+            };
+            let ratio = per_speed_squared.mul_add(speed * speed, *constant) - per_angle * wheel_rad.abs();
+            // As Autoware's raw_vehicle_cmd_converter has it.
+            Ok(wheel_rad / ratio.max(1e-5))
+        }
+    }
+}
