@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::country::parameters;
-use super::dimensions::vehicle;
 use super::files::Files;
 use super::reading::fields::Fields;
 use super::reading::row::{ConfigKey, flag, key_rows, millis};
@@ -13,6 +12,7 @@ use crate::core::turn_signal::decider::DeciderSettings;
 use crate::core::turn_signal::inputs::AgeLimits;
 use crate::core::turn_signal::intersection::STANDING_LIMIT;
 use crate::core::turn_signal::min_duration::MinDurations;
+use crate::core::turn_signal::parameters::VehicleInfo;
 
 key_rows! {
     MINIMUM_ON_MS: Duration = millis("minimum_on_ms", 0, 60_000).or_time(MinDurations::READABLE.minimum_on)
@@ -58,9 +58,14 @@ pub(super) mod age_limits {
     }
 }
 
-/// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`, `waits_for_junctions`, `age_limits` and `vehicle`, for
-/// the `compat` that is given.
-pub(super) fn decider(files: &dyn Files, fields: &Fields<'_>, compat: DeciderCompat) -> DeciderSettings {
+/// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`, `waits_for_junctions` and `age_limits`, for
+/// the `compat` that is given and a vehicle of these dimensions.
+pub(super) fn decider(
+    files: &dyn Files,
+    fields: &Fields<'_>,
+    compat: DeciderCompat,
+    vehicle: VehicleInfo,
+) -> DeciderSettings {
     let deployed = DeciderSettings::deployed(compat);
     let (country, parameters) = parameters(files, fields);
     let min_durations =
@@ -72,7 +77,7 @@ pub(super) fn decider(files: &dyn Files, fields: &Fields<'_>, compat: DeciderCom
         country: country.map(Arc::new),
         min_durations,
         age_limits: age_limits::read(fields.section("age_limits")),
-        vehicle: vehicle(fields.section("vehicle")),
+        vehicle,
         ..deployed
     }
 }

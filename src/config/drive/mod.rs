@@ -24,6 +24,7 @@ pub use setting::{SpeedProfile, Stop};
 
 use crate::config::built_in::BuiltIn;
 use crate::config::decider;
+use crate::config::dimensions;
 use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
 use crate::config::map::{read_lane_network, refuse as refuse_map};
@@ -157,7 +158,8 @@ fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> O
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = named_file::path_at(BuiltIn::Map, files, &top, "map");
     let compats = reader::compats(&top);
-    let decider = decider::decider(files, &top, DeciderCompat::Improved);
+    let vehicle = dimensions::vehicle(top.section("vehicle"));
+    let decider = decider::decider(files, &top, DeciderCompat::Improved, vehicle);
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
     let start_m = metres(&top, "start_m").unwrap_or(0.0);
     let until_m = metres(&top, "until_m");

@@ -18,6 +18,7 @@ mod top;
 pub mod topic_names;
 pub mod traffic_lights;
 pub mod turn_signal;
+mod vehicle_geometry;
 
 use std::path::{Path, PathBuf};
 
@@ -27,6 +28,7 @@ pub use http::HttpConfig;
 pub use mcap::McapConfig;
 pub use recording::{Recording, Stamps};
 pub use reports::Durability;
+use reports::ReportSettings;
 pub use ros::{DEFAULT_NODE, RosConfig};
 pub use status::StatusConfig;
 pub use top::SourceKind;
@@ -58,6 +60,7 @@ use in_effect::{DigestedFiles, in_effect};
 use top::{PROFILE, SOURCE};
 use traffic_lights::{LightTopics, traffic_lights};
 use turn_signal::{TurnSignalConfig, turn_signal};
+use vehicle_geometry::vehicle_geometry;
 
 const MISSING_CONFIGURATION: &str = "give a configuration with --config FILE, or only a vehicle with --profile NAME: `signal-gateway profiles list` \
      names them, `signal-gateway identify LOG` finds the one that fits a recording";
@@ -286,8 +289,13 @@ fn settings(
 ) -> Option<(Settings, Vec<(String, String)>)> {
     let mut vehicle = vehicle(files, &top, profile);
     let source = top.read(&SOURCE);
-    let hazard = vehicle.as_mut().ok().map(|vehicle| &mut vehicle.lights.hazard);
-    let (publish, durability) = reports::reports(top.section("reports"), hazard);
+    let (hazard, gear) = match &mut vehicle {
+        Ok(vehicle) => (Some(&mut vehicle.lights.hazard), vehicle.status.gear.as_ref()),
+        Err(_) => (None, None),
+    };
+    let ReportSettings { publish, durability, min_period, gear_source } =
+        reports::reports(top.section("reports"), hazard, gear);
+    let dimensions = vehicle_geometry(files, top.section("vehicle_geometry"));
     let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
     let (node, ros) = ros::ros(files.plain(), top.section("ros"), durability, overrides);
     let black_box = black_box::black_box(top.section("black_box"));
@@ -306,7 +314,7 @@ fn settings(
     let decider = top.table("turn_signal").and_then(|section| {
         let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));
         // The files of a decider that does not run are not in effect.
-        turn_signal(if runs { files } else { files.plain() }, section)
+        turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline)
     });
     let known = vehicle.as_ref().ok();
     let command = top.table("command").and_then(|section| command::command(section, known, decides));
@@ -331,7 +339,7 @@ fn settings(
         buses: vehicle.buses,
         lights: vehicle.lights,
         status: vehicle.status,
-        status_settings: StatusSettings::default(),
+        status_settings: StatusSettings { gear_source, min_period, geometry: dimensions.geometry },
         v2i: vehicle.v2i,
         traffic_lights: flow,
         turn_signal: decider.as_ref().filter(|decider| decider.runs).map(|decider| decider.flow.clone()),

@@ -4,10 +4,10 @@ use super::topic_names::rows;
 use super::traffic_lights::{arbiter, faults, topics};
 use super::{
     black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, top, traffic_lights,
-    turn_signal,
+    turn_signal, vehicle_geometry,
 };
 use crate::config::reading::{KeyRow, description};
-use crate::config::{country, decider, dimensions};
+use crate::config::{country, decider};
 
 /// A section of `gateway.toml`.
 #[derive(Debug, Clone)]
@@ -26,6 +26,8 @@ pub struct KeySection {
 
 /// The column at which the comments of the documented file begin.
 const COMMENT_COLUMN: usize = 36;
+
+const GEOMETRY: &str = "dimensions of the car, for velocity and steering, and for the decider (default there: Autoware's sample vehicle)";
 
 /// Returns all sections in the order of the documented file.
 pub fn sections() -> Vec<KeySection> {
@@ -54,6 +56,7 @@ pub fn sections() -> Vec<KeySection> {
             recording::keys(),
         ),
         section("reports", "", reports::keys()),
+        section("vehicle_geometry", GEOMETRY, vehicle_geometry::keys()),
         section("diagnostics", "", diagnostics::keys()),
         section(
             "black_box",
@@ -118,7 +121,6 @@ pub fn sections() -> Vec<KeySection> {
             "by the names of Autoware, either spelling; see docs/turn-signal-decider.md",
             country::parameter_keys(),
         ),
-        optional("turn_signal.vehicle", "dimensions; default: Autoware's sample vehicle", dimensions::keys()),
         optional("turn_signal.age_limits", "older is not used", decider::age_limits::keys()),
         optional(
             "turn_signal.inputs",

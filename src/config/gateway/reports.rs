@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
-use crate::config::reading::{Fields, Keywords, key_rows, keyword, number_as};
+use crate::config::reading::{Fields, Keywords, key_rows, keyword, number_as, text};
+use crate::core::near_miss::did_you_mean;
 use crate::core::vehicle_lights::binding::HazardBinding;
 use crate::core::vehicle_report::Publish;
+use crate::core::vehicle_status::gear::GearBinding;
 
 key_rows! {
     PUBLISH: bool = keyword("publish", IS_PERIODIC).or_text("periodic").doc("\"periodic\": at rate_hz and at once on a change; \"on_change\": on a change only");
@@ -12,6 +14,9 @@ key_rows! {
         .doc("{range}; not allowed with \"on_change\"");
     DURABILITY: Durability = keyword("durability", DURABILITIES).or_text("transient_local").restart()
         .doc("a late joiner gets the current report; \"volatile\": it waits for the next");
+    MAX_RATE_HZ: Duration = number_as("max_rate_hz", (1.0, 200.0), "Hz", |hz| Some(Duration::from_secs_f64(1.0 / hz))).or_number(50.0)
+        .doc("greatest rate of the reports on velocity and steering, which follow the frames; {range}");
+    GEAR_SOURCE: String = text("gear_source").example("\"lever\"").doc("the source of [gear] that the car has, where the profile describes several gearboxes");
     HAZARD_NOT_VISIBLE: bool = keyword("hazard_not_visible", IS_ACKNOWLEDGED).or_text("warn")
         .doc("status of hazard lights that no signal shows and that are never reported; \"acknowledged\": OK");
 }
@@ -34,9 +39,25 @@ const IS_PERIODIC: Keywords<bool> = &[("periodic", true), ("on_change", false)];
 /// Statuses of hazard lights that are not visible; true for the one that accepts it.
 const IS_ACKNOWLEDGED: Keywords<bool> = &[("warn", false), ("acknowledged", true)];
 
-/// Reads the section: when reports are published, and their durability. `hazard` is the vehicle's binding, `None` if it was
-/// refused; one without visible hazard lights learns whether this is acknowledged.
-pub(super) fn reports(fields: Fields<'_>, hazard: Option<&mut HazardBinding>) -> (Publish, Durability) {
+/// Settings of the reports.
+pub(super) struct ReportSettings {
+    /// Publication of reports that change rarely.
+    pub(super) publish: Publish,
+    /// Their durability.
+    pub(super) durability: Durability,
+    /// Shortest time between two reports that follow the frames.
+    pub(super) min_period: Duration,
+    /// The only source of the gear that is used.
+    pub(super) gear_source: Option<String>,
+}
+
+/// Reads the section. `hazard` is the vehicle's binding, `None` if it was refused; one without visible hazard lights learns whether
+/// this is acknowledged. `gear` is the binding of its gear, if it has one.
+pub(super) fn reports(
+    fields: Fields<'_>,
+    hazard: Option<&mut HazardBinding>,
+    gear: Option<&GearBinding>,
+) -> ReportSettings {
     let is_accepted = fields.read(&HAZARD_NOT_VISIBLE);
     if let Some(hazard) = hazard {
         if let HazardBinding::NotVisible { is_acknowledged } = hazard {
@@ -60,6 +81,24 @@ pub(super) fn reports(fields: Fields<'_>, hazard: Option<&mut HazardBinding>) ->
         }
         Publish::OnChange
     };
+    let min_period = fields.read(&MAX_RATE_HZ);
+    let gear_source = gear_source(&fields, gear);
     fields.done();
-    (publish, durability)
+    ReportSettings { publish, durability, min_period, gear_source }
+}
+
+/// Reads the source of the gear, which the profile must have.
+fn gear_source(fields: &Fields<'_>, gear: Option<&GearBinding>) -> Option<String> {
+    let chosen = fields.given(&GEAR_SOURCE)?;
+    let names: Vec<_> =
+        gear.iter().flat_map(|gear| &gear.sources).map(|source| source.name.as_str()).collect();
+    if !names.contains(&chosen.as_str()) {
+        let all = format!(
+            "the profile has {}",
+            if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        );
+        let reason = format!("the vehicle profile has no gear source {chosen}");
+        fields.refuse(GEAR_SOURCE.name, reason, &did_you_mean(&chosen, names, all));
+    }
+    Some(chosen)
 }

@@ -8,6 +8,7 @@ use super::doors::Door;
 use super::gear::GearBinding;
 use super::quantity::Quantity;
 use super::steering::SteeringBinding;
+use super::velocity::binding::VelocityBinding;
 use crate::core::validation::table::{SignalIndex, SignalTable};
 
 /// Binding of the vehicle's status; empty for a profile that describes none.
@@ -15,6 +16,8 @@ use crate::core::validation::table::{SignalIndex, SignalTable};
 pub struct StatusBinding {
     /// Messages and signals of the status.
     pub table: SignalTable,
+    /// Velocity; `None` = the profile does not describe it.
+    pub velocity: Option<VelocityBinding>,
     /// Steering; `None` = the profile does not describe it.
     pub steering: Option<SteeringBinding>,
     /// Gear; `None` = the profile does not describe it.
@@ -28,8 +31,10 @@ pub struct StatusBinding {
 impl StatusBinding {
     /// All quantities.
     pub fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        let speeds = self.velocity.iter().flat_map(VelocityBinding::speed_signals);
+        let yaw_rates = self.velocity.iter().flat_map(VelocityBinding::yaw_rates);
         let steering = self.steering.iter().flat_map(|steering| &steering.sources);
-        steering.map(|source| &source.angle)
+        speeds.map(|signal| &signal.quantity).chain(yaw_rates).chain(steering.map(|source| &source.angle))
     }
 
     /// Text of the quality flag on a signal; empty without one.

@@ -92,10 +92,8 @@ pub fn judge(doors: &[Door], context: StatusContext<'_>) -> (Judged<DoorStates>,
         }
         Err(reason) => {
             unknown = unknown.or(Some(reason));
-            match reason {
-                StatusReason::Signal(Unusable::NotAvailable(..)) => DoorState::NotAvailable,
-                _ => DoorState::Unknown,
-            }
+            let is_told = matches!(reason, StatusReason::Signal(Unusable::NotAvailable(..)));
+            if is_told { DoorState::NotAvailable } else { DoorState::Unknown }
         }
     };
     let states: DoorStates = doors.iter().map(state_of).collect();

@@ -69,11 +69,10 @@ impl Gear {
 
     /// The direction in which the engine moves the vehicle: 1 forward, −1 backward; `None` in neutral and park.
     pub fn direction(self) -> Option<f64> {
-        match self {
-            Self::Neutral | Self::Park => None,
-            Self::Reverse | Self::Reverse2 => Some(-1.0),
-            _ => Some(1.0),
+        if matches!(self, Self::Neutral | Self::Park) {
+            return None;
         }
+        Some(if matches!(self, Self::Reverse | Self::Reverse2) { -1.0 } else { 1.0 })
     }
 }
 

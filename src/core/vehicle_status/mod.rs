@@ -1,4 +1,4 @@
-//! Vehicle status: reports on steering, gear, control mode and doors from bound frames.
+//! Vehicle status: reports on velocity, steering, gear, control mode and doors from bound frames.
 //!
 //! The same promise as for the lights: what is unknown, invalid or faulty is not published, and diagnostics give the
 //! reason (docs/spec/vehicle-interface.md, "Vehicle status").
@@ -29,8 +29,11 @@ use gear::{Gear, Shifting};
 use output::VehicleStatusOutput;
 use settings::StatusSettings;
 use state::{Judged, StatusContext, StatusReason};
-use status::{StatusFinding, StatusTask};
+use status::{HeadingFinding, StatusFinding, StatusTask};
 use steering::TireAngle;
+use velocity::parts::Chosen;
+use velocity::speed::{self, SpeedReading};
+use velocity::{Velocity, VelocityMemory};
 
 pub use status::StatusReport;
 pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
@@ -40,8 +43,12 @@ pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
 pub struct VehicleStatus {
     binding: StatusBinding,
     settings: StatusSettings,
+    /// The messages whose every frame is published.
+    streamed: Vec<MessageIndex>,
     observations: Observations,
     shifting: Shifting,
+    memory: VelocityMemory,
+    velocity: StreamFlow<Velocity>,
     steering: StreamFlow<TireAngle>,
     gear: ReportFlow<Gear>,
     control_mode: ReportFlow<ControlMode>,
@@ -59,8 +66,11 @@ impl VehicleStatus {
     /// Reports without any frame received or report published.
     pub fn new(binding: StatusBinding, settings: StatusSettings, publish: Publish) -> Self {
         Self {
+            streamed: streamed(&binding),
             observations: Observations::new(&binding.table),
             shifting: Shifting::default(),
+            memory: VelocityMemory::default(),
+            velocity: StreamFlow::new(settings.min_period),
             steering: StreamFlow::new(settings.min_period),
             gear: ReportFlow::new(publish),
             control_mode: ReportFlow::new(publish),
@@ -81,6 +91,9 @@ impl VehicleStatus {
         now: MonoTime,
     ) {
         self.observations = self.observations.carried_over(&self.binding.table, &binding.table);
+        self.streamed = streamed(&binding);
+        self.memory = VelocityMemory::default();
+        self.velocity.reconfigure(settings.min_period);
         self.steering.reconfigure(settings.min_period);
         self.gear.reconfigure(publish, now);
         self.control_mode.reconfigure(publish, now);
@@ -114,15 +127,9 @@ impl VehicleStatus {
         now: Now,
     ) -> Arrival {
         match self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now) {
-            Ok(Arrival::Repetition) if !self.is_streamed(message) => Arrival::Repetition,
+            Ok(Arrival::Repetition) if !self.streamed.contains(&message) => Arrival::Repetition,
             Ok(_) | Err(_) => Arrival::News,
         }
-    }
-
-    /// True if a report is published with each frame of the message.
-    fn is_streamed(&self, message: MessageIndex) -> bool {
-        let table = &self.binding.table;
-        self.binding.quantities().any(|quantity| table.signals[quantity.role.signal.0].message == message)
     }
 
     /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
@@ -152,26 +159,28 @@ impl VehicleStatus {
             buses,
             now,
         };
+        let gear = gear_verdict(&mut self.shifting, context);
+        let (speed, tire) = speed_and_tire(context);
         for task in &mut self.tasks {
             let report = task.report();
             let finding = match report {
-                StatusReport::Steering => {
-                    let Verdict { state, finding } = steering_verdict(context);
-                    emit_some(
-                        self.steering.update(state.ok(), now.mono),
-                        VehicleStatusOutput::Steering,
-                        &mut emit,
-                    );
+                StatusReport::Velocity => {
+                    let gear = gear.state;
+                    let Verdict { state, finding } =
+                        velocity_verdict(&mut self.memory, (speed, gear, tire.state), context);
+                    let step = self.velocity.update(state.ok(), now.mono);
+                    emit_some(step, VehicleStatusOutput::Velocity, &mut emit);
                     finding
                 }
+                StatusReport::Steering => {
+                    let step = self.steering.update(tire.state.ok(), now.mono);
+                    emit_some(step, VehicleStatusOutput::Steering, &mut emit);
+                    tire.finding
+                }
                 StatusReport::Gear => {
-                    let Verdict { state, finding } = gear_verdict(&mut self.shifting, context);
-                    emit_some(
-                        self.gear.update(stamped(state), now.mono),
-                        VehicleStatusOutput::Gear,
-                        &mut emit,
-                    );
-                    finding
+                    let step = self.gear.update(stamped(gear.state), now.mono);
+                    emit_some(step, VehicleStatusOutput::Gear, &mut emit);
+                    gear.finding
                 }
                 StatusReport::ControlMode => {
                     let Verdict { state, finding } = control_mode_verdict(context);
@@ -181,11 +190,8 @@ impl VehicleStatus {
                 }
                 StatusReport::Doors => {
                     let Verdict { state, finding } = doors_verdict(context);
-                    emit_some(
-                        self.doors.update(stamped(state), now.mono),
-                        VehicleStatusOutput::Doors,
-                        &mut emit,
-                    );
+                    let step = self.doors.update(stamped(state), now.mono);
+                    emit_some(step, VehicleStatusOutput::Doors, &mut emit);
                     finding
                 }
             };
@@ -203,6 +209,15 @@ impl VehicleStatus {
             [self.gear.next_deadline(), self.control_mode.next_deadline(), self.doors.next_deadline()];
         [stale, shifting].into_iter().chain(reports).flatten().min()
     }
+}
+
+/// The messages whose every frame is published.
+fn streamed(binding: &StatusBinding) -> Vec<MessageIndex> {
+    let signals = binding.quantities().map(|quantity| quantity.role.signal);
+    let mut messages: Vec<_> = signals.map(|signal| binding.table.signals[signal.0].message).collect();
+    messages.sort_unstable();
+    messages.dedup();
+    messages
 }
 
 fn emit_some<T>(
@@ -240,7 +255,9 @@ fn first_usable<S, T>(
             Ok(value) => {
                 let state = required(Ok(value), context);
                 let reason = state.as_ref().err().copied();
-                return Verdict { state, finding: StatusFinding { reason, source, fallback: first_reason } };
+                let finding =
+                    StatusFinding { reason, source, fallback: first_reason, ..StatusFinding::default() };
+                return Verdict { state, finding };
             }
             Err(StatusReason::NotChosen) => {}
             Err(reason) => first_reason = first_reason.or(Some(reason)),
@@ -251,9 +268,44 @@ fn first_usable<S, T>(
     Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
 }
 
-fn steering_verdict(context: StatusContext<'_>) -> Verdict<TireAngle> {
+/// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed, and a speed of the front
+/// wheels on the steering; not both.
+fn speed_and_tire(context: StatusContext<'_>) -> (Option<Chosen<SpeedReading>>, Verdict<TireAngle>) {
+    let speed =
+        |tire| context.binding.velocity.as_ref().map(|velocity| speed::judge(velocity, tire, context));
+    let known = speed(Err(StatusReason::NoSpeedForSteering));
+    let speed_mps = known.and_then(|chosen| chosen.state.ok()).map(|(reading, _)| reading.speed_mps);
+    let tire = steering_verdict(speed_mps, context);
+    (speed(tire.state), tire)
+}
+
+fn velocity_verdict(
+    memory: &mut VelocityMemory,
+    (speed, gear, tire): (Option<Chosen<SpeedReading>>, Judged<Gear>, Judged<TireAngle>),
+    context: StatusContext<'_>,
+) -> Verdict<Velocity> {
+    let Some((binding, speed)) = context.binding.velocity.as_ref().zip(speed) else {
+        return Verdict { state: Err(StatusReason::NotReceived), finding: StatusFinding::default() };
+    };
+    let assembled = memory.assemble(binding, speed, gear, tire, context);
+    let state = required(assembled.state, context);
+    let finding = StatusFinding {
+        reason: state.as_ref().err().copied(),
+        part: assembled.part,
+        source: assembled.speed.source,
+        fallback: assembled.speed.fallback,
+        heading: HeadingFinding {
+            source: assembled.heading_rate.source,
+            fallback: assembled.heading_rate.fallback,
+            replaced: assembled.heading_rate.state.err().filter(|_| assembled.is_heading_rate_replaced),
+        },
+    };
+    Verdict { state, finding }
+}
+
+fn steering_verdict(speed_mps: Option<f64>, context: StatusContext<'_>) -> Verdict<TireAngle> {
     let sources = context.binding.steering.as_ref().map_or(&[][..], |steering| &steering.sources);
-    first_usable(sources, context, |_, source| steering::judge(source, None, context))
+    first_usable(sources, context, |_, source| steering::judge(source, speed_mps, context))
 }
 
 fn gear_verdict(shifting: &mut Shifting, context: StatusContext<'_>) -> Verdict<Gear> {

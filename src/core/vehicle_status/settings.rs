@@ -5,12 +5,12 @@ use std::time::Duration;
 /// Settings of the status.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatusSettings {
-    /// Shortest time between two reports on speed or steering.
+    /// Shortest time between two reports on velocity or steering.
     pub min_period: Duration,
     /// Name of the only source of the gear that is used; `None` = the most trusted one that has a value.
     pub gear_source: Option<String>,
-    /// How the front wheels follow the steering wheel.
-    pub steering: SteeringGeometry,
+    /// Dimensions of the car, as far as they are configured.
+    pub geometry: VehicleGeometry,
 }
 
 impl Default for StatusSettings {
@@ -18,26 +18,67 @@ impl Default for StatusSettings {
         Self {
             min_period: Duration::from_millis(20),
             gear_source: None,
-            steering: SteeringGeometry::default(),
+            geometry: VehicleGeometry::default(),
         }
     }
 }
 
-/// How the front wheels follow the steering wheel.
+/// Dimensions of the car. None is assumed: a report that needs a missing one is not published.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SteeringGeometry {
-    /// From the steering wheel to the front wheels; `None` = not configured.
+pub struct VehicleGeometry {
+    /// From axle to axle, m.
+    pub wheel_base_m: Option<f64>,
+    /// Distance of the rear wheels, m.
+    pub wheel_tread_m: Option<f64>,
+    /// Effective rolling radius of the wheels, m.
+    pub wheel_radius_m: Option<f64>,
+    /// Factor for every speed.
+    pub speed_scale: f64,
+    /// From the steering wheel to the front wheels.
     pub wheel_to_tire: Option<WheelToTire>,
     /// Angle of the front wheels that is reported when they point straight ahead, rad; it is subtracted.
-    pub offset_rad: f64,
+    pub steering_offset_rad: f64,
     /// Greatest angle of the front wheels, rad.
     pub max_tire_rad: f64,
 }
 
-impl Default for SteeringGeometry {
+impl Default for VehicleGeometry {
     /// The greatest angle is that of Autoware's sample vehicle.
     fn default() -> Self {
-        Self { wheel_to_tire: None, offset_rad: 0.0, max_tire_rad: 0.70 }
+        Self {
+            wheel_base_m: None,
+            wheel_tread_m: None,
+            wheel_radius_m: None,
+            speed_scale: 1.0,
+            wheel_to_tire: None,
+            steering_offset_rad: 0.0,
+            max_tire_rad: 0.70,
+        }
+    }
+}
+
+/// A dimension that is missing in the configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GeometryKey {
+    /// From axle to axle.
+    WheelBase,
+    /// Distance of the rear wheels.
+    WheelTread,
+    /// Effective rolling radius.
+    WheelRadius,
+    /// From the steering wheel to the front wheels.
+    SteeringRatio,
+}
+
+impl GeometryKey {
+    /// The key of `[vehicle_geometry]`.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::WheelBase => "wheel_base_m",
+            Self::WheelTread => "wheel_tread_m",
+            Self::WheelRadius => "wheel_radius_m",
+            Self::SteeringRatio => "steering_ratio",
+        }
     }
 }
 

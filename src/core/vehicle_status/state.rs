@@ -3,7 +3,7 @@
 use derive_more::From;
 
 use super::binding::StatusBinding;
-use super::settings::StatusSettings;
+use super::settings::{GeometryKey, StatusSettings};
 use crate::core::can::{Bus, ReceiveTime};
 use crate::core::time::Now;
 use crate::core::validation::observation::Observations;
@@ -36,10 +36,16 @@ pub enum StatusReason {
     },
     /// The gearbox shows only whether reverse is engaged, and it is not.
     OnlyReverseShown(SignalIndex),
-    /// The configuration does not say how far the wheels turn with the steering wheel.
-    NoSteeringRatio,
+    /// The configuration does not give this dimension of the car.
+    NotConfigured(GeometryKey),
     /// The steering ratio depends on the speed, which is unknown.
     NoSpeedForSteering,
+    /// The part is much older than the frame with the speed.
+    OutOfStep,
+    /// No signal tells forward from backward now: the vehicle began to roll without a gear.
+    DirectionNotTold,
+    /// A rear wheel has no usable speed.
+    NoRearWheels,
     /// The configuration chooses another source.
     NotChosen,
     /// Nothing has been received.
@@ -58,12 +64,16 @@ impl StatusReason {
             Self::Signal(reason) => (!reason.is_sleep()).then(|| reason.kind()),
             Self::BadQuality(..) => Some(FaultKind::HardwareFault),
             Self::OutOfRange(_) | Self::BetweenGears { is_long: true, .. } => Some(FaultKind::Invalid),
-            Self::OtherVehicle(_) | Self::NoSpeedForSteering | Self::NotChosen | Self::NotReceived => {
-                Some(FaultKind::Unknown)
-            }
-            Self::BetweenGears { is_long: false, .. } | Self::OnlyReverseShown(_) | Self::NoSteeringRatio => {
-                None
-            }
+            Self::OtherVehicle(_)
+            | Self::NoSpeedForSteering
+            | Self::OutOfStep
+            | Self::DirectionNotTold
+            | Self::NoRearWheels
+            | Self::NotChosen
+            | Self::NotReceived => Some(FaultKind::Unknown),
+            Self::BetweenGears { is_long: false, .. }
+            | Self::OnlyReverseShown(_)
+            | Self::NotConfigured(_) => None,
         }
     }
 }

@@ -6,7 +6,11 @@ use serde::Serialize;
 
 use super::VehicleStatus;
 use super::binding::StatusBinding;
+use super::control_mode::ControlModeBinding;
+use super::gear::GearBinding;
 use super::state::{StatusContext, StatusReason};
+use super::velocity::binding::{HeadingRateSource, VelocityBinding};
+use super::velocity::{Velocity, VelocityPart};
 use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant_name, words};
@@ -20,6 +24,8 @@ use crate::core::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StatusReport {
+    /// Speed and heading rate.
+    Velocity,
     /// Angle of the front wheels.
     Steering,
     /// Engaged gear.
@@ -39,6 +45,7 @@ impl StatusReport {
     /// The reports that a profile describes, in their order.
     pub fn of(binding: &StatusBinding) -> impl Iterator<Item = Self> + use<> {
         let described = [
+            (Self::Velocity, binding.velocity.is_some()),
             (Self::Steering, binding.steering.is_some()),
             (Self::Gear, binding.gear.is_some()),
             (Self::ControlMode, binding.control_mode.is_some()),
@@ -50,14 +57,15 @@ impl StatusReport {
     /// Signals on which the report depends.
     fn signals(self, binding: &StatusBinding) -> Vec<SignalIndex> {
         let mut signals: Vec<_> = match self {
+            Self::Velocity => binding.velocity.iter().flat_map(VelocityBinding::signals).collect(),
             Self::Steering => binding
                 .steering
                 .iter()
                 .flat_map(|steering| &steering.sources)
                 .flat_map(|source| source.angle.signals())
                 .collect(),
-            Self::Gear => binding.gear.iter().flat_map(|gear| gear.signals()).collect(),
-            Self::ControlMode => binding.control_mode.iter().flat_map(|mode| mode.signals()).collect(),
+            Self::Gear => binding.gear.iter().flat_map(GearBinding::signals).collect(),
+            Self::ControlMode => binding.control_mode.iter().flat_map(ControlModeBinding::signals).collect(),
             Self::Doors => binding.doors.iter().map(|door| door.role.signal).collect(),
         };
         let mut seen = Vec::new();
@@ -72,6 +80,11 @@ impl StatusReport {
     /// Name of a source at its position; empty for the only one.
     fn source_name(self, binding: &StatusBinding, position: usize) -> &str {
         let name = match self {
+            Self::Velocity => binding
+                .velocity
+                .as_ref()
+                .and_then(|velocity| velocity.speeds.get(position))
+                .map(|source| &source.name),
             Self::Steering => binding
                 .steering
                 .as_ref()
@@ -91,10 +104,25 @@ impl StatusReport {
 pub(super) struct StatusFinding {
     /// Why there is no value.
     pub(super) reason: Option<StatusReason>,
+    /// The part that is missing, of a velocity.
+    pub(super) part: VelocityPart,
     /// Position of the source that decides.
     pub(super) source: usize,
     /// Why a more trusted source has no value, or one of the doors.
     pub(super) fallback: Option<StatusReason>,
+    /// The heading rate of a velocity.
+    pub(super) heading: HeadingFinding,
+}
+
+/// What is to be shown of a heading rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct HeadingFinding {
+    /// Position of the source that decides.
+    pub(super) source: usize,
+    /// Why a more trusted source has no value.
+    pub(super) fallback: Option<StatusReason>,
+    /// Why it is unknown while 0 is published for it.
+    pub(super) replaced: Option<StatusReason>,
 }
 
 impl StatusFinding {
@@ -105,7 +133,11 @@ impl StatusFinding {
     fn level(self) -> Level {
         if self.failure().is_some() {
             Level::Error
-        } else if self.reason.is_some() || self.fallback.is_some() {
+        } else if self.reason.is_some()
+            || self.fallback.is_some()
+            || self.heading.fallback.is_some()
+            || self.heading.replaced.is_some()
+        {
             Level::Warn
         } else {
             Level::Ok
@@ -184,6 +216,10 @@ impl VehicleStatus {
     /// What is published, for people; `None` while nothing is.
     fn published_text(&self, report: StatusReport) -> Option<String> {
         match report {
+            StatusReport::Velocity => self.velocity.current().map(|(velocity, _)| {
+                let Velocity { longitudinal_mps, heading_rate_radps } = velocity;
+                format!("{longitudinal_mps:.2} m/s, {heading_rate_radps:.3} rad/s")
+            }),
             StatusReport::Steering => {
                 self.steering.current().map(|(angle, _)| format!("{:.2}°", angle.0.to_degrees()))
             }
@@ -204,15 +240,30 @@ impl VehicleStatus {
 
 fn message(binding: &StatusBinding, buses: &[Bus], report: StatusReport, finding: StatusFinding) -> String {
     let text = |reason| reason_text(binding, buses, reason);
+    let part = match finding.part {
+        VelocityPart::Speed => "",
+        VelocityPart::Direction => "direction: ",
+        VelocityPart::HeadingRate => "heading rate: ",
+    };
     if let Some(reason) = finding.reason {
-        return text(reason);
+        return format!("{part}{}", text(reason));
     }
-    match finding.fallback {
-        Some(reason) if report == StatusReport::Doors => format!("publishing; {}", text(reason)),
-        Some(reason) => {
+    let fallback = finding.fallback.map(|reason| match report {
+        StatusReport::Doors => format!("publishing; {}", text(reason)),
+        StatusReport::Velocity | StatusReport::Steering | StatusReport::Gear | StatusReport::ControlMode => {
             format!("fallback {}: {}", report.source_name(binding, finding.source), text(reason))
         }
-        None => "publishing".to_owned(),
+    });
+    let HeadingFinding { source, fallback: heading, replaced } = finding.heading;
+    let rates = binding.velocity.as_ref().map_or(&[][..], |velocity| &velocity.heading_rates);
+    let heading = heading.filter(|_| replaced.is_none()).map(|reason| {
+        let source = rates.get(source).map_or("", HeadingRateSource::name);
+        format!("heading rate of the {source}: {}", text(reason))
+    });
+    let replaced = replaced.map(|reason| format!("heading rate published as 0: {}", text(reason)));
+    match fallback.into_iter().chain(heading).chain(replaced).collect::<Vec<_>>() {
+        texts if texts.is_empty() => "publishing".to_owned(),
+        texts => texts.join("; "),
     }
 }
 
@@ -235,13 +286,17 @@ fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> 
         StatusReason::OnlyReverseShown(signal) => {
             return format!("not shown: {} tells reverse from all other gears only", name(signal));
         }
-        StatusReason::NoSteeringRatio => {
-            return "not configured: the angle of the front wheels needs [vehicle_geometry] steering_ratio"
-                .to_owned();
+        StatusReason::NotConfigured(key) => {
+            return format!("not configured: [vehicle_geometry] {} is missing", key.key());
         }
         StatusReason::NoSpeedForSteering => {
             "the steering ratio depends on the speed, which is unknown".to_owned()
         }
+        StatusReason::OutOfStep => "its last frame is much older than that of the speed".to_owned(),
+        StatusReason::DirectionNotTold => {
+            "the vehicle began to roll, and nothing tells forward from backward".to_owned()
+        }
+        StatusReason::NoRearWheels => "a rear wheel has no speed".to_owned(),
         StatusReason::NotChosen => {
             "the configuration chooses a source that the profile does not have".to_owned()
         }

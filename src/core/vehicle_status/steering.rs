@@ -1,7 +1,7 @@
 //! The angle of the front wheels: from the steering wheel's by the geometry of the car, or as the vehicle sends it.
 
 use super::quantity::Quantity;
-use super::settings::{SteeringGeometry, WheelToTire};
+use super::settings::{GeometryKey, VehicleGeometry, WheelToTire};
 use super::state::{Judged, StatusContext, StatusReason};
 
 /// Share beyond the greatest angle of the front wheels up to which a reading is believed.
@@ -47,17 +47,17 @@ pub fn judge(
     speed_mps: Option<f64>,
     context: StatusContext<'_>,
 ) -> Judged<TireAngle> {
-    let geometry = &context.settings.steering;
+    let geometry = &context.settings.geometry;
     let (angle, received) = source.angle.read(context)?;
     let tire = match source.angle_of {
         AngleOf::Tire => angle,
         AngleOf::SteeringWheel => tire_angle(geometry, angle, speed_mps).map_err(|error| match error {
-            NoTireAngle::NotConfigured => StatusReason::NoSteeringRatio,
+            NoTireAngle::NotConfigured => StatusReason::NotConfigured(GeometryKey::SteeringRatio),
             NoTireAngle::OutsideTable => StatusReason::OutOfRange(source.angle.role.signal),
             NoTireAngle::NoSpeed => StatusReason::NoSpeedForSteering,
         })?,
     };
-    let tire = tire - geometry.offset_rad;
+    let tire = tire - geometry.steering_offset_rad;
     if tire.abs() > geometry.max_tire_rad * BEYOND_MAX {
         return Err(StatusReason::OutOfRange(source.angle.role.signal));
     }
@@ -72,7 +72,7 @@ enum NoTireAngle {
 }
 
 fn tire_angle(
-    geometry: &SteeringGeometry,
+    geometry: &VehicleGeometry,
     wheel_rad: f64,
     speed_mps: Option<f64>,
 ) -> Result<f64, NoTireAngle> {

@@ -16,6 +16,7 @@ use crate::config::reading::{Fields, Keywords, Problem, flag, key_rows, keyword,
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
+use crate::core::turn_signal::parameters::VehicleInfo;
 use topics::{is_command, topics};
 
 const COMPAT: Keywords<DeciderCompat> = &[
@@ -66,12 +67,16 @@ fn period(hz: f64) -> Option<Duration> {
 }
 
 /// Reads the section; `None` when a problem was noted.
-pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnSignalConfig> {
+pub(super) fn turn_signal(
+    files: &dyn Files,
+    fields: Fields<'_>,
+    vehicle: VehicleInfo,
+) -> Option<TurnSignalConfig> {
     let checker = fields.checker;
     let before = checker.count();
     let compat = fields.read(&COMPAT_KEY);
     let map = map(files, &fields);
-    let decider = decider::decider(files, &fields, compat);
+    let decider = decider::decider(files, &fields, compat, vehicle);
     let (period, tolerance) = (fields.read(&PLANNING_HZ), fields.read(&SHADOW_TOLERANCE_MS));
     let (is_enabled, is_shadow) = (fields.read(&ENABLED), fields.read(&SHADOW));
     let (inputs, outputs) = topics(fields.section("inputs"), fields.section("outputs"), !is_shadow);

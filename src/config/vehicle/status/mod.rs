@@ -1,10 +1,11 @@
-//! `[steering]`, `[gear]`, `[control_mode]` and `[[doors.door]]` of a profile: the status of the vehicle beside its lights.
+//! `[velocity]`, `[steering]`, `[gear]`, `[control_mode]` and `[[doors.door]]` of a profile: the status of the vehicle beside its lights.
 
 mod control_mode;
 mod doors;
 mod gear;
 mod quantity;
 mod steering;
+mod velocity;
 
 use super::binder::Binder;
 use crate::config::reading::Fields;
@@ -13,11 +14,13 @@ use control_mode::control_mode;
 use doors::doors;
 use gear::gear;
 use steering::steering;
+use velocity::velocity;
 
 /// Reads the sections to a binding without messages and signals; `None` when a problem was noted.
 pub(super) fn status(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<StatusBinding> {
     let before = binder.checker.count();
     let binding = StatusBinding {
+        velocity: top.table("velocity").and_then(|fields| velocity(binder, fields)),
         steering: top.table("steering").and_then(|fields| steering(binder, fields)),
         gear: top.table("gear").and_then(|fields| gear(binder, fields)),
         control_mode: top.table("control_mode").and_then(|fields| control_mode(binder, fields)),

@@ -21,7 +21,7 @@ pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<St
             return None;
         };
         let angle_of = if key == "wheel" { AngleOf::SteeringWheel } else { AngleOf::Tire };
-        let angle = quantity(binder, fields.table(key)?, &STEERING_ANGLE)?;
+        let angle = quantity(binder, fields.table(key)?, &STEERING_ANGLE)?.quantity;
         Some(SteeringSource { name, angle_of, angle })
     });
     fields.done();

@@ -11,6 +11,7 @@ use crate::core::vehicle_report::ReportSnapshot;
 use crate::core::vehicle_status::doors::DoorState;
 use crate::core::vehicle_status::gear::Gear;
 use crate::core::vehicle_status::role_texts::texts;
+use crate::core::vehicle_status::velocity::Velocity;
 use crate::core::vehicle_status::{StatusReport, VehicleStatus};
 
 /// A door and its state.
@@ -22,9 +23,20 @@ pub struct DoorSnapshot {
     pub state: DoorState,
 }
 
+/// Motion of the middle of the rear axle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct VelocitySnapshot {
+    /// Speed, m/s, forward positive.
+    pub longitudinal_mps: f64,
+    /// Heading rate, rad/s, counter-clockwise positive.
+    pub heading_rate_radps: f64,
+}
+
 /// The reports on the vehicle's status.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VehicleStatusSnapshot {
+    /// Speed and heading rate at the middle of the rear axle; `None` when the profile leaves them out.
+    pub velocity: Option<ReportSnapshot<VelocitySnapshot>>,
     /// Angle of the front wheels, rad, left positive; `None` when the profile leaves it out.
     pub steering: Option<ReportSnapshot<f64>>,
     /// Engaged gear; `None` when the profile leaves it out.
@@ -44,7 +56,12 @@ impl VehicleStatus {
             (doors.collect(), stamp)
         });
         let steering = self.steering.current().map(|(angle, received)| (angle.0, received.stamp));
+        let velocity = self.velocity.current().map(|(velocity, received)| {
+            let Velocity { longitudinal_mps, heading_rate_radps } = velocity;
+            (VelocitySnapshot { longitudinal_mps, heading_rate_radps }, received.stamp)
+        });
         VehicleStatusSnapshot {
+            velocity: self.report_snapshot(StatusReport::Velocity, velocity, buses, now),
             steering: self.report_snapshot(StatusReport::Steering, steering, buses, now),
             gear: self.report_snapshot(StatusReport::Gear, self.gear.current(), buses, now),
             control_mode: self.report_snapshot(

@@ -1,4 +1,19 @@
-//! Speed and heading rate at the middle of the rear axle.
+//! Speed and heading rate at the middle of the rear axle, assembled of speed, direction and heading rate.
+
+pub mod binding;
+pub mod direction;
+pub mod heading_rate;
+pub mod parts;
+pub mod speed;
+
+use super::gear::Gear;
+use super::state::{Judged, StatusContext, StatusReason};
+use super::steering::TireAngle;
+use binding::VelocityBinding;
+use direction::DirectionMemory;
+use heading_rate::{HeadingInputs, YawZeros};
+use parts::Chosen;
+use speed::{SpeedReading, WheelSpeeds};
 
 /// Motion of the middle of the rear axle. The lateral speed is 0 by the model of a car whose rear wheels do not steer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -7,4 +22,87 @@ pub struct Velocity {
     pub longitudinal_mps: f64,
     /// Heading rate, rad/s, counter-clockwise positive.
     pub heading_rate_radps: f64,
+}
+
+/// The part of a velocity that is concerned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum VelocityPart {
+    /// The speed, without its sign.
+    #[default]
+    Speed,
+    /// Forward or backward.
+    Direction,
+    /// The heading rate.
+    HeadingRate,
+}
+
+/// The velocity with what it was assembled of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Assembled {
+    /// The velocity, or why it is unavailable.
+    pub state: Judged<Velocity>,
+    /// The part that is missing, if any is.
+    pub part: VelocityPart,
+    /// The speed without its sign, as far as it is known.
+    pub speed: Chosen<SpeedReading>,
+    /// The heading rate.
+    pub heading_rate: Chosen<f64>,
+    /// True if 0 is published for a heading rate that is unknown.
+    pub is_heading_rate_replaced: bool,
+}
+
+/// What is remembered from frame to frame.
+#[derive(Debug, Clone, Default)]
+pub struct VelocityMemory {
+    direction: DirectionMemory,
+    zeros: YawZeros,
+}
+
+impl VelocityMemory {
+    /// Assembles the velocity of its parts. Their ages differ from that of the speed by at most the skew that the binding allows.
+    pub fn assemble(
+        &mut self,
+        binding: &VelocityBinding,
+        speed: Chosen<SpeedReading>,
+        gear: Judged<Gear>,
+        tire: Judged<TireAngle>,
+        context: StatusContext<'_>,
+    ) -> Assembled {
+        let wheels = WheelSpeeds::read(binding, context);
+        let heading_rate = |state| Chosen { state, source: 0, fallback: None };
+        let mut assembled = Assembled {
+            state: Err(StatusReason::NotReceived),
+            part: VelocityPart::Speed,
+            speed,
+            heading_rate: heading_rate(Err(StatusReason::NotReceived)),
+            is_heading_rate_replaced: false,
+        };
+        let (reading, received) = match speed.state {
+            Ok(reading) => reading,
+            Err(reason) => {
+                self.direction.forget();
+                return Assembled { state: Err(reason), ..assembled };
+            }
+        };
+        let signed = match self.direction.sign(binding, reading, gear, context) {
+            Ok(sign) => sign * reading.speed_mps,
+            Err(reason) => {
+                return Assembled { state: Err(reason), part: VelocityPart::Direction, ..assembled };
+            }
+        };
+        let inputs = HeadingInputs { speed_mps: signed, is_backward: signed < 0.0, received, tire, wheels };
+        assembled.heading_rate = self.zeros.judge(binding, inputs, context);
+        let heading_rate_radps = match assembled.heading_rate.state {
+            Ok((rate, _)) => rate,
+            Err(_) if binding.is_unknown_heading_rate_zero => {
+                assembled.is_heading_rate_replaced = true;
+                0.0
+            }
+            Err(reason) => {
+                return Assembled { state: Err(reason), part: VelocityPart::HeadingRate, ..assembled };
+            }
+        };
+        let velocity = Velocity { longitudinal_mps: signed, heading_rate_radps };
+        Assembled { state: Ok((velocity, received)), ..assembled }
+    }
 }

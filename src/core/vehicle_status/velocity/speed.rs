@@ -1,0 +1,130 @@
+//! The speed without the direction: of the vehicle, or of its wheels.
+
+use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
+use super::parts::{Chosen, configured, in_step};
+use crate::core::can::ReceiveTime;
+use crate::core::vehicle_status::settings::GeometryKey;
+use crate::core::vehicle_status::state::{Judged, StatusContext, StatusReason};
+use crate::core::vehicle_status::steering::TireAngle;
+
+/// Speeds that a vehicle can have, m/s, backward negative.
+const SPEEDS: std::ops::RangeInclusive<f64> = -20.0..=90.0;
+
+/// A speed as a source gives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedReading {
+    /// Speed, m/s; backward negative if the source has a sign, else never negative.
+    pub speed_mps: f64,
+    /// True if the source has a sign.
+    pub is_signed: bool,
+}
+
+/// The speeds of single wheels, m/s: front left, front right, rear left, rear right. `None` without a usable value.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WheelSpeeds {
+    /// The speeds with the time of their frames.
+    pub speeds: [Option<(f64, ReceiveTime)>; 4],
+    /// True if they have signs.
+    pub are_signed: bool,
+}
+
+impl WheelSpeeds {
+    /// Reads the wheels of the first source that has any.
+    pub fn read(binding: &VelocityBinding, context: StatusContext<'_>) -> Self {
+        let wheels = binding.speeds.iter().find_map(|source| match &source.signals {
+            SpeedSignals::Vehicle(_) => None,
+            SpeedSignals::Wheels { wheels, .. } => Some(wheels),
+        });
+        let Some(wheels) = wheels else { return Self::default() };
+        let speed = |wheel: &Option<SpeedSignal>| wheel.as_ref()?.read(context).ok();
+        let are_signed = wheels.iter().flatten().all(|wheel| wheel.is_signed);
+        Self { speeds: wheels.each_ref().map(speed), are_signed }
+    }
+}
+
+impl SpeedSignal {
+    /// The speed, m/s.
+    fn read(&self, context: StatusContext<'_>) -> Judged<f64> {
+        let (value, received) = self.quantity.read(context)?;
+        let geometry = &context.settings.geometry;
+        let radius = if self.is_rotation {
+            configured(geometry.wheel_radius_m, GeometryKey::WheelRadius)?
+        } else {
+            1.0
+        };
+        let speed = value * radius * geometry.speed_scale;
+        let speed = if self.is_signed { speed } else { speed.abs() };
+        if SPEEDS.contains(&speed) {
+            Ok((speed, received))
+        } else {
+            Err(StatusReason::OutOfRange(self.quantity.role.signal))
+        }
+    }
+}
+
+/// Reads the first usable source. `tire` is the angle of the front wheels, for those that need it.
+pub fn judge(
+    binding: &VelocityBinding,
+    tire: Judged<TireAngle>,
+    context: StatusContext<'_>,
+) -> Chosen<SpeedReading> {
+    let mut first_reason = None;
+    for (source, bound) in binding.speeds.iter().enumerate() {
+        match read(binding, bound, tire, context) {
+            Ok(reading) => return Chosen { state: Ok(reading), source, fallback: first_reason },
+            Err(StatusReason::NotChosen) => {}
+            Err(reason) => first_reason = first_reason.or(Some(reason)),
+        }
+    }
+    Chosen { state: Err(first_reason.unwrap_or(StatusReason::NotReceived)), source: 0, fallback: None }
+}
+
+fn read(
+    binding: &VelocityBinding,
+    source: &SpeedSource,
+    tire: Judged<TireAngle>,
+    context: StatusContext<'_>,
+) -> Judged<SpeedReading> {
+    let (speed_mps, is_signed, received) = match &source.signals {
+        SpeedSignals::Vehicle(signal) => {
+            let (speed, received) = signal.read(context)?;
+            (speed, signal.is_signed, received)
+        }
+        SpeedSignals::Wheels { wheels, used } => {
+            let used_wheels = match used {
+                WheelsUsed::Rear => &wheels[2..],
+                WheelsUsed::All => &wheels[..],
+                WheelsUsed::FrontProjected => &wheels[..2],
+            };
+            let (mean, received) = mean(binding, used_wheels, context)?;
+            let is_signed = used_wheels.iter().flatten().all(|wheel| wheel.is_signed);
+            let projected = match used {
+                WheelsUsed::Rear | WheelsUsed::All => mean,
+                WheelsUsed::FrontProjected => mean * in_step(tire?, received, binding)?.0.cos(),
+            };
+            (projected, is_signed, received)
+        }
+    };
+    if source.below_mps.is_some_and(|below| speed_mps.abs() >= below) {
+        return Err(StatusReason::NotChosen);
+    }
+    Ok((SpeedReading { speed_mps, is_signed }, received))
+}
+
+/// The mean of wheels, with the time of the frame that carries the first of them.
+fn mean(
+    binding: &VelocityBinding,
+    wheels: &[Option<SpeedSignal>],
+    context: StatusContext<'_>,
+) -> Judged<f64> {
+    let mut sum = 0.0;
+    let mut count = 0.0;
+    let mut leading: Option<ReceiveTime> = None;
+    for wheel in wheels.iter().flatten() {
+        let read = wheel.read(context)?;
+        let received = *leading.get_or_insert(read.1);
+        sum += in_step(read, received, binding)?;
+        count += 1.0;
+    }
+    leading.map(|received| (sum / count, received)).ok_or(StatusReason::NotReceived)
+}
