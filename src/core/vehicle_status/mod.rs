@@ -8,6 +8,7 @@ pub mod control_mode;
 pub mod doors;
 pub mod gear;
 pub mod output;
+pub mod plausibility;
 pub mod quantity;
 pub mod role_texts;
 pub mod settings;
@@ -27,6 +28,8 @@ use binding::StatusBinding;
 use doors::DoorStates;
 use gear::{Gear, Shifting};
 use output::VehicleStatusOutput;
+use plausibility::alarm::{AlarmSet, Effect};
+use plausibility::{Motion, Plausibility};
 use settings::StatusSettings;
 use state::{Judged, StatusContext, StatusReason};
 use status::{HeadingFinding, StatusFinding, StatusTask};
@@ -48,6 +51,7 @@ pub struct VehicleStatus {
     observations: Observations,
     shifting: Shifting,
     memory: VelocityMemory,
+    plausibility: Plausibility,
     velocity: StreamFlow<Velocity>,
     steering: StreamFlow<TireAngle>,
     gear: ReportFlow<Gear>,
@@ -70,6 +74,7 @@ impl VehicleStatus {
             observations: Observations::new(&binding.table),
             shifting: Shifting::default(),
             memory: VelocityMemory::default(),
+            plausibility: Plausibility::default(),
             velocity: StreamFlow::new(settings.min_period),
             steering: StreamFlow::new(settings.min_period),
             gear: ReportFlow::new(publish),
@@ -92,7 +97,7 @@ impl VehicleStatus {
     ) {
         self.observations = self.observations.carried_over(&self.binding.table, &binding.table);
         self.streamed = streamed(&binding);
-        self.memory = VelocityMemory::default();
+        (self.memory, self.plausibility) = (VelocityMemory::default(), Plausibility::default());
         self.velocity.reconfigure(settings.min_period);
         self.steering.reconfigure(settings.min_period);
         self.gear.reconfigure(publish, now);
@@ -160,17 +165,24 @@ impl VehicleStatus {
             now,
         };
         let gear = gear_verdict(&mut self.shifting, context);
-        let (speed, tire) = speed_and_tire(context);
+        let (speed, tire) = speed_and_tire(self.plausibility.alarms(), context);
+        let velocity = velocity_verdict(
+            (&mut self.memory, &mut self.plausibility),
+            (speed, gear.state, tire.state),
+            context,
+        );
+        let tire = plausible(
+            tire,
+            self.plausibility.alarms().of_steering(true),
+            &[Effect::WithholdBoth, Effect::WithholdSteering],
+        );
         for task in &mut self.tasks {
             let report = task.report();
             let finding = match report {
                 StatusReport::Velocity => {
-                    let gear = gear.state;
-                    let Verdict { state, finding } =
-                        velocity_verdict(&mut self.memory, (speed, gear, tire.state), context);
-                    let step = self.velocity.update(state.ok(), now.mono);
+                    let step = self.velocity.update(velocity.state.ok(), now.mono);
                     emit_some(step, VehicleStatusOutput::Velocity, &mut emit);
-                    finding
+                    velocity.finding
                 }
                 StatusReport::Steering => {
                     let step = self.steering.update(tire.state.ok(), now.mono);
@@ -270,9 +282,12 @@ fn first_usable<S, T>(
 
 /// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed, and a speed of the front
 /// wheels on the steering; not both.
-fn speed_and_tire(context: StatusContext<'_>) -> (Option<Chosen<SpeedReading>>, Verdict<TireAngle>) {
-    let speed =
-        |tire| context.binding.velocity.as_ref().map(|velocity| speed::judge(velocity, tire, context));
+fn speed_and_tire(
+    alarms: AlarmSet,
+    context: StatusContext<'_>,
+) -> (Option<Chosen<SpeedReading>>, Verdict<TireAngle>) {
+    let velocity = context.binding.velocity.as_ref();
+    let speed = |tire| velocity.map(|velocity| speed::judge(velocity, tire, alarms, context));
     let known = speed(Err(StatusReason::NoSpeedForSteering));
     let speed_mps = known.and_then(|chosen| chosen.state.ok()).map(|(reading, _)| reading.speed_mps);
     let tire = steering_verdict(speed_mps, context);
@@ -280,14 +295,17 @@ fn speed_and_tire(context: StatusContext<'_>) -> (Option<Chosen<SpeedReading>>, 
 }
 
 fn velocity_verdict(
-    memory: &mut VelocityMemory,
+    (memory, plausibility): (&mut VelocityMemory, &mut Plausibility),
     (speed, gear, tire): (Option<Chosen<SpeedReading>>, Judged<Gear>, Judged<TireAngle>),
     context: StatusContext<'_>,
 ) -> Verdict<Velocity> {
     let Some((binding, speed)) = context.binding.velocity.as_ref().zip(speed) else {
+        let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
+        plausibility.update(Motion { tire_rad, ..Motion::default() }, context.now.mono);
         return Verdict { state: Err(StatusReason::NotReceived), finding: StatusFinding::default() };
     };
-    let assembled = memory.assemble(binding, speed, gear, tire, context);
+    let assembled = memory.assemble(binding, speed, (gear, tire), plausibility.alarms(), context);
+    let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
     let state = required(assembled.state, context);
     let finding = StatusFinding {
         reason: state.as_ref().err().copied(),
@@ -299,8 +317,20 @@ fn velocity_verdict(
             fallback: assembled.heading_rate.fallback,
             replaced: assembled.heading_rate.state.err().filter(|_| assembled.is_heading_rate_replaced),
         },
+        ..StatusFinding::default()
     };
-    Verdict { state, finding }
+    plausible(Verdict { state, finding }, alarms, &[Effect::WithholdBoth, Effect::WithholdVelocity])
+}
+
+/// Adds alarms to a verdict; one of the `effects` withholds its value.
+fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Verdict<T> {
+    let Verdict { state, finding } = verdict;
+    let state = match alarms.first_with(effects) {
+        Some(alarm) if state.is_ok() => Err(StatusReason::Implausible(alarm)),
+        Some(_) | None => state,
+    };
+    let reason = state.as_ref().err().copied();
+    Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
 }
 
 fn steering_verdict(speed_mps: Option<f64>, context: StatusContext<'_>) -> Verdict<TireAngle> {

@@ -3,6 +3,7 @@
 use derive_more::From;
 
 use super::binding::StatusBinding;
+use super::plausibility::alarm::Alarm;
 use super::settings::{GeometryKey, StatusSettings};
 use crate::core::can::{Bus, ReceiveTime};
 use crate::core::time::Now;
@@ -46,6 +47,8 @@ pub enum StatusReason {
     DirectionNotTold,
     /// A rear wheel has no usable speed.
     NoRearWheels,
+    /// It does not fit to the other parts of the motion.
+    Implausible(Alarm),
     /// The configuration chooses another source.
     NotChosen,
     /// Nothing has been received.
@@ -63,7 +66,9 @@ impl StatusReason {
         match self {
             Self::Signal(reason) => (!reason.is_sleep()).then(|| reason.kind()),
             Self::BadQuality(..) => Some(FaultKind::HardwareFault),
-            Self::OutOfRange(_) | Self::BetweenGears { is_long: true, .. } => Some(FaultKind::Invalid),
+            Self::OutOfRange(_) | Self::Implausible(_) | Self::BetweenGears { is_long: true, .. } => {
+                Some(FaultKind::Invalid)
+            }
             Self::OtherVehicle(_)
             | Self::NoSpeedForSteering
             | Self::OutOfStep

@@ -8,6 +8,7 @@ use super::VehicleStatus;
 use super::binding::StatusBinding;
 use super::control_mode::ControlModeBinding;
 use super::gear::GearBinding;
+use super::plausibility::alarm::AlarmSet;
 use super::state::{StatusContext, StatusReason};
 use super::velocity::binding::{HeadingRateSource, VelocityBinding};
 use super::velocity::{Velocity, VelocityPart};
@@ -110,6 +111,8 @@ pub(super) struct StatusFinding {
     pub(super) source: usize,
     /// Why a more trusted source has no value, or one of the doors.
     pub(super) fallback: Option<StatusReason>,
+    /// What does not fit together.
+    pub(super) alarms: AlarmSet,
     /// The heading rate of a velocity.
     pub(super) heading: HeadingFinding,
 }
@@ -137,6 +140,7 @@ impl StatusFinding {
             || self.fallback.is_some()
             || self.heading.fallback.is_some()
             || self.heading.replaced.is_some()
+            || !self.alarms.is_empty()
         {
             Level::Warn
         } else {
@@ -261,7 +265,8 @@ fn message(binding: &StatusBinding, buses: &[Bus], report: StatusReport, finding
         format!("heading rate of the {source}: {}", text(reason))
     });
     let replaced = replaced.map(|reason| format!("heading rate published as 0: {}", text(reason)));
-    match fallback.into_iter().chain(heading).chain(replaced).collect::<Vec<_>>() {
+    let alarms = finding.alarms.iter().map(|row| format!("{}: {}", row.text, row.remedy));
+    match fallback.into_iter().chain(heading).chain(replaced).chain(alarms).collect::<Vec<_>>() {
         texts if texts.is_empty() => "publishing".to_owned(),
         texts => texts.join("; "),
     }
@@ -291,6 +296,10 @@ fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> 
         }
         StatusReason::NoSpeedForSteering => {
             "the steering ratio depends on the speed, which is unknown".to_owned()
+        }
+        StatusReason::Implausible(alarm) => {
+            let row = alarm.row();
+            format!("{}; {}", row.text, row.remedy)
         }
         StatusReason::OutOfStep => "its last frame is much older than that of the speed".to_owned(),
         StatusReason::DirectionNotTold => {

@@ -8,6 +8,7 @@ use super::parts::{Chosen, configured, in_step};
 use super::speed::WheelSpeeds;
 use crate::core::can::ReceiveTime;
 use crate::core::time::MonoTime;
+use crate::core::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::core::vehicle_status::quantity::Quantity;
 use crate::core::vehicle_status::settings::GeometryKey;
 use crate::core::vehicle_status::state::{Judged, StatusContext, StatusReason};
@@ -35,6 +36,19 @@ pub struct HeadingInputs {
     pub tire: Judged<TireAngle>,
     /// Speeds of the wheels.
     pub wheels: WheelSpeeds,
+    /// What was implausible before.
+    pub alarms: AlarmSet,
+}
+
+/// A heading rate, and what else is known of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JudgedRate {
+    /// Of the first usable source.
+    pub chosen: Chosen<f64>,
+    /// Of the first sensor, rad/s.
+    pub sensor_radps: Option<f64>,
+    /// By speed and steering, rad/s.
+    pub steering_radps: Option<f64>,
 }
 
 /// The zeros of the sensors, by their positions.
@@ -62,7 +76,7 @@ impl YawZeros {
         binding: &VelocityBinding,
         inputs: HeadingInputs,
         context: StatusContext<'_>,
-    ) -> Chosen<f64> {
+    ) -> JudgedRate {
         self.standstill = match self.standstill {
             _ if inputs.speed_mps != 0.0 => None,
             Some(since) => Some(since),
@@ -72,24 +86,29 @@ impl YawZeros {
             self.sensors.iter_mut().for_each(Zero::end);
         }
         self.sensors.resize(binding.heading_rates.len(), Zero::default());
-        let mut first_reason = None;
-        let mut chosen = None;
+        let steering = of_steering(binding, inputs, context);
+        let (mut first_reason, mut chosen, mut sensor_radps) = (None, None, None);
         for (source, bound) in binding.heading_rates.iter().enumerate() {
             let rate = match bound {
                 HeadingRateSource::YawRate { rate, has_zero_at_standstill } => {
-                    self.sensor(binding, source, (rate, *has_zero_at_standstill), inputs, context)
+                    let rate = self.sensor(binding, source, (rate, *has_zero_at_standstill), inputs, context);
+                    sensor_radps = sensor_radps.or(rate.ok());
+                    let is_left_out = inputs.alarms.has(Alarm::YawRateFrozen);
+                    rate.and_then(|rate| {
+                        let frozen = StatusReason::Implausible(Alarm::YawRateFrozen);
+                        if is_left_out { Err(frozen) } else { Ok(rate) }
+                    })
                 }
-                _ if chosen.is_some() => continue,
-                HeadingRateSource::Steering => of_steering(binding, inputs, context),
+                HeadingRateSource::Steering => steering,
                 HeadingRateSource::Wheels => of_wheels(binding, inputs, context),
             };
             match rate {
-                Ok(rate) if chosen.is_none() => chosen = Some((rate, source)),
-                Ok(_) => {}
-                Err(reason) => first_reason = first_reason.or(Some(reason).filter(|_| chosen.is_none())),
+                _ if chosen.is_some() => {}
+                Ok(rate) => chosen = Some((rate, source)),
+                Err(reason) => first_reason = first_reason.or(Some(reason)),
             }
         }
-        match chosen {
+        let chosen = match chosen {
             Some((rate, source)) => {
                 Chosen { state: Ok((rate, inputs.received)), source, fallback: first_reason }
             }
@@ -98,7 +117,8 @@ impl YawZeros {
                 source: 0,
                 fallback: None,
             },
-        }
+        };
+        JudgedRate { chosen, sensor_radps, steering_radps: steering.ok() }
     }
 
     fn sensor(

@@ -7,11 +7,13 @@ pub mod parts;
 pub mod speed;
 
 use super::gear::Gear;
+use super::plausibility::Motion;
+use super::plausibility::alarm::AlarmSet;
 use super::state::{Judged, StatusContext, StatusReason};
 use super::steering::TireAngle;
-use binding::VelocityBinding;
+use binding::{DirectionSource, VelocityBinding};
 use direction::DirectionMemory;
-use heading_rate::{HeadingInputs, YawZeros};
+use heading_rate::{HeadingInputs, JudgedRate, YawZeros};
 use parts::Chosen;
 use speed::{SpeedReading, WheelSpeeds};
 
@@ -47,6 +49,8 @@ pub struct Assembled {
     pub speed: Chosen<SpeedReading>,
     /// The heading rate.
     pub heading_rate: Chosen<f64>,
+    /// The motion, as far as it is known, for the checks of plausibility.
+    pub motion: Motion,
     /// True if 0 is published for a heading rate that is unknown.
     pub is_heading_rate_replaced: bool,
 }
@@ -64,17 +68,23 @@ impl VelocityMemory {
         &mut self,
         binding: &VelocityBinding,
         speed: Chosen<SpeedReading>,
-        gear: Judged<Gear>,
-        tire: Judged<TireAngle>,
+        (gear, tire): (Judged<Gear>, Judged<TireAngle>),
+        alarms: AlarmSet,
         context: StatusContext<'_>,
     ) -> Assembled {
         let wheels = WheelSpeeds::read(binding, context);
-        let heading_rate = |state| Chosen { state, source: 0, fallback: None };
+        let unknown = Chosen { state: Err(StatusReason::NotReceived), source: 0, fallback: None };
         let mut assembled = Assembled {
             state: Err(StatusReason::NotReceived),
             part: VelocityPart::Speed,
             speed,
-            heading_rate: heading_rate(Err(StatusReason::NotReceived)),
+            heading_rate: unknown,
+            motion: Motion {
+                wheels_mps: wheels.speeds.map(|speed| speed.map(|(speed, _)| speed.abs())),
+                tire_rad: tire.ok().map(|(TireAngle(angle), _)| angle),
+                gear: gear.ok().map(|(gear, _)| gear),
+                ..Motion::default()
+            },
             is_heading_rate_replaced: false,
         };
         let (reading, received) = match speed.state {
@@ -84,14 +94,23 @@ impl VelocityMemory {
                 return Assembled { state: Err(reason), ..assembled };
             }
         };
+        assembled.motion.speed_mps = Some(reading.speed_mps);
+        assembled.motion.other_speed_mps = speed::other_mps(binding, speed, tire, context);
         let signed = match self.direction.sign(binding, reading, gear, context) {
             Ok(sign) => sign * reading.speed_mps,
             Err(reason) => {
                 return Assembled { state: Err(reason), part: VelocityPart::Direction, ..assembled };
             }
         };
-        let inputs = HeadingInputs { speed_mps: signed, is_backward: signed < 0.0, received, tire, wheels };
-        assembled.heading_rate = self.zeros.judge(binding, inputs, context);
+        assembled.motion.speed_mps = Some(signed);
+        assembled.motion.is_direction_measured = reading.is_signed
+            || binding.directions.first().is_some_and(|source| *source != DirectionSource::Gear);
+        let is_backward = signed < 0.0;
+        let inputs = HeadingInputs { speed_mps: signed, is_backward, received, tire, wheels, alarms };
+        let JudgedRate { chosen, sensor_radps, steering_radps } = self.zeros.judge(binding, inputs, context);
+        assembled.heading_rate = chosen;
+        assembled.motion.yaw_rate_radps = sensor_radps;
+        assembled.motion.steering_rate_radps = steering_radps;
         let heading_rate_radps = match assembled.heading_rate.state {
             Ok((rate, _)) => rate,
             Err(_) if binding.is_unknown_heading_rate_zero => {

@@ -3,6 +3,7 @@
 use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
 use super::parts::{Chosen, configured, in_step};
 use crate::core::can::ReceiveTime;
+use crate::core::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::core::vehicle_status::settings::GeometryKey;
 use crate::core::vehicle_status::state::{Judged, StatusContext, StatusReason};
 use crate::core::vehicle_status::steering::TireAngle;
@@ -62,15 +63,16 @@ impl SpeedSignal {
     }
 }
 
-/// Reads the first usable source. `tire` is the angle of the front wheels, for those that need it.
+/// Reads the first usable source. `tire` is the angle of the front wheels, for those that need it; wheels with an alarm are left out.
 pub fn judge(
     binding: &VelocityBinding,
     tire: Judged<TireAngle>,
+    alarms: AlarmSet,
     context: StatusContext<'_>,
 ) -> Chosen<SpeedReading> {
     let mut first_reason = None;
     for (source, bound) in binding.speeds.iter().enumerate() {
-        match read(binding, bound, tire, context) {
+        match read(binding, bound, tire, alarms, context) {
             Ok(reading) => return Chosen { state: Ok(reading), source, fallback: first_reason },
             Err(StatusReason::NotChosen) => {}
             Err(reason) => first_reason = first_reason.or(Some(reason)),
@@ -79,10 +81,25 @@ pub fn judge(
     Chosen { state: Err(first_reason.unwrap_or(StatusReason::NotReceived)), source: 0, fallback: None }
 }
 
+/// The speed of the next usable source after the chosen one, m/s, without a sign; `None` without one.
+pub fn other_mps(
+    binding: &VelocityBinding,
+    chosen: Chosen<SpeedReading>,
+    tire: Judged<TireAngle>,
+    context: StatusContext<'_>,
+) -> Option<f64> {
+    let (_, received) = chosen.state.ok()?;
+    binding.speeds.iter().skip(chosen.source + 1).find_map(|source| {
+        let read = read(binding, source, tire, AlarmSet::default(), context).ok()?;
+        in_step(read, received, binding).ok().map(|other| other.speed_mps.abs())
+    })
+}
+
 fn read(
     binding: &VelocityBinding,
     source: &SpeedSource,
     tire: Judged<TireAngle>,
+    alarms: AlarmSet,
     context: StatusContext<'_>,
 ) -> Judged<SpeedReading> {
     let (speed_mps, is_signed, received) = match &source.signals {
@@ -92,10 +109,14 @@ fn read(
         }
         SpeedSignals::Wheels { wheels, used } => {
             let used_wheels = match used {
-                WheelsUsed::Rear => &wheels[2..],
-                WheelsUsed::All => &wheels[..],
-                WheelsUsed::FrontProjected => &wheels[..2],
+                WheelsUsed::Rear => 2..4,
+                WheelsUsed::All => 0..4,
+                WheelsUsed::FrontProjected => 0..2,
             };
+            let is_used =
+                |index: &usize| used_wheels.contains(index) && !alarms.has(Alarm::OF_WHEELS[*index]);
+            let used_wheels: [_; 4] =
+                std::array::from_fn(|index| wheels[index].as_ref().filter(|_| is_used(&index)));
             let (mean, received) = mean(binding, used_wheels, context)?;
             let is_signed = used_wheels.iter().flatten().all(|wheel| wheel.is_signed);
             let projected = match used {
@@ -114,13 +135,13 @@ fn read(
 /// The mean of wheels, with the time of the frame that carries the first of them.
 fn mean(
     binding: &VelocityBinding,
-    wheels: &[Option<SpeedSignal>],
+    wheels: [Option<&SpeedSignal>; 4],
     context: StatusContext<'_>,
 ) -> Judged<f64> {
     let mut sum = 0.0;
     let mut count = 0.0;
     let mut leading: Option<ReceiveTime> = None;
-    for wheel in wheels.iter().flatten() {
+    for wheel in wheels.into_iter().flatten() {
         let read = wheel.read(context)?;
         let received = *leading.get_or_insert(read.1);
         sum += in_step(read, received, binding)?;

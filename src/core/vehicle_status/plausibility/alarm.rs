@@ -1,0 +1,159 @@
+//! What can be implausible, a row for each: what it means, which reports it withholds, and what to do.
+
+use crate::core::vehicle_status::velocity::binding::WHEELS;
+
+/// Something that does not fit together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+#[allow(missing_docs)] // see the rows
+pub enum Alarm {
+    FrontLeftWheel,
+    FrontRightWheel,
+    RearLeftWheel,
+    RearRightWheel,
+    SpeedsDiffer,
+    SpeedsContradict,
+    SpeedJumps,
+    SpeedLeaps,
+    YawRateDiffers,
+    YawRateContradicts,
+    YawRateOpposite,
+    YawRateFrozen,
+    YawRateJumps,
+    YawRateLeaps,
+    SteeringFrozen,
+    SteeringJumps,
+    SteeringLeaps,
+    DirectionAgainstGear,
+    MovesInPark,
+}
+
+/// The effect of an alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// Diagnostics warn.
+    Warn,
+    /// The source is not used while there is another one.
+    LeaveOut,
+    /// The velocity is withheld.
+    WithholdVelocity,
+    /// Steering and velocity are withheld, since one of them is wrong.
+    WithholdBoth,
+    /// The steering is withheld.
+    WithholdSteering,
+}
+
+/// What is known of an alarm.
+#[derive(Debug, Clone, Copy)]
+pub struct AlarmRow {
+    /// The alarm.
+    pub alarm: Alarm,
+    /// What is wrong, for people.
+    pub text: &'static str,
+    /// Its effect.
+    pub effect: Effect,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
+const WHEEL_REMEDY: &str = "check the sensor of the wheel and its tyre";
+const JUMP_REMEDY: &str = "check unit and scale of the signal";
+const YAW_REMEDY: &str = "check sign, unit and zero of the yaw rate, and the steering ratio";
+const SPEED_REMEDY: &str = "check unit and scale of both sources";
+
+/// The alarms in the order of [`Alarm`].
+#[rustfmt::skip]
+pub const ALARMS: [AlarmRow; 19] = [
+    row(Alarm::FrontLeftWheel, "the front left wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::FrontRightWheel, "the front right wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::RearLeftWheel, "the rear left wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::RearRightWheel, "the rear right wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::SpeedsDiffer, "two sources of the speed differ by more than 5 % and 0.5 m/s", Effect::Warn, SPEED_REMEDY),
+    row(Alarm::SpeedsContradict, "two sources of the speed differ by more than 30 % and 1 m/s", Effect::WithholdVelocity, SPEED_REMEDY),
+    row(Alarm::SpeedJumps, "the speed changes by more than 15 m/s²", Effect::Warn, JUMP_REMEDY),
+    row(Alarm::SpeedLeaps, "the speed changes by more than 30 m/s²", Effect::WithholdVelocity, JUMP_REMEDY),
+    row(Alarm::YawRateDiffers, "the yaw rate differs from speed and steering by more than 30 % and 0.05 rad/s", Effect::Warn, YAW_REMEDY),
+    row(Alarm::YawRateContradicts, "the yaw rate differs from speed and steering by more than 60 % and 0.1 rad/s", Effect::WithholdBoth, YAW_REMEDY),
+    row(Alarm::YawRateOpposite, "the yaw rate has the opposite sign of speed and steering", Effect::WithholdBoth, YAW_REMEDY),
+    row(Alarm::YawRateFrozen, "the yaw rate stays the same while the vehicle moves", Effect::LeaveOut, YAW_REMEDY),
+    row(Alarm::YawRateJumps, "the yaw rate changes by more than 10 rad/s²", Effect::Warn, JUMP_REMEDY),
+    row(Alarm::YawRateLeaps, "the yaw rate changes by more than 20 rad/s²", Effect::WithholdVelocity, JUMP_REMEDY),
+    row(Alarm::SteeringFrozen, "the steering angle stays the same while the vehicle moves", Effect::Warn, "check the steering sensor"),
+    row(Alarm::SteeringJumps, "the angle of the front wheels changes by more than 2 rad/s", Effect::Warn, JUMP_REMEDY),
+    row(Alarm::SteeringLeaps, "the angle of the front wheels changes by more than 4 rad/s", Effect::WithholdSteering, JUMP_REMEDY),
+    row(Alarm::DirectionAgainstGear, "the vehicle moves against its gear", Effect::Warn, "check the signals of direction and gear; rolling back on a slope is real"),
+    row(Alarm::MovesInPark, "the vehicle moves in park", Effect::Warn, "check the signal of the gear, and the wheels"),
+];
+
+const fn row(alarm: Alarm, text: &'static str, effect: Effect, remedy: &'static str) -> AlarmRow {
+    AlarmRow { alarm, text, effect, remedy }
+}
+
+impl Alarm {
+    /// The alarm of each wheel, in the order in which wheels are bound.
+    pub const OF_WHEELS: [Self; WHEELS.len()] =
+        [Self::FrontLeftWheel, Self::FrontRightWheel, Self::RearLeftWheel, Self::RearRightWheel];
+
+    /// The row of the alarm.
+    pub fn row(self) -> &'static AlarmRow {
+        &ALARMS[self as usize]
+    }
+}
+
+/// Alarms that are on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct AlarmSet(u32);
+
+impl AlarmSet {
+    /// Adds an alarm if `is_on`.
+    pub fn set(&mut self, alarm: Alarm, is_on: bool) {
+        self.0 |= u32::from(is_on) << alarm as u8;
+    }
+
+    /// True if the alarm is on.
+    pub fn has(self, alarm: Alarm) -> bool {
+        self.0 & (1 << alarm as u8) != 0
+    }
+
+    /// True if no alarm is on.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Those that concern the report on steering, or (false) the one on velocity.
+    #[must_use]
+    pub fn of_steering(self, is_steering: bool) -> Self {
+        let steering = [Alarm::SteeringFrozen, Alarm::SteeringJumps, Alarm::SteeringLeaps];
+        let concerns = |row: &AlarmRow| {
+            row.effect == Effect::WithholdBoth || steering.contains(&row.alarm) == is_steering
+        };
+        let mut set = Self::default();
+        self.iter().filter(|row| concerns(row)).for_each(|row| set.set(row.alarm, true));
+        set
+    }
+
+    /// The alarms that are on, in the order of their rows.
+    pub fn iter(self) -> impl Iterator<Item = &'static AlarmRow> {
+        ALARMS.iter().filter(move |row| self.has(row.alarm))
+    }
+
+    /// The first alarm that is on and has one of these effects.
+    pub fn first_with(self, effects: &[Effect]) -> Option<Alarm> {
+        self.iter().find(|row| effects.contains(&row.effect)).map(|row| row.alarm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_alarm_is_at_the_position_of_its_row() {
+        for row in &ALARMS {
+            assert_eq!(row.alarm.row().alarm, row.alarm);
+            let mut set = AlarmSet::default();
+            set.set(row.alarm, true);
+            assert!(set.has(row.alarm) && set.iter().count() == 1, "{}", row.text);
+        }
+    }
+}

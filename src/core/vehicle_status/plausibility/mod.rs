@@ -1,0 +1,169 @@
+//! Do the parts of the motion fit together? Each check has to fail for a while before it is an alarm.
+//!
+//! The limits raise no alarm on healthy public drives (docs/spec/vehicle-interface.md, "Plausibility").
+
+pub mod alarm;
+mod observer;
+
+use std::time::Duration;
+
+use super::gear::Gear;
+use crate::core::time::MonoTime;
+use alarm::{Alarm, AlarmSet};
+use observer::{Change, Frozen, Lasting};
+
+const ONE_SECOND: Duration = Duration::from_secs(1);
+const TWO_SECONDS: Duration = Duration::from_secs(2);
+/// Time for which a yaw rate or a wheel stays the same before it is frozen.
+const FROZEN: Duration = Duration::from_secs(3);
+/// The same for the steering, which people hold still on straight roads.
+const FROZEN_STEERING: Duration = Duration::from_secs(10);
+/// Speed from which a value that stays the same is suspect, m/s.
+const MOVING_MPS: f64 = 3.0;
+/// Speed from which yaw rate and steering are compared, m/s.
+const TURNING_MPS: f64 = 2.0;
+/// Speed from which direction and gear are compared, m/s.
+const ROLLING_MPS: f64 = 1.0;
+/// Both rates, from which their signs count, rad/s.
+const TURNING_RADPS: f64 = 0.05;
+
+/// The motion at one moment, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Speed, m/s, forward positive; without a sign while the direction is unknown.
+    pub speed_mps: Option<f64>,
+    /// True if a signal gives the direction, and not the gear.
+    pub is_direction_measured: bool,
+    /// Speed of the next source, m/s, without a sign.
+    pub other_speed_mps: Option<f64>,
+    /// Speeds of the wheels, m/s, without a sign.
+    pub wheels_mps: [Option<f64>; 4],
+    /// Heading rate of the sensor, rad/s.
+    pub yaw_rate_radps: Option<f64>,
+    /// Heading rate by speed and steering, rad/s.
+    pub steering_rate_radps: Option<f64>,
+    /// Angle of the front wheels, rad.
+    pub tire_rad: Option<f64>,
+    /// The engaged gear.
+    pub gear: Option<Gear>,
+}
+
+/// The checks, with what they remember.
+#[derive(Debug, Clone, Default)]
+pub struct Plausibility {
+    before: Motion,
+    wheels: [Lasting; 4],
+    wheels_frozen: [Frozen; 4],
+    speeds: [Lasting; 2],
+    yaw_rates: [Lasting; 3],
+    yaw_frozen: Frozen,
+    steering_frozen: Frozen,
+    direction: Lasting,
+    park: Lasting,
+    speed_change: Change,
+    yaw_change: Change,
+    tire_change: Change,
+    alarms: AlarmSet,
+}
+
+impl Plausibility {
+    /// The alarms after the last motion.
+    pub fn alarms(&self) -> AlarmSet {
+        self.alarms
+    }
+
+    /// Judges a motion.
+    pub fn update(&mut self, motion: Motion, now: MonoTime) -> AlarmSet {
+        let mut alarms = AlarmSet::default();
+        self.judge_wheels(motion, now, &mut alarms);
+        self.judge_speeds(motion, now, &mut alarms);
+        self.judge_rates(motion, now, &mut alarms);
+        self.judge_changes(motion, now, &mut alarms);
+        self.judge_gear(motion, now, &mut alarms);
+        self.before = motion;
+        self.alarms = alarms;
+        alarms
+    }
+
+    fn judge_wheels(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
+        let is_moving = motion.speed_mps.is_some_and(|speed| speed.abs() > MOVING_MPS);
+        for (index, alarm) in Alarm::OF_WHEELS.into_iter().enumerate() {
+            let speed = motion.wheels_mps[index];
+            let middle = middle_of_others(&motion.wheels_mps, index);
+            let deviates = speed.zip(middle).is_some_and(|(speed, middle)| differs(speed, middle, 0.1, 0.5));
+            let deviates = self.wheels[index].update(deviates, ONE_SECOND, now);
+            let others_changed = middle != middle_of_others(&self.before.wheels_mps, index);
+            let speed = speed.filter(|_| is_moving);
+            let is_frozen = self.wheels_frozen[index].update(speed, others_changed, FROZEN, now);
+            alarms.set(alarm, deviates || is_frozen);
+        }
+    }
+
+    fn judge_speeds(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
+        let speeds = motion.speed_mps.zip(motion.other_speed_mps);
+        let differ =
+            |share, more| speeds.is_some_and(|(one, other)| differs(one.abs(), other.abs(), share, more));
+        let [warn, withhold] = &mut self.speeds;
+        alarms.set(Alarm::SpeedsDiffer, warn.update(differ(0.05, 0.5), TWO_SECONDS, now));
+        alarms.set(Alarm::SpeedsContradict, withhold.update(differ(0.3, 1.0), TWO_SECONDS, now));
+    }
+
+    fn judge_rates(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
+        let is_faster = |limit| motion.speed_mps.is_some_and(|speed| speed.abs() > limit);
+        let rates = motion.yaw_rate_radps.zip(motion.steering_rate_radps).filter(|_| is_faster(TURNING_MPS));
+        let differ = |share, more| rates.is_some_and(|(yaw, steering)| differs(yaw, steering, share, more));
+        let is_opposite = rates.is_some_and(|(yaw, steering)| {
+            yaw * steering < 0.0 && yaw.abs() > TURNING_RADPS && steering.abs() > TURNING_RADPS
+        });
+        let [warn, contradict, opposite] = &mut self.yaw_rates;
+        alarms.set(Alarm::YawRateDiffers, warn.update(differ(0.3, 0.05), ONE_SECOND, now));
+        alarms.set(Alarm::YawRateContradicts, contradict.update(differ(0.6, 0.1), TWO_SECONDS, now));
+        alarms.set(Alarm::YawRateOpposite, opposite.update(is_opposite, TWO_SECONDS, now));
+        let is_moving = is_faster(MOVING_MPS);
+        let speed_changed = motion.speed_mps != self.before.speed_mps;
+        let tire_changed = motion.tire_rad != self.before.tire_rad;
+        let yaw = motion.yaw_rate_radps.filter(|_| is_moving);
+        let is_frozen = self.yaw_frozen.update(yaw, speed_changed || tire_changed, FROZEN, now);
+        alarms.set(Alarm::YawRateFrozen, is_frozen);
+        let tire = motion.tire_rad.filter(|_| is_moving);
+        let yaw_changed = motion.yaw_rate_radps != self.before.yaw_rate_radps;
+        let is_frozen = self.steering_frozen.update(tire, speed_changed || yaw_changed, FROZEN_STEERING, now);
+        alarms.set(Alarm::SteeringFrozen, is_frozen);
+    }
+
+    fn judge_changes(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
+        let mut judge = |change: &mut Change, value, limit, [jumps, leaps]: [Alarm; 2]| {
+            let change = change.per_second(value, now).map_or(0.0, f64::abs);
+            alarms.set(jumps, change > limit);
+            alarms.set(leaps, change > 2.0 * limit);
+        };
+        judge(&mut self.speed_change, motion.speed_mps, 15.0, [Alarm::SpeedJumps, Alarm::SpeedLeaps]);
+        judge(&mut self.yaw_change, motion.yaw_rate_radps, 10.0, [Alarm::YawRateJumps, Alarm::YawRateLeaps]);
+        judge(&mut self.tire_change, motion.tire_rad, 2.0, [Alarm::SteeringJumps, Alarm::SteeringLeaps]);
+    }
+
+    fn judge_gear(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
+        let speed = motion.speed_mps.unwrap_or_default();
+        let direction = motion.gear.and_then(Gear::direction).filter(|_| motion.is_direction_measured);
+        let is_against = direction.is_some_and(|direction| speed * direction < -ROLLING_MPS);
+        alarms.set(Alarm::DirectionAgainstGear, self.direction.update(is_against, ONE_SECOND, now));
+        let is_parked = motion.gear == Some(Gear::Park) && speed.abs() > ROLLING_MPS;
+        alarms.set(Alarm::MovesInPark, self.park.update(is_parked, ONE_SECOND, now));
+    }
+}
+
+/// True if a value differs from a reference by more than a share of it and a bit.
+fn differs(value: f64, reference: f64, share: f64, more: f64) -> bool {
+    (value - reference).abs() > share * value.abs().max(reference.abs()) + more
+}
+
+/// The middle one of the three other wheels; `None` unless all three are known.
+fn middle_of_others(wheels: &[Option<f64>; 4], index: usize) -> Option<f64> {
+    let mut others = [0.0; 3];
+    let known = wheels.iter().enumerate().filter(|(wheel, _)| *wheel != index);
+    for (other, (_, speed)) in others.iter_mut().zip(known) {
+        *other = (*speed)?;
+    }
+    others.sort_unstable_by(f64::total_cmp);
+    Some(others[1])
+}
