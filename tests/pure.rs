@@ -39,6 +39,7 @@ mod pure {
     mod turn_signal_cases;
     mod type_hashes;
     mod validation_model;
+    mod vehicle_status;
     mod vehicles;
     mod waiting_rules;
 }

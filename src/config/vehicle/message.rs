@@ -17,6 +17,9 @@ const CYCLES_UNTIL_STALE: u64 = 5;
 /// … and its lower bound: a busy bus and a loaded PC can hold a frame back for some 100 ms.
 const MIN_DEFAULT_TIMEOUT_MS: u64 = 200;
 
+/// Shortest default for the status of the vehicle: Autoware drops a speed that is older than 200 ms.
+const MIN_STATUS_TIMEOUT_MS: u64 = 50;
+
 /// The highest source address of a control unit; 254 stands for none, 255 for all.
 const MAX_SOURCE_ADDRESS: u8 = 253;
 
@@ -106,7 +109,7 @@ impl<'c> MessageSections<'c> {
         heartbeat_messages: &[Vec<IdMatch>],
         allowed: Option<&AllowList>,
         all_bound: bool,
-    ) -> Vec<BoundMessage> {
+    ) -> BoundMessages {
         for section in &self.0 {
             match binder.messages.iter().filter(|bound| section.is_of(binder, **bound)).count() {
                 1 => {}
@@ -161,10 +164,18 @@ impl<'c> MessageSections<'c> {
             });
         }
         self.refuse_common_frames(binder, &compiled, allowed);
+        let of_status = compiled.iter().zip(&binder.messages).map(|(compiled, bound)| {
+            let has_timeout = of(*bound).is_some_and(|section| section.timeout.is_some());
+            let cycle_ms = bound.1.cycle_ms.filter(|_| !has_timeout);
+            let timing =
+                cycle_ms.map_or(compiled.timing, |cycle_ms| status_timing(compiled.timing, cycle_ms));
+            BoundMessage { timing, ..compiled.clone() }
+        });
+        let of_status = of_status.collect();
         for section in self.0 {
             section.fields.done();
         }
-        compiled
+        BoundMessages { all: compiled, of_status }
     }
 
     /// Refuses J1939 messages that have frames in common with another one, or with one that the gateway sends.
@@ -207,6 +218,25 @@ impl MessageSection<'_> {
     fn is_heartbeat(&self, binder: &Binder<'_>, heartbeats: &[Vec<IdMatch>]) -> bool {
         self.described(binder)
             .any(|(bus, message)| heartbeats[bus].iter().any(|ids| ids.described() == message.id))
+    }
+}
+
+/// The messages of a profile, in the order of their first use.
+pub(super) struct BoundMessages {
+    /// As the lights, V2I and commands take them.
+    pub(super) all: Vec<BoundMessage>,
+    /// The same, with the default timeouts of the status.
+    pub(super) of_status: Vec<BoundMessage>,
+}
+
+/// The default timing of a message for the status of the vehicle.
+fn status_timing(timing: Timing, cycle_ms: u32) -> Timing {
+    let ms = (u64::from(cycle_ms) * CYCLES_UNTIL_STALE).clamp(MIN_STATUS_TIMEOUT_MS, MAX_LIMIT_MS);
+    let timeout = Duration::from_millis(ms);
+    match timing {
+        Timing::Cyclic { .. } => Timing::Cyclic { timeout },
+        Timing::EventCyclic { .. } => Timing::EventCyclic { timeout },
+        Timing::Event => Timing::Event,
     }
 }
 

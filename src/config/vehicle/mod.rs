@@ -39,7 +39,7 @@ use bus::read_buses;
 use command::command;
 use hazard::{hazard, is_from_both_sides};
 use light_sources::faults;
-use message::MessageSections;
+use message::{BoundMessages, MessageSections};
 use provenance::{BoundParts, provenance};
 use requires::requires;
 use status::status;
@@ -144,7 +144,8 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed, &messages));
     let heartbeats: Vec<_> = heartbeats.collect();
     let all_bound = lights.is_some() && status.is_some() && sources.is_some() && command.is_some();
-    let messages = messages.bind(&binder, &fields, &heartbeats, allowed, all_bound);
+    let BoundMessages { all: messages, of_status } =
+        messages.bind(&binder, &fields, &heartbeats, allowed, all_bound);
     let parts = lights.as_ref().zip(sources.as_ref()).zip(command.as_ref());
     let parts = parts.map(|((lights, v2i), command)| BoundParts {
         lights,
@@ -168,7 +169,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         buses: buses.collect(),
         dbcs,
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },
-        status: StatusBinding { table: table(&messages, status_signals), ..status? },
+        status: StatusBinding { table: table(&of_status, status_signals), ..status? },
         v2i: V2iBinding { table: table(&messages, v2i_signals), sources: sources? },
         command: CommandBinding { table: table(&messages, command_signals), ..command? },
         provenance,

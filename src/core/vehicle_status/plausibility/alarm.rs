@@ -17,7 +17,8 @@ pub enum Alarm {
     SpeedLeaps,
     YawRateDiffers,
     YawRateContradicts,
-    YawRateOpposite,
+    SteeringContradicts,
+    RatesContradict,
     YawRateFrozen,
     YawRateJumps,
     YawRateLeaps,
@@ -59,11 +60,12 @@ pub struct AlarmRow {
 const WHEEL_REMEDY: &str = "check the sensor of the wheel and its tyre";
 const JUMP_REMEDY: &str = "check unit and scale of the signal";
 const YAW_REMEDY: &str = "check sign, unit and zero of the yaw rate, and the steering ratio";
+const STEERING_REMEDY: &str = "check sign, unit and zero of the steering angle, and the steering ratio";
 const SPEED_REMEDY: &str = "check unit and scale of both sources";
 
 /// The alarms in the order of [`Alarm`].
 #[rustfmt::skip]
-pub const ALARMS: [AlarmRow; 19] = [
+pub const ALARMS: [AlarmRow; 20] = [
     row(Alarm::FrontLeftWheel, "the front left wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
     row(Alarm::FrontRightWheel, "the front right wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
     row(Alarm::RearLeftWheel, "the rear left wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
@@ -73,8 +75,9 @@ pub const ALARMS: [AlarmRow; 19] = [
     row(Alarm::SpeedJumps, "the speed changes by more than 15 m/s²", Effect::Warn, JUMP_REMEDY),
     row(Alarm::SpeedLeaps, "the speed changes by more than 30 m/s²", Effect::WithholdVelocity, JUMP_REMEDY),
     row(Alarm::YawRateDiffers, "the yaw rate differs from speed and steering by more than 30 % and 0.05 rad/s", Effect::Warn, YAW_REMEDY),
-    row(Alarm::YawRateContradicts, "the yaw rate differs from speed and steering by more than 60 % and 0.1 rad/s", Effect::WithholdBoth, YAW_REMEDY),
-    row(Alarm::YawRateOpposite, "the yaw rate has the opposite sign of speed and steering", Effect::WithholdBoth, YAW_REMEDY),
+    row(Alarm::YawRateContradicts, "the yaw rate contradicts both the steering and the rear wheels", Effect::LeaveOut, YAW_REMEDY),
+    row(Alarm::SteeringContradicts, "the steering contradicts both the yaw rate and the rear wheels", Effect::WithholdSteering, STEERING_REMEDY),
+    row(Alarm::RatesContradict, "yaw rate and steering contradict each other", Effect::WithholdBoth, YAW_REMEDY),
     row(Alarm::YawRateFrozen, "the yaw rate stays the same while the vehicle moves", Effect::LeaveOut, YAW_REMEDY),
     row(Alarm::YawRateJumps, "the yaw rate changes by more than 10 rad/s²", Effect::Warn, JUMP_REMEDY),
     row(Alarm::YawRateLeaps, "the yaw rate changes by more than 20 rad/s²", Effect::WithholdVelocity, JUMP_REMEDY),
@@ -123,7 +126,8 @@ impl AlarmSet {
     /// Those that concern the report on steering, or (false) the one on velocity.
     #[must_use]
     pub fn of_steering(self, is_steering: bool) -> Self {
-        let steering = [Alarm::SteeringFrozen, Alarm::SteeringJumps, Alarm::SteeringLeaps];
+        let steering =
+            [Alarm::SteeringContradicts, Alarm::SteeringFrozen, Alarm::SteeringJumps, Alarm::SteeringLeaps];
         let concerns = |row: &AlarmRow| {
             row.effect == Effect::WithholdBoth || steering.contains(&row.alarm) == is_steering
         };

@@ -42,6 +42,8 @@ pub struct Motion {
     pub yaw_rate_radps: Option<f64>,
     /// Heading rate by speed and steering, rad/s.
     pub steering_rate_radps: Option<f64>,
+    /// Heading rate by the rear wheels, rad/s.
+    pub wheels_rate_radps: Option<f64>,
     /// Angle of the front wheels, rad.
     pub tire_rad: Option<f64>,
     /// The engaged gear.
@@ -55,7 +57,9 @@ pub struct Plausibility {
     wheels: [Lasting; 4],
     wheels_frozen: [Frozen; 4],
     speeds: [Lasting; 2],
-    yaw_rates: [Lasting; 3],
+    rates_apart: Lasting,
+    /// Yaw rate and steering, yaw rate and wheels, steering and wheels.
+    rates: [Lasting; 3],
     yaw_frozen: Frozen,
     steering_frozen: Frozen,
     direction: Lasting,
@@ -110,15 +114,28 @@ impl Plausibility {
 
     fn judge_rates(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
         let is_faster = |limit| motion.speed_mps.is_some_and(|speed| speed.abs() > limit);
-        let rates = motion.yaw_rate_radps.zip(motion.steering_rate_radps).filter(|_| is_faster(TURNING_MPS));
-        let differ = |share, more| rates.is_some_and(|(yaw, steering)| differs(yaw, steering, share, more));
-        let is_opposite = rates.is_some_and(|(yaw, steering)| {
-            yaw * steering < 0.0 && yaw.abs() > TURNING_RADPS && steering.abs() > TURNING_RADPS
-        });
-        let [warn, contradict, opposite] = &mut self.yaw_rates;
-        alarms.set(Alarm::YawRateDiffers, warn.update(differ(0.3, 0.05), ONE_SECOND, now));
-        alarms.set(Alarm::YawRateContradicts, contradict.update(differ(0.6, 0.1), TWO_SECONDS, now));
-        alarms.set(Alarm::YawRateOpposite, opposite.update(is_opposite, TWO_SECONDS, now));
+        let is_turning = is_faster(TURNING_MPS);
+        let known = |rate: Option<f64>| rate.filter(|_| is_turning);
+        let (yaw, steering) = (known(motion.yaw_rate_radps), known(motion.steering_rate_radps));
+        let wheels = known(motion.wheels_rate_radps);
+        let is_apart = yaw.zip(steering).is_some_and(|(yaw, steering)| differs(yaw, steering, 0.3, 0.05));
+        alarms.set(Alarm::YawRateDiffers, self.rates_apart.update(is_apart, ONE_SECOND, now));
+        let pairs = [(yaw, steering), (yaw, wheels), (steering, wheels)];
+        let mut contradict = [false; 3];
+        for ((lasting, pair), contradicts) in self.rates.iter_mut().zip(pairs).zip(&mut contradict) {
+            let is_violated = pair.0.zip(pair.1).is_some_and(|(one, other)| contradicts_rate(one, other));
+            *contradicts = lasting.update(is_violated, TWO_SECONDS, now);
+        }
+        // The rear wheels tell which of the two is wrong.
+        let alarm = match contradict {
+            [false, ..] => None,
+            [true, true, false] if wheels.is_some() => Some(Alarm::YawRateContradicts),
+            [true, false, true] if wheels.is_some() => Some(Alarm::SteeringContradicts),
+            [true, ..] => Some(Alarm::RatesContradict),
+        };
+        if let Some(alarm) = alarm {
+            alarms.set(alarm, true);
+        }
         let is_moving = is_faster(MOVING_MPS);
         let speed_changed = motion.speed_mps != self.before.speed_mps;
         let tire_changed = motion.tire_rad != self.before.tire_rad;
@@ -155,6 +172,12 @@ impl Plausibility {
 /// True if a value differs from a reference by more than a share of it and a bit.
 fn differs(value: f64, reference: f64, share: f64, more: f64) -> bool {
     (value - reference).abs() > share * value.abs().max(reference.abs()) + more
+}
+
+/// True if two heading rates cannot both be right.
+fn contradicts_rate(one: f64, other: f64) -> bool {
+    let is_opposite = one * other < 0.0 && one.abs().min(other.abs()) > TURNING_RADPS;
+    is_opposite || differs(one, other, 0.6, 0.1)
 }
 
 /// The middle one of the three other wheels; `None` unless all three are known.

@@ -49,6 +49,8 @@ pub struct JudgedRate {
     pub sensor_radps: Option<f64>,
     /// By speed and steering, rad/s.
     pub steering_radps: Option<f64>,
+    /// By the rear wheels, rad/s.
+    pub wheels_radps: Option<f64>,
 }
 
 /// The zeros of the sensors, by their positions.
@@ -86,21 +88,22 @@ impl YawZeros {
             self.sensors.iter_mut().for_each(Zero::end);
         }
         self.sensors.resize(binding.heading_rates.len(), Zero::default());
+        let wheels = of_wheels(binding, inputs, context);
         let steering = of_steering(binding, inputs, context);
+        let believed = |rate: Result<f64, StatusReason>, alarms: &[Alarm]| {
+            let alarm = alarms.iter().find(|alarm| inputs.alarms.has(**alarm));
+            alarm.map_or(rate, |alarm| rate.and(Err(StatusReason::Implausible(*alarm))))
+        };
         let (mut first_reason, mut chosen, mut sensor_radps) = (None, None, None);
         for (source, bound) in binding.heading_rates.iter().enumerate() {
             let rate = match bound {
                 HeadingRateSource::YawRate { rate, has_zero_at_standstill } => {
                     let rate = self.sensor(binding, source, (rate, *has_zero_at_standstill), inputs, context);
                     sensor_radps = sensor_radps.or(rate.ok());
-                    let is_left_out = inputs.alarms.has(Alarm::YawRateFrozen);
-                    rate.and_then(|rate| {
-                        let frozen = StatusReason::Implausible(Alarm::YawRateFrozen);
-                        if is_left_out { Err(frozen) } else { Ok(rate) }
-                    })
+                    believed(rate, &[Alarm::YawRateFrozen, Alarm::YawRateContradicts])
                 }
-                HeadingRateSource::Steering => steering,
-                HeadingRateSource::Wheels => of_wheels(binding, inputs, context),
+                HeadingRateSource::Steering => believed(steering, &[Alarm::SteeringContradicts]),
+                HeadingRateSource::Wheels => wheels,
             };
             match rate {
                 _ if chosen.is_some() => {}
@@ -118,7 +121,7 @@ impl YawZeros {
                 fallback: None,
             },
         };
-        JudgedRate { chosen, sensor_radps, steering_radps: steering.ok() }
+        JudgedRate { chosen, sensor_radps, steering_radps: steering.ok(), wheels_radps: wheels.ok() }
     }
 
     fn sensor(

@@ -107,10 +107,12 @@ impl VelocityMemory {
             || binding.directions.first().is_some_and(|source| *source != DirectionSource::Gear);
         let is_backward = signed < 0.0;
         let inputs = HeadingInputs { speed_mps: signed, is_backward, received, tire, wheels, alarms };
-        let JudgedRate { chosen, sensor_radps, steering_radps } = self.zeros.judge(binding, inputs, context);
+        let JudgedRate { chosen, sensor_radps, steering_radps, wheels_radps } =
+            self.zeros.judge(binding, inputs, context);
         assembled.heading_rate = chosen;
         assembled.motion.yaw_rate_radps = sensor_radps;
         assembled.motion.steering_rate_radps = steering_radps;
+        assembled.motion.wheels_rate_radps = wheels_radps;
         let heading_rate_radps = match assembled.heading_rate.state {
             Ok((rate, _)) => rate,
             Err(_) if binding.is_unknown_heading_rate_zero => {
