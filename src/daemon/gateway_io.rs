@@ -159,7 +159,7 @@ impl GatewayIo {
         }
         // All that was due at `read` is decided: what is held now is current.
         for output in self.late_reports.take() {
-            self.publish(&Output::VehicleLights(output), read);
+            self.publish(&output, read);
         }
         live.settle_commands(read);
         self.emit_and_send(live, transmitters, clock, read, read);

@@ -20,13 +20,15 @@ use crate::core::gateway::snapshot::TopicSnapshot;
 use crate::core::near_miss::mistyped;
 use crate::core::turn_signal::planner_input::FactorTopic;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use crate::core::vehicle_status::StatusReport;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::parameters::Parameters;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{RosError, RosSession};
 use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
 use crate::io::ros::topics::{
-    Durability, LightsTopicSettings, OUTGOING, OutgoingTopic, Subscription, SubscriptionKind, Topics,
+    Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
+    TopicFlow, Topics,
 };
 
 /// Publishes outputs, or nothing.
@@ -268,12 +270,28 @@ fn configured_topics(settings: &Settings) -> Topics {
     if matches!(lights.hazard, HazardBinding::LeftOut) {
         topics = topics.with(OutgoingTopic::HazardLightsReport, "");
     }
+    let described: Vec<_> = StatusReport::of(&settings.gateway.status).map(status_topic).collect();
+    let is_left_out =
+        |row: &&OutgoingRow| row.flow == TopicFlow::VehicleStatus && !described.contains(&row.topic);
+    for row in OUTGOING.iter().filter(is_left_out) {
+        topics = topics.with(row.topic, "");
+    }
     if !decider.is_some_and(TurnSignalConfig::publishes_commands) {
         topics = topics.with(OutgoingTopic::TurnCommand, "").with(OutgoingTopic::HazardCommand, "");
     }
     topics.lights =
         settings.light_topics.outputs.iter().map(|output| light_output(output, settings)).collect();
     topics
+}
+
+/// Returns the topic of a report on the vehicle's status.
+const fn status_topic(report: StatusReport) -> OutgoingTopic {
+    match report {
+        StatusReport::Steering => OutgoingTopic::SteeringReport,
+        StatusReport::Gear => OutgoingTopic::GearReport,
+        StatusReport::ControlMode => OutgoingTopic::ControlModeReport,
+        StatusReport::Doors => OutgoingTopic::DoorStatusArray,
+    }
 }
 
 fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopicSettings {

@@ -69,8 +69,14 @@ pub(super) static TOPICS: [ConfigKey<String>; 3] = [
         .doc("ControlModeReport; not read when the mode comes from a signal"),
 ];
 
-/// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider publishes commands.
-pub(super) fn command(fields: Fields<'_>, vehicle: Option<&Vehicle>, decides: bool) -> Option<CommandConfig> {
+/// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider publishes commands;
+/// `written_mode` is the topic on which the gateway itself would report the control mode.
+pub(super) fn command(
+    fields: Fields<'_>,
+    vehicle: Option<&Vehicle>,
+    decides: bool,
+    written_mode: &str,
+) -> Option<CommandConfig> {
     let checker = fields.checker;
     let binding = vehicle.map(|vehicle| &vehicle.command);
     if binding.is_some_and(CommandBinding::is_empty) {
@@ -110,6 +116,15 @@ pub(super) fn command(fields: Fields<'_>, vehicle: Option<&Vehicle>, decides: bo
     let section = fields.section("topics");
     let topics = TopicNames::read(&section, &TOPICS);
     section.done();
+    let reports_mode = vehicle.is_some_and(|vehicle| vehicle.status.control_mode.is_some());
+    let reads_mode = matches!(settings.mode_from, ModeFrom::Topic { .. });
+    if reports_mode && reads_mode && topics.name("control_mode") == written_mode {
+        let reason = format!(
+            "the control mode would be read from {written_mode}, on which [control_mode] of the vehicle profile is published"
+        );
+        let remedy = "use \"signal\", or [ros.topics] control_mode_status = \"\" if another node publishes the control mode";
+        fields.refuse("control_mode", reason, remedy);
+    }
     fields.done();
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }

@@ -317,7 +317,9 @@ fn settings(
         turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline)
     });
     let known = vehicle.as_ref().ok();
-    let command = top.table("command").and_then(|section| command::command(section, known, decides));
+    let command = top.table("command").and_then(|section| {
+        command::command(section, known, decides, ros.topics.name("control_mode_status"))
+    });
     let cans = match (&vehicle, profile) {
         (Ok(vehicle), ProfileChoice::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
         (Err(_), ProfileChoice::Alone(_)) => Vec::new(),

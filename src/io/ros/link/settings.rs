@@ -38,9 +38,9 @@ pub struct NetworkSettings {
 }
 
 impl NetworkSettings {
-    /// True if each message of the written topic at this position counts, and not only the newest.
-    pub fn counts_each(&self, topic: u16) -> bool {
-        self.written.get(usize::from(topic)).is_some_and(|written| written.delivery.counts_each())
+    /// Delivery of the messages of the written topic at this position.
+    pub fn delivery(&self, topic: u16) -> Option<Delivery> {
+        self.written.get(usize::from(topic)).map(|written| written.delivery)
     }
 }
 

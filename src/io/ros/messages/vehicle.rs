@@ -1,11 +1,22 @@
-//! `autoware_vehicle_msgs`: the reports and commands of lights.
+//! `autoware_vehicle_msgs`, and the doors: reports on the vehicle, and commands for its lights.
 
+use super::autoware_adapi_v1_msgs::{DoorStatus, DoorStatusArray};
 use super::autoware_vehicle_msgs::{
-    HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
 };
+use super::std_msgs::Header;
+use crate::core::control_mode::ControlMode;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::WallStamp;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use crate::core::vehicle_status::doors::DoorStates;
+use crate::core::vehicle_status::gear::Gear;
+use crate::core::vehicle_status::steering::TireAngle;
+use crate::core::vehicle_status::velocity::Velocity;
+
+/// Frame of the velocity: the middle of the rear axle, on the ground.
+const BASE_LINK: &str = "base_link";
 
 impl TurnIndicatorsReport {
     /// Creates the report of `state`; `stamp` is the receive time of the frame that carried it.
@@ -42,4 +53,54 @@ impl HazardLightsCommand {
     pub fn new(command: HazardCommand, stamp: WallStamp) -> Self {
         Self { stamp: stamp.into(), command: command as u8 }
     }
+}
+
+impl VelocityReport {
+    /// Creates the report of `velocity`, whose lateral part is 0 by the model; `stamp` is the receive time of the leading frame.
+    pub fn new(velocity: Velocity, stamp: WallStamp) -> Self {
+        Self {
+            header: Header::new(stamp, BASE_LINK),
+            longitudinal_velocity: single(velocity.longitudinal_mps),
+            lateral_velocity: 0.0,
+            heading_rate: single(velocity.heading_rate_radps),
+        }
+    }
+}
+
+impl SteeringReport {
+    /// Creates the report of `angle`; `stamp` is the receive time of the frame that carried it.
+    pub fn new(angle: TireAngle, stamp: WallStamp) -> Self {
+        Self { stamp: stamp.into(), steering_tire_angle: single(angle.0) }
+    }
+}
+
+impl GearReport {
+    /// Creates the report of `gear`, which has the constants of the message as numbers; `stamp` is the receive time of the
+    /// frame that carried it.
+    pub fn new(gear: Gear, stamp: WallStamp) -> Self {
+        Self { stamp: stamp.into(), report: gear as u8 }
+    }
+}
+
+impl ControlModeReport {
+    /// Creates the report of `mode`, which has the constants of the message as numbers; `stamp` is the receive time of the
+    /// newest frame that carried it.
+    pub fn new(mode: ControlMode, stamp: WallStamp) -> Self {
+        Self { stamp: stamp.into(), mode: mode as u8 }
+    }
+}
+
+impl DoorStatusArray {
+    /// Creates the report of all doors, whose states have the constants of the message as numbers; `stamp` is the receive time
+    /// of the newest frame that carried one.
+    pub fn new(doors: DoorStates, stamp: WallStamp) -> Self {
+        let doors = doors.as_slice().iter().map(|state| DoorStatus { status: *state as u8 });
+        Self { stamp: stamp.into(), doors: doors.collect() }
+    }
+}
+
+/// The nearest number of single precision.
+#[allow(clippy::cast_possible_truncation)] // the messages have no more digits
+const fn single(value: f64) -> f32 {
+    value as f32
 }

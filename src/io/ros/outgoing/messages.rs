@@ -16,10 +16,13 @@ use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_report::Step;
+use crate::core::vehicle_status::output::VehicleStatusOutput;
 use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorStatusArray;
 use crate::io::ros::messages::autoware_internal_planning_msgs::PlanningFactorArray;
 use crate::io::ros::messages::autoware_vehicle_msgs::{
-    HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
 };
 use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
 use crate::io::ros::messages::visualization_msgs::MarkerArray;
@@ -98,6 +101,7 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
         Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
             vec![(OutgoingTopic::HazardLightsReport, Publication::report(*step, HazardLightsReport::new))]
         }
+        Output::VehicleStatus(output) => vec![status(*output)],
         Output::Diagnostics { diagnostics, stamp } => {
             let array = DiagnosticArray::new(diagnostics, *stamp, hardware_id);
             vec![(OutgoingTopic::Diagnostics, Publication::of(array))]
@@ -120,10 +124,30 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
                 (OutgoingTopic::PlanningFactors, Publication::of(factors)),
             ]
         }
-        Output::VehicleStatus(_)
-        | Output::TurnSignal(TurnSignalOutput::Decision(_))
-        | Output::TrafficLights(_)
-        | Output::Command(_) => Vec::new(),
+        Output::TurnSignal(TurnSignalOutput::Decision(_)) | Output::TrafficLights(_) | Output::Command(_) => {
+            Vec::new()
+        }
+    }
+}
+
+/// Returns what an output of the vehicle's status publishes.
+fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
+    match output {
+        VehicleStatusOutput::Velocity(step) => {
+            (OutgoingTopic::VelocityReport, Publication::report(step, VelocityReport::new))
+        }
+        VehicleStatusOutput::Steering(step) => {
+            (OutgoingTopic::SteeringReport, Publication::report(step, SteeringReport::new))
+        }
+        VehicleStatusOutput::Gear(step) => {
+            (OutgoingTopic::GearReport, Publication::report(step, GearReport::new))
+        }
+        VehicleStatusOutput::ControlMode(step) => {
+            (OutgoingTopic::ControlModeReport, Publication::report(step, ControlModeReport::new))
+        }
+        VehicleStatusOutput::Doors(step) => {
+            (OutgoingTopic::DoorStatusArray, Publication::report(step, DoorStatusArray::new))
+        }
     }
 }
 

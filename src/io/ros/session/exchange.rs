@@ -396,7 +396,7 @@ impl Exchange {
     }
 
     fn send(&mut self, position: usize, order: Order) {
-        let counts_each = self.table.get(position).is_some_and(|outgoing| outgoing.delivery.counts_each());
+        let is_kept = self.table.get(position).is_some_and(|outgoing| outgoing.delivery.is_kept());
         let message = ToNetwork::Order(u16::try_from(position).unwrap_or(u16::MAX), order);
         let is_sent = match &mut self.phase {
             NetworkPhase::Active(active) if active.joined.is_some() => active.link.queue(&message),
@@ -409,7 +409,7 @@ impl Exchange {
             self.count_send_error("it is too large");
         }
         if let (ToNetwork::Order(_, order), Some(current)) = (message, self.current.get_mut(position))
-            && !counts_each
+            && is_kept
         {
             *current = order;
         }

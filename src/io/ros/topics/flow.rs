@@ -5,6 +5,7 @@
 #[allow(missing_docs)]
 pub enum TopicFlow {
     VehicleLights,
+    VehicleStatus,
     Gateway,
     TrafficLights,
     TurnSignal,

@@ -9,10 +9,12 @@ mod qos;
 
 use std::collections::BTreeMap;
 
+use super::messages::autoware_adapi_v1_msgs::DoorStatusArray;
 use super::messages::autoware_internal_planning_msgs::PlanningFactorArray;
 use super::messages::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
 use super::messages::autoware_vehicle_msgs::{
-    HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
 };
 use super::messages::diagnostic_msgs::DiagnosticArray;
 use super::messages::rcl_interfaces::Log;
@@ -33,6 +35,11 @@ pub use qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 pub enum OutgoingTopic {
     TurnIndicatorsReport,
     HazardLightsReport,
+    VelocityReport,
+    SteeringReport,
+    GearReport,
+    ControlModeReport,
+    DoorStatusArray,
     Diagnostics,
     TurnCommand,
     HazardCommand,
@@ -80,7 +87,7 @@ pub enum RowDurability {
 }
 
 /// The topics that are written, in the order of [`OutgoingTopic`].
-pub const OUTGOING: [OutgoingRow; 8] = [
+pub const OUTGOING: [OutgoingRow; 13] = [
     OutgoingRow {
         topic: OutgoingTopic::TurnIndicatorsReport,
         label: "turn",
@@ -98,6 +105,51 @@ pub const OUTGOING: [OutgoingRow; 8] = [
         type_name: HazardLightsReport::TYPE_NAME,
         doc: "HazardLightsReport",
         ..REPORT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::VelocityReport,
+        label: "velocity",
+        key: Some(("ros.topics", "velocity_status")),
+        default_name: "/vehicle/status/velocity_status",
+        type_name: VelocityReport::TYPE_NAME,
+        doc: "VelocityReport",
+        ..MEASUREMENT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::SteeringReport,
+        label: "steering",
+        key: Some(("ros.topics", "steering_status")),
+        default_name: "/vehicle/status/steering_status",
+        type_name: SteeringReport::TYPE_NAME,
+        doc: "SteeringReport",
+        ..MEASUREMENT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::GearReport,
+        label: "gear",
+        key: Some(("ros.topics", "gear_status")),
+        default_name: "/vehicle/status/gear_status",
+        type_name: GearReport::TYPE_NAME,
+        doc: "GearReport",
+        ..STATE
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::ControlModeReport,
+        label: "control mode",
+        key: Some(("ros.topics", "control_mode_status")),
+        default_name: "/vehicle/status/control_mode",
+        type_name: ControlModeReport::TYPE_NAME,
+        doc: "ControlModeReport",
+        ..STATE
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::DoorStatusArray,
+        label: "doors",
+        key: Some(("ros.topics", "doors_status")),
+        default_name: "/vehicle/doors/status",
+        type_name: DoorStatusArray::TYPE_NAME,
+        doc: "DoorStatusArray",
+        ..STATE
     },
     OutgoingRow {
         topic: OutgoingTopic::Diagnostics,
@@ -180,6 +232,15 @@ const REPORT: OutgoingRow = OutgoingRow {
     delivery: Delivery::Report,
     max_waiting: 1,
     when: "10 Hz and at once on a change",
+};
+/// The rest of the row of a state of the vehicle.
+const STATE: OutgoingRow = OutgoingRow { flow: TopicFlow::VehicleStatus, ..REPORT };
+/// The rest of the row of a report that is published with each frame. A late reader would take an earlier one for current.
+const MEASUREMENT: OutgoingRow = OutgoingRow {
+    durability: RowDurability::Fixed(Durability::Volatile),
+    delivery: Delivery::Live,
+    when: "with each frame, at most 50 Hz",
+    ..STATE
 };
 /// The rest of the row of a topic of the decider. It is not kept for late readers, for whom it is outdated.
 const DECISION: OutgoingRow = OutgoingRow {

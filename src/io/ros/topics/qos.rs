@@ -32,6 +32,8 @@ pub enum Delivery {
     Report,
     /// The newest counts, and there are many a second.
     Stream,
+    /// The newest counts for the readers of that moment, and is never sent again: it was true at its stamp alone.
+    Live,
     /// Each counts for the readers of that moment, and is not sent again.
     Once,
     /// Each counts, also for readers that come within [`LOG_LIFESPAN`].
@@ -42,6 +44,11 @@ impl Delivery {
     /// Returns true if each message counts, and not only the newest of its topic.
     pub fn counts_each(self) -> bool {
         matches!(self, Self::Once | Self::Log)
+    }
+
+    /// Returns true if the newest message is published again when what published it is replaced.
+    pub fn is_kept(self) -> bool {
+        matches!(self, Self::Report | Self::Stream)
     }
 }
 

@@ -87,10 +87,11 @@ impl DdsTopicWriter {
         self.writer.guid()
     }
 
-    /// Publishes, if there is a reader; else the first one to join gets it. [`Delivery::Once`] goes out in any case.
+    /// Publishes, if there is a reader; else the first one to join gets it. [`Delivery::Once`]
+    /// and [`Delivery::Live`] go out in any case.
     /// The error is the text of RustDDS.
     pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
-        if self.delivery == Delivery::Once {
+        if matches!(self.delivery, Delivery::Once | Delivery::Live) {
             return self.write(samples);
         }
         if self.delivery == Delivery::Log {
@@ -149,7 +150,7 @@ impl DdsTopicWriter {
             self.history.acknowledged(Instant::now());
         }
         let is_transient = self.durability == Durability::TransientLocal;
-        if self.delivery == Delivery::Once {
+        if matches!(self.delivery, Delivery::Once | Delivery::Live) {
             return Ok(false);
         }
         if readers == 0 && is_transient {
@@ -172,7 +173,7 @@ impl DdsTopicWriter {
         let age = self.first_write.elapsed();
         let due = match self.delivery {
             Delivery::Report => REPEATS.iter().filter(|repeat| **repeat <= age).count(),
-            Delivery::Stream | Delivery::Once | Delivery::Log => self.repeats,
+            Delivery::Stream | Delivery::Live | Delivery::Once | Delivery::Log => self.repeats,
         };
         if due > self.repeats || !self.used {
             self.repeats = due;

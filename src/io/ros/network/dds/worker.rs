@@ -27,6 +27,7 @@ use crate::io::ros::network::distribution::DISTRO;
 use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::Parameters;
+use crate::io::ros::topics::Delivery;
 
 /// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
@@ -220,8 +221,8 @@ impl DdsWorker {
         for (topic, order) in received.orders {
             let position = usize::from(topic);
             self.each(|participant| participant.carry_out(position, &order));
-            let counts_each = self.settings.counts_each(topic);
-            if let Some(current) = self.current.get_mut(position).filter(|_| !counts_each) {
+            let is_kept = self.settings.delivery(topic).is_some_and(Delivery::is_kept);
+            if let Some(current) = self.current.get_mut(position).filter(|_| is_kept) {
                 *current = order;
             }
         }

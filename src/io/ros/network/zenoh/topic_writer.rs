@@ -83,7 +83,7 @@ impl ZenohTopicWriter {
                 self.write(&self.current.clone())
             }
             Delivery::Log if age.is_some_and(|age| age >= LOG_LIFESPAN) => self.forget(ids),
-            Delivery::Report | Delivery::Stream | Delivery::Once | Delivery::Log => Ok(()),
+            Delivery::Report | Delivery::Stream | Delivery::Live | Delivery::Once | Delivery::Log => Ok(()),
         }
     }
 

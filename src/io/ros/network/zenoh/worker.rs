@@ -362,7 +362,7 @@ impl ZenohWorker {
             let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
             self.count_write_error(done);
         }
-        if !self.settings.counts_each(topic) {
+        if self.settings.delivery(topic).is_some_and(Delivery::is_kept) {
             self.current.insert(topic, order);
         }
     }
