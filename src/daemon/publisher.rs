@@ -447,6 +447,46 @@ mod tests {
         assert_eq!(graph(less), ([None, None], 8, true));
     }
 
+    const DBC: &str = "BO_ 256 LAMPS: 8 X\n SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X\n\
+        BO_ 257 DRIVE: 8 X\n SG_ WHEEL : 0|16@1- (0.1,0) [0|0] \"\" X\n SG_ GEAR : 16|4@1+ (1,0) [0|15] \"\" X\n \
+        SG_ MODE : 20|2@1+ (1,0) [0|3] \"\" X\n SG_ DOOR : 22|1@1+ (1,0) [0|1] \"\" X\n";
+    const PROFILE: &str = "name = \"Car\"\n[bus.can0]\ndbc = \"car.dbc\"\n\
+        [turn]\nsignal = \"LAMPS.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
+        [hazard]\nfrom = \"not_visible\"\n[message.LAMPS]\ntimeout_ms = 500\n[message.DRIVE]\ntimeout_ms = 500\n";
+
+    #[test]
+    fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
+        let sections = [
+            ("velocity", ""),
+            (
+                "steering",
+                "[steering]\nwheel = { signal = \"DRIVE.WHEEL\", unit = \"deg\", positive = \"left\", \
+                 valid = [\"-5000..=5000\"] }\n",
+            ),
+            ("gear", "[gear]\nsignal = \"DRIVE.GEAR\"\npark = [0]\ndrive = [1]\n"),
+            ("control mode", "[control_mode]\nsignal = \"DRIVE.MODE\"\nautonomous = [1]\nmanual = [0]\n"),
+            (
+                "doors",
+                "[[doors.door]]\nname = \"front left\"\nsignal = \"DRIVE.DOOR\"\nopen = [1]\nclosed = [0]\n",
+            ),
+        ];
+        let written = |profile: &str, gateway: &str| -> Vec<&str> {
+            let gateway = format!("profile = \"car.toml\"\n[can.can0]\ninterface = \"can0\"\n{gateway}");
+            let files = TestFiles(&[("gateway.toml", &gateway), ("car.toml", profile), ("car.dbc", DBC)]);
+            let settings = load(&files, Path::new("gateway.toml"), &Overrides::default()).unwrap();
+            let topics = topics(&settings);
+            let labels = topics.named().filter(|(topic, _)| topic.row().flow == TopicFlow::VehicleStatus);
+            labels.map(|(topic, _)| topic.row().label).collect()
+        };
+        assert_eq!(written(PROFILE, ""), [""; 0]);
+        for (label, section) in &sections[1..] {
+            assert_eq!(written(&format!("{PROFILE}{section}"), ""), [*label]);
+        }
+        let all = format!("{PROFILE}{}", sections.map(|(_, section)| section).concat());
+        let unnamed = "[ros.topics]\nsteering_status = \"\"\n";
+        assert_eq!(written(&all, unnamed), ["gear", "control mode", "doors"]);
+    }
+
     #[test]
     fn commands_for_the_vehicle_are_read_where_they_come_from() {
         let second = Duration::from_secs(1);

@@ -18,7 +18,9 @@ fn line(row: &OutgoingRow) -> String {
     };
     let kept = match row.delivery {
         Delivery::Log => format!("lifespan {} s", LOG_LIFESPAN.as_secs()),
-        Delivery::Report | Delivery::Stream | Delivery::Once => format!("depth {}", row.depth),
+        Delivery::Report | Delivery::Stream | Delivery::Live | Delivery::Once => {
+            format!("depth {}", row.depth)
+        }
     };
     let (topic, when) = (row.default_name, row.when);
     format!("| `{topic}` | `{package}/msg/{name}` | reliable, {durability}, {kept} | {when} |\n")
@@ -26,7 +28,9 @@ fn line(row: &OutgoingRow) -> String {
 
 #[test]
 fn documentation_has_the_topics_of_reports_diagnostics_and_log() {
-    let is_shown = |row: &&OutgoingRow| matches!(row.flow, TopicFlow::VehicleLights | TopicFlow::Gateway);
+    let is_shown = |row: &&OutgoingRow| {
+        matches!(row.flow, TopicFlow::VehicleLights | TopicFlow::VehicleStatus | TopicFlow::Gateway)
+    };
     let lines: String = OUTGOING.iter().filter(is_shown).map(line).collect();
     let table = format!("| topic | type | QoS | when |\n|---|---|---|---|\n{lines}");
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/vehicle-lights.md");

@@ -168,6 +168,11 @@ mod tests {
             compat: Compat::Improved,
         };
         let mut topics = Topics::default()
+            .with(OutgoingTopic::VelocityReport, "/i")
+            .with(OutgoingTopic::SteeringReport, "/j")
+            .with(OutgoingTopic::GearReport, "/k")
+            .with(OutgoingTopic::ControlModeReport, "/l")
+            .with(OutgoingTopic::DoorStatusArray, "/m")
             .with(OutgoingTopic::TurnCommand, "/e")
             .with(OutgoingTopic::HazardCommand, "/f")
             .with(OutgoingTopic::SectionMarkers, "/g")
@@ -184,7 +189,8 @@ mod tests {
 
     #[test]
     fn each_topic_has_its_durability_depth_and_delivery() {
-        let table = table(&topics(), Durability::Volatile);
+        let configured = Durability::TransientLocal;
+        let table = table(&topics(), configured);
         let actual: Vec<_> = table
             .iter()
             .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
@@ -193,8 +199,13 @@ mod tests {
         assert_eq!(
             actual,
             [
-                ("turn", volatile, 1, Delivery::Report),
-                ("hazard", volatile, 1, Delivery::Report),
+                ("turn", configured, 1, Delivery::Report),
+                ("hazard", configured, 1, Delivery::Report),
+                ("velocity", volatile, 1, Delivery::Live),
+                ("steering", volatile, 1, Delivery::Live),
+                ("gear", configured, 1, Delivery::Report),
+                ("control mode", configured, 1, Delivery::Report),
+                ("doors", configured, 1, Delivery::Report),
                 ("diagnostics", volatile, 10, Delivery::Once),
                 ("V2I lights", kept, 10, Delivery::Stream),
                 ("V2I lights", kept, 10, Delivery::Stream),
@@ -207,6 +218,15 @@ mod tests {
                 ("log", kept, 100, Delivery::Log),
             ]
         );
+    }
+
+    #[test]
+    fn a_state_of_the_vehicle_has_the_durability_that_is_configured() {
+        let table = table(&topics(), Durability::Volatile);
+        assert!(table.iter().all(|outgoing| {
+            let is_shared = matches!(outgoing.source, OutgoingSource::Lights(..));
+            is_shared || outgoing.label() == "log" || outgoing.durability == Durability::Volatile
+        }));
     }
 
     #[test]
@@ -225,7 +245,7 @@ mod tests {
         let orders =
             orders(&table(&topics(), Durability::Volatile), &mut LightsEncoders::default(), &messages);
         let positions: Vec<_> = orders.iter().map(|(position, _)| *position).collect();
-        assert_eq!(positions, [3, 4, 5]);
+        assert_eq!(positions, [8, 9, 10]);
         let sample = |index: usize| match &orders[index].1 {
             Ok(Order::Publish(samples)) => samples[0].clone(),
             other => panic!("{other:?}"),
