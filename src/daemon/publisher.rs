@@ -287,6 +287,7 @@ fn configured_topics(settings: &Settings) -> Topics {
 /// Returns the topic of a report on the vehicle's status.
 const fn status_topic(report: StatusReport) -> OutgoingTopic {
     match report {
+        StatusReport::Velocity => OutgoingTopic::VelocityReport,
         StatusReport::Steering => OutgoingTopic::SteeringReport,
         StatusReport::Gear => OutgoingTopic::GearReport,
         StatusReport::ControlMode => OutgoingTopic::ControlModeReport,
@@ -457,7 +458,12 @@ mod tests {
     #[test]
     fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
         let sections = [
-            ("velocity", ""),
+            (
+                "velocity",
+                "[[velocity.source]]\nname = \"speed\"\nkind = \"speed\"\n\
+                 speed = { signal = \"DRIVE.WHEEL\", unit = \"km/h\", positive = \"forward\", valid = [\"0..=5000\"] }\n\
+                 [velocity]\nheading_rate_unknown = \"zero\"\n",
+            ),
             (
                 "steering",
                 "[steering]\nwheel = { signal = \"DRIVE.WHEEL\", unit = \"deg\", positive = \"left\", \
@@ -479,12 +485,12 @@ mod tests {
             labels.map(|(topic, _)| topic.row().label).collect()
         };
         assert_eq!(written(PROFILE, ""), [""; 0]);
-        for (label, section) in &sections[1..] {
+        for (label, section) in &sections {
             assert_eq!(written(&format!("{PROFILE}{section}"), ""), [*label]);
         }
         let all = format!("{PROFILE}{}", sections.map(|(_, section)| section).concat());
         let unnamed = "[ros.topics]\nsteering_status = \"\"\n";
-        assert_eq!(written(&all, unnamed), ["gear", "control mode", "doors"]);
+        assert_eq!(written(&all, unnamed), ["velocity", "gear", "control mode", "doors"]);
     }
 
     #[test]

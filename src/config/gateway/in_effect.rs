@@ -14,6 +14,8 @@ use crate::config::ros_names::Remapping;
 use crate::core::gateway::GatewaySettings;
 use crate::core::gateway::configuration::EffectiveConfiguration;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use crate::core::vehicle_status::StatusReport;
+use crate::core::vehicle_status::doors::Door;
 
 /// Joins the parts: `recorded` of the gateway's file, and the contents of `files`.
 pub(super) fn in_effect(
@@ -50,6 +52,11 @@ pub(super) fn in_effect(
     let lights = &gateway.lights;
     fix("vehicle profile: has [turn]", (!matches!(lights.turn, TurnBinding::LeftOut)).to_string());
     fix("vehicle profile: has [hazard]", (!matches!(lights.hazard, HazardBinding::LeftOut)).to_string());
+    // Their topics, and the layout of the doors, are those of the start.
+    let reports: Vec<_> = StatusReport::of(&gateway.status).map(StatusReport::name).collect();
+    fix("vehicle profile: reports on the status", reports.join(", "));
+    let doors: Vec<_> = gateway.status.doors.iter().map(Door::layout_text).collect();
+    fix("vehicle profile: doors", doors.join(", "));
     let remappings = remappings.iter().map(|rule| format!("{}:={}", rule.from, rule.to));
     fix("remappings", remappings.collect::<Vec<_>>().join(", "));
     if let Some((_, binding)) = &gateway.command {

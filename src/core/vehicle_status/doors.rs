@@ -54,6 +54,15 @@ pub struct Door {
     pub role: Role<DoorState>,
 }
 
+impl Door {
+    /// Its name, and whether passengers get on and off through it.
+    pub fn layout_text(&self) -> String {
+        let uses = [(self.is_entrance, "entrance"), (self.is_exit, "exit")];
+        let uses = uses.into_iter().filter_map(|(is_used, text)| is_used.then_some(text));
+        std::iter::once(self.name.as_str()).chain(uses).collect::<Vec<_>>().join(" ")
+    }
+}
+
 /// The states of all doors in the order of the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DoorStates {
