@@ -23,4 +23,5 @@ mod dds {
     mod slow;
     mod streams;
     mod two_hosts;
+    mod vehicle_status;
 }

@@ -26,4 +26,5 @@ mod process {
     mod status_command;
     mod systemd_units;
     mod terminal_view;
+    mod vehicle_status;
 }

@@ -22,6 +22,7 @@ pub(crate) mod rtps;
 pub(crate) mod service_manager;
 pub(crate) mod slcan;
 pub(crate) mod sources;
+pub(crate) mod status_vehicle;
 pub(crate) mod terminal;
 pub(crate) mod tmpfs;
 pub(crate) mod tmux;

@@ -31,8 +31,8 @@ pub(crate) const ENDPOINTS: TopicToRead<'_> = ("endpoints", "endpoints", "");
 pub(crate) struct Reader(JsonProcess);
 
 impl Reader {
-    /// Starts it and waits until it reads. All request reliable and transient local, the diagnostics and
-    /// what the decider sends volatile.
+    /// Starts it and waits until it reads. All request reliable and transient local, the diagnostics,
+    /// measurements and what the decider sends volatile.
     pub(crate) fn start(cyclone: &Cyclone, domain: u16, topics_to_read: &[TopicToRead<'_>]) -> Self {
         let names: Vec<_> = topics_to_read
             .iter()
@@ -42,7 +42,7 @@ impl Reader {
             kind: kind_and_name,
             topic,
             durability: match *kind {
-                "diagnostics" | "sections" | "factors" => "volatile",
+                "diagnostics" | "sections" | "factors" | "velocity" | "steering" => "volatile",
                 _ => "transient_local",
             },
         });
