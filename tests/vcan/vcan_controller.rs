@@ -129,7 +129,10 @@ impl Desk {
                 Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(..))) => {
                     self.reports += 1;
                 }
-                Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
+                Output::VehicleStatus(_)
+                | Output::TrafficLights(_)
+                | Output::TurnSignal(_)
+                | Output::Command(_) => {
                     panic!("nothing but reports here")
                 }
                 Output::VehicleLights(_) | Output::Diagnostics { .. } => {}

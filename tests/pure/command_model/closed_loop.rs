@@ -142,6 +142,7 @@ impl Loop {
                     }
                     Output::Diagnostics { .. }
                     | Output::Command(CommandOutput::WouldTransmit { .. })
+                    | Output::VehicleStatus(_)
                     | Output::TrafficLights(_)
                     | Output::TurnSignal(_) => {}
                 }

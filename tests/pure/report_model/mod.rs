@@ -133,8 +133,11 @@ impl Trial {
                     Step::Publish(report, stamp) => published[1].push((report.name(), stamp.as_nanos())),
                     Step::Withdraw => withdrawn[1] += 1,
                 },
-                Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
-                    panic!("nothing but reports here")
+                Output::VehicleStatus(_)
+                | Output::TrafficLights(_)
+                | Output::TurnSignal(_)
+                | Output::Command(_) => {
+                    panic!("nothing but reports on the lights here")
                 }
                 Output::Diagnostics { diagnostics, stamp } => {
                     prop_assert_eq!(stamp.as_nanos(), wall(self.now_ns));

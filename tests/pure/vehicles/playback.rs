@@ -100,6 +100,7 @@ impl Playback {
             Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
                 note(&mut self.hazard, ms, step.value().map_or("stops", HazardLights::name));
             }
+            Output::VehicleStatus(_) => {}
             Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                 panic!("nothing but reports here")
             }
