@@ -97,8 +97,8 @@ pub(super) fn generate(folder: &Path) -> Result<String> {
             let name = format!("{}/srv/{}", file_stem(package), file_stem(&path));
             let text = fs::read_to_string(&path)?;
             let (request, response) = text.split_once("---\n").ok_or("a service without `---`")?;
-            definitions.insert(format!("{name}_Request"), read(&path, request)?);
-            definitions.insert(format!("{name}_Response"), read(&path, response)?);
+            definitions.insert(format!("{name}_Request"), not_empty(read(&path, request)?));
+            definitions.insert(format!("{name}_Response"), not_empty(read(&path, response)?));
             services.push(name);
         }
     }
@@ -172,6 +172,20 @@ fn read(path: &Path, text: &str) -> Result<Definition> {
         }
     }
     Ok(definition)
+}
+
+/// The request or response with the field that ROS 2 gives an empty one, since IDL has no empty structures.
+fn not_empty(mut definition: Definition) -> Definition {
+    if definition.fields.is_empty() {
+        definition.fields.push(Field {
+            name: "structure_needs_at_least_one_member".to_owned(),
+            base: "uint8".to_owned(),
+            size: Size::One,
+            default: None,
+            comments: Vec::new(),
+        });
+    }
+    definition
 }
 
 fn field(type_text: &str, rest: &str, comments: Vec<String>) -> Result<Field> {

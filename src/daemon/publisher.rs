@@ -21,8 +21,10 @@ use crate::core::near_miss::mistyped;
 use crate::core::turn_signal::planner_input::FactorTopic;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::core::vehicle_status::StatusReport;
+use crate::core::vehicle_status::doors::Door;
 use crate::io::ros::inbox::Inbox;
-use crate::io::ros::parameters::Parameters;
+use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
+use crate::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{RosError, RosSession};
 use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
@@ -30,6 +32,9 @@ use crate::io::ros::topics::{
     Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
     TopicFlow, Topics,
 };
+
+/// The service that tells the layout of the doors.
+const DOOR_LAYOUT: &str = "/vehicle/doors/layout";
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -240,6 +245,7 @@ fn unused_rules(settings: &Settings) -> Vec<(&Remapping, Option<String>)> {
     let (names, mut topics) = (names(settings), with_log(settings));
     let mut known: Vec<_> = topics.names_mut().map(|name| name.clone()).collect();
     known.extend(configured_subscriptions(settings).into_iter().map(|topic| topic.name));
+    known.extend(door_layouts(settings).map(|_| DOOR_LAYOUT.to_owned()));
     let rules = settings.ros.remappings.iter();
     let unused = rules.filter(|rule| !known.iter().any(|topic| names.concerns(rule, topic)));
     let meant = |rule: &Remapping| mistyped(&rule.from, known.iter().map(String::as_str)).map(str::to_owned);
@@ -381,6 +387,20 @@ fn parameters(settings: &Settings, domain_id: u16) -> Parameters {
     parameters
 }
 
+/// The service that tells the layout of the doors; `None` for a profile without doors.
+fn door_layouts(settings: &Settings) -> Option<DoorLayouts> {
+    let doors = &settings.gateway.status.doors;
+    let layout = |door: &Door| {
+        let roles = [(door.is_entrance, DoorLayout::GET_ON), (door.is_exit, DoorLayout::GET_OFF)];
+        let roles = roles.into_iter().filter_map(|(has_role, role)| has_role.then_some(role)).collect();
+        DoorLayout { roles, description: door.name.clone() }
+    };
+    (!doors.is_empty()).then(|| DoorLayouts {
+        service: names(settings).resolve(DOOR_LAYOUT),
+        doors: doors.iter().map(layout).collect(),
+    })
+}
+
 fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
     let network = ros_environment::network(&settings.ros, |name| std::env::var(name).ok())?;
     network.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
@@ -393,7 +413,10 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         durability: durability(settings),
         topics: resolved(with_log(settings), settings),
         // Services are only found by nodes that see this node in the graph.
-        parameters: settings.ros.graph.then(|| parameters(settings, network.domain_id)),
+        services: settings.ros.graph.then(|| ServiceContents {
+            parameters: parameters(settings, network.domain_id),
+            doors: door_layouts(settings),
+        }),
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),

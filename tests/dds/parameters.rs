@@ -71,6 +71,10 @@ fn parameters_are_listed_read_described_and_not_set() {
         assert!(result["reason"].as_str().unwrap().contains("read-only"), "{result}");
     }
 
+    let layout = client.answer("layout");
+    assert_eq!(layout["status"], json!({"success": true, "code": 0, "message": ""}));
+    assert_eq!(layout["doors"], json!([{"roles": [1, 2], "description": "front left"}]));
+
     // What is no request is counted, and the next one is answered.
     let before = gateway.status()["unanswered"].as_u64().unwrap();
     for length in [5, 9, 70_000] {
@@ -127,7 +131,7 @@ fn the_graph_lists_the_services_with_the_node() {
     let [readers, writers] = counts(&reader.find(Mark::START, "the node", |(_, line)| node(line)));
     drop(gateway);
     let _gateway = Role::new(domain).with_parameters().only_on("127.0.0.1").start();
-    reader.find(Mark::START, "the node with six services, and events", |(_, line)| {
-        node(line).filter(|node| counts(node) == [readers + 6, writers + 7])
+    reader.find(Mark::START, "the node with seven services, and events", |(_, line)| {
+        node(line).filter(|node| counts(node) == [readers + 7, writers + 8])
     });
 }

@@ -87,7 +87,8 @@ fn the_readers_of_autoware_take_velocity_gear_steering_mode_and_doors() {
     let _gateway = Process::run(&folder);
     let event = |name: &'static str, fields: Value| {
         move |line: &Value| {
-            line["event"] == name && fields.as_object().unwrap().iter().all(|(key, value)| line[key] == *value)
+            line["event"] == name
+                && fields.as_object().unwrap().iter().all(|(key, value)| line[key] == *value)
         }
     };
     let expected = [
@@ -97,7 +98,10 @@ fn the_readers_of_autoware_take_velocity_gear_steering_mode_and_doors() {
         event("gear_command", json!({"command": 20})),
         event("gear_command", json!({"command": 22})),
         event("status", json!({"gear": "DRIVE", "turn": "DISABLE", "hazard": "DISABLE", "angle": 0.034907})),
-        event("status", json!({"gear": "REVERSE", "turn": "DISABLE", "hazard": "DISABLE", "angle": -0.017453})),
+        event(
+            "status",
+            json!({"gear": "REVERSE", "turn": "DISABLE", "hazard": "DISABLE", "angle": -0.017453}),
+        ),
         event("engaged", json!({"is_autonomous": true})),
         event("engaged", json!({"is_autonomous": false})),
         event("doors", json!({"states": [1, 3]})),
@@ -108,7 +112,8 @@ fn the_readers_of_autoware_take_velocity_gear_steering_mode_and_doors() {
     }
     // A gear that is not known is never a command.
     let lines = autoware.lines(Mark::START);
-    let of = |name: &'static str| lines.iter().map(|(_, line)| line).filter(move |line| line["event"] == name);
+    let of =
+        |name: &'static str| lines.iter().map(|(_, line)| line).filter(move |line| line["event"] == name);
     assert!(of("gear_command").all(|line| [2, 20, 22].contains(&line["command"].as_u64().unwrap())));
     assert!(of("status").all(|line| line["gear"] != "UNKNOWN"));
     assert!(of("twist").all(|line| line["frame"] == "base_link"));

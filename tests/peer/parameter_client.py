@@ -1,11 +1,11 @@
-"""A client of a node's parameter services, as rmw_cyclonedds makes one (Cyclone DDS), for the tests.
+"""A client of a node's services, as rmw_cyclonedds makes one (Cyclone DDS), for the tests.
 
 Usage: parameter_client.py DOMAIN NODE, with NODE as `vehicle/signal_gateway`. Before each request and response stand the
 number of the client and that of the request. Prints a line of JSON for each event: `ready` once all services are matched,
 `answer` with its service, number and data, `changed` with an event of this node on `/parameter_events` as its data. Each
 line of standard input is a request: `SERVICE NAME...` with one of list_parameters (prefixes, then the depth),
 get_parameters, get_parameter_types, describe_parameters, set_parameters and set_parameters_atomically (names of
-parameters that are to become true), or `nonsense COUNT`: so many bytes of it to get_parameters. Ends when standard input does.
+parameters that are to become true), layout (of the doors), or `nonsense COUNT`: so many bytes of it to get_parameters. Ends when standard input does.
 """
 
 import json
@@ -26,6 +26,8 @@ from cyclonedds.util import duration
 import matches
 from parameter_messages import SERVICES, ParameterEvent, content, typed
 
+# Where the layout of the doors is, which is not below a node.
+DOORS = "vehicle/doors"
 QOS = Qos(
     Policy.Reliability.Reliable(duration(milliseconds=100)),
     Policy.Durability.Volatile,
@@ -51,6 +53,7 @@ class Service:
     def __init__(self, participant, node, name):
         base, request, response = SERVICES[name]
         self.name = name
+        node = DOORS if name == "layout" else node
         self.request = numbered(f"{base}_Request_", request)
         self.response = numbered(f"{base}_Response_", response)
         # The type only has to have the right name.

@@ -1,4 +1,4 @@
-"""Requests and responses of a node's parameter services, and the messages in them, for the peers of the tests."""
+"""Requests and responses of a node's services, and the messages in them, for the peers of the tests."""
 
 from cyclonedds.idl.types import sequence, uint8, uint64
 
@@ -9,6 +9,8 @@ Parameter = message("rcl_interfaces", "Parameter")
 ParameterEvent = message("rcl_interfaces", "ParameterEvent")
 Descriptor = message("rcl_interfaces", "ParameterDescriptor")
 SetResult = message("rcl_interfaces", "SetParametersResult")
+ResponseStatus = message("autoware_adapi_v1_msgs", "ResponseStatus")
+DoorLayout = message("autoware_adapi_v1_msgs", "DoorLayout")
 
 TRUE = Value(1, True, 0, 0.0, "", (), (), (), (), ())
 NAMES = [("names", sequence[str])]
@@ -29,17 +31,26 @@ SERVICES = {
         PARAMETERS,
         [("successful", bool), ("reason", str)],
     ),
+    # An empty request has a byte in ROS 2.
+    "layout": (
+        "GetDoorLayout",
+        [("structure_needs_at_least_one_member", uint8)],
+        [("status", ResponseStatus), ("doors", sequence[DoorLayout])],
+    ),
 }
 
 
 def typed(name, fields):
     """A request or response of these fields."""
-    return struct(f"rcl_interfaces::srv::dds_::{name}", fields)
+    package = "autoware_adapi_v1_msgs" if name.startswith("GetDoorLayout") else "rcl_interfaces"
+    return struct(f"{package}::srv::dds_::{name}", fields)
 
 
 def content(service, arguments):
-    """The fields of a request with these arguments: prefixes, then the depth, for list_parameters, else names of parameters, which
-    are to become true where they are to be set."""
+    """The fields of a request with these arguments: prefixes, then the depth, for list_parameters, none for layout, else names of
+    parameters, which are to become true where they are to be set."""
+    if service == "layout":
+        return (0,)
     if service == "list_parameters":
         return (arguments[:-1], int(arguments[-1]))
     if service.startswith("set"):

@@ -65,7 +65,8 @@ fn the_status_of_the_vehicle_is_recorded_and_replayed_as_autoware_reads_it() {
         let mut changes: Vec<(i64, Value)> = Vec::new();
         for message in of(topic) {
             if changes.last().is_none_or(|(_, last)| *last != message[key]) {
-                changes.push((message["stamp"]["sec"].as_i64().unwrap() - 1_700_000_000, message[key].clone()));
+                changes
+                    .push((message["stamp"]["sec"].as_i64().unwrap() - 1_700_000_000, message[key].clone()));
             }
         }
         changes

@@ -13,14 +13,20 @@ use crate::support::waiting::wait_until;
 const NODE: &str = "vehicle/gateway_under_test";
 const NAMES: [&str; 3] = ["ros.domain_id", "ros.only_networks", "use_sim_time"];
 /// Names of the services, and their types.
-const SERVICES: [(&str, &str); 6] = [
-    ("describe_parameters", "DescribeParameters"),
-    ("get_parameter_types", "GetParameterTypes"),
-    ("get_parameters", "GetParameters"),
-    ("list_parameters", "ListParameters"),
-    ("set_parameters", "SetParameters"),
-    ("set_parameters_atomically", "SetParametersAtomically"),
+const SERVICES: [(&str, &str, &str); 7] = [
+    ("describe_parameters", "rcl_interfaces", "DescribeParameters"),
+    ("get_parameter_types", "rcl_interfaces", "GetParameterTypes"),
+    ("get_parameters", "rcl_interfaces", "GetParameters"),
+    ("list_parameters", "rcl_interfaces", "ListParameters"),
+    ("set_parameters", "rcl_interfaces", "SetParameters"),
+    ("set_parameters_atomically", "rcl_interfaces", "SetParametersAtomically"),
+    ("layout", "autoware_adapi_v1_msgs", "GetDoorLayout"),
 ];
+
+/// The node or folder in which a service is.
+fn folder(service: &str) -> &'static str {
+    if service == "layout" { "vehicle/doors" } else { NODE }
+}
 
 /// A client that counts its requests.
 struct Client {
@@ -33,9 +39,9 @@ struct Client {
 
 impl Client {
     fn key(&self, service: &str) -> String {
-        let (_, type_name) = SERVICES.into_iter().find(|(name, _)| *name == service).unwrap();
-        let hash = self.hash.unwrap_or_else(|| type_hash("rcl_interfaces", type_name).unwrap());
-        format!("{}/{NODE}/{service}/rcl_interfaces::srv::dds_::{type_name}_/{hash}", self.domain)
+        let (_, package, type_name) = SERVICES.into_iter().find(|(name, ..)| *name == service).unwrap();
+        let hash = self.hash.unwrap_or_else(|| type_hash(package, type_name).unwrap());
+        format!("{}/{}/{service}/{package}::srv::dds_::{type_name}_/{hash}", self.domain, folder(service))
     }
 
     /// Asks, with other keys of the request if any, and gives the only reply.
@@ -69,11 +75,11 @@ fn parameters_are_listed_read_described_and_not_set() {
     let gateway = start(domain, port, |role| role);
     let peer = require!(Peer::start(domain, &session(port)));
     let mut client = Client { peer, domain, hash: None, sent: 0 };
-    for (name, _) in SERVICES {
+    for (name, package, _) in SERVICES {
         let key = client.key(name);
-        let type_and_hash = &key[key.find("rcl_interfaces").unwrap()..];
-        let service =
-            format!("/SS/%/%vehicle/gateway_under_test/%vehicle%gateway_under_test%{name}/{type_and_hash}/");
+        let type_and_hash = &key[key.find(package).unwrap()..];
+        let folder = folder(name).replace('/', "%");
+        let service = format!("/SS/%/%vehicle/gateway_under_test/%{folder}%{name}/{type_and_hash}/");
         client.peer.token(Mark::START, "put", &[&service]);
     }
     assert_eq!(client.answer("list_parameters", &["0"]), json!({"names": NAMES, "prefixes": ["ros"]}));
@@ -92,6 +98,10 @@ fn parameters_are_listed_read_described_and_not_set() {
         assert_eq!(result["successful"], false);
         assert!(result["reason"].as_str().unwrap().contains("read-only"), "{result}");
     }
+
+    let layout = client.answer("layout", &[]);
+    assert_eq!(layout["status"], json!({"success": true, "code": 0, "message": ""}));
+    assert_eq!(layout["doors"], json!([{"roles": [1, 2], "description": "front left"}]));
 
     // A malformed request is refused and counted, and the next one is answered.
     for other in [

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::Parameters;
+use super::parameters::ServiceContents;
 use super::topics::{Durability, Subscription, Topics};
 
 /// The node's name in the graph, its network, and the topics it writes and reads.
@@ -26,8 +26,8 @@ pub struct RosSettings {
     pub durability: Durability,
     /// The topics that are written.
     pub topics: Topics,
-    /// The parameters of the node; `None` without services for them.
-    pub parameters: Option<Parameters>,
+    /// What the services of the node tell; `None` without services.
+    pub services: Option<ServiceContents>,
     /// The topics that are read.
     pub subscriptions: Vec<Subscription>,
     /// `hardware_id` of every diagnostic status; `none` without a vehicle.
@@ -112,7 +112,7 @@ impl Default for RosSettings {
             only_networks: Vec::new(),
             durability: Durability::default(),
             topics: Topics::default(),
-            parameters: None,
+            services: None,
             subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),
             recovery: Recovery::default(),

@@ -14,7 +14,8 @@ use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::process_log;
-use signal_gateway::io::ros::parameters::Parameters;
+use signal_gateway::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
+use signal_gateway::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
 use signal_gateway::io::ros::session::{
     Durability, Isolation, OutgoingStatus, OutgoingTopic, Recovery, RosSession, RosSettings, Topics,
     Transport, TypeHashes, ZenohSettings,
@@ -52,7 +53,7 @@ fn session_process() {
         only_networks: networks.map(|address| address.as_str().unwrap().parse().unwrap()).collect(),
         hardware_id: "bench".to_owned(),
         topics: if role["rosout"] == true { topics.with(OutgoingTopic::Log, "/rosout") } else { topics },
-        parameters: (role["parameters"] == true).then(|| parameters(&role)),
+        services: (role["parameters"] == true).then(|| services(&role)),
         subscriptions,
         recovery: if role["alert"] == true { alert } else { Recovery::default() },
         transport: transport(&role),
@@ -156,12 +157,17 @@ fn transport(role: &Value) -> Transport {
     Transport::Zenoh(ZenohSettings { config: Some(config.to_owned()), type_hashes })
 }
 
-fn parameters(role: &Value) -> Parameters {
+fn services(role: &Value) -> ServiceContents {
     let mut parameters = Parameters::default();
     parameters.set("use_sim_time", true);
     parameters.set("ros.domain_id", role["domain"].as_i64().unwrap());
     parameters.set("ros.only_networks", vec!["127.0.0.1".to_owned()]);
-    parameters
+    let door = DoorLayout {
+        roles: vec![DoorLayout::GET_ON, DoorLayout::GET_OFF],
+        description: "front left".to_owned(),
+    };
+    let doors = DoorLayouts { service: "/vehicle/doors/layout".to_owned(), doors: vec![door] };
+    ServiceContents { parameters, doors: Some(doors) }
 }
 
 /// Labels of what is always written.

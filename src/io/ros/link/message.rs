@@ -289,7 +289,8 @@ mod tests {
 
     use super::super::settings::{ReadTopic, WrittenTopic};
     use super::*;
-    use crate::io::ros::parameters::ParameterValue;
+    use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
+    use crate::io::ros::parameters::{DoorLayouts, ParameterValue, ServiceContents};
     use crate::io::ros::settings::{Recovery, Transport, TypeHashes, ZenohSettings};
     use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
@@ -330,7 +331,10 @@ mod tests {
             recovery: Recovery { check_interval: Duration::from_millis(1500), ..Recovery::default() },
             echo_is_proven: true,
             history_bytes: 1 << 20,
-            parameters: Some(parameters.clone()),
+            services: Some(ServiceContents {
+                parameters: parameters.clone(),
+                doors: Some(DoorLayouts { service: "/doors".to_owned(), doors: vec![DoorLayout::default()] }),
+            }),
             transport: Transport::Zenoh(ZenohSettings {
                 config: Some("{ mode: 'peer' }".to_owned()),
                 type_hashes: TypeHashes::NotSupported,

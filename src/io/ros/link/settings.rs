@@ -4,7 +4,7 @@ use std::net::IpAddr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::io::ros::parameters::Parameters;
+use crate::io::ros::parameters::ServiceContents;
 use crate::io::ros::settings::{Recovery, Transport};
 use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
@@ -31,8 +31,8 @@ pub struct NetworkSettings {
     pub echo_is_proven: bool,
     /// The most bytes of samples that may be kept until their readers have acknowledged them.
     pub history_bytes: usize,
-    /// The parameters of the node; `None` without services for them.
-    pub parameters: Option<Parameters>,
+    /// What the services of the node tell; `None` without services.
+    pub services: Option<ServiceContents>,
     /// What carries the messages.
     pub transport: Transport,
 }

@@ -1,6 +1,6 @@
-//! The parameters of the node, which can be read and not set, and the services for them.
+//! The services of the node: for its parameters, which can be read and not set, and for the layout of the doors.
 //!
-//! [`ParameterService::answer`] makes the response to a request; [`Call`] finds request and client in a sample, as the
+//! [`NodeService::answer`] makes the response to a request; [`Call`] finds request and client in a sample, as the
 //! middleware of the client has put them there. Requests come from anybody: nothing in them is trusted.
 
 mod call;
@@ -11,11 +11,21 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::messages::autoware_adapi_v1_msgs::DoorLayout;
 use super::messages::builtin_interfaces::Time;
 use super::messages::rcl_interfaces::{Parameter, ParameterEvent, ParameterValue as NoValue};
 pub use call::{Call, Middleware};
-pub use service::{MAX_REQUEST, MAX_RESPONSE, ParameterService};
+pub use service::{MAX_REQUEST, MAX_RESPONSE, NodeService, ServiceContents};
 pub use value::ParameterValue;
+
+/// The doors of the vehicle, as a service tells them.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct DoorLayouts {
+    /// Absolute name of the service.
+    pub service: String,
+    /// The doors in the order of their states.
+    pub doors: Vec<DoorLayout>,
+}
 
 /// Parameters by their names, with a dot for each level.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

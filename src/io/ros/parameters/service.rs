@@ -1,13 +1,14 @@
-//! The six services for parameters, and their answers.
+//! The services of the node, and their answers: six for parameters, and one for the layout of the doors.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::{ParameterValue, Parameters};
-use crate::io::ros::messages::CdrBytes;
+use super::{DoorLayouts, ParameterValue, Parameters};
+use crate::io::ros::messages::autoware_adapi_v1_msgs::{GetDoorLayoutResponse, ResponseStatus};
 use crate::io::ros::messages::rcl_interfaces::{
     GetParametersRequest, ListParametersRequest, ListParametersResult, Parameter, ParameterDescriptor,
     ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
 };
+use crate::io::ros::messages::{CdrBytes, TypeName};
 use crate::io::ros::reading::{Endian, Unreadable, read_message};
 
 /// The longest request, bytes.
@@ -19,9 +20,9 @@ const MAX_NAMES: usize = 1000;
 /// The reason why a parameter is not set.
 const READ_ONLY: &str = "read-only: change the configuration file and reload";
 
-/// A service of a node for its parameters.
+/// A service of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ParameterService {
+pub enum NodeService {
     /// The service `describe_parameters`.
     Describe,
     /// The service `get_parameter_types`.
@@ -34,6 +35,8 @@ pub enum ParameterService {
     Set,
     /// The service `set_parameters_atomically`.
     SetAtomically,
+    /// The layout of the doors.
+    DoorLayout,
 }
 
 /// A message of one field.
@@ -42,32 +45,18 @@ struct ListMessage<T> {
     field: T,
 }
 
-impl ParameterService {
-    /// All services of a node for its parameters.
-    pub const ALL: [Self; 6] =
-        [Self::Describe, Self::GetTypes, Self::Get, Self::List, Self::Set, Self::SetAtomically];
-
-    /// Its name below the node.
-    pub const fn name(self) -> &'static str {
+impl NodeService {
+    /// Package and name of its type.
+    pub const fn type_name(self) -> TypeName {
+        const PACKAGE: &str = "rcl_interfaces";
         match self {
-            Self::Describe => "describe_parameters",
-            Self::GetTypes => "get_parameter_types",
-            Self::Get => "get_parameters",
-            Self::List => "list_parameters",
-            Self::Set => "set_parameters",
-            Self::SetAtomically => "set_parameters_atomically",
-        }
-    }
-
-    /// Its type in the package `rcl_interfaces`.
-    pub const fn type_name(self) -> &'static str {
-        match self {
-            Self::Describe => "DescribeParameters",
-            Self::GetTypes => "GetParameterTypes",
-            Self::Get => "GetParameters",
-            Self::List => "ListParameters",
-            Self::Set => "SetParameters",
-            Self::SetAtomically => "SetParametersAtomically",
+            Self::Describe => (PACKAGE, "DescribeParameters"),
+            Self::GetTypes => (PACKAGE, "GetParameterTypes"),
+            Self::Get => (PACKAGE, "GetParameters"),
+            Self::List => (PACKAGE, "ListParameters"),
+            Self::Set => (PACKAGE, "SetParameters"),
+            Self::SetAtomically => (PACKAGE, "SetParametersAtomically"),
+            Self::DoorLayout => ("autoware_adapi_v1_msgs", "GetDoorLayout"),
         }
     }
 
@@ -77,11 +66,12 @@ impl ParameterService {
     /// A request of another layout, or one that is too long, or whose response would be.
     pub fn answer(
         self,
-        parameters: &Parameters,
+        contents: &ServiceContents,
         request: &[u8],
         endian: Endian,
     ) -> Result<CdrBytes, Unreadable> {
         within(request.len(), MAX_REQUEST)?;
+        let ServiceContents { parameters, doors } = contents;
         match self {
             Self::Describe => {
                 let names = names(request, endian)?;
@@ -111,7 +101,38 @@ impl ParameterService {
                 within(parameters.len(), MAX_NAMES)?;
                 finish(&refusal())
             }
+            Self::DoorLayout => {
+                let status = ResponseStatus { success: true, ..ResponseStatus::default() };
+                let doors = doors.iter().flat_map(|layout| layout.doors.clone()).collect();
+                finish(&GetDoorLayoutResponse { status, doors })
+            }
         }
+    }
+}
+
+/// What the services of the node tell.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ServiceContents {
+    /// The parameters of the node.
+    pub parameters: Parameters,
+    /// The layout of the doors; `None` without a service for it.
+    pub doors: Option<DoorLayouts>,
+}
+
+impl ServiceContents {
+    /// The services of a node, each with its absolute name.
+    pub fn services(&self, node: &str) -> Vec<(NodeService, String)> {
+        let named = |service: NodeService, name: &str| (service, format!("{node}/{name}"));
+        let for_parameters = [
+            named(NodeService::Describe, "describe_parameters"),
+            named(NodeService::GetTypes, "get_parameter_types"),
+            named(NodeService::Get, "get_parameters"),
+            named(NodeService::List, "list_parameters"),
+            named(NodeService::Set, "set_parameters"),
+            named(NodeService::SetAtomically, "set_parameters_atomically"),
+        ];
+        let doors = self.doors.iter().map(|layout| (NodeService::DoorLayout, layout.service.clone()));
+        for_parameters.into_iter().chain(doors).collect()
     }
 }
 
@@ -179,23 +200,30 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
 
-    fn parameters() -> Parameters {
+    fn contents() -> ServiceContents {
         let mut parameters = Parameters::default();
         parameters.set("use_sim_time", false);
         parameters.set("ros.domain_id", 7);
         parameters.set("ros.topics.diagnostics", "/diagnostics");
         parameters.set("ros.only_networks", vec!["127.0.0.1".to_owned()]);
         parameters.set("reports.rate_hz", ParameterValue::Double(12.5));
-        parameters
+        let door = |description: &str, roles: &[u8]| DoorLayout {
+            roles: roles.to_vec(),
+            description: description.to_owned(),
+        };
+        let doors = vec![door("front left", &[DoorLayout::GET_OFF]), door("rear", &[])];
+        let doors = Some(DoorLayouts { service: "/vehicle/doors/layout".to_owned(), doors });
+        ServiceContents { parameters, doors }
     }
 
     fn request(message: &impl Serialize) -> CdrBytes {
         CdrBytes::encode(message).unwrap()
     }
 
-    fn answer<T: serde::de::DeserializeOwned>(service: ParameterService, request: &CdrBytes) -> T {
-        let answer = service.answer(&parameters(), request.as_ref(), Endian::Little).unwrap();
+    fn answer<T: serde::de::DeserializeOwned>(service: NodeService, request: &CdrBytes) -> T {
+        let answer = service.answer(&contents(), request.as_ref(), Endian::Little).unwrap();
         read_message(answer.as_ref(), Endian::Little).unwrap()
     }
 
@@ -207,9 +235,9 @@ mod tests {
     fn values_types_and_descriptions_are_those_of_the_names_and_what_is_not_there_is_not_set() {
         let names =
             named(&["use_sim_time", "ros.domain_id", "reports.rate_hz", "nothing", "ros.only_networks"]);
-        let values: Vec<ValueMessage> = answer(ParameterService::Get, &names);
-        let types: Vec<u8> = answer(ParameterService::GetTypes, &names);
-        let described: Vec<ParameterDescriptor> = answer(ParameterService::Describe, &names);
+        let values: Vec<ValueMessage> = answer(NodeService::Get, &names);
+        let types: Vec<u8> = answer(NodeService::GetTypes, &names);
+        let described: Vec<ParameterDescriptor> = answer(NodeService::Describe, &names);
         assert_eq!(types, [1, 2, 3, 0, 9]);
         assert_eq!(values.iter().map(|value| value.r#type).collect::<Vec<_>>(), types);
         assert_eq!(described.iter().map(|one| one.r#type).collect::<Vec<_>>(), types);
@@ -227,7 +255,7 @@ mod tests {
         let list = |prefixes: &[&str], depth| {
             let prefixes = prefixes.iter().map(|prefix| (*prefix).to_owned()).collect();
             let list: ListParametersResult =
-                answer(ParameterService::List, &request(&ListParametersRequest { prefixes, depth }));
+                answer(NodeService::List, &request(&ListParametersRequest { prefixes, depth }));
             (list.names.join(" "), list.prefixes.join(" "))
         };
         let all = "reports.rate_hz ros.domain_id ros.only_networks ros.topics.diagnostics use_sim_time";
@@ -246,32 +274,51 @@ mod tests {
     fn nothing_is_set_and_the_reason_says_what_to_do() {
         let value = Parameter { name: "use_sim_time".to_owned(), value: ValueMessage::default() };
         let two = request(&SetParametersRequest { parameters: vec![value.clone(), value] });
-        let each: Vec<SetParametersResult> = answer(ParameterService::Set, &two);
+        let each: Vec<SetParametersResult> = answer(NodeService::Set, &two);
         assert_eq!(each, [refusal(), refusal()]);
         assert!(!each[0].successful && each[0].reason.contains("configuration file"));
-        let together: SetParametersResult = answer(ParameterService::SetAtomically, &two);
+        let together: SetParametersResult = answer(NodeService::SetAtomically, &two);
         assert_eq!(together, refusal());
+    }
+
+    #[test]
+    fn the_doors_are_told_in_their_order_whatever_the_request_has() {
+        for request in [&[0][..], &[], &[1, 2, 3]] {
+            let answer = NodeService::DoorLayout.answer(&contents(), request, Endian::Little).unwrap();
+            let told: GetDoorLayoutResponse = read_message(answer.as_ref(), Endian::Little).unwrap();
+            assert_eq!(Some(told.doors), contents().doors.map(|layout| layout.doors));
+            assert_eq!((told.status.success, told.status.code), (true, 0));
+        }
+    }
+
+    #[test]
+    fn the_service_for_doors_is_there_only_with_doors() {
+        let names = |contents: ServiceContents| {
+            contents.services("/car/gateway").into_iter().map(|(_, name)| name).collect::<Vec<_>>()
+        };
+        let all = names(contents());
+        assert_eq!(
+            (all[0].as_str(), all[6].as_str()),
+            ("/car/gateway/describe_parameters", "/vehicle/doors/layout")
+        );
+        assert_eq!(names(ServiceContents { doors: None, ..contents() }), all[..6]);
     }
 
     #[test]
     fn what_is_too_long_or_makes_too_much_is_refused() {
         let many = |count| {
-            ParameterService::Get.answer(
-                &parameters(),
-                named(&vec!["use_sim_time"; count]).as_ref(),
-                Endian::Little,
-            )
+            NodeService::Get.answer(&contents(), named(&vec!["use_sim_time"; count]).as_ref(), Endian::Little)
         };
         assert!(many(MAX_NAMES).is_ok());
         assert_eq!(many(MAX_NAMES + 1), Err(Unreadable::TooMuch { length: 1001, limit: MAX_NAMES }));
         let bytes = vec![0; MAX_REQUEST + 4];
-        for service in ParameterService::ALL {
-            let refused = service.answer(&parameters(), &bytes, Endian::Little);
+        for (service, _) in contents().services("/gateway") {
+            let refused = service.answer(&contents(), &bytes, Endian::Little);
             assert_eq!(refused, Err(Unreadable::TooMuch { length: MAX_REQUEST + 4, limit: MAX_REQUEST }));
         }
-        let mut large = Parameters::default();
-        large.set("a", "x".repeat(4096).as_str());
-        let refused = ParameterService::Get.answer(&large, named(&["a"; 300]).as_ref(), Endian::Little);
+        let mut large = ServiceContents::default();
+        large.parameters.set("a", "x".repeat(4096).as_str());
+        let refused = NodeService::Get.answer(&large, named(&["a"; 300]).as_ref(), Endian::Little);
         assert!(matches!(refused, Err(Unreadable::TooMuch { limit: MAX_RESPONSE, .. })), "{refused:?}");
     }
 
@@ -284,8 +331,8 @@ mod tests {
         ) {
             let endian = if is_little { Endian::Little } else { Endian::Big };
             for request in [&bytes, &small] {
-                for service in ParameterService::ALL {
-                    if let Ok(answer) = service.answer(&parameters(), request, endian) {
+                for (service, _) in contents().services("/gateway") {
+                    if let Ok(answer) = service.answer(&contents(), request, endian) {
                         prop_assert!(answer.as_ref().len() <= MAX_RESPONSE + 8);
                     }
                 }

@@ -26,7 +26,6 @@ use crate::io::ros::inbox::Inbox;
 use crate::io::ros::link::{Link, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::io::ros::parameters::Parameters;
 use crate::io::ros::reception::{NetworkSignal, TopicReception};
 use crate::io::ros::settings::{RosSettings, Transport};
 use crate::io::ros::topics::OutgoingTopic;
@@ -382,7 +381,9 @@ impl Exchange {
     /// Queues what the messages order, if the network was joined, and notes what is current.
     fn deliver(&mut self, messages: &OutgoingMessages) {
         if let Some(parameters) = &messages.parameters {
-            self.settings.parameters = self.settings.parameters.take().map(|_| Parameters::clone(parameters));
+            if let Some(services) = &mut self.settings.services {
+                services.parameters.clone_from(parameters);
+            }
             if let NetworkPhase::Active(active) = &mut self.phase {
                 active.link.queue(&ToNetwork::Parameters(parameters.clone()));
             }

@@ -30,7 +30,7 @@ pub(super) fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> Ne
         recovery: settings.recovery,
         echo_is_proven: false,
         history_bytes: history_bytes(&settings.isolation),
-        parameters: settings.parameters.clone(),
+        services: settings.services.clone(),
         transport: settings.transport.clone(),
     }
 }

@@ -16,7 +16,7 @@ use rustdds::{
 use super::discovery_probe::{MissingPeers, Prefix, prefix};
 use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
-use super::parameter_server::DdsParameterServer;
+use super::service_server::DdsServiceServer;
 use super::silent_writers::ReadWriter;
 use super::topic_reader::{DdsTopicReader, TakenSample};
 use super::topic_writer::DdsTopicWriter;
@@ -42,7 +42,7 @@ pub(super) struct Participant {
     /// Readers, in the order of the settings.
     topic_readers: Vec<DdsTopicReader>,
     /// `None` when the node has no services.
-    parameter_server: Option<DdsParameterServer>,
+    service_server: Option<DdsServiceServer>,
     /// `None` when the node is left out of the graph.
     graph: Option<GraphEntry>,
     echo: Echo,
@@ -84,9 +84,8 @@ impl Participant {
             .iter()
             .map(|read| topic_reader((&domain, &subscriber), &node, read, read.durability))
             .collect::<Result<Vec<_>, String>>()?;
-        let serve =
-            |parameters| DdsParameterServer::new((&domain, &publisher, &subscriber), &node, parameters);
-        let parameter_server = settings.parameters.clone().map(serve).transpose()?;
+        let serve = |contents| DdsServiceServer::new((&domain, &publisher, &subscriber), &node, contents);
+        let service_server = settings.services.clone().map(serve).transpose()?;
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
         let graph =
@@ -96,7 +95,7 @@ impl Participant {
         let participant = Self {
             topic_writers,
             topic_readers,
-            parameter_server,
+            service_server,
             graph: graph.map_err(dds)?,
             echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
             matched: BTreeMap::new(),
@@ -154,7 +153,7 @@ impl Participant {
 
     /// Replaces the parameters, where there are services for them.
     pub(super) fn set_parameters(&mut self, parameters: &Parameters) {
-        if let Some(server) = &mut self.parameter_server {
+        if let Some(server) = &mut self.service_server {
             server.set_parameters(parameters.clone());
         }
     }
@@ -163,7 +162,7 @@ impl Participant {
     /// answered.
     pub(super) fn serve(&mut self, waker: &Waker) -> u64 {
         let matched = &self.matched;
-        self.parameter_server.as_mut().map_or(0, |server| server.serve(waker, matched, Instant::now()))
+        self.service_server.as_mut().map_or(0, |server| server.serve(waker, matched, Instant::now()))
     }
 
     /// Publishes what is current to new readers, and forgets its history when none is left.
@@ -305,7 +304,7 @@ impl Participant {
     fn endpoints(&self) -> impl Iterator<Item = GUID> {
         let writers = self.topic_writers.iter().map(DdsTopicWriter::guid);
         let readers = self.topic_readers.iter().map(DdsTopicReader::guid);
-        let services = self.parameter_server.iter();
+        let services = self.service_server.iter();
         writers.chain(readers).chain(services.flat_map(|server| server.writers().chain(server.readers())))
     }
 
@@ -327,12 +326,12 @@ impl Participant {
 
     fn announce(&self) {
         if let Some(graph) = &self.graph {
-            let services = || self.parameter_server.iter();
+            let services = || self.service_server.iter();
             let writers = self.topic_writers.iter().map(DdsTopicWriter::guid);
             let readers = self.topic_readers.iter().map(DdsTopicReader::guid);
             graph.announce(
-                writers.chain(services().flat_map(DdsParameterServer::writers)),
-                readers.chain(services().flat_map(DdsParameterServer::readers)),
+                writers.chain(services().flat_map(DdsServiceServer::writers)),
+                readers.chain(services().flat_map(DdsServiceServer::readers)),
             );
         }
     }

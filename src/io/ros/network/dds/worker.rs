@@ -278,10 +278,12 @@ impl DdsWorker {
         for participant in participants.chain([&mut self.participant]) {
             participant.set_parameters(&parameters);
         }
-        self.settings.parameters = self.settings.parameters.take().map(|_| parameters);
+        if let Some(services) = &mut self.settings.services {
+            services.parameters = parameters;
+        }
     }
 
-    /// Answers requests for parameters.
+    /// Answers requests to the services of the node.
     fn serve(&mut self) {
         let participants = self.predecessors.iter_mut().map(|(predecessor, _)| predecessor);
         for participant in participants.chain([&mut self.participant]) {

@@ -36,13 +36,13 @@ impl TopicKey {
         Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
     }
 
-    /// A service for parameters of this name and type; `None` for a type without a known hash.
-    pub(super) fn service(name: &str, type_name: &str, hashes: TypeHashes) -> Option<Self> {
+    /// A service of this name and type; `None` for a type without a known hash.
+    pub(super) fn service(name: &str, (package, service): (&str, &str), hashes: TypeHashes) -> Option<Self> {
         let hash = match hashes {
-            TypeHashes::Rihs01 => type_hash("rcl_interfaces", type_name)?,
+            TypeHashes::Rihs01 => type_hash(package, service)?,
             TypeHashes::NotSupported => NOT_SUPPORTED,
         };
-        let type_name = format!("rcl_interfaces::srv::dds_::{type_name}_");
+        let type_name = format!("{package}::srv::dds_::{service}_");
         Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
     }
 

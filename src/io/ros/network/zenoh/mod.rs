@@ -14,10 +14,10 @@
 mod attachment;
 mod graph;
 mod keys;
-mod parameter_server;
 mod payload;
 mod peer_search;
 mod router_query;
+mod service_server;
 mod topic_reader;
 mod topic_writer;
 mod worker;

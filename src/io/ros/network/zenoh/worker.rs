@@ -13,9 +13,9 @@ use zenoh::{Session, Wait};
 
 use super::graph::{Graph, Heritage};
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey};
-use super::parameter_server::ZenohParameterServer;
 use super::peer_search::{Answer, PeerSearch};
 use super::router_query;
+use super::service_server::ZenohServiceServer;
 use super::topic_reader::ZenohTopicReader;
 use super::topic_writer::ZenohTopicWriter;
 use crate::core::gateway::network::ZenohLinks;
@@ -53,7 +53,7 @@ struct JoinedSession {
     writers: Vec<ZenohTopicWriter>,
     readers: Vec<ZenohTopicReader>,
     graph: Graph,
-    parameter_server: Option<ZenohParameterServer>,
+    service_server: Option<ZenohServiceServer>,
 }
 
 /// What a router has said of sessions that it was asked for.
@@ -130,11 +130,12 @@ impl JoinedSession {
             ZenohTopicReader::new(&session, &node, &mut ids, topic, key, Arc::clone(wakeup))
         });
         let readers = readers.collect::<zenoh::Result<Vec<_>>>()?;
-        let parameter_server = settings.parameters.clone().map(|parameters| {
-            ZenohParameterServer::new(&session, &node, &mut ids, *hashes, parameters, wakeup)
-        });
-        let parameter_server = parameter_server.transpose()?;
-        Ok(Self { session, ids, writers, readers, graph, parameter_server })
+        let service_server = settings
+            .services
+            .clone()
+            .map(|contents| ZenohServiceServer::new(&session, &node, &mut ids, *hashes, contents, wakeup));
+        let service_server = service_server.transpose()?;
+        Ok(Self { session, ids, writers, readers, graph, service_server })
     }
 
     /// Does it with the writer at a position, if there is one.
@@ -217,7 +218,7 @@ impl ZenohWorker {
         )?;
         if let Some(mut former) = self.joined.replace(joined) {
             former.writers.clear();
-            former.parameter_server = None;
+            former.service_server = None;
             self.replaced = Some((Instant::now(), former));
         }
         for (topic, order) in self.current.clone() {
@@ -318,8 +319,8 @@ impl ZenohWorker {
                 return Ok(());
             }
             self.receive();
-            let server = self.joined.as_ref().and_then(|joined| joined.parameter_server.as_ref());
-            self.unanswered_requests += server.map_or(0, ZenohParameterServer::serve);
+            let server = self.joined.as_ref().and_then(|joined| joined.service_server.as_ref());
+            self.unanswered_requests += server.map_or(0, ZenohServiceServer::serve);
             for position in 0..self.keys.written.len() {
                 let settled =
                     self.joined.as_mut().map(|joined| joined.act(position, ZenohTopicWriter::settle));
@@ -348,10 +349,12 @@ impl ZenohWorker {
             self.carry_out(topic, order);
         }
         if let Some(parameters) = received.parameters {
-            if let Some(JoinedSession { parameter_server: Some(server), ids, .. }) = &mut self.joined {
+            if let Some(JoinedSession { service_server: Some(server), ids, .. }) = &mut self.joined {
                 server.set_parameters(parameters.clone(), ids);
             }
-            self.settings.parameters = self.settings.parameters.take().map(|_| parameters);
+            if let Some(services) = &mut self.settings.services {
+                services.parameters = parameters;
+            }
         }
         Ok(received.stop)
     }

@@ -1,4 +1,4 @@
-//! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
+//! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
 //!
 //! A response waits until a reader of the client's participant is matched, since no one would get it before. Changes, which
 //! a reload makes, are told on `/parameter_events`.
@@ -19,7 +19,7 @@ use super::sample::SampleWriter;
 use super::topic_reader::{AsBytes, Copied, EncodedSample};
 use crate::io::clock::Clock;
 use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::parameters::{MAX_REQUEST, Middleware, ParameterService, Parameters};
+use crate::io::ros::parameters::{MAX_REQUEST, Middleware, NodeService, Parameters, ServiceContents};
 
 /// Topic and type of the events, by their names in DDS.
 const EVENTS: (&str, &str) = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
@@ -35,8 +35,8 @@ const DEPTH: i32 = 16;
 const MAX_SAMPLE: usize = MAX_REQUEST + 16;
 
 /// The services of one participant.
-pub(super) struct DdsParameterServer {
-    parameters: Parameters,
+pub(super) struct DdsServiceServer {
+    contents: ServiceContents,
     /// The node with its namespace.
     node: String,
     /// The writer of `/parameter_events`.
@@ -47,7 +47,7 @@ pub(super) struct DdsParameterServer {
 
 /// Reader and writer of one service.
 struct ServiceEndpoint {
-    service: ParameterService,
+    service: NodeService,
     reader: SimpleDataReader<EncodedSample, AsBytes>,
     writer: SampleWriter,
 }
@@ -62,12 +62,12 @@ struct PendingResponse {
     since: Instant,
 }
 
-impl DdsParameterServer {
+impl DdsServiceServer {
     /// The services of this node. The error is a text for people.
     pub(super) fn new(
         (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
         node: &NodeName,
-        parameters: Parameters,
+        contents: ServiceContents,
     ) -> Result<Self, String> {
         let qos = QosPolicyBuilder::new()
             .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) })
@@ -75,14 +75,14 @@ impl DdsParameterServer {
             .history(History::KeepLast { depth: DEPTH })
             .build();
         let node = format!("{}/{}", node.namespace().trim_end_matches('/'), node.base_name());
-        let topic = |service: ParameterService, kind: &str, suffix: &str, ending: &str| {
-            let name = format!("{kind}{node}/{}{suffix}", service.name());
-            let type_name = format!("rcl_interfaces::srv::dds_::{}_{ending}_", service.type_name());
+        let topic = |service: NodeService, name: String, ending: &str| {
+            let (package, type_name) = service.type_name();
+            let type_name = format!("{package}::srv::dds_::{type_name}_{ending}_");
             domain.create_topic(name, type_name, &qos, TopicKind::NoKey)
         };
-        let endpoint = |service| {
-            let request = topic(service, "rq", "Request", "Request")?;
-            let reply = topic(service, "rr", "Reply", "Response")?;
+        let endpoint = |(service, name): (NodeService, String)| {
+            let request = topic(service, format!("rq{name}Request"), "Request")?;
+            let reply = topic(service, format!("rr{name}Reply"), "Response")?;
             Ok(ServiceEndpoint {
                 service,
                 reader: subscriber.create_simple_datareader_no_key(&request, None)?,
@@ -90,20 +90,20 @@ impl DdsParameterServer {
             })
         };
         let endpoints: rustdds::dds::result::CreateResult<_> =
-            ParameterService::ALL.into_iter().map(endpoint).collect();
+            contents.services(&node).into_iter().map(endpoint).collect();
         let endpoints = endpoints.map_err(|error| error.to_string())?;
         let events = domain
             .create_topic(EVENTS.0.to_owned(), EVENTS.1.to_owned(), &qos, TopicKind::NoKey)
             .and_then(|topic| publisher.create_datawriter_no_key(&topic, None))
             .map_err(|error| error.to_string())?;
-        Ok(Self { parameters, node, events, endpoints, waiting: VecDeque::new() })
+        Ok(Self { contents, node, events, endpoints, waiting: VecDeque::new() })
     }
 
     /// Replaces the parameters, and publishes what is different.
     pub(super) fn set_parameters(&mut self, parameters: Parameters) {
         let stamp = Clock::start().now().wall.into();
-        let event = parameters.event_after(&self.parameters, &self.node, stamp);
-        self.parameters = parameters;
+        let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
+        self.contents.parameters = parameters;
         let published = event.map(|event| {
             let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
             self.events.write(bytes, None).map_err(|error| error.to_string())
@@ -160,7 +160,7 @@ impl DdsParameterServer {
 
     /// Takes the requests of one service.
     fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
-        let Self { parameters, endpoints, waiting, .. } = self;
+        let Self { contents, endpoints, waiting, .. } = self;
         let Some(ServiceEndpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
         // First, so that whatever arrives from here on wakes.
         reader.set_waker(Some(waker.clone()));
@@ -175,7 +175,7 @@ impl DdsParameterServer {
                     continue;
                 }
             };
-            match answer(*service, parameters, &sample) {
+            match answer(*service, contents, &sample) {
                 Ok(reply) if waiting.len() < MAX_WAITING => waiting.push_back(PendingResponse {
                     endpoint: position,
                     client: sample.writer_guid(),
@@ -194,15 +194,15 @@ impl DdsParameterServer {
 }
 
 fn answer(
-    service: ParameterService,
-    parameters: &Parameters,
+    service: NodeService,
+    contents: &ServiceContents,
     sample: &DeserializedCacheChange<EncodedSample>,
 ) -> Result<CdrBytes, String> {
     let EncodedSample { encoding, bytes } = &sample.sample;
     let endian = (*encoding).into();
     let middleware = Middleware::of(sample.writer_guid().to_bytes());
     let call = middleware.call(bytes, endian).ok_or("it is cut off")?;
-    let response = service.answer(parameters, call.request, endian).map_err(|error| error.to_string())?;
+    let response = service.answer(contents, call.request, endian).map_err(|error| error.to_string())?;
     Ok(call.reply(response))
 }
 
@@ -224,6 +224,6 @@ fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
 
 /// Logs that a request was not answered, and counts it.
 fn refuse(reason: &str) -> u64 {
-    tracing::warn!("a request for parameters was not answered: {reason}");
+    tracing::warn!("a request to a service was not answered: {reason}");
     1
 }

@@ -1,4 +1,4 @@
-//! The services for the node's parameters. Requests are answered here, where they arrive: they never reach the gateway.
+//! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
 //!
 //! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a reload makes, are published on
 //! `/parameter_events`.
@@ -17,23 +17,22 @@ use super::topic_writer::ZenohTopicWriter;
 use crate::io::clock::Clock;
 use crate::io::ros::link::{Order, WrittenTopic};
 use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::messages::rcl_interfaces::ParameterEvent;
 use crate::io::ros::network::wakeup::Wakeup;
-use crate::io::ros::parameters::{MAX_REQUEST, ParameterService, Parameters};
+use crate::io::ros::parameters::{MAX_REQUEST, NodeService, Parameters, ServiceContents};
 use crate::io::ros::settings::TypeHashes;
 use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
-/// Package of the services and of the event.
-const PACKAGE: &str = "rcl_interfaces";
-/// Name and type of the topic of changes.
-const EVENTS: (&str, &str) = ("/parameter_events", "ParameterEvent");
+/// The topic of changes.
+const EVENTS: &str = "/parameter_events";
 /// Requests that may wait.
 const MAX_WAITING: usize = 64;
 /// Samples that a service and the topic keep, as `rmw_qos_profile_parameters` has it.
 const DEPTH: i32 = 1000;
 
 /// The services of one session.
-pub(super) struct ZenohParameterServer {
-    parameters: Parameters,
+pub(super) struct ZenohServiceServer {
+    contents: ServiceContents,
     /// The node with its namespace.
     node: String,
     events: ZenohTopicWriter,
@@ -44,7 +43,7 @@ pub(super) struct ZenohParameterServer {
 
 /// A service of our session.
 struct Service {
-    kind: ParameterService,
+    kind: NodeService,
     key: String,
     _queryable: Queryable<()>,
     _token: LivelinessToken,
@@ -59,24 +58,23 @@ struct WaitingRequests {
     refused: u64,
 }
 
-impl ZenohParameterServer {
+impl ZenohServiceServer {
     /// Declares the services of this node.
     pub(super) fn new(
         session: &Session,
         node: &NodeKey,
         ids: &mut NextId,
         hashes: TypeHashes,
-        parameters: Parameters,
+        contents: ServiceContents,
         wakeup: &Arc<Wakeup>,
     ) -> zenoh::Result<Self> {
         let waiting = Arc::<Mutex<WaitingRequests>>::default();
         let full_name = format!("{}/{}", node.namespace, node.node);
         let qos = qos(Reliability::Reliable, Durability::Volatile, DEPTH);
         let mut services = Vec::new();
-        for (position, service) in ParameterService::ALL.into_iter().enumerate() {
-            let name = format!("{full_name}/{}", service.name());
+        for (position, (service, name)) in contents.services(&full_name).into_iter().enumerate() {
             let key = TopicKey::service(&name, service.type_name(), hashes)
-                .ok_or_else(|| format!("the hash of {} is not known", service.type_name()))?;
+                .ok_or_else(|| format!("the hash of {:?} is not known", service.type_name()))?;
             let (queries, wakeup) = (Arc::clone(&waiting), Arc::clone(wakeup));
             let take = move |query| {
                 lock(&queries).put(position, query);
@@ -92,24 +90,25 @@ impl ZenohParameterServer {
                 _token: session.liveliness().declare_token(token).wait()?,
             });
         }
+        let (package, message) = ParameterEvent::TYPE_NAME;
         let events = WrittenTopic {
-            name: EVENTS.0.to_owned(),
-            type_name: (PACKAGE.to_owned(), EVENTS.1.to_owned()),
+            name: EVENTS.to_owned(),
+            type_name: (package.to_owned(), message.to_owned()),
             durability: Durability::Volatile,
             depth: DEPTH,
             delivery: Delivery::Once,
         };
-        let key = TopicKey::new(EVENTS.0, (PACKAGE, EVENTS.1), hashes)
-            .ok_or_else(|| format!("the hash of {} is not known", EVENTS.1))?;
+        let key = TopicKey::new(EVENTS, (package, message), hashes)
+            .ok_or_else(|| format!("the hash of {message} is not known"))?;
         let events = ZenohTopicWriter::new(session, node, ids, &events, key)?;
-        Ok(Self { parameters, node: full_name, events, waiting, services })
+        Ok(Self { contents, node: full_name, events, waiting, services })
     }
 
     /// Replaces the parameters, and publishes what is different.
     pub(super) fn set_parameters(&mut self, parameters: Parameters, ids: &mut NextId) {
         let stamp = Clock::start().now().wall.into();
-        let event = parameters.event_after(&self.parameters, &self.node, stamp);
-        self.parameters = parameters;
+        let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
+        self.contents.parameters = parameters;
         let published = event.map(|event| {
             let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
             self.events.carry_out(&Order::Publish(vec![bytes]), ids).map_err(|error| error.to_string())
@@ -125,8 +124,8 @@ impl ZenohParameterServer {
         let mut unanswered = refused;
         for (position, query) in queries {
             let Some(service) = self.services.get(position) else { continue };
-            if let Err(reason) = service.answer(&query, &self.parameters) {
-                tracing::warn!("a request for parameters was not answered: {reason}");
+            if let Err(reason) = service.answer(&query, &self.contents) {
+                tracing::warn!("a request to a service was not answered: {reason}");
                 unanswered += 1;
                 // So that the client does not wait; it may be gone.
                 let _ = query.reply_err(reason).wait();
@@ -137,14 +136,14 @@ impl ZenohParameterServer {
 }
 
 impl Service {
-    fn answer(&self, query: &Query, parameters: &Parameters) -> Result<(), String> {
+    fn answer(&self, query: &Query, contents: &ServiceContents) -> Result<(), String> {
         let attachment = query.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
         let attachment =
             attachment.ok_or("it has no number and no client attached, as rmw_zenoh attaches them")?;
         let request = ReceivedPayload::read(query.payload().ok_or("it is empty")?, MAX_REQUEST)?;
         let response = self
             .kind
-            .answer(parameters, request.bytes(), request.encoding.into())
+            .answer(contents, request.bytes(), request.encoding.into())
             .map_err(|error| error.to_string())?;
         // The client knows its request by the number, and by its own identity.
         let attachment = Attachment::now(attachment.number, attachment.gid).to_bytes();
