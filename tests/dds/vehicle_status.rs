@@ -1,12 +1,16 @@
 //! The reports on the vehicle's status end to end: frames that are played go out of the built binary to readers of another make.
 
+use std::time::Duration;
+
 use serde_json::{Value, json};
 
 use crate::dds::daemon_on_ros::peer::{Reader, TopicToRead};
 use crate::dds::delivery::SILENCE;
+use crate::dds::isolation::{network_process, signal};
+use crate::dds::session::Role;
 use crate::support::json_process::Mark;
 use crate::support::mcap::{McapReaders, only_entry};
-use crate::support::peer::{Cyclone, domain};
+use crate::support::peer::{Cyclone, Reading, domain};
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process, ros_in};
 use crate::support::status_vehicle;
@@ -76,6 +80,41 @@ fn every_report_arrives_as_it_is_recorded_and_a_late_reader_gets_states_but_no_m
         }
         assert!(received.len() > 10, "{name}");
     }
+}
+
+/// A velocity was true at its stamp alone.
+#[test]
+fn the_next_network_side_sends_the_gear_again_and_no_velocity() {
+    let (cyclone, domain) = (require!(Cyclone::on_loopback()), domain());
+    let gateway = Role::new(domain).only_on("127.0.0.1").isolated().with_vehicle_status().start();
+    let topic = |kind, topic, durability| Reading { kind, topic, durability };
+    let reader = cyclone.reader(
+        domain,
+        &[
+            topic("velocity", "rt/vehicle/status/velocity_status", "volatile"),
+            topic("gear", "rt/vehicle/status/gear_status", "transient_local"),
+        ],
+    );
+    let is_velocity = |second: i64| {
+        move |line: &Value| line["event"] == "sample" && line["data"]["header"]["stamp"]["sec"] == second
+    };
+    let is_gear = |line: &Value| line["event"] == "sample" && line["data"]["report"] == 20;
+    // The writer may know its reader somewhat later.
+    let send = || gateway.send("velocity 2.5 5");
+    reader.wait_while_doing(Mark::START, "a velocity", Duration::from_millis(100), send, is_velocity(5));
+    gateway.send("velocity 2.5 6");
+    gateway.send("gear reverse 6");
+    for is_it in [&is_velocity(6) as &dyn Fn(&Value) -> bool, &is_gear] {
+        reader.wait_for(Mark::START, "the reports", is_it);
+    }
+    let mark = reader.mark();
+    signal("-KILL", network_process(gateway.id()).unwrap());
+    reader.wait_for(mark, "the gear again", is_gear);
+    let_pass(SILENCE, "in which a velocity would be sent again");
+    let send = || gateway.send("velocity 3.5 7");
+    reader.wait_while_doing(mark, "the next velocity", Duration::from_millis(100), send, is_velocity(7));
+    let lines = reader.lines(Mark::START);
+    assert_eq!(lines.iter().filter(|(_, line)| is_velocity(6)(line)).count(), 1);
 }
 
 /// Autoware's readers, with their rules.

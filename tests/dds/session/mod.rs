@@ -57,6 +57,12 @@ impl Role {
         self.with("topics", json!("autoware"))
     }
 
+    /// With the topics of velocity and gear.
+    #[allow(dead_code)] // the tests of Zenoh do not use it
+    pub(crate) fn with_vehicle_status(self) -> Self {
+        self.with("topics", json!("vehicle_status"))
+    }
+
     /// With warnings on `/rosout`.
     pub(crate) fn with_rosout(self) -> Self {
         self.with("rosout", json!(true))

@@ -13,6 +13,9 @@ use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::core::vehicle_report::Step;
+use signal_gateway::core::vehicle_status::gear::Gear;
+use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
+use signal_gateway::core::vehicle_status::velocity::Velocity;
 use signal_gateway::io::process_log;
 use signal_gateway::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
 use signal_gateway::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
@@ -28,7 +31,7 @@ use crate::support::waiting::{Bystander, Lateness};
 /// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
 /// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
 /// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `value TEXT` (diagnostics
-/// that end with this text), `warn TEXT` (for `/rosout`), `parameters` (others than before), `status`, `stop`; and those of [`lights::send`].
+/// that end with this text), `velocity 2.5 5` (m/s), `gear reverse 5`, `warn TEXT` (for `/rosout`), `parameters` (others than before), `status`, `stop`; and those of [`lights::send`].
 /// Its log, and that of its network process, are on standard error.
 #[test]
 fn session_process() {
@@ -37,6 +40,7 @@ fn session_process() {
     let (topics, subscriptions) = match role["topics"].as_str() {
         Some("lights") => (Topics::default().with_lights(lights::outlets()), lights::subscriptions()),
         Some("autoware") => (autoware_topics::topics(), autoware_topics::subscriptions()),
+        Some("vehicle_status") => (vehicle_status_topics(), vec![]),
         Some(_) | None => (Topics::default(), vec![]),
     };
     let networks = role["networks"].as_array().unwrap().iter();
@@ -173,6 +177,12 @@ fn services(role: &Value) -> ServiceContents {
 /// Labels of what is always written.
 const REPORTS: [&str; 4] = ["turn", "hazard", "diagnostics", "log"];
 
+fn vehicle_status_topics() -> Topics {
+    [OutgoingTopic::VelocityReport, OutgoingTopic::GearReport]
+        .into_iter()
+        .fold(Topics::default(), |topics, topic| topics.with(topic, topic.row().default_name))
+}
+
 fn readers(topics: &[OutgoingStatus], is_requested: impl Fn(&str) -> bool) -> Vec<usize> {
     topics.iter().filter(|topic| is_requested(topic.label)).map(|topic| topic.readers).collect()
 }
@@ -211,6 +221,13 @@ fn output(command: &str) -> Output {
             command: HazardCommand::Disable,
             stamp: stamp(),
         }),
+        ("velocity", speed) => {
+            let velocity = Velocity { longitudinal_mps: speed.parse().unwrap(), heading_rate_radps: 0.0 };
+            Output::VehicleStatus(VehicleStatusOutput::Velocity(Step::Publish(velocity, stamp())))
+        }
+        ("gear", "reverse") => {
+            Output::VehicleStatus(VehicleStatusOutput::Gear(Step::Publish(Gear::Reverse, stamp())))
+        }
         ("value", text) => {
             let values = vec![("bus", text.to_owned())];
             let statuses = vec![Status::new("turn", Level::Ok, String::new(), values)];
