@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::binder::Binder;
+use super::bus::LifeSigns;
 use super::integrity::integrity;
 use crate::config::reading::{
     Fields, Keywords, Kind, LocatedText, Location, MAX_LIMIT_MS, MissingTimeout, Problem,
@@ -106,14 +107,14 @@ impl<'c> MessageSections<'c> {
         self,
         binder: &Binder<'_>,
         top: &Fields<'_>,
-        heartbeat_messages: &[Vec<IdMatch>],
+        life_signs: &LifeSigns<'_>,
         allowed: Option<&AllowList>,
         all_bound: bool,
     ) -> BoundMessages {
         for section in &self.0 {
             match binder.messages.iter().filter(|bound| section.is_of(binder, **bound)).count() {
                 1 => {}
-                0 if section.is_heartbeat(binder, heartbeat_messages) => {
+                0 if section.is_heartbeat(binder, life_signs.heartbeats) => {
                     for key in ["timing", "timeout_ms"].into_iter().filter(|key| section.fields.has(key)) {
                         let remedy = "remove it: the message only proves the bus alive";
                         section.fields.refuse(key, "no signal of this message is bound", remedy);
@@ -143,10 +144,7 @@ impl<'c> MessageSections<'c> {
         let mut compiled = Vec::new();
         for (bound @ (bus, message), timing) in binder.messages.iter().zip(&timings) {
             let section = of(*bound);
-            let is_proof =
-                |((other, _), timing): (&(usize, _), &Timing)| other == bus && *timing != Timing::Event;
-            let is_proven =
-                !heartbeat_messages[*bus].is_empty() || binder.messages.iter().zip(&timings).any(is_proof);
+            let is_proven = life_signs.prove(*bus, |index| timings[index] != Timing::Event);
             if *timing == Timing::Event && !is_proven {
                 let at = section.map_or(top.location(), |section| section.location);
                 let reason =

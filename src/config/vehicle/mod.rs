@@ -35,7 +35,7 @@ use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBin
 use crate::core::vehicle_status::binding::StatusBinding;
 use binder::Binder;
 pub use binder::LoadedDbc;
-use bus::read_buses;
+use bus::{LifeSigns, read_buses};
 use command::command;
 use hazard::{hazard, is_from_both_sides};
 use light_sources::faults;
@@ -144,11 +144,14 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed, &messages));
     let heartbeats: Vec<_> = heartbeats.collect();
     let all_bound = lights.is_some() && status.is_some() && sources.is_some() && command.is_some();
+    let carriers = [&light_signals, &v2i_signals, &command_signals];
+    let life_signs = LifeSigns::new(&binder, carriers, &heartbeats);
     let BoundMessages { all: messages, of_status } =
-        messages.bind(&binder, &fields, &heartbeats, allowed, all_bound);
-    let parts = lights.as_ref().zip(sources.as_ref()).zip(command.as_ref());
-    let parts = parts.map(|((lights, v2i), command)| BoundParts {
+        messages.bind(&binder, &fields, &life_signs, allowed, all_bound);
+    let parts = lights.as_ref().zip(status.as_ref()).zip(sources.as_ref()).zip(command.as_ref());
+    let parts = parts.map(|(((lights, status), v2i), command)| BoundParts {
         lights,
+        status,
         messages: &messages,
         dbcs: &dbcs,
         heartbeats: &heartbeats,
@@ -160,8 +163,9 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     if checker.count() > before {
         return None;
     }
+    let proving = life_signs.of(&messages);
     let described = dbcs.iter().zip(&sections).zip(heartbeats);
-    let buses = described.map(|((dbc, section), heartbeats)| section.settings(dbc, heartbeats, &messages));
+    let buses = described.map(|((dbc, section), heartbeats)| section.settings(dbc, heartbeats, &proving));
     Some(Vehicle {
         name: name?.text,
         profile: Some(profile),

@@ -12,10 +12,12 @@ use crate::core::traffic_light::v2i_reception::binding::V2iSource;
 use crate::core::validation::integrity::Protection;
 use crate::core::validation::table::BoundMessage;
 use crate::core::vehicle_lights::binding::{LightsBinding, StateBinding};
+use crate::core::vehicle_status::binding::StatusBinding;
 
 /// The bound parts of a profile, which state its facts.
 pub(super) struct BoundParts<'v> {
     pub(super) lights: &'v LightsBinding,
+    pub(super) status: &'v StatusBinding,
     pub(super) messages: &'v [BoundMessage],
     pub(super) dbcs: &'v [LoadedDbc],
     pub(super) heartbeats: &'v [Vec<IdMatch>],
@@ -35,6 +37,7 @@ impl BoundParts<'_> {
         if !lights.hazard_faults.signals.is_empty() {
             facts.push("hazard.fault_signal".to_owned());
         }
+        facts.extend(status_facts(self.status).map(str::to_owned));
         facts.extend(self.messages.iter().flat_map(message_facts));
         let buses = self.dbcs.iter().zip(self.heartbeats).filter(|(_, heartbeats)| !heartbeats.is_empty());
         facts.extend(buses.map(|(dbc, _)| format!("bus.{}.heartbeat_messages", dbc.bus)));
@@ -57,6 +60,17 @@ fn states<S>(section: &str, binding: &StateBinding<S>, states: &[&str]) -> Vec<S
         StateBinding::NotVisible { .. } => vec![section.to_owned()],
         StateBinding::LeftOut | StateBinding::NotFitted => Vec::new(),
     }
+}
+
+/// Names the sections of the status that the profile has.
+fn status_facts(status: &StatusBinding) -> impl Iterator<Item = &'static str> {
+    let sections = [
+        ("steering", status.steering.is_some()),
+        ("gear", status.gear.is_some()),
+        ("control_mode", status.control_mode.is_some()),
+        ("doors", !status.doors.is_empty()),
+    ];
+    sections.into_iter().filter(|(_, is_given)| *is_given).map(|(section, _)| section)
 }
 
 fn message_facts(message: &BoundMessage) -> Vec<String> {

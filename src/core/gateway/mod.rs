@@ -99,9 +99,30 @@ impl GatewaySettings {
     /// The identifiers that matter on a bus, each match once: bound messages, signs of life, and the messages
     /// that we alone may send. All others can be filtered out before they cost anything.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
+        let mut ids = self.proving_ids(bus);
+        ids.extend(self.status_ids(bus));
+        ids.sort_unstable();
+        ids.dedup();
+        ids
+    }
+
+    /// The identifiers whose frames prove a bus alive. A message that is bound for the vehicle's status alone does so only on a
+    /// bus without any other: it may come from another control unit than the lights, whose event messages are valid while the
+    /// bus is alive.
+    pub fn life_signs(&self, bus: BusIndex) -> Vec<IdMatch> {
+        let proving = self.proving_ids(bus);
+        if proving.is_empty() { self.status_ids(bus).collect() } else { proving }
+    }
+
+    fn status_ids(&self, bus: BusIndex) -> impl Iterator<Item = IdMatch> + '_ {
+        let bound = self.status.table.messages.iter().filter(move |message| message.bus == bus);
+        bound.map(|message| message.ids)
+    }
+
+    /// The relevant identifiers of a bus, but for messages of the status.
+    fn proving_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
         let command = self.command.iter().map(|(_, binding)| binding);
-        let bound = self.lights.table.messages.iter().chain(&self.status.table.messages);
-        let bound = bound.chain(&self.v2i.table.messages);
+        let bound = self.lights.table.messages.iter().chain(&self.v2i.table.messages);
         let bound = bound.chain(command.clone().flat_map(|binding| &binding.table.messages));
         let bound = bound.filter(|message| message.bus == bus).map(|message| message.ids);
         let ours = command.flat_map(|binding| binding.allowed.entries());
@@ -109,10 +130,7 @@ impl GatewaySettings {
         let alive = self.buses[usize::from(bus.0)].heartbeat_messages.iter().copied();
         let required = self.lights.requirements.iter().filter(|required| required.bus == bus);
         let required = required.map(|required| required.ids);
-        let mut ids: Vec<_> = bound.chain(ours).chain(alive).chain(required).collect();
-        ids.sort_unstable();
-        ids.dedup();
-        ids
+        bound.chain(ours).chain(alive).chain(required).collect()
     }
 }
 

@@ -56,6 +56,8 @@ struct Route {
     lights: Option<MessageIndex>,
     status: Option<MessageIndex>,
     v2i: Option<MessageIndex>,
+    /// A frame of it proves the bus alive.
+    is_life_sign: bool,
 }
 
 /// What an input of a bus changes.
@@ -170,21 +172,24 @@ impl Perception {
         let route = routes.get(frame.id()).copied().reduce(Route::or)?;
         let known = &mut self.buses[usize::from(bus.0)];
         let was_alive = known.is_alive(now.mono);
-        if !known.frame_arrived(now.mono) {
+        if !known.frame_arrived(now.mono, route.is_life_sign) {
             return None;
         }
         // On a bus that may sleep, how long it was quiet is part of why a value is missing.
         let mut is_news = known.settings().may_sleep
             || self.bus_findings[usize::from(bus.0)] != Some(known.finding(now.mono))
             || self.next_deadline() <= now.mono;
-        if !was_alive {
+        let is_revived = !was_alive && route.is_life_sign;
+        if is_revived {
             self.lights.forget_events(bus);
             self.status.forget_events(bus);
             if let Some(flow) = &mut self.traffic_lights {
                 flow.reception().forget_events(bus);
             }
         }
-        is_news |= self.lights.observe(bus, frame, was_alive, now.mono);
+        if route.is_life_sign {
+            is_news |= self.lights.observe(bus, frame, was_alive, now.mono);
+        }
         if let Some(message) = route.lights {
             is_news |= self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
         }
@@ -195,10 +200,10 @@ impl Perception {
             flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
             is_news = true;
         }
-        Some(match (was_alive, is_news) {
-            (false, _) => Effect::EventsForgotten(bus),
-            (true, true) => Effect::News,
-            (true, false) => Effect::Repetition,
+        Some(match (is_revived, is_news) {
+            (true, _) => Effect::EventsForgotten(bus),
+            (false, true) => Effect::News,
+            (false, false) => Effect::Repetition,
         })
     }
 
@@ -317,6 +322,7 @@ impl Route {
             lights: self.lights.or(other.lights),
             status: self.status.or(other.status),
             v2i: self.v2i.or(other.v2i),
+            is_life_sign: self.is_life_sign || other.is_life_sign,
         }
     }
 }
@@ -325,10 +331,12 @@ fn routes(settings: &GatewaySettings, bus: BusIndex) -> IdTable<Route> {
     let message_of = |messages: &[BoundMessage], ids: IdMatch| {
         messages.iter().position(|message| message.bus == bus && message.ids == ids).map(MessageIndex)
     };
+    let life_signs = settings.life_signs(bus);
     let route = |ids: IdMatch| Route {
         lights: message_of(&settings.lights.table.messages, ids),
         status: message_of(&settings.status.table.messages, ids),
         v2i: message_of(&settings.v2i.table.messages, ids),
+        is_life_sign: life_signs.contains(&ids),
     };
     settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))).collect()
 }
