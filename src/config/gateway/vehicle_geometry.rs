@@ -102,7 +102,8 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: Fields<'_>) -> Dimensi
 /// Reads how the front wheels follow the steering wheel, in one of three forms.
 fn wheel_to_tire(fields: &Fields<'_>) -> Option<WheelToTire> {
     let forms = [STEERING_RATIO.name, STEERING_TABLE.name, VGR_COEF_A.name];
-    let form = fields.only_one_of(&forms, "the steering ratio is given twice");
+    let is_given = forms.iter().any(|form| fields.has(form));
+    let form = is_given.then(|| fields.only_one_of(&forms, "the steering ratio is given twice")).flatten();
     let (ratio, table) = (fields.given(&STEERING_RATIO), fields.read(&STEERING_TABLE));
     let constant = fields.given(&VGR_COEF_A);
     let (per_speed_squared, per_angle) = (fields.read(&VGR_COEF_B), fields.read(&VGR_COEF_C));

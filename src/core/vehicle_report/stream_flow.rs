@@ -35,7 +35,8 @@ impl<T: Copy> StreamFlow<T> {
         let Some((value, received)) = state else {
             return before.map(|_| Step::Withdraw);
         };
-        if self.published == Some(received.at) || now < self.due {
+        // A frame that came too early is not published later, when it is older.
+        if received.at != now || self.published == Some(received.at) || now < self.due {
             return None;
         }
         self.published = Some(received.at);

@@ -323,8 +323,10 @@ impl Listener {
             self.pass_until(now_ms);
             step(car, now_ms - start);
             for (id, cycle) in CYCLES {
-                if now_ms % cycle == 0 {
-                    mutate(car.frame(id), now_ms).into_iter().for_each(|frame| self.receive(frame));
+                if now_ms % cycle == 0
+                    && let Some(frame) = mutate(car.frame(id), now_ms)
+                {
+                    self.receive(frame);
                 }
             }
         }

@@ -34,16 +34,18 @@ struct Driver {
     goal_mps: f64,
     goal_rad: f64,
     until_ms: u64,
+    /// From when the gear is engaged.
+    engaged_ms: u64,
 }
 
 impl Driver {
     fn new(seed: u64) -> Self {
-        Self { random: Random(seed * 977 + 13), goal_mps: 0.0, goal_rad: 0.0, until_ms: 2_000 }
+        Self { random: Random(seed * 977 + 13), goal_mps: 0.0, goal_rad: 0.0, until_ms: 2_000, engaged_ms: 0 }
     }
 
-    fn step(&mut self, car: &mut Car, millis: u64) {
-        if millis >= self.until_ms {
-            self.until_ms = millis + self.random.between(1_500.0, 5_000.0) as u64;
+    fn step(&mut self, car: &mut Car, now_ms: u64) {
+        if now_ms >= self.until_ms {
+            self.until_ms = now_ms + self.random.between(1_500.0, 5_000.0) as u64;
             let kind = self.random.next();
             self.goal_mps = match kind {
                 _ if kind < 0.12 => 0.0,
@@ -54,20 +56,21 @@ impl Driver {
         }
         // No gear without a standstill.
         let is_other_way = self.goal_mps * car.speed_mps < 0.0;
-        let goal = if is_other_way { 0.0 } else { self.goal_mps };
+        let gear = if self.goal_mps < 0.0 {
+            REVERSE
+        } else if self.goal_mps > 0.0 {
+            DRIVE
+        } else {
+            PARK
+        };
+        if car.speed_mps == 0.0 && car.gear != gear {
+            (car.gear, self.engaged_ms) = (gear, now_ms + 300);
+        }
+        let goal = if is_other_way || now_ms < self.engaged_ms { 0.0 } else { self.goal_mps };
         let change: f64 = (goal - car.speed_mps).clamp(-0.08, 0.03);
         car.speed_mps += change;
         if car.speed_mps.abs() < 0.05 && goal == 0.0 {
             car.speed_mps = 0.0;
-        }
-        if car.speed_mps == 0.0 {
-            car.gear = if self.goal_mps < 0.0 {
-                REVERSE
-            } else if self.goal_mps > 0.0 {
-                DRIVE
-            } else {
-                PARK
-            };
         }
         // At most 4 m/s² across.
         let most = (4.0 * super::car::WHEEL_BASE_M / car.speed_mps.powi(2).max(0.1)).atan().min(0.5);

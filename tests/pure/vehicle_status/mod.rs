@@ -1,5 +1,14 @@
 //! Reports on velocity, steering, gear, control mode and doors: what is published, and what is not.
 
+// Physical values become raw ones, which are small.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_possible_wrap,
+    clippy::cast_precision_loss
+)]
+#![allow(clippy::wildcard_enum_match_arm, clippy::float_cmp)]
+
 mod car;
 mod faults;
 

@@ -14,8 +14,9 @@ use observer::{Change, Frozen, Lasting};
 
 const ONE_SECOND: Duration = Duration::from_secs(1);
 const TWO_SECONDS: Duration = Duration::from_secs(2);
+const THREE_SECONDS: Duration = Duration::from_secs(3);
 /// Time for which a yaw rate or a wheel stays the same before it is frozen.
-const FROZEN: Duration = Duration::from_secs(3);
+const FROZEN: Duration = THREE_SECONDS;
 /// The same for the steering, which people hold still on straight roads.
 const FROZEN_STEERING: Duration = Duration::from_secs(10);
 /// Speed from which a value that stays the same is suspect, m/s.
@@ -53,13 +54,13 @@ pub struct Motion {
 /// The checks, with what they remember.
 #[derive(Debug, Clone, Default)]
 pub struct Plausibility {
-    before: Motion,
     wheels: [Lasting; 4],
     wheels_frozen: [Frozen; 4],
     speeds: [Lasting; 2],
     rates_apart: Lasting,
     /// Yaw rate and steering, yaw rate and wheels, steering and wheels.
     rates: [Lasting; 3],
+    rates_undecided: Lasting,
     yaw_frozen: Frozen,
     steering_frozen: Frozen,
     direction: Lasting,
@@ -84,7 +85,6 @@ impl Plausibility {
         self.judge_rates(motion, now, &mut alarms);
         self.judge_changes(motion, now, &mut alarms);
         self.judge_gear(motion, now, &mut alarms);
-        self.before = motion;
         self.alarms = alarms;
         alarms
     }
@@ -96,9 +96,8 @@ impl Plausibility {
             let middle = middle_of_others(&motion.wheels_mps, index);
             let deviates = speed.zip(middle).is_some_and(|(speed, middle)| differs(speed, middle, 0.1, 0.5));
             let deviates = self.wheels[index].update(deviates, ONE_SECOND, now);
-            let others_changed = middle != middle_of_others(&self.before.wheels_mps, index);
             let speed = speed.filter(|_| is_moving);
-            let is_frozen = self.wheels_frozen[index].update(speed, others_changed, FROZEN, now);
+            let is_frozen = self.wheels_frozen[index].update(speed, (middle, 0.5), FROZEN, now);
             alarms.set(alarm, deviates || is_frozen);
         }
     }
@@ -114,7 +113,11 @@ impl Plausibility {
 
     fn judge_rates(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
         let is_faster = |limit| motion.speed_mps.is_some_and(|speed| speed.abs() > limit);
-        let is_turning = is_faster(TURNING_MPS);
+        // A heading rate by a wrong speed is wrong, whatever the steering says.
+        let is_speed_doubted = motion.speed_mps.zip(motion.other_speed_mps);
+        let is_speed_doubted =
+            is_speed_doubted.is_some_and(|(one, other)| differs(one.abs(), other.abs(), 0.3, 1.0));
+        let is_turning = is_faster(TURNING_MPS) && !is_speed_doubted;
         let known = |rate: Option<f64>| rate.filter(|_| is_turning);
         let (yaw, steering) = (known(motion.yaw_rate_radps), known(motion.steering_rate_radps));
         let wheels = known(motion.wheels_rate_radps);
@@ -126,25 +129,26 @@ impl Plausibility {
             let is_violated = pair.0.zip(pair.1).is_some_and(|(one, other)| contradicts_rate(one, other));
             *contradicts = lasting.update(is_violated, TWO_SECONDS, now);
         }
-        // The rear wheels tell which of the two is wrong.
+        let is_apart_for_long =
+            yaw.zip(steering).is_some_and(|(yaw, steering)| contradicts_rate(yaw, steering));
+        let is_apart_for_long = self.rates_undecided.update(is_apart_for_long, THREE_SECONDS, now);
+        // The rear wheels tell which of the two is wrong, if they do so within a second.
         let alarm = match contradict {
-            [false, ..] => None,
             [true, true, false] if wheels.is_some() => Some(Alarm::YawRateContradicts),
             [true, false, true] if wheels.is_some() => Some(Alarm::SteeringContradicts),
-            [true, ..] => Some(Alarm::RatesContradict),
+            [true, ..] if is_apart_for_long || wheels.is_none() => Some(Alarm::RatesContradict),
+            [true, ..] | [false, ..] => None,
         };
         if let Some(alarm) = alarm {
             alarms.set(alarm, true);
         }
         let is_moving = is_faster(MOVING_MPS);
-        let speed_changed = motion.speed_mps != self.before.speed_mps;
-        let tire_changed = motion.tire_rad != self.before.tire_rad;
         let yaw = motion.yaw_rate_radps.filter(|_| is_moving);
-        let is_frozen = self.yaw_frozen.update(yaw, speed_changed || tire_changed, FROZEN, now);
+        let is_frozen = self.yaw_frozen.update(yaw, (motion.steering_rate_radps, TURNING_RADPS), FROZEN, now);
         alarms.set(Alarm::YawRateFrozen, is_frozen);
         let tire = motion.tire_rad.filter(|_| is_moving);
-        let yaw_changed = motion.yaw_rate_radps != self.before.yaw_rate_radps;
-        let is_frozen = self.steering_frozen.update(tire, speed_changed || yaw_changed, FROZEN_STEERING, now);
+        let reference = (motion.yaw_rate_radps, TURNING_RADPS);
+        let is_frozen = self.steering_frozen.update(tire, reference, FROZEN_STEERING, now);
         alarms.set(Alarm::SteeringFrozen, is_frozen);
     }
 

@@ -21,25 +21,30 @@ impl Lasting {
 pub(super) struct Frozen {
     value: Option<f64>,
     since: MonoTime,
-    /// True if something else has changed since.
-    others_changed: bool,
+    /// What it is compared with, at that time.
+    reference: Option<f64>,
+    /// True if the reference has changed enough since.
+    is_suspect: bool,
 }
 
 impl Frozen {
-    /// True if the value has stayed the same for longer than `limit` while something else changed. `None` = not to be judged.
+    /// True if the value has stayed the same for longer than `limit`, although the reference changed by more than `change`. `None` =
+    /// not to be judged.
     pub(super) fn update(
         &mut self,
         value: Option<f64>,
-        others_changed: bool,
+        (reference, change): (Option<f64>, f64),
         limit: Duration,
         now: MonoTime,
     ) -> bool {
         if value.is_none() || value != self.value {
-            *self = Self { value, since: now, others_changed: false };
+            *self = Self { value, since: now, reference, is_suspect: false };
             return false;
         }
-        self.others_changed |= others_changed;
-        self.others_changed && !now.is_within(limit, self.since)
+        let has_changed = |(one, other): (f64, f64)| (one - other).abs() > change;
+        self.is_suspect |= reference.zip(self.reference).is_some_and(has_changed);
+        self.reference = self.reference.or(reference);
+        self.is_suspect && !now.is_within(limit, self.since)
     }
 }
 
@@ -101,15 +106,18 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_frozen_only_while_others_change() {
+    fn a_value_is_frozen_only_while_its_reference_changes() {
         let mut frozen = Frozen::default();
         let limit = Duration::from_secs(3);
+        let with = |reference| (Some(reference), 0.5);
         for millis in (0..5000).step_by(20) {
-            assert!(!frozen.update(Some(1.0), false, limit, at(millis)), "nothing else changes");
+            assert!(!frozen.update(Some(1.0), with(7.0), limit, at(millis)), "nothing else changes");
         }
-        assert!(frozen.update(Some(1.0), true, limit, at(5000)));
-        assert!(!frozen.update(Some(1.1), true, limit, at(5020)), "it changes");
-        assert!(!frozen.update(None, true, limit, at(9000)));
+        assert!(!frozen.update(Some(1.0), with(7.4), limit, at(5000)), "too little");
+        assert!(frozen.update(Some(1.0), with(7.6), limit, at(5020)));
+        assert!(frozen.update(Some(1.0), with(7.0), limit, at(5040)), "it goes on");
+        assert!(!frozen.update(Some(1.1), with(9.0), limit, at(5060)), "it changes");
+        assert!(!frozen.update(None, with(1.0), limit, at(9000)));
     }
 
     #[test]
