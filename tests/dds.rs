@@ -23,5 +23,4 @@ mod dds {
     mod slow;
     mod streams;
     mod two_hosts;
-    mod vehicle_status;
 }

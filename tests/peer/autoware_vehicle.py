@@ -87,7 +87,7 @@ def on_timer(latest, changes):
             gear=GEARS.get(latest["gear"].report, "UNKNOWN"),
             turn=TURNS.get(latest["turn"].report, "UNKNOWN"),
             hazard=HAZARDS.get(latest["hazard"].report, "UNKNOWN"),
-            angle=round(latest["steering"].steering_tire_angle, 6),
+            angle=round(latest["steering"].steering_tire_angle, 4),
         )
 
 

@@ -18,6 +18,7 @@ mod recording;
 mod rosout;
 mod scenario;
 mod stale;
+mod vehicle_status;
 
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::Missing;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::dds::daemon_on_ros::peer::{Reader, TopicToRead};
+use super::peer::{Reader, TopicToRead};
 use crate::dds::delivery::SILENCE;
 use crate::dds::isolation::{network_process, signal};
 use crate::dds::session::Role;
@@ -61,7 +61,7 @@ fn every_report_arrives_as_it_is_recorded_and_a_late_reader_gets_states_but_no_m
     for (_, name, _) in topics {
         assert_eq!(late.samples(Mark::START, name), [Value::Null; 0], "{name}");
     }
-    let is_undisturbed = !crate::dds::daemon_on_ros::stood_still(&gateway);
+    let is_undisturbed = !super::stood_still(&gateway);
     gateway.stop("TERM");
     let messages = readers.messages(&only_entry(&folder.path().join("bags")));
     for (_, name, topic) in topics {
@@ -136,11 +136,8 @@ fn the_readers_of_autoware_take_velocity_gear_steering_mode_and_doors() {
         event("gear_command", json!({"command": 2})),
         event("gear_command", json!({"command": 20})),
         event("gear_command", json!({"command": 22})),
-        event("status", json!({"gear": "DRIVE", "turn": "DISABLE", "hazard": "DISABLE", "angle": 0.034907})),
-        event(
-            "status",
-            json!({"gear": "REVERSE", "turn": "DISABLE", "hazard": "DISABLE", "angle": -0.017453}),
-        ),
+        event("status", json!({"gear": "DRIVE", "turn": "DISABLE", "hazard": "DISABLE", "angle": 0.0349})),
+        event("status", json!({"gear": "REVERSE", "turn": "DISABLE", "hazard": "DISABLE", "angle": -0.0175})),
         event("engaged", json!({"is_autonomous": true})),
         event("engaged", json!({"is_autonomous": false})),
         event("doors", json!({"states": [1, 3]})),
