@@ -156,6 +156,32 @@ fn commands_of_the_decider_arrive() {
     }
 }
 
+#[test]
+fn velocity_and_gear_arrive() {
+    let bench = require!(Bench::new(Role::with_vehicle_status));
+    let velocity = ("autoware_vehicle_msgs", "VelocityReport");
+    bench.read("velocity", "velocity", "vehicle/status/velocity_status", velocity);
+    bench.read("gear", "gear", "vehicle/status/gear_status", ("autoware_vehicle_msgs", "GearReport"));
+    let token = format!(
+        "@ros2_lv/{}/1/0/1/MS/%/%/p/%vehicle%status%velocity_status/{}",
+        bench.domain,
+        tail(velocity)
+    );
+    bench.peer.order(&json!({"token": token}));
+    bench.gateway.wait_until("a reader", |status| status["lights"] == json!([1, 0]));
+    for (command, name) in [("velocity -2.5 5", "velocity"), ("gear reverse 5", "gear")] {
+        bench.gateway.send(command);
+        let data = bench.peer.sample(Mark::START, name, |_| true)["data"].clone();
+        let expected = if name == "gear" {
+            json!({"stamp": {"sec": 5, "nanosec": 1}, "report": 20})
+        } else {
+            let header = json!({"stamp": {"sec": 5, "nanosec": 1}, "frame_id": "base_link"});
+            json!({"header": header, "longitudinal_velocity": -2.5, "lateral_velocity": 0.0, "heading_rate": 0.0})
+        };
+        assert_eq!(data, expected);
+    }
+}
+
 fn tail((package, message): (&str, &str)) -> String {
     format!("{package}::msg::dds_::{message}_/{}/::,1:,:,:,,", type_hash(package, message).unwrap())
 }

@@ -1,7 +1,7 @@
 //! Names of topics, as a section of the configuration gives them.
 
 use crate::config::reading::{ConfigKey, Fields, KeyRow, optional_topic, topic};
-use crate::io::ros::topics::{OUTGOING, OutgoingRow};
+use crate::io::ros::topics::{OUTGOING, OutgoingRow, TopicFlow};
 
 /// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +34,8 @@ impl FromIterator<(&'static str, String)> for TopicNames {
 pub(super) fn written(section: &str) -> Vec<ConfigKey<String>> {
     let key = |row: &OutgoingRow| {
         let (_, name) = row.key.filter(|key| key.0 == section)?;
-        let key = if row.default_name.is_empty() { optional_topic } else { topic };
+        let is_optional = row.default_name.is_empty() || row.flow == TopicFlow::VehicleStatus;
+        let key = if is_optional { optional_topic } else { topic };
         Some(key(name, row.default_name).doc(row.doc))
     };
     OUTGOING.iter().filter_map(key).collect()

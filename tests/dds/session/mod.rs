@@ -58,7 +58,6 @@ impl Role {
     }
 
     /// With the topics of velocity and gear.
-    #[allow(dead_code)] // the tests of Zenoh do not use it
     pub(crate) fn with_vehicle_status(self) -> Self {
         self.with("topics", json!("vehicle_status"))
     }

@@ -4,7 +4,7 @@ use std::net::IpAddr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::io::ros::parameters::ServiceContents;
+use crate::io::ros::parameters::{Parameters, ServiceContents};
 use crate::io::ros::settings::{Recovery, Transport};
 use crate::io::ros::topics::{Delivery, Durability, Reliability};
 
@@ -38,9 +38,21 @@ pub struct NetworkSettings {
 }
 
 impl NetworkSettings {
-    /// Delivery of the messages of the written topic at this position.
-    pub fn delivery(&self, topic: u16) -> Option<Delivery> {
-        self.written.get(usize::from(topic)).map(|written| written.delivery)
+    /// True if each message of the written topic at this position counts, and not only the newest.
+    pub fn counts_each(&self, topic: u16) -> bool {
+        self.written.get(usize::from(topic)).is_some_and(|written| written.delivery.counts_each())
+    }
+
+    /// True if the newest message of the written topic at this position is published again by a successor.
+    pub fn is_kept(&self, topic: u16) -> bool {
+        self.written.get(usize::from(topic)).is_some_and(|written| written.delivery.is_kept())
+    }
+
+    /// Replaces the parameters, where the node has services.
+    pub fn set_parameters(&mut self, parameters: Parameters) {
+        if let Some(services) = &mut self.services {
+            services.parameters = parameters;
+        }
     }
 }
 

@@ -5,7 +5,6 @@ use std::io;
 
 use crate::io::ros::link::{FromNetwork, Link, NetworkSettings, Order, ToNetwork};
 use crate::io::ros::parameters::Parameters;
-use crate::io::ros::topics::Delivery;
 
 /// What the gateway has sent since the last call of [`receive`].
 #[derive(Default)]
@@ -27,12 +26,7 @@ pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result
     while let Some(message) = next_message(link)? {
         match message {
             ToNetwork::Order(topic, order) => {
-                add(
-                    &mut received.orders,
-                    topic,
-                    order,
-                    settings.delivery(topic).is_some_and(Delivery::counts_each),
-                );
+                add(&mut received.orders, topic, order, settings.counts_each(topic));
             }
             ToNetwork::Parameters(parameters) => received.parameters = Some(*parameters),
             ToNetwork::Ping(number) => received.pings.push(number),

@@ -381,9 +381,7 @@ impl Exchange {
     /// Queues what the messages order, if the network was joined, and notes what is current.
     fn deliver(&mut self, messages: &OutgoingMessages) {
         if let Some(parameters) = &messages.parameters {
-            if let Some(services) = &mut self.settings.services {
-                services.parameters.clone_from(parameters);
-            }
+            self.settings.set_parameters(parameters.as_ref().clone());
             if let NetworkPhase::Active(active) = &mut self.phase {
                 active.link.queue(&ToNetwork::Parameters(parameters.clone()));
             }

@@ -112,7 +112,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         key: Some(("ros.topics", "velocity_status")),
         default_name: "/vehicle/status/velocity_status",
         type_name: VelocityReport::TYPE_NAME,
-        doc: "VelocityReport",
+        doc: "VelocityReport; \"\": not published",
         ..MEASUREMENT
     },
     OutgoingRow {
@@ -121,7 +121,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         key: Some(("ros.topics", "steering_status")),
         default_name: "/vehicle/status/steering_status",
         type_name: SteeringReport::TYPE_NAME,
-        doc: "SteeringReport",
+        doc: "SteeringReport; \"\": not published",
         ..MEASUREMENT
     },
     OutgoingRow {
@@ -130,7 +130,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         key: Some(("ros.topics", "gear_status")),
         default_name: "/vehicle/status/gear_status",
         type_name: GearReport::TYPE_NAME,
-        doc: "GearReport",
+        doc: "GearReport; \"\": not published",
         ..STATE
     },
     OutgoingRow {
@@ -139,7 +139,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         key: Some(("ros.topics", "control_mode_status")),
         default_name: "/vehicle/status/control_mode",
         type_name: ControlModeReport::TYPE_NAME,
-        doc: "ControlModeReport",
+        doc: "ControlModeReport; \"\": not published",
         ..STATE
     },
     OutgoingRow {
@@ -148,7 +148,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         key: Some(("ros.topics", "doors_status")),
         default_name: "/vehicle/doors/status",
         type_name: DoorStatusArray::TYPE_NAME,
-        doc: "DoorStatusArray",
+        doc: "DoorStatusArray; \"\": not published",
         ..STATE
     },
     OutgoingRow {

@@ -27,7 +27,6 @@ use crate::io::ros::network::distribution::DISTRO;
 use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::Parameters;
-use crate::io::ros::topics::Delivery;
 
 /// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
@@ -221,8 +220,7 @@ impl DdsWorker {
         for (topic, order) in received.orders {
             let position = usize::from(topic);
             self.each(|participant| participant.carry_out(position, &order));
-            let is_kept = self.settings.delivery(topic).is_some_and(Delivery::is_kept);
-            if let Some(current) = self.current.get_mut(position).filter(|_| is_kept) {
+            if let Some(current) = self.current.get_mut(position).filter(|_| self.settings.is_kept(topic)) {
                 *current = order;
             }
         }
@@ -278,9 +276,7 @@ impl DdsWorker {
         for participant in participants.chain([&mut self.participant]) {
             participant.set_parameters(&parameters);
         }
-        if let Some(services) = &mut self.settings.services {
-            services.parameters = parameters;
-        }
+        self.settings.set_parameters(parameters);
     }
 
     /// Answers requests to the services of the node.

@@ -352,9 +352,7 @@ impl ZenohWorker {
             if let Some(JoinedSession { service_server: Some(server), ids, .. }) = &mut self.joined {
                 server.set_parameters(parameters.clone(), ids);
             }
-            if let Some(services) = &mut self.settings.services {
-                services.parameters = parameters;
-            }
+            self.settings.set_parameters(parameters);
         }
         Ok(received.stop)
     }
@@ -365,7 +363,7 @@ impl ZenohWorker {
             let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
             self.count_write_error(done);
         }
-        if self.settings.delivery(topic).is_some_and(Delivery::is_kept) {
+        if self.settings.is_kept(topic) {
             self.current.insert(topic, order);
         }
     }
