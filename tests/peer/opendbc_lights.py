@@ -1,11 +1,12 @@
-"""Packs frames with opendbc and says which blinkers its car states read in them: an independent opinion on profiles.
+"""Packs frames with opendbc and says what its car states read in them: an independent opinion on profiles.
 
 usage: opendbc_lights.py REQUESTS
 
 REQUESTS has one JSON object a line, of three kinds. The first:
     {"dbc": NAME, "platform": NAME or null, "length_ms": N, "frames": [[MS, MESSAGE, {SIGNAL: VALUE}], ...]}
 Prints one for each:
-    {"frames": [[MS, ID, DATA], ...], "blinkers": [[LEFT, RIGHT], ...]}
+    {"frames": [[MS, ID, DATA], ...], "blinkers": [[LEFT, RIGHT], ...], "status": {NAME: VALUE, ...}}
+Status is speed in m/s, angle of the steering wheel in degrees, yaw rate in rad/s, gear and open door at the end.
 ID is that of the DBC; DATA is hexadecimal. Blinkers are those of CarState every 10 ms, the period
 of openpilot's loop, and empty without a platform. `CANPacker` fills in counters and checksums that it knows.
 
@@ -36,7 +37,7 @@ PERIOD_MS = 10
 BUSES = (0, 1, 2)
 
 
-def read_blinkers(platform, frames, length_ms):
+def read_states(platform, frames, length_ms):
     interface = interfaces[platform](interfaces[platform].get_non_essential_params(platform))
     waiting = iter(frames)
     following = next(waiting, None)
@@ -47,7 +48,17 @@ def read_blinkers(platform, frames, length_ms):
             following = next(waiting, None)
         # The first instants must not be 0, which opendbc takes for "never".
         state = interface.update(received or [((now + 1) * 1_000_000, [])])
-        yield [bool(state.leftBlinker), bool(state.rightBlinker)]
+        yield state
+
+
+def status_of(state):
+    return {
+        "speed": state.vEgoRaw,
+        "steering": state.steeringAngleDeg,
+        "yaw_rate": state.yawRate,
+        "gear": str(state.gearShifter),
+        "door": bool(state.doorOpen),
+    }
 
 
 def answer(request):
@@ -58,8 +69,12 @@ def answer(request):
         assert values.keys() <= known.keys(), f"{request['dbc']} {message} has no {values.keys() - known.keys()}"
         frames.append((at, *packer.make_can_msg(message, 0, values)[:2]))
     platform = request["platform"]
-    blinkers = list(read_blinkers(platform, frames, request["length_ms"])) if platform else []
-    return {"frames": [[at, address, data.hex()] for at, address, data in frames], "blinkers": blinkers}
+    states = list(read_states(platform, frames, request["length_ms"])) if platform else []
+    return {
+        "frames": [[at, address, data.hex()] for at, address, data in frames],
+        "blinkers": [[bool(state.leftBlinker), bool(state.rightBlinker)] for state in states],
+        "status": status_of(states[-1]) if states else None,
+    }
 
 
 def checksums(request):

@@ -31,6 +31,11 @@ pub(crate) struct VehicleFacts {
     /// `+fallback`.
     #[serde(default, deserialize_with = "rows")]
     pub(crate) reports: Vec<[String; 3]>,
+    /// Frames like those of `reports`, sent twice, and reports on the status that follow, separated by `;`: `velocity` in
+    /// m/s, `heading` in rad/s, `steering` in degrees of the steering wheel, `gear`, `control_mode`, or `doors` with the state
+    /// of each; `-` if nothing is published. The wheels have a radius of 0.3 m. Counters and checksums are filled in.
+    #[serde(default, deserialize_with = "rows")]
+    pub(crate) status: Vec<[String; 2]>,
     pub(crate) labelled: Option<LabelledFrames>,
     pub(crate) protection: Option<ProtectionFacts>,
     pub(crate) command: Option<CommandFacts>,
@@ -181,6 +186,10 @@ pub(crate) struct Counterpart {
     /// them in.
     #[serde(default = "yes")]
     pub(crate) packs_protection: bool,
+    /// Signals with their physical values, as `MESSAGE.SIGNAL=VALUE`, and the part of the status that both must read alike from
+    /// them: `speed` without its sign, `yaw_rate`, `steering`, `gear` or `doors`. The first car reads them.
+    #[serde(default, deserialize_with = "rows")]
+    pub(crate) status: Vec<[String; 2]>,
     /// Another vehicle, whose states are tried.
     states_of: Option<String>,
     #[serde(default)]

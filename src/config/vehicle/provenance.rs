@@ -13,6 +13,7 @@ use crate::core::validation::integrity::Protection;
 use crate::core::validation::table::BoundMessage;
 use crate::core::vehicle_lights::binding::{LightsBinding, StateBinding};
 use crate::core::vehicle_status::binding::StatusBinding;
+use crate::core::vehicle_status::velocity::binding::DirectionSource;
 
 /// The bound parts of a profile, which state its facts.
 pub(super) struct BoundParts<'v> {
@@ -62,9 +63,16 @@ fn states<S>(section: &str, binding: &StateBinding<S>, states: &[&str]) -> Vec<S
     }
 }
 
-/// Names the sections of the status that the profile has.
+/// Names the sections of the status that the profile has; of the velocity, direction and heading rate where signals of their own
+/// give them.
 fn status_facts(status: &StatusBinding) -> impl Iterator<Item = &'static str> {
+    let velocity = status.velocity.as_ref();
+    let has_yaw_rate = velocity.is_some_and(|velocity| velocity.yaw_rates().next().is_some());
+    let is_told = |direction: &DirectionSource| matches!(direction, DirectionSource::Signal(_));
     let sections = [
+        ("velocity.speed", velocity.is_some()),
+        ("velocity.direction", velocity.is_some_and(|velocity| velocity.directions.iter().any(is_told))),
+        ("velocity.heading_rate", has_yaw_rate),
         ("steering", status.steering.is_some()),
         ("gear", status.gear.is_some()),
         ("control_mode", status.control_mode.is_some()),

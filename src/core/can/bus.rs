@@ -169,19 +169,25 @@ impl Bus {
         lost
     }
 
-    /// Records a frame of a bound or heartbeat message, which proves the bus alive if `is_life_sign`. Returns `false` when the
-    /// frame must not be used, because it was still queued when the link was lost.
-    pub fn frame_arrived(&mut self, now: MonoTime, is_life_sign: bool) -> bool {
-        let up = self.link == LinkState::Up;
+    /// Records a frame that proves the bus alive. Returns `false` when the frame must not be used, because it was still queued
+    /// when the link was lost.
+    pub fn frame_arrived(&mut self, now: MonoTime) -> bool {
+        let up = self.other_frame_arrived(now);
         if up {
-            self.counts.frames += 1;
-            self.controller.frame_arrived(now);
-        }
-        if up && is_life_sign {
             if let Some(fell_asleep) = self.last_frame.filter(|_| self.is_asleep(now)) {
                 self.last_sleep = Some(Sleep { fell_asleep, woke_up: now });
             }
             self.last_frame = Some(now);
+        }
+        up
+    }
+
+    /// Records a frame of a bound message that does not prove the bus alive. Returns as [`Self::frame_arrived`].
+    pub fn other_frame_arrived(&mut self, now: MonoTime) -> bool {
+        let up = self.link == LinkState::Up;
+        if up {
+            self.counts.frames += 1;
+            self.controller.frame_arrived(now);
         }
         up
     }
@@ -339,7 +345,7 @@ mod tests {
         let mut bus = bus();
         bus.settings.may_sleep = true;
         bus.set_link(LinkState::Up);
-        bus.frame_arrived(at(10), true);
+        bus.frame_arrived(at(10));
         bus
     }
 
@@ -357,7 +363,7 @@ mod tests {
         assert_eq!(bus.finding(at(0)), BusFinding::NoLink(LinkState::Missing));
         bus.set_link(LinkState::Up);
         assert_eq!(bus.reception(at(0)), BusReception::NothingYet);
-        bus.frame_arrived(at(10), true);
+        bus.frame_arrived(at(10));
         assert_eq!(bus.reception(at(110)), BusReception::Receiving);
         let deadline = bus.next_deadline(at(110)).unwrap();
         assert_eq!(bus.reception(deadline), BusReception::Silent);
@@ -372,11 +378,11 @@ mod tests {
     fn loss_is_shown_for_loss_memory_and_counted() {
         let mut bus = bus();
         bus.set_link(LinkState::Up);
-        bus.frame_arrived(MonoTime::ZERO, true);
+        bus.frame_arrived(MonoTime::ZERO);
         bus.frames_dropped(3, MonoTime::ZERO);
         assert_eq!(bus.reception(MonoTime::ZERO), BusReception::Losing);
         let later = deadline_after(MonoTime::ZERO, LOSS_MEMORY);
-        bus.frame_arrived(later, true);
+        bus.frame_arrived(later);
         assert_eq!(bus.reception(later), BusReception::Receiving);
         assert_eq!(bus.counts.drops, 3);
     }
@@ -390,10 +396,10 @@ mod tests {
             (bus.reception(deadline), bus.fell_asleep(deadline)),
             (BusReception::Asleep, Some(at(10)))
         );
-        bus.frame_arrived(at(60_000), true);
+        bus.frame_arrived(at(60_000));
         assert_eq!(bus.reception(at(60_000)), BusReception::Receiving);
         assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "the last frame before the sleep");
-        bus.frame_arrived(at(60_090), true);
+        bus.frame_arrived(at(60_090));
         assert_eq!(bus.fell_asleep(at(60_100)), Some(at(10)), "still waking up");
         let awake = bus.next_deadline(at(60_100)).unwrap();
         assert_eq!(
@@ -423,7 +429,7 @@ mod tests {
         let failures: [Failure<'_>; 7] = [
             ("an error just before", &|bus| {
                 bus.error_frame(error_on_the_wire, at(15));
-                bus.frame_arrived(at(20), true);
+                bus.frame_arrived(at(20));
             }),
             ("an error during the silence", &|bus| bus.error_frame(error_on_the_wire, at(150))),
             ("bus-off", &|bus| bus.error_frame(ErrorFrame::new(0x40, &[]), at(30))),
@@ -434,8 +440,8 @@ mod tests {
             ("error-warning", &|bus| bus.controller_reported(report(ControllerState::Warning), at(5_000))),
             ("error-warning that was announced long ago", &|bus| {
                 bus.error_frame(ErrorFrame::new(0x204, &[0, 8]), at(15));
-                bus.frame_arrived(at(200), true);
-                bus.frame_arrived(at(300), true);
+                bus.frame_arrived(at(200));
+                bus.frame_arrived(at(300));
             }),
             ("a controller that stopped", &|bus| {
                 bus.controller_reported(report(ControllerState::Stopped), at(30));
@@ -445,7 +451,7 @@ mod tests {
             let mut bus = sleeping_bus();
             fail(&mut bus);
             assert_eq!(bus.reception(at(6_000)), BusReception::Silent, "{name}");
-            bus.frame_arrived(at(6_000), true);
+            bus.frame_arrived(at(6_000));
             assert_eq!(bus.fell_asleep(at(6_000)), None, "{name}");
         }
         let mut bus = sleeping_bus();
@@ -459,8 +465,8 @@ mod tests {
     fn error_long_before_last_frame_does_not_prevent_sleep() {
         let mut bus = sleeping_bus();
         bus.error_frame(ErrorFrame::new(0x88, &[]), at(15));
-        bus.frame_arrived(at(100), true);
-        bus.frame_arrived(at(116), true);
+        bus.frame_arrived(at(100));
+        bus.frame_arrived(at(116));
         assert_eq!(bus.reception(at(300)), BusReception::Asleep);
     }
 
@@ -471,7 +477,7 @@ mod tests {
         let passive = BusFinding::Disturbed(ControllerState::Passive, BusReception::Receiving);
         assert_eq!(bus.finding(at(20)), passive);
         bus.error_frame(ErrorFrame::new(0x204, &[0, 0x40]), at(2_000));
-        bus.frame_arrived(at(2_000), true);
+        bus.frame_arrived(at(2_000));
         assert_eq!(bus.finding(at(2_000)), BusFinding::Sound(BusReception::Receiving));
     }
 }

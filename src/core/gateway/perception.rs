@@ -172,7 +172,12 @@ impl Perception {
         let route = routes.get(frame.id()).copied().reduce(Route::or)?;
         let known = &mut self.buses[usize::from(bus.0)];
         let was_alive = known.is_alive(now.mono);
-        if !known.frame_arrived(now.mono, route.is_life_sign) {
+        let is_usable = if route.is_life_sign {
+            known.frame_arrived(now.mono)
+        } else {
+            known.other_frame_arrived(now.mono)
+        };
+        if !is_usable {
             return None;
         }
         // On a bus that may sleep, how long it was quiet is part of why a value is missing.

@@ -4,6 +4,9 @@ use super::state::{Judged, StatusContext, StatusReason};
 use crate::core::validation::table::{Role, SignalIndex};
 use crate::core::validation::unusable::Unusable;
 
+/// Share of a raw step below which a value differs from zero by rounding alone.
+const ROUNDING: f64 = 1e-6;
+
 /// A physical quantity, in SI units and with the signs of Autoware.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
@@ -63,9 +66,11 @@ impl Quantity {
         Ok((sign * value, received))
     }
 
-    /// The value that a raw value of the main signal stands for, without the other signals.
+    /// The value that a raw value of the main signal stands for, without the other signals. What an offset such as −67.67
+    /// leaves of zero by rounding is zero.
     pub fn value(&self, raw: i128) -> f64 {
-        self.factor.mul_add(as_f64(raw), self.offset)
+        let value = self.factor.mul_add(as_f64(raw), self.offset);
+        if value.abs() < self.factor.abs() * ROUNDING { 0.0 } else { value }
     }
 
     /// All signals, the main one first.

@@ -31,8 +31,12 @@ is verified by *nothing* is as good as its source: check it on your car before y
 
 The gateway checks the protection in each frame before it uses a signal.
 
-| make | profile | models | turn | hazard | V2I | commands | protection | verified facts |
-|---|---|---|---|---|---|---|---|---|
+Velocity, steering, gear, mode (who is in control) and doors: what has verified that part of the status, `read` for one that is \
+only read in the source, `–` for one that the profile does not have. A yaw rate sensor is a part of the velocity with a \
+verification of its own.
+
+| make | profile | models | turn | hazard | velocity | yaw rate | steering | gear | mode | doors | V2I | commands | protection | verified facts |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|
 ";
 
 const FACTS: &str = "
@@ -69,6 +73,7 @@ fn yes(is_given: bool) -> &'static str {
 fn protection(settings: &Settings) -> String {
     let gateway = &settings.gateway;
     let messages = gateway.lights.table.messages.iter().chain(&gateway.v2i.table.messages);
+    let messages = messages.chain(&gateway.status.table.messages);
     let mut kinds = [("checksum", false), ("counter", false)];
     for check in messages.filter_map(|message| message.integrity.as_ref()) {
         let (has_checksum, has_counter) = match &check.protection {
@@ -93,17 +98,32 @@ fn verified(provenance: &Provenance) -> String {
     format!("{} of {}", counted.join(", "), provenance.facts.len())
 }
 
+/// The facts of the status, in the order of the columns.
+const STATUS_FACTS: [&str; 6] =
+    ["velocity.speed", "velocity.heading_rate", "steering", "gear", "control_mode", "doors"];
+
+/// What has verified a fact of the status.
+fn status(provenance: &Provenance, name: &str) -> String {
+    if !provenance.facts.iter().any(|fact| fact.name == name) {
+        return "–".to_owned();
+    }
+    let kinds = [Verification::Car, Verification::Recording, Verification::Bench];
+    let is_verified = |kind: &Verification| provenance.facts_verified_by(*kind).contains(&name);
+    kinds.into_iter().find(is_verified).map_or("read".to_owned(), |kind| kind.to_string())
+}
+
 fn overview(name: &str) -> String {
     let settings = profile(name);
     let (lights, provenance) = (&settings.gateway.lights, &settings.provenance);
     let makes = provenance.makes.join(", ");
     format!(
-        "| {} | [{}](../config/vehicles/{name}.toml) | {} | {} | {} | {} | {} | {} | {} |\n",
+        "| {} | [{}](../config/vehicles/{name}.toml) | {} | {} | {} | {} | {} | {} | {} | {} |\n",
         if makes.is_empty() { "–" } else { &makes },
         settings.vehicle,
         provenance.models,
         yes(matches!(lights.turn, TurnBinding::From(_))),
         yes(matches!(lights.hazard, HazardBinding::From(_))),
+        STATUS_FACTS.map(|fact| status(provenance, fact)).join(" | "),
         yes(!settings.gateway.v2i.is_empty()),
         yes(!settings.command_binding.is_empty()),
         protection(settings),

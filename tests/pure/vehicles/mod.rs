@@ -15,6 +15,7 @@ mod real_logs;
 mod recognition;
 mod silences;
 mod simulated;
+mod status;
 mod v2x_unit;
 
 use std::collections::BTreeMap;

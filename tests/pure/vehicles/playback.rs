@@ -13,6 +13,7 @@ use signal_gateway::core::validation::integrity::IntegrityCounts;
 use signal_gateway::core::validation::table::MessageIndex;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
@@ -25,6 +26,8 @@ pub(crate) struct Playback {
     pub(crate) turn: Vec<(u64, &'static str)>,
     /// Changes of the hazard report, likewise.
     pub(crate) hazard: Vec<(u64, &'static str)>,
+    /// Every report on the vehicle's status, with its time in milliseconds.
+    pub(crate) status: Vec<(u64, VehicleStatusOutput)>,
     /// Every status that was sent as a change, refreshes left out.
     pub(crate) changes: Vec<StatusChange>,
     /// All statuses at the end.
@@ -68,6 +71,7 @@ fn play(settings: &Settings, log: Log, routes: Routes) -> Playback {
     let mut playback = Playback {
         turn: vec![],
         hazard: vec![],
+        status: vec![],
         changes: vec![],
         last: vec![],
         checker: IntegrityCounts::default(),
@@ -100,7 +104,7 @@ impl Playback {
             Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
                 note(&mut self.hazard, ms, step.value().map_or("stops", HazardLights::name));
             }
-            Output::VehicleStatus(_) => {}
+            Output::VehicleStatus(status) => self.status.push((ms, status)),
             Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                 panic!("nothing but reports here")
             }

@@ -3,6 +3,7 @@
 
 mod checksums;
 mod commands;
+mod status;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
