@@ -188,11 +188,11 @@ impl Changes {
         match output {
             Output::VehicleLights(output) => {
                 let (report, value) = output.named();
-                self.published(report, value.map(str::to_owned))
+                self.published(report, value.map(|name| (name.to_owned(), name.to_owned())))
             }
             Output::VehicleStatus(output) => {
-                let (report, value) = output.named();
-                self.published(report, value)
+                let value = output.named().map(|value| (value.to_string(), value.state));
+                self.published(output.report().name(), value)
             }
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
@@ -218,16 +218,18 @@ impl Changes {
         self.reports.get("hazard_lights").map(String::as_str)
     }
 
-    fn published(&mut self, report: &'static str, now: Option<String>) -> Vec<Event> {
+    /// Takes the text of a report, and the state whose change is an event; `None` when it is withdrawn.
+    fn published(&mut self, report: &'static str, value: Option<(String, String)>) -> Vec<Event> {
+        let (text, now) = value.unzip();
         let before = match &now {
-            Some(value) => self.reports.insert(report, value.clone()),
+            Some(state) => self.reports.insert(report, state.clone()),
             None => self.reports.remove(report),
         };
         if before == now {
             return Vec::new();
         }
-        let (level, text, kind) = match now {
-            Some(name) => (Level::Ok, name, EventKind::ReportPublished),
+        let (level, text, kind) = match text {
+            Some(text) => (Level::Ok, text, EventKind::ReportPublished),
             None => (Level::Warn, "no longer published".to_owned(), EventKind::ReportWithdrawn),
         };
         vec![Event { level, task: report.to_owned(), text, kind, signals: Vec::new() }]

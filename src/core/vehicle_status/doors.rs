@@ -77,6 +77,11 @@ impl DoorStates {
     }
 }
 
+/// Returns the doors with their states in words.
+pub fn doors_text<'a>(doors: impl Iterator<Item = (&'a str, DoorState)>) -> String {
+    doors.map(|(name, state)| format!("{name} {}", state.name())).collect::<Vec<_>>().join(", ")
+}
+
 impl FromIterator<DoorState> for DoorStates {
     /// More than [`MAX_DOORS`] are left out.
     fn from_iter<I: IntoIterator<Item = DoorState>>(states: I) -> Self {

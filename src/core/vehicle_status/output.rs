@@ -1,9 +1,14 @@
 //! Outputs of the vehicle's status.
 
+use std::fmt;
+
+use super::StatusReport;
 use super::doors::DoorStates;
 use super::gear::Gear;
+use super::measure::Measure;
 use super::steering::TireAngle;
 use super::velocity::Velocity;
+use super::velocity::direction::Motion;
 use crate::core::control_mode::ControlMode;
 use crate::core::vehicle_report::Step;
 
@@ -22,21 +27,55 @@ pub enum VehicleStatusOutput {
     Doors(Step<DoorStates>),
 }
 
+/// A published value in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedValue {
+    /// What changes seldom: the gear, or the direction of a velocity.
+    pub state: String,
+    /// Measured values with their units; empty without any.
+    pub measured: String,
+}
+
 impl VehicleStatusOutput {
-    /// Returns the name of the report and its value in words; `None` when it is withdrawn. The value of a report that is published
-    /// with each frame is just that it is published.
-    pub fn named(self) -> (&'static str, Option<String>) {
-        let streamed = "published".to_owned();
+    /// The report that it is about.
+    pub fn report(self) -> StatusReport {
         match self {
-            Self::Velocity(step) => ("velocity", step.value().map(|_| streamed)),
-            Self::Steering(step) => ("steering", step.value().map(|_| streamed)),
-            Self::Gear(step) => ("gear", step.value().map(|gear| gear.name().to_owned())),
-            Self::ControlMode(step) => ("control_mode", step.value().map(|mode| mode.name().to_owned())),
-            Self::Doors(step) => {
-                let texts =
-                    |doors: DoorStates| doors.as_slice().iter().map(|door| door.name()).collect::<Vec<_>>();
-                ("doors", step.value().map(|doors| texts(doors).join(", ")))
-            }
+            Self::Velocity(_) => StatusReport::Velocity,
+            Self::Steering(_) => StatusReport::Steering,
+            Self::Gear(_) => StatusReport::Gear,
+            Self::ControlMode(_) => StatusReport::ControlMode,
+            Self::Doors(_) => StatusReport::Doors,
         }
+    }
+
+    /// Measured values; empty for a report without any, and when it is withdrawn.
+    pub fn measures(self) -> Vec<(Measure, f64)> {
+        match self {
+            Self::Velocity(step) => step.value().map(|value| value.measures().to_vec()).unwrap_or_default(),
+            Self::Steering(step) => step.value().map(|value| value.measures().to_vec()).unwrap_or_default(),
+            Self::Gear(_) | Self::ControlMode(_) | Self::Doors(_) => Vec::new(),
+        }
+    }
+
+    /// The value in words; `None` when the report is withdrawn.
+    pub fn named(self) -> Option<NamedValue> {
+        let state = match self {
+            Self::Velocity(step) => Motion::of(step.value()?.longitudinal_mps).name().to_owned(),
+            Self::Steering(step) => step.value().map(|_| "published".to_owned())?,
+            Self::Gear(step) => step.value()?.name().to_owned(),
+            Self::ControlMode(step) => step.value()?.name().to_owned(),
+            Self::Doors(step) => {
+                let doors = step.value()?;
+                doors.as_slice().iter().map(|door| door.name()).collect::<Vec<_>>().join(", ")
+            }
+        };
+        Some(NamedValue { state, measured: Measure::texts(&self.measures()) })
+    }
+}
+
+impl fmt::Display for NamedValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let separator = if self.measured.is_empty() { "" } else { ", " };
+        write!(f, "{}{separator}{}", self.state, self.measured)
     }
 }

@@ -33,6 +33,13 @@ pub struct Term {
     pub factor: f64,
 }
 
+impl Term {
+    /// The value that a raw value adds.
+    pub fn value(&self, raw: i128) -> f64 {
+        self.factor * as_f64(raw)
+    }
+}
+
 /// A signal that says how good a value is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualityFlag {
@@ -61,7 +68,7 @@ impl Quantity {
         };
         let mut value = self.value(context.raw(self.role.signal)?);
         if let Some(term) = &self.plus {
-            value += term.factor * as_f64(context.raw(term.signal)?);
+            value += term.value(context.raw(term.signal)?);
         }
         Ok((sign * value, received))
     }

@@ -4,7 +4,7 @@ use super::binding::StatusBinding;
 use super::control_mode::ControlModeSource;
 use super::doors::DoorState;
 use super::gear::GearCode;
-use super::quantity::Quantity;
+use super::quantity::{Quantity, Term};
 use super::steering::{AngleOf, SteeringSource};
 use super::velocity::binding::{SpeedSignal, SpeedSignals, VelocityBinding, WHEELS};
 use super::velocity::direction::Motion;
@@ -14,17 +14,39 @@ use crate::core::validation::display::{RoleTexts, ValueText, role_texts};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::SignalIndex;
 
-/// Meanings of `raw`, one for each use of `signal`.
-pub fn texts(binding: &StatusBinding, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
-    let quantities = named_quantities(binding).into_iter();
-    let measured = quantities.filter(|named| named.quantity.role.signal == signal);
-    let measured = measured.map(|named| named.value_text(raw));
-    let named = roles(binding).into_iter().filter(|role| role.signal == signal);
-    measured.chain(named.map(|role| role.value_text(raw))).collect()
+/// The uses of all signals, with the texts of their values.
+#[derive(Debug, Clone)]
+pub struct StatusTexts {
+    quantities: Vec<NamedQuantity>,
+    roles: Vec<RoleTexts>,
+}
+
+impl StatusTexts {
+    /// Returns the texts of a binding.
+    pub fn of(binding: &StatusBinding) -> Self {
+        Self { quantities: named_quantities(binding), roles: roles(binding) }
+    }
+
+    /// Meanings of `raw`, one for each use of `signal`.
+    pub fn texts(&self, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
+        let measured = self.quantities.iter().filter_map(|named| named.value_text(signal, raw));
+        let named = self.roles.iter().filter(|role| role.signal == signal);
+        measured.chain(named.map(|role| role.value_text(raw))).collect()
+    }
+
+    /// Returns true if the signal has measured values.
+    pub fn is_measured(&self, signal: SignalIndex) -> bool {
+        self.quantities.iter().any(|named| named.part_of(signal).is_some())
+    }
+
+    /// All uses for a list: of a quantity, the values at the ends of its ranges.
+    pub fn roles(&self) -> impl Iterator<Item = RoleTexts> {
+        self.quantities.iter().map(NamedQuantity::role).chain(self.roles.iter().cloned())
+    }
 }
 
 /// All uses of signals with named values.
-pub fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
+fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
     let is_good = |good| if good { "good" } else { "bad" }.to_owned();
     let on_off = |on| if on { "on" } else { "off" }.to_owned();
     let mut roles = Vec::new();
@@ -61,14 +83,15 @@ fn words_of(state: DoorState) -> String {
 }
 
 /// A quantity with its name, and its value in the unit that people expect.
-struct NamedQuantity<'a> {
+#[derive(Debug, Clone)]
+struct NamedQuantity {
     name: String,
-    quantity: &'a Quantity,
+    quantity: Quantity,
     text: fn(f64) -> String,
 }
 
 /// All quantities.
-fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity<'_>> {
+fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity> {
     let degrees = |angle: f64| format!("{:.1}°", angle.to_degrees());
     let rate = |rate: f64| format!("{:.2}°/s", rate.to_degrees());
     let mut named = Vec::new();
@@ -83,7 +106,12 @@ fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity<'_>> {
         }
     }
     let rates = binding.velocity.iter().flat_map(VelocityBinding::yaw_rates);
-    named.extend(rates.map(|quantity| NamedQuantity { name: "yaw rate".to_owned(), quantity, text: rate }));
+    let sensor = |quantity: &Quantity| NamedQuantity {
+        name: "yaw rate".to_owned(),
+        quantity: quantity.clone(),
+        text: rate,
+    };
+    named.extend(rates.map(sensor));
     for SteeringSource { angle_of, angle, .. } in
         binding.steering.iter().flat_map(|steering| &steering.sources)
     {
@@ -91,29 +119,57 @@ fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity<'_>> {
             AngleOf::SteeringWheel => "steering wheel",
             AngleOf::Tire => "front wheels",
         };
-        named.push(NamedQuantity { name: name.to_owned(), quantity: angle, text: degrees });
+        named.push(NamedQuantity { name: name.to_owned(), quantity: angle.clone(), text: degrees });
     }
     named
 }
 
-impl<'a> NamedQuantity<'a> {
-    fn speed(name: String, signal: &'a SpeedSignal) -> Self {
+impl NamedQuantity {
+    fn speed(name: String, signal: &SpeedSignal) -> Self {
         let text = if signal.is_rotation {
             |rotation| format!("{rotation:.2} rad/s")
         } else {
             |speed| format!("{speed:.2} m/s")
         };
-        Self { name, quantity: &signal.quantity, text }
+        Self { name, quantity: signal.quantity.clone(), text }
     }
 
-    fn value_text(&self, raw: i128) -> ValueText {
-        let name = &self.name;
-        let text = match self.quantity.role.values.meaning(raw) {
-            Meaning::Defined(()) => format!("{name} {}", (self.text)(self.quantity.value(raw))),
-            Meaning::NotAvailable => format!("{name} not available"),
-            Meaning::Fault => format!("{name} fault"),
-            Meaning::Undefined => return ValueText { text: format!("{name} UNDEFINED"), defined: false },
-        };
-        ValueText { text, defined: true }
+    /// The part of the quantity that a signal is; `None` if it is none.
+    fn part_of(&self, signal: SignalIndex) -> Option<Part<'_>> {
+        let plus = self.quantity.plus.as_ref().filter(|term| term.signal == signal);
+        let is_main = self.quantity.role.signal == signal;
+        is_main.then_some(Part::Main).or(plus.map(Part::Plus))
     }
+
+    fn value_text(&self, signal: SignalIndex, raw: i128) -> Option<ValueText> {
+        let name = &self.name;
+        let text = match self.part_of(signal)? {
+            Part::Plus(term) => format!("{name} plus {}", (self.text)(term.value(raw))),
+            Part::Main => match self.quantity.role.values.meaning(raw) {
+                Meaning::Defined(()) => format!("{name} {}", (self.text)(self.quantity.value(raw))),
+                Meaning::NotAvailable => format!("{name} not available"),
+                Meaning::Fault => format!("{name} fault"),
+                Meaning::Undefined => {
+                    return Some(ValueText { text: format!("{name} UNDEFINED"), defined: false });
+                }
+            },
+        };
+        Some(ValueText { text, defined: true })
+    }
+
+    /// The ranges of the quantity, with the values at their ends.
+    fn role(&self) -> RoleTexts {
+        let mut texts = role_texts(&self.quantity.role, self.name.clone(), |()| String::new());
+        for (range, text) in texts.named.iter_mut().filter(|(_, text)| text.is_empty()) {
+            let [first, last] = [range.first, range.last].map(|raw| (self.text)(self.quantity.value(raw)));
+            *text = if range.first == range.last { first } else { format!("{first} to {last}") };
+        }
+        texts
+    }
+}
+
+/// The part that a signal has in a quantity.
+enum Part<'a> {
+    Main,
+    Plus(&'a Term),
 }

@@ -7,11 +7,13 @@ use serde::Serialize;
 use super::VehicleStatus;
 use super::binding::StatusBinding;
 use super::control_mode::ControlModeBinding;
+use super::doors::doors_text;
 use super::gear::GearBinding;
+use super::measure::Measure;
 use super::plausibility::alarm::AlarmSet;
 use super::state::{StatusContext, StatusReason};
 use super::velocity::binding::{HeadingRateSource, VelocityBinding};
-use super::velocity::{Velocity, VelocityPart};
+use super::velocity::VelocityPart;
 use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant_name, words};
@@ -220,19 +222,15 @@ impl VehicleStatus {
     /// What is published, for people; `None` while nothing is.
     fn published_text(&self, report: StatusReport) -> Option<String> {
         match report {
-            StatusReport::Velocity => self.velocity.current().map(|(velocity, _)| {
-                let Velocity { longitudinal_mps, heading_rate_radps } = velocity;
-                format!("{longitudinal_mps:.2} m/s, {heading_rate_radps:.3} rad/s")
-            }),
-            StatusReport::Steering => {
-                self.steering.current().map(|(angle, _)| format!("{:.2}°", angle.0.to_degrees()))
+            StatusReport::Velocity => {
+                self.velocity.current().map(|(velocity, _)| Measure::texts(&velocity.measures()))
             }
+            StatusReport::Steering => self.steering.current().map(|(angle, _)| Measure::texts(&angle.measures())),
             StatusReport::Gear => self.gear.current().map(|(gear, _)| gear.name().to_owned()),
             StatusReport::ControlMode => self.control_mode.current().map(|(mode, _)| mode.name().to_owned()),
             StatusReport::Doors => self.doors.current().map(|(states, _)| {
                 let named = self.binding.doors.iter().zip(states.as_slice());
-                let texts = named.map(|(door, state)| format!("{} {}", door.name, state.name()));
-                texts.collect::<Vec<_>>().join(", ")
+                doors_text(named.map(|(door, state)| (door.name.as_str(), *state)))
             }),
         }
     }

@@ -1,5 +1,6 @@
 //! The angle of the front wheels: from the steering wheel's by the geometry of the car, or as the vehicle sends it.
 
+use super::measure::Measure;
 use super::quantity::Quantity;
 use super::settings::{GeometryKey, VehicleGeometry, WheelToTire};
 use super::state::{Judged, StatusContext, StatusReason};
@@ -10,6 +11,13 @@ const BEYOND_MAX: f64 = 1.1;
 /// Angle of the middle front wheel, rad, left positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TireAngle(pub f64);
+
+impl TireAngle {
+    /// Its measured value.
+    pub fn measures(self) -> [(Measure, f64); 1] {
+        [(Measure::TireAngle, self.0)]
+    }
+}
 
 /// Binding of the steering.
 #[derive(Debug, Clone, PartialEq)]

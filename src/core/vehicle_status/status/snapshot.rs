@@ -10,7 +10,7 @@ use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapsho
 use crate::core::vehicle_report::ReportSnapshot;
 use crate::core::vehicle_status::doors::DoorState;
 use crate::core::vehicle_status::gear::Gear;
-use crate::core::vehicle_status::role_texts::texts;
+use crate::core::vehicle_status::role_texts::StatusTexts;
 use crate::core::vehicle_status::velocity::Velocity;
 use crate::core::vehicle_status::{StatusReport, VehicleStatus};
 
@@ -82,7 +82,8 @@ impl VehicleStatus {
     ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::VehicleStatus, table, observations, buses };
-        let signals = received.signals(now, |signal, raw| texts(&self.binding, signal, raw));
+        let texts = StatusTexts::of(&self.binding);
+        let signals = received.signals(now, |signal, raw| texts.texts(signal, raw));
         (signals.collect(), received.messages().collect())
     }
 

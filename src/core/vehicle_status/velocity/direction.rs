@@ -17,6 +17,15 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands still.
+    pub fn of(speed_mps: f64) -> Self {
+        match speed_mps {
+            speed if speed.abs() < 0.1 => Self::Standstill,
+            speed if speed < 0.0 => Self::Backward,
+            _ => Self::Forward,
+        }
+    }
+
     /// Name in texts.
     pub fn name(self) -> &'static str {
         match self {

@@ -7,6 +7,7 @@ pub mod parts;
 pub mod speed;
 
 use super::gear::Gear;
+use super::measure::Measure;
 use super::plausibility::Motion;
 use super::plausibility::alarm::AlarmSet;
 use super::state::{Judged, StatusContext, StatusReason};
@@ -24,6 +25,13 @@ pub struct Velocity {
     pub longitudinal_mps: f64,
     /// Heading rate, rad/s, counter-clockwise positive.
     pub heading_rate_radps: f64,
+}
+
+impl Velocity {
+    /// Its measured values.
+    pub fn measures(self) -> [(Measure, f64); 2] {
+        [(Measure::Speed, self.longitudinal_mps), (Measure::HeadingRate, self.heading_rate_radps)]
+    }
 }
 
 /// The part of a velocity that is concerned.
