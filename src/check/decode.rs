@@ -6,10 +6,13 @@ use crate::config::Settings;
 use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::display::{RoleTexts, raw_and_bits};
+use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{Observations, Unused};
-use crate::core::validation::table::{BoundSignal, MessageIndex, SignalIndex, SignalTable};
+use crate::core::validation::table::{BoundMessage, BoundSignal, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
+use crate::core::vehicle_lights::raw_state::{RawState, raw_state};
 use crate::core::vehicle_lights::role_texts::roles;
+use crate::core::vehicle_status::role_texts::StatusTexts;
 use crate::report::text::escaped;
 
 /// Prints bound signals of frames.
@@ -24,21 +27,39 @@ pub struct Decoder {
     rejected: Vec<Option<&'static str>>,
 }
 
-/// Finds the message of a frame and checks it, as the gateway does.
+/// Finds the message of a frame and checks it, as the gateway does, for the lights and for the vehicle's status.
 #[derive(Debug)]
 pub(super) struct FrameReader {
-    pub(super) binding: LightsBinding,
-    observations: Observations,
-    /// The uses of all signals, with the texts of their values.
-    roles: Vec<RoleTexts>,
+    lights: LightsBinding,
+    light_roles: Vec<RoleTexts>,
+    light_values: Observations,
+    status: SignalTable,
+    status_texts: StatusTexts,
+    status_values: Observations,
 }
 
 /// A frame of a bound message.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ReadFrame {
-    pub(super) message: MessageIndex,
+    /// Position of the message among [`FrameReader::messages`].
+    pub(super) message: usize,
     /// The reason if the gateway would reject the frame.
     pub(super) outcome: Result<(), Unused>,
+}
+
+/// A bound signal in a frame.
+#[derive(Debug)]
+pub(super) struct ReadSignal<'a> {
+    /// Position of the signal among those of the lights, followed by those of the status.
+    pub(super) position: usize,
+    pub(super) signal: &'a BoundSignal,
+    pub(super) raw: i128,
+    /// What the value shows of the lights; a signal of the status shows at most that it is unusable.
+    pub(super) state: RawState,
+    /// Meanings of the raw value, e.g. `turn left`.
+    pub(super) meanings: String,
+    /// The state in words, if it is a measured value, which changes with nearly every frame.
+    pub(super) measured: Option<&'static str>,
 }
 
 /// Returns the bound signals in a frame, with their raw values.
@@ -61,8 +82,15 @@ pub fn signals_in<'a>(
 
 impl FrameReader {
     pub(super) fn new(settings: &Settings) -> Self {
-        let binding = settings.gateway.lights.clone();
-        Self { observations: Observations::new(&binding.table), roles: roles(&binding), binding }
+        let (lights, status) = (settings.gateway.lights.clone(), &settings.gateway.status);
+        Self {
+            light_values: Observations::new(&lights.table),
+            light_roles: roles(&lights),
+            lights,
+            status: status.table.clone(),
+            status_texts: StatusTexts::of(status),
+            status_values: Observations::new(&status.table),
+        }
     }
 
     /// Checks a frame that was received at `stamp`; returns `None` if its message is not bound.
@@ -73,27 +101,86 @@ impl FrameReader {
         stamp: WallStamp,
         now: Now,
     ) -> Option<ReadFrame> {
-        let table = &self.binding.table;
-        let message = table.message_of(bus, frame.id())?;
-        let outcome = self.observations.frame_arrived(table, message, frame, stamp, now);
-        Some(ReadFrame { message, outcome: outcome.map(drop) })
+        let of_lights = self.lights.table.message_of(bus, frame.id()).map(|message| {
+            let outcome = self.light_values.frame_arrived(&self.lights.table, message, frame, stamp, now);
+            ReadFrame { message: message.0, outcome: outcome.map(drop) }
+        });
+        let of_status = self.status.message_of(bus, frame.id()).map(|message| {
+            let outcome = self.status_values.frame_arrived(&self.status, message, frame, stamp, now);
+            let message = self.lights.table.messages.len() + message.0;
+            ReadFrame { message, outcome: outcome.map(drop) }
+        });
+        of_lights.or(of_status)
     }
 
     /// Updates the state of a link. After a lost link, earlier frames no longer count.
     pub(super) fn link(&mut self, bus: BusIndex, state: LinkState) {
         if state != LinkState::Up {
-            self.observations.forget_bus(&self.binding.table, bus);
+            self.light_values.forget_bus(&self.lights.table, bus);
+            self.status_values.forget_bus(&self.status, bus);
         }
     }
 
-    pub(super) fn table(&self) -> &SignalTable {
-        &self.binding.table
+    /// Messages of the lights, followed by those of the status.
+    fn messages(&self) -> impl Iterator<Item = &BoundMessage> {
+        self.lights.table.messages.iter().chain(&self.status.messages)
     }
 
-    /// Returns the meanings of a raw value, e.g. `turn left`.
-    pub(super) fn meanings(&self, signal: SignalIndex, raw: i128) -> String {
-        let of_signal = self.roles.iter().filter(|role| role.signal == signal);
-        of_signal.map(|role| role.value_text(raw).text).collect::<Vec<_>>().join(", ")
+    /// The bound message with an identifier; `None` if it is not bound.
+    pub(super) fn message_of(&self, bus: BusIndex, id: CanId) -> Option<&BoundMessage> {
+        self.messages().find(|message| message.bus == bus && message.ids.contains(id))
+    }
+
+    /// Number of signals of the lights and the status.
+    fn signal_count(&self) -> usize {
+        self.lights.table.signals.len() + self.status.signals.len()
+    }
+
+    /// Returns the bound signals of a frame. A signal of both lights and status has the meanings of both.
+    pub(super) fn signals<'a>(&'a self, bus: BusIndex, frame: &'a Frame) -> Vec<ReadSignal<'a>> {
+        let of_lights = signals_in(&self.lights.table, bus, frame).map(|(index, signal, raw)| {
+            let roles = self.light_roles.iter().filter(|role| role.signal == index);
+            let texts = roles.map(|role| role.value_text(raw).text);
+            ReadSignal {
+                position: index.0,
+                signal,
+                raw,
+                state: raw_state(&self.lights, index, raw),
+                meanings: texts.collect::<Vec<_>>().join(", "),
+                measured: None,
+            }
+        });
+        let mut signals: Vec<_> = of_lights.collect();
+        for (index, signal, raw) in signals_in(&self.status, bus, frame) {
+            let meanings = self.status_texts.text(index, raw);
+            if let Some(known) = signals.iter_mut().find(|known| known.signal.name == signal.name) {
+                known.meanings = format!("{}, {meanings}", known.meanings);
+                continue;
+            }
+            let meaning = self.status_texts.meaning(index, raw);
+            signals.push(ReadSignal {
+                position: self.lights.table.signals.len() + index.0,
+                signal,
+                raw,
+                state: match meaning {
+                    Meaning::Defined(()) => RawState::Other,
+                    Meaning::NotAvailable => RawState::NotAvailable,
+                    Meaning::Fault | Meaning::Undefined => RawState::Faulty,
+                },
+                meanings,
+                measured: self.status_texts.is_measured(index).then(|| meaning_name(meaning)),
+            });
+        }
+        signals
+    }
+}
+
+fn meaning_name(meaning: Meaning<()>) -> &'static str {
+    match meaning {
+        Meaning::Defined(()) => "measured",
+        Meaning::NotAvailable => "not available",
+        Meaning::Fault => "fault",
+        Meaning::Undefined => "UNDEFINED",
     }
 }
 
@@ -104,8 +191,8 @@ impl Decoder {
         let reader = FrameReader::new(settings);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
         Self {
-            last: vec![None; reader.table().signals.len()],
-            rejected: vec![None; reader.table().messages.len()],
+            last: vec![None; reader.signal_count()],
+            rejected: vec![None; reader.messages().count()],
             reader,
             interfaces,
             changes_only,
@@ -131,28 +218,27 @@ impl Decoder {
         let Some(ReadFrame { message, outcome }) = self.reader.read(bus, frame, stamp, now) else {
             return Ok(());
         };
-        let table = self.reader.table();
         let reason = outcome.err().map(Unused::reason);
-        let before = std::mem::replace(&mut self.rejected[message.0], reason);
+        let before = std::mem::replace(&mut self.rejected[message], reason);
         let (stamp, id) = (stamp.candump_text(), frame.id());
         let mut line = |text: &str| writeln!(out, "({stamp}) {interface} {id} {}", escaped(text));
         if let Err(unused) = outcome {
             if !self.changes_only || before != reason {
-                line(&format!("{} REJECTED: {unused}", table.messages[message.0].name))?;
+                let name = self.reader.messages().nth(message).map_or("", |message| message.name.as_str());
+                line(&format!("{name} REJECTED: {unused}"))?;
             }
             if self.changes_only {
                 return Ok(());
             }
         }
-        for (index, signal, raw) in signals_in(table, bus, frame) {
+        for ReadSignal { position, signal, raw, meanings, .. } in self.reader.signals(bus, frame) {
             if outcome.is_ok() {
-                let before = self.last[index.0].replace(raw);
+                let before = self.last[position].replace(raw);
                 if self.changes_only && before == Some(raw) {
                     continue;
                 }
             }
             let rejected = if outcome.is_ok() { "" } else { " (rejected)" };
-            let meanings = self.reader.meanings(index, raw);
             let value = raw_and_bits(raw, &signal.codec);
             line(&format!("{} = {value} {meanings}{rejected}", signal.name))?;
         }

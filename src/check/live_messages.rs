@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::decode::{FrameReader, ReadFrame, signals_in};
+use super::decode::{FrameReader, ReadFrame, ReadSignal};
 use crate::config::Settings;
-use crate::core::can::{BusIndex, CanId, CanInput, Frame, IdMatch, LinkState};
+use crate::core::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -81,9 +81,8 @@ impl<'a> LiveMessages<'a> {
                     Some(row) => row.update(frame, read, *stamp, now.mono),
                     None if is_full => bus.not_shown += 1,
                     None => {
-                        let table = self.reader.table();
-                        let bound = table.message_of(*index, frame.id()).map(|at| table.messages[at.0].ids);
-                        let id = bound.map_or(frame.id(), IdMatch::described);
+                        let bound = self.reader.message_of(*index, frame.id());
+                        let id = bound.map_or(frame.id(), |message| message.ids.described());
                         let database = self.databases.get(usize::from(index.0));
                         let described = database
                             .and_then(|database| database.messages.iter().find(|message| message.id == id));
@@ -118,9 +117,10 @@ impl<'a> LiveMessages<'a> {
 
     fn row(&self, bus: BusIndex, id: CanId, row: &MessageState<'_>, now: MonoTime) -> MessageRow {
         let since = |at: &Option<MonoTime>| at.map(|at| now.since(at));
-        let bound: Vec<_> = signals_in(self.reader.table(), bus, &row.frame)
-            .map(|(index, signal, raw)| {
-                (signal.name.as_str(), format!("{raw} {}", self.reader.meanings(index, raw)))
+        let signals = self.reader.signals(bus, &row.frame).into_iter();
+        let bound: Vec<_> = signals
+            .map(|ReadSignal { signal, raw, meanings, .. }| {
+                (signal.name.as_str(), format!("{raw} {meanings}"))
             })
             .collect();
         let name = row.described.map(|message| message.name.clone());

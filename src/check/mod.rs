@@ -17,6 +17,7 @@ mod survey_text;
 pub mod timeline;
 mod traffic_lights;
 mod turn_signal;
+mod vehicle_status;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
@@ -63,9 +64,11 @@ pub fn binding(settings: &Settings) -> CheckReport {
         }
     }
     let v2i = &settings.gateway.v2i;
-    // A message with both is one message.
+    // A message of several is one message.
     let others = v2i.table.messages.iter().filter(|message| !lights.table.messages.contains(message));
-    for message in lights.table.messages.iter().chain(others) {
+    let known: Vec<_> = lights.table.messages.iter().chain(others).collect();
+    let of_status = vehicle_status::further_messages(&settings.gateway.status, &known);
+    for message in known.iter().copied().chain(of_status) {
         let timing = match message.timing {
             Timing::Cyclic { timeout } => {
                 format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
@@ -85,9 +88,10 @@ pub fn binding(settings: &Settings) -> CheckReport {
         let bus = &settings.gateway.buses[usize::from(requirement.bus.0)].name;
         report.line("requires", format!("on {bus}: {requirement}"));
     }
-    names::roles(settings, &roles(lights), &mut report);
+    names::roles(settings, &lights.table, &roles(lights), &mut report);
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);
+    vehicle_status::reports(settings, &mut report);
     commands::commands(settings, &mut report);
     traffic_lights::sources(v2i, &mut report);
     settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));

@@ -4,14 +4,18 @@ use super::report::CheckReport;
 use crate::config::Settings;
 use crate::core::plausibility::finding::Severity;
 use crate::core::validation::display::RoleTexts;
-use crate::core::validation::table::SignalIndex;
+use crate::core::validation::table::{SignalIndex, SignalTable};
 
 const MAX_HEADING: usize = 10;
 const LISTED: i128 = 3;
 
 /// Returns the DBC's name of a raw value.
-pub(super) fn value_name(settings: &Settings, signal: SignalIndex, raw: i128) -> Option<&str> {
-    let table = &settings.gateway.lights.table;
+pub(super) fn value_name<'a>(
+    settings: &'a Settings,
+    table: &SignalTable,
+    signal: SignalIndex,
+    raw: i128,
+) -> Option<&'a str> {
     let bound = &table.signals[signal.0];
     let message = &table.messages[bound.message.0];
     let database = &settings.dbcs.get(usize::from(message.bus.0))?.database;
@@ -22,14 +26,14 @@ pub(super) fn value_name(settings: &Settings, signal: SignalIndex, raw: i128) ->
 }
 
 /// Lists the meaning of each value with its name in the DBC, and finds sides that look swapped.
-pub(super) fn roles(settings: &Settings, roles: &[RoleTexts], report: &mut CheckReport) {
+pub(super) fn roles(settings: &Settings, table: &SignalTable, roles: &[RoleTexts], report: &mut CheckReport) {
     for role in roles {
-        let name = &settings.gateway.lights.table.signals[role.signal.0].name;
+        let name = &table.signals[role.signal.0].name;
         let mut values = Vec::new();
         for (range, meaning) in &role.named {
             let (first, last) = (range.first, range.last);
             let names = (first..=last.min(first + LISTED - 1))
-                .filter_map(|raw| value_name(settings, role.signal, raw))
+                .filter_map(|raw| value_name(settings, table, role.signal, raw))
                 .collect::<Vec<_>>();
             for name_of_value in &names {
                 let ours = format!("{} {meaning}", role.subject);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::decode::signals_in;
+use super::vehicle_status::{StatusSurvey, further_messages};
 use crate::config::Settings;
 use crate::core::can::error_frame::{bits, class};
 use crate::core::can::{BusIndex, CanId, CanInput, source_address};
@@ -41,7 +42,7 @@ pub(super) struct ErrorSurvey {
 #[derive(Debug)]
 pub(super) struct RecordingSurvey {
     pub(super) evidence: ProfileEvidence,
-    /// Messages of the vehicle's lights, then messages that only V2I uses.
+    /// Messages of the vehicle's lights, then messages that only V2I uses, then those of the vehicle's status alone.
     pub(super) bound: Vec<BoundMessage>,
     pub(super) messages: Vec<MessageSurvey>,
     pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
@@ -56,6 +57,8 @@ pub(super) struct RecordingSurvey {
     /// Time of the first frame on a configured interface.
     pub(super) start: MonoTime,
     pub(super) published: [Duration; 2],
+    /// Reports of the vehicle's status.
+    pub(super) status: StatusSurvey,
 }
 
 /// Times of the last frames of the two latest identifiers on a bus. When a message was missing, one of them is the
@@ -96,7 +99,10 @@ impl RecordingSurvey {
         let known = &lights.table.messages;
         // A message with both is one message.
         let others = settings.gateway.v2i.table.messages.iter().filter(|message| !known.contains(message));
-        let bound: Vec<_> = known.iter().chain(others).cloned().collect();
+        let mut bound: Vec<_> = known.iter().chain(others).cloned().collect();
+        let known: Vec<_> = bound.iter().collect();
+        let of_status: Vec<_> = further_messages(&settings.gateway.status, &known).cloned().collect();
+        bound.extend(of_status);
         let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
         let mut survey = Self {
             evidence: ProfileEvidence::new(lights, &settings.gateway.v2i.table, &databases),
@@ -110,6 +116,7 @@ impl RecordingSurvey {
             current: [(None, false); 2],
             start,
             published: [Duration::ZERO; 2],
+            status: StatusSurvey::new(&settings.gateway.status),
         };
         survey.passed(replay, start);
         survey
@@ -164,6 +171,7 @@ impl RecordingSurvey {
     /// Adds the time of one step to the states before it, then reads the new states.
     pub(super) fn passed(&mut self, replay: &Replay, before: MonoTime) {
         let now = replay.now().mono;
+        self.status.passed(now.since(before));
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
             let (previous_fault, was_published) =

@@ -43,8 +43,10 @@ pub fn recording(settings: &Settings, mut replay: Replay) -> (CheckReport, io::R
             Ok(false) => break Ok(()),
             Err(error) => break Err(error),
         }
-        while replay.poll_output().is_some() {}
         survey.passed(&replay, before);
+        while let Some(output) = replay.poll_output() {
+            survey.status.given_out(&output, replay.now().mono);
+        }
     };
     (report(&survey, settings, &replay), outcome)
 }
@@ -81,6 +83,7 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
     messages(survey, settings, replay, &mut report);
     values(survey, settings, &mut report);
     states(survey, settings, replay, &mut report);
+    survey.status.lines(replay.now().mono, survey.start, &mut report);
     let platforms = settings.dbcs.iter().filter_map(|dbc| {
         let fingerprint = survey.fingerprints.get(&dbc.index)?;
         other_platform(fingerprint.compare_best(dbc.identifier_lists.iter().copied())?)
@@ -169,7 +172,8 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
             let texts = texts(lights, signal, *raw);
             let meaning: Vec<_> = texts.iter().map(|meaning| meaning.text.as_str()).collect();
             let meaning = meaning.join(", ");
-            let named = value_name(settings, signal, *raw).map_or(String::new(), |name| format!(" {name:?}"));
+            let named = value_name(settings, &lights.table, signal, *raw)
+                .map_or(String::new(), |name| format!(" {name:?}"));
             let (first, seen) = (seconds_text(*first), times(*count));
             if !texts.iter().all(|meaning| meaning.defined) {
                 let severity = if *count == 1 { Severity::Note } else { Severity::Warning };
@@ -268,7 +272,7 @@ fn integrity(name: &str, counts: IntegrityCounts, report: &mut CheckReport) {
     if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", text) }
 }
 
-fn seconds_text(at: MonoTime) -> String {
+pub(super) fn seconds_text(at: MonoTime) -> String {
     let millis = at.as_nanos() / 1_000_000;
     format!("{}.{:03} s", millis / 1000, millis % 1000)
 }

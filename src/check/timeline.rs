@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::decode::{FrameReader, ReadFrame, signals_in};
+use super::decode::{FrameReader, ReadFrame, ReadSignal};
 use crate::config::Settings;
 use crate::core::can::{BusIndex, CanInput, Frame, LinkState, link_text};
 use crate::core::command::output::CommandOutput;
@@ -15,12 +15,16 @@ use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::validation::display::raw_and_bits;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
-use crate::core::vehicle_lights::raw_state::{RawState, raw_state};
+use crate::core::vehicle_lights::raw_state::RawState;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use crate::report::timeline::{CausingFrame, Group, Lane, Timeline, Tone};
+use crate::core::vehicle_status::measure::Measure;
+use crate::core::vehicle_status::output::VehicleStatusOutput;
+use crate::report::timeline::{CausingFrame, Curve, Group, Lane, Timeline, Tone};
 
 /// Maximum number of lanes for traffic lights; a map has thousands of lights.
 const MAX_LIGHTS: usize = 60;
+/// Place of the lanes of the vehicle's status, below the lights.
+const STATUS_LANES: usize = 10;
 /// Maximum number of frames that are kept.
 const MAX_FRAMES: usize = 100_000;
 
@@ -39,6 +43,9 @@ pub struct TimelineCollector {
     unused: Option<String>,
     lights_left_out: bool,
     frames_left_out: u64,
+    /// Names of the doors.
+    doors: Vec<String>,
+    curves: BTreeMap<Measure, Curve>,
 }
 
 impl TimelineCollector {
@@ -55,6 +62,8 @@ impl TimelineCollector {
             unused: None,
             lights_left_out: false,
             frames_left_out: 0,
+            doors: settings.gateway.status.doors.iter().map(|door| door.name.clone()).collect(),
+            curves: BTreeMap::new(),
         };
         for interface in collector.interfaces.clone() {
             collector.begin((Group::Links, 0, interface), MonoTime::ZERO, Tone::Ok, "up", false);
@@ -99,7 +108,8 @@ impl TimelineCollector {
             Output::VehicleLights(output) => self.report(*output, at),
             Output::Diagnostics { diagnostics, .. } => self.diagnostics(diagnostics, at),
             Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
-            Output::VehicleStatus(_) | Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => {}
+            Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => {}
+            Output::VehicleStatus(output) => self.vehicle_status(*output, at),
             Output::TurnSignal(output) => self.turn_signal(output, at),
             Output::Command(output) => {
                 let (verb, bus, frame) = match output {
@@ -126,7 +136,9 @@ impl TimelineCollector {
         if self.frames_left_out > 0 {
             remarks.push(format!("{} later states are shown without their frames", self.frames_left_out));
         }
-        let mut timeline = Timeline { title, subtitle, length_s, lanes, frames: self.frames, remarks };
+        let curves = self.curves.into_values().collect();
+        let mut timeline =
+            Timeline { title, subtitle, length_s, curves, lanes, frames: self.frames, remarks };
         timeline.close();
         timeline
     }
@@ -136,18 +148,16 @@ impl TimelineCollector {
         self.unused = outcome.err().map(|unused| unused.to_string());
         (self.last, self.last_kept) = (Some((bus, *frame, stamp, now.mono)), None);
         let mut values = Vec::new();
-        for (position, (index, signal, raw)) in signals_in(self.reader.table(), bus, frame).enumerate() {
-            let text = self.reader.meanings(index, raw);
-            let tone = if self.unused.is_some() {
-                Tone::Warn
-            } else {
-                tone_of(raw_state(&self.reader.binding, index, raw))
-            };
+        let signals = self.reader.signals(bus, frame).into_iter().enumerate();
+        for (position, ReadSignal { signal, raw, state, meanings, measured, .. }) in signals {
+            let tone = if self.unused.is_some() { Tone::Warn } else { tone_of(state) };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
+            // A measured value has a curve.
+            let text = measured.map_or_else(|| format!("{raw} {meanings}"), str::to_owned);
             values.push((
-                (Group::Raw, message.0 * 1_000 + position, signal.name.clone()),
+                (Group::Raw, message * 1_000 + position, signal.name.clone()),
                 tone,
-                format!("{raw} {text}{rejected}"),
+                format!("{text}{rejected}"),
             ));
         }
         for (key, tone, text) in values {
@@ -207,6 +217,36 @@ impl TimelineCollector {
         self.begin((Group::Reports, lane, report.to_owned()), at, tone, text, true);
     }
 
+    /// Begins a state of a report, and adds to the curves of measured values.
+    fn vehicle_status(&mut self, output: VehicleStatusOutput, at: MonoTime) {
+        let report = output.report();
+        for (measure, value) in output.measures() {
+            let row = measure.row();
+            let curve = self.curves.entry(measure).or_insert_with(|| Curve::new(row.name, row.unit));
+            curve.add(seconds(at), measure.shown(value));
+        }
+        let value = output.named();
+        if value.is_none() {
+            let curves = self.curves.iter_mut().filter(|(measure, _)| measure.report() == report);
+            curves.for_each(|(_, curve)| curve.interrupt());
+        }
+        let doors = self.doors.clone();
+        let mut begin = |place: usize, label: String, text: Option<&str>| {
+            let tone = if text.is_some() { Tone::Plain } else { Tone::Nothing };
+            let key = (Group::Reports, STATUS_LANES + 100 * report as usize + place, label);
+            self.begin(key, at, tone, text.unwrap_or("not published"), true);
+        };
+        if let VehicleStatusOutput::Doors(step) = output {
+            let states = step.value();
+            for (place, name) in doors.into_iter().enumerate() {
+                let state = states.as_ref().and_then(|states| states.as_slice().get(place));
+                begin(place, format!("door {name}"), state.map(|state| state.name()));
+            }
+        } else {
+            begin(0, report.name().to_owned(), value.as_ref().map(|value| value.state.as_str()));
+        }
+    }
+
     fn turn_signal(&mut self, output: &TurnSignalOutput, at: MonoTime) {
         match output {
             TurnSignalOutput::TurnCommand { command, .. } => {
@@ -255,12 +295,11 @@ impl TimelineCollector {
             self.frames_left_out += 1;
             return None;
         }
-        let table = self.reader.table();
-        let message = table.message_of(bus, frame.id()).map(|index| &table.messages[index.0]);
+        let message = self.reader.message_of(bus, frame.id());
         let mut signals: Vec<_> = self.unused.iter().map(|unused| format!("rejected: {unused}")).collect();
-        signals.extend(signals_in(table, bus, &frame).map(|(index, signal, raw)| {
-            let value = raw_and_bits(raw, &signal.codec);
-            format!("{} = {value} {}", signal.name, self.reader.meanings(index, raw))
+        let read = self.reader.signals(bus, &frame).into_iter();
+        signals.extend(read.map(|ReadSignal { signal, raw, meanings, .. }| {
+            format!("{} = {} {meanings}", signal.name, raw_and_bits(raw, &signal.codec))
         }));
         let bytes: Vec<_> = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
         self.frames.push(CausingFrame {
@@ -316,6 +355,7 @@ mod tests {
     use crate::config::built_in::BuiltIn;
     use crate::config::files::Disk;
     use crate::config::load_profile;
+    use crate::core::vehicle_lights::raw_state::raw_state;
     use crate::core::vehicle_lights::role_texts::{roles, texts};
 
     /// The colour that a text of one use stands for.

@@ -39,6 +39,8 @@ impl<'a> Feed<'a> {
 pub struct LiveView {
     /// Turn indicators and hazard lights, as far as the profile has them.
     pub reports: Vec<ReportView>,
+    /// Velocity, steering, gear, control mode and doors, as far as the profile has them.
+    pub vehicle_status: Vec<ReportView>,
     /// The buses, in the order of the vehicle profile.
     pub buses: Vec<BusView>,
     /// The decider's decision; `None` before the first.
@@ -67,13 +69,15 @@ pub struct Badge {
     pub text: String,
 }
 
-/// A report on lights, with the way to it.
+/// A report, with the way to it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ReportView {
-    /// Its key in the snapshot.
+    /// Its key in the snapshot, there in `vehicle_status` if it is no report on lights.
     pub key: &'static str,
-    /// What is requested of the vehicle.
-    pub commanded: Tile,
+    /// Its heading.
+    pub title: &'static str,
+    /// What is requested of the vehicle; `None` for what cannot be.
+    pub commanded: Option<Tile>,
     /// The value that is published, if any.
     pub reported: Tile,
     /// The signals on which it depends.
@@ -162,16 +166,23 @@ impl LiveView {
             let function = commands.map(|commands| &commands.turn_indicators);
             let decided = decision.map(|decision| turn_words(decision.turn));
             let commanded = commanded(snapshot, function, decided);
-            report_view("turn_indicators", snapshot, report, report.published.map(reported_turn), commanded)
+            let named = ("turn_indicators", "Turn indicators", UsedBy::VehicleLights);
+            report_view(named, snapshot, report, report.published.map(reported_turn), Some(commanded))
         });
         let hazard = snapshot.hazard_lights.as_ref().map(|report| {
             let function = commands.map(|commands| &commands.hazard_lights);
             let decided = decision.map(|decision| hazard_words(decision.hazard));
             let commanded = commanded(snapshot, function, decided);
-            report_view("hazard_lights", snapshot, report, report.published.map(reported_hazard), commanded)
+            let named = ("hazard_lights", "Hazard lights", UsedBy::VehicleLights);
+            report_view(named, snapshot, report, report.published.map(reported_hazard), Some(commanded))
+        });
+        let status = snapshot.vehicle_status.reports().into_iter().map(|(of, report)| {
+            let named = (of.name(), of.title(), UsedBy::VehicleStatus);
+            report_view(named, snapshot, &report, report.published.as_deref(), None)
         });
         Self {
             reports: turn.into_iter().chain(hazard).collect(),
+            vehicle_status: status.collect(),
             buses: snapshot.buses.iter().map(bus_view).collect(),
             decision: decision.map(decision_view),
         }
@@ -247,9 +258,10 @@ fn commanded(snapshot: &Snapshot, function: Option<&FunctionSnapshot>, decided: 
 pub fn signals_of<'a, T>(
     snapshot: &'a Snapshot,
     report: &'a ReportSnapshot<T>,
+    used_by: UsedBy,
 ) -> impl Iterator<Item = &'a SignalSnapshot> {
-    let of_lights = |signal: &&SignalSnapshot| signal.used_by == UsedBy::VehicleLights;
-    snapshot.signals.iter().filter(of_lights).filter(|signal| report.signals.contains(&signal.name))
+    let of_flow = move |signal: &&SignalSnapshot| signal.used_by == used_by;
+    snapshot.signals.iter().filter(of_flow).filter(|signal| report.signals.contains(&signal.name))
 }
 
 /// The message that carries a signal.
@@ -269,11 +281,11 @@ pub fn integrity_text(integrity: &IntegritySnapshot) -> String {
 }
 
 fn report_view<T>(
-    key: &'static str,
+    (key, title, used_by): (&'static str, &'static str, UsedBy),
     snapshot: &Snapshot,
     report: &ReportSnapshot<T>,
     published: Option<&str>,
-    commanded: Tile,
+    commanded: Option<Tile>,
 ) -> ReportView {
     let source = report.source.as_ref().map(|source| format!("by {source}"));
     let lines = [Some(report.message.clone()), report.reason.clone(), source].into_iter().flatten().collect();
@@ -287,9 +299,10 @@ fn report_view<T>(
         .last_failure
         .as_ref()
         .map(|last| format!("; the last {} ago: {}", age_text(last.age_ms / 1000 * 1000), last.text));
-    let signals: Vec<_> = signals_of(snapshot, report).collect();
+    let signals: Vec<_> = signals_of(snapshot, report, used_by).collect();
     ReportView {
         key,
+        title,
         commanded,
         reported,
         raw: signals.iter().map(|signal| raw_view(signal)).collect(),

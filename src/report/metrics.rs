@@ -12,11 +12,17 @@ use prometheus_client::registry::{Registry, Unit};
 
 use super::counts::{self, Count};
 use crate::core::can::{BusSnapshot, LinkState};
+use crate::core::control_mode::ControlMode;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
+use crate::core::light_command::Numbered as _;
 use crate::core::names::variant_name;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_report::FailureCounts;
+use crate::core::vehicle_status::VehicleStatusSnapshot;
+use crate::core::vehicle_status::doors::DoorState;
+use crate::core::vehicle_status::gear::Gear;
+use crate::core::vehicle_status::measure::MeasureRow;
 
 /// Media type of [`openmetrics`].
 pub const OPENMETRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -66,6 +72,7 @@ impl Collector for Metrics {
         let mut writer = Writer(encoder);
         let snapshot = &self.0;
         writer.reports(snapshot)?;
+        writer.vehicle_status(&snapshot.vehicle_status)?;
         writer.signals(snapshot)?;
         writer.buses(&snapshot.buses)?;
         writer.commands(snapshot)?;
@@ -123,7 +130,11 @@ impl Writer<'_> {
         let hazard = snapshot.hazard_lights.as_ref();
         let hazard =
             hazard.map(|report| ("hazard_lights", report.published.map(HazardLights::name), report.failures));
-        let reports: Vec<(&str, Option<&str>, FailureCounts)> = turn.into_iter().chain(hazard).collect();
+        let status = snapshot.vehicle_status.reports();
+        let status =
+            status.iter().map(|(name, report)| (name.name(), report.published.as_deref(), report.failures));
+        let reports: Vec<(&str, Option<&str>, FailureCounts)> =
+            turn.into_iter().chain(hazard).chain(status).collect();
         let published = reports.iter().map(|(name, value, _)| ([("report", *name)], flag(value.is_some())));
         self.gauges(
             "report_published",
@@ -132,13 +143,17 @@ impl Writer<'_> {
             published,
         )?;
         let states = reports.iter().flat_map(|(name, value, _)| {
-            let states: &[&str] = match *name {
-                "turn_indicators" => &["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"],
-                _ => &["DISABLE", "ENABLE"],
+            let states = match *name {
+                "turn_indicators" => vec!["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"],
+                "hazard_lights" => vec!["DISABLE", "ENABLE"],
+                "gear" => Gear::all().map(Gear::name).collect(),
+                "control_mode" => ControlMode::ALL.iter().map(|mode| mode.name()).collect(),
+                // Measured values, and several doors.
+                _ => Vec::new(),
             };
             states
-                .iter()
-                .map(move |state| ([("report", *name), ("state", *state)], flag(*value == Some(*state))))
+                .into_iter()
+                .map(move |state| ([("report", *name), ("state", state)], flag(*value == Some(state))))
         });
         self.gauges(
             "report_state",
@@ -155,6 +170,21 @@ impl Writer<'_> {
             kinds.map(|(kind, count)| ([("report", *name), ("kind", kind)], count))
         });
         self.counters("report_failures", "Failures of a report", failures)
+    }
+
+    fn vehicle_status(&mut self, status: &VehicleStatusSnapshot) -> fmt::Result {
+        for (measure, value) in status.measures() {
+            let MeasureRow { metric, metric_unit, metric_help, .. } = measure.row();
+            let unit = Unit::Other((*metric_unit).to_owned());
+            self.gauges(metric, metric_help, Some(&unit), [([], value)])?;
+        }
+        let doors = status.doors.iter().filter_map(|report| report.published.as_ref()).flatten();
+        let states = doors.flat_map(|door| {
+            DoorState::ALL.iter().map(|state| {
+                ([("door", door.name.as_str()), ("state", state.name())], flag(door.state == *state))
+            })
+        });
+        self.gauges("door_state", "1 for the state that a door has, 0 for every other one", None, states)
     }
 
     fn signals(&mut self, snapshot: &Snapshot) -> fmt::Result {

@@ -7,6 +7,7 @@ use super::live_view::{integrity_text, message_of};
 use super::text::{counted, escaped, wrapped};
 use crate::core::can::BusSnapshot;
 use crate::core::command::snapshot::{CommandSnapshot, FunctionSnapshot, LightsValue};
+use crate::core::control_mode::ControlMode;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::configuration::ConfigurationState;
 use crate::core::gateway::network::ZenohLinks;
@@ -19,6 +20,7 @@ use crate::core::turn_signal::flow::snapshot::DeciderSnapshot;
 use crate::core::validation::snapshot::{IntegritySnapshot, SignalSnapshot};
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_report::ReportSnapshot;
+use crate::core::vehicle_status::gear::Gear;
 
 /// Longest headline, in characters; `systemctl status` shows one line.
 const MAX_HEADLINE: usize = 200;
@@ -28,7 +30,12 @@ pub fn headline(snapshot: &Snapshot) -> String {
     let text = if snapshot.level == Level::Ok {
         let turn = snapshot.turn_indicators.as_ref().map(|report| ("turn", turn_name(report)));
         let hazard = snapshot.hazard_lights.as_ref().map(|report| ("hazard", hazard_name(report)));
-        let reports = turn.into_iter().chain(hazard);
+        let status = &snapshot.vehicle_status;
+        // What is measured changes all the time.
+        let gear = status.gear.as_ref().map(|report| ("gear", report.published.map(Gear::name)));
+        let mode = status.control_mode.as_ref();
+        let mode = mode.map(|report| ("control mode", report.published.map(ControlMode::name)));
+        let reports = [turn, hazard, gear, mode].into_iter().flatten();
         let texts: Vec<_> =
             reports.map(|(name, value)| format!("{name} {}", value.unwrap_or("not published"))).collect();
         if texts.is_empty() { "OK".to_owned() } else { format!("OK: {}", texts.join(", ")) }
@@ -147,6 +154,9 @@ impl Text {
         }
         if let Some(report) = &snapshot.hazard_lights {
             self.report("hazard_lights", report, hazard_name(report));
+        }
+        for (name, report) in snapshot.vehicle_status.reports() {
+            self.report(name.name(), &report, report.published.as_deref());
         }
     }
 

@@ -1,6 +1,6 @@
 //! Texts for signals: why there is no value, and the meanings of raw values.
 
-use super::meaning::{Meaning, RawRange};
+use super::meaning::{Meaning, RawRange, ValueMap};
 use super::observation::MissingReason;
 use super::table::{Role, SignalIndex, SignalTable};
 use crate::core::can::{Bus, FrameFormat, link_text};
@@ -24,6 +24,8 @@ pub struct RoleTexts {
     pub subject: String,
     /// Named values with their texts.
     pub named: Vec<(RawRange, String)>,
+    /// Whether a value can be used.
+    pub meanings: ValueMap<()>,
 }
 
 impl RoleTexts {
@@ -48,7 +50,12 @@ pub fn role_texts<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> 
         };
         (*range, text)
     };
-    RoleTexts { signal: role.signal, subject, named: role.values.entries().iter().map(value_text).collect() }
+    RoleTexts {
+        signal: role.signal,
+        subject,
+        named: role.values.entries().iter().map(value_text).collect(),
+        meanings: role.values.map(|_| ()),
+    }
 }
 
 /// Returns the text for a missing value, e.g. `BLINK is stale, silent for more than 500 ms`.

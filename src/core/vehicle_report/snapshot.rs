@@ -33,3 +33,22 @@ pub struct ReportSnapshot<T> {
     /// The last failure; `None` before the first.
     pub last_failure: Option<LastFailure>,
 }
+
+impl<T> ReportSnapshot<T> {
+    /// Returns the same report with its value converted by `value`.
+    pub fn map<U>(&self, value: impl FnOnce(&T) -> U) -> ReportSnapshot<U> {
+        ReportSnapshot {
+            published: self.published.as_ref().map(value),
+            withheld: self.withheld.clone(),
+            failure: self.failure,
+            level: self.level,
+            message: self.message.clone(),
+            source: self.source.clone(),
+            reason: self.reason.clone(),
+            stamp_ns: self.stamp_ns,
+            signals: self.signals.clone(),
+            failures: self.failures,
+            last_failure: self.last_failure.clone(),
+        }
+    }
+}

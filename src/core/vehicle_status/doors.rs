@@ -35,6 +35,10 @@ pub enum DoorState {
 }
 
 impl DoorState {
+    /// All states.
+    pub const ALL: [Self; 6] =
+        [Self::Unknown, Self::NotAvailable, Self::Opened, Self::Closed, Self::Opening, Self::Closing];
+
     /// Name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
         variant_name(&self)

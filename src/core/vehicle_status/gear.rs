@@ -62,6 +62,32 @@ pub enum Gear {
 }
 
 impl Gear {
+    /// Returns all gears.
+    pub fn all() -> impl Iterator<Item = Self> {
+        const FORWARD: [Gear; 18] = [
+            Gear::Drive,
+            Gear::Drive2,
+            Gear::Drive3,
+            Gear::Drive4,
+            Gear::Drive5,
+            Gear::Drive6,
+            Gear::Drive7,
+            Gear::Drive8,
+            Gear::Drive9,
+            Gear::Drive10,
+            Gear::Drive11,
+            Gear::Drive12,
+            Gear::Drive13,
+            Gear::Drive14,
+            Gear::Drive15,
+            Gear::Drive16,
+            Gear::Drive17,
+            Gear::Drive18,
+        ];
+        let others = [Self::Reverse, Self::Reverse2, Self::Park, Self::Low, Self::Low2];
+        std::iter::once(Self::Neutral).chain(FORWARD).chain(others)
+    }
+
     /// Name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
         variant_name(&self)

@@ -1,5 +1,7 @@
 //! The measured values of the reports: names, units and texts, for whatever shows them.
 
+use super::StatusReport;
+
 /// A measured value of a report, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
@@ -75,6 +77,14 @@ impl Measure {
         }
     }
 
+    /// The report that has it.
+    pub const fn report(self) -> StatusReport {
+        match self {
+            Self::Speed | Self::HeadingRate => StatusReport::Velocity,
+            Self::TireAngle => StatusReport::Steering,
+        }
+    }
+
     /// Returns the value in the unit for people.
     pub fn shown(self, value: f64) -> f64 {
         value * self.row().factor
@@ -104,6 +114,9 @@ mod tests {
         assert_eq!(Measure::Speed.text(-2.0), "-2.00 m/s");
         assert_eq!(Measure::Speed.text(-0.001), "0.00 m/s");
         assert_eq!(Measure::TireAngle.text(std::f64::consts::FRAC_PI_6), "30.00°");
-        assert_eq!(Measure::texts(&[(Measure::Speed, 1.0), (Measure::HeadingRate, 0.1)]), "1.00 m/s, 5.73°/s");
+        assert_eq!(
+            Measure::texts(&[(Measure::Speed, 1.0), (Measure::HeadingRate, 0.1)]),
+            "1.00 m/s, 5.73°/s"
+        );
     }
 }

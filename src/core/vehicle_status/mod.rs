@@ -8,6 +8,7 @@ pub mod control_mode;
 pub mod doors;
 pub mod gear;
 pub mod measure;
+pub mod missing_dimensions;
 pub mod output;
 pub mod plausibility;
 pub mod quantity;

@@ -34,6 +34,20 @@ impl StatusTexts {
         measured.chain(named.map(|role| role.value_text(raw))).collect()
     }
 
+    /// The same in one text.
+    pub fn text(&self, signal: SignalIndex, raw: i128) -> String {
+        self.texts(signal, raw).into_iter().map(|meaning| meaning.text).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The meaning of `raw` by all uses of `signal`; of several, the worst counts.
+    pub fn meaning(&self, signal: SignalIndex, raw: i128) -> Meaning<()> {
+        let quantities = self.quantities.iter().filter(|named| named.quantity.role.signal == signal);
+        let measured = quantities.map(|named| named.quantity.role.values.meaning(raw));
+        let roles = self.roles.iter().filter(|role| role.signal == signal);
+        let named = roles.map(|role| role.meanings.meaning(raw));
+        measured.chain(named).max_by_key(|meaning| severity(*meaning)).unwrap_or(Meaning::Defined(()))
+    }
+
     /// Returns true if the signal has measured values.
     pub fn is_measured(&self, signal: SignalIndex) -> bool {
         self.quantities.iter().any(|named| named.part_of(signal).is_some())
@@ -76,6 +90,15 @@ fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
         roles.push(role_texts(&door.role, format!("door {}", door.name), |state: DoorState| words_of(state)));
     }
     roles
+}
+
+const fn severity(meaning: Meaning<()>) -> u8 {
+    match meaning {
+        Meaning::Defined(()) => 0,
+        Meaning::NotAvailable => 1,
+        Meaning::Undefined => 2,
+        Meaning::Fault => 3,
+    }
 }
 
 fn words_of(state: DoorState) -> String {

@@ -12,8 +12,8 @@ use super::gear::GearBinding;
 use super::measure::Measure;
 use super::plausibility::alarm::AlarmSet;
 use super::state::{StatusContext, StatusReason};
-use super::velocity::binding::{HeadingRateSource, VelocityBinding};
 use super::velocity::VelocityPart;
+use super::velocity::binding::{HeadingRateSource, VelocityBinding};
 use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant_name, words};
@@ -43,6 +43,17 @@ impl StatusReport {
     /// Name of the diagnostic task.
     pub fn name(self) -> &'static str {
         variant_name(&self)
+    }
+
+    /// Heading of the report for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Velocity => "Velocity",
+            Self::Steering => "Steering",
+            Self::Gear => "Gear",
+            Self::ControlMode => "Control mode",
+            Self::Doors => "Doors",
+        }
     }
 
     /// The reports that a profile describes, in their order.
@@ -225,7 +236,9 @@ impl VehicleStatus {
             StatusReport::Velocity => {
                 self.velocity.current().map(|(velocity, _)| Measure::texts(&velocity.measures()))
             }
-            StatusReport::Steering => self.steering.current().map(|(angle, _)| Measure::texts(&angle.measures())),
+            StatusReport::Steering => {
+                self.steering.current().map(|(angle, _)| Measure::texts(&angle.measures()))
+            }
             StatusReport::Gear => self.gear.current().map(|(gear, _)| gear.name().to_owned()),
             StatusReport::ControlMode => self.control_mode.current().map(|(mode, _)| mode.name().to_owned()),
             StatusReport::Doors => self.doors.current().map(|(states, _)| {

@@ -16,6 +16,8 @@ pub(super) const SHADE: &str = "#f4f6f8";
 pub(super) const BOX: &str = "#dfe7f0";
 /// Borders of boxes with names.
 pub(super) const BOX_EDGE: &str = "#8a9bb0";
+/// Curves.
+pub(super) const CURVE: &str = "#2166ac";
 /// Marks and their texts.
 pub(super) const MARK: &str = "#7b3f98";
 

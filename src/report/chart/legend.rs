@@ -25,7 +25,7 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
                 bulbs = bulbs.union(*set);
             }
             Look::Command(kind, indicator) => drop(commands.insert((*kind, *indicator))),
-            Look::Named(_) | Look::Lanelet(..) | Look::Share(..) => {}
+            Look::Named(_) | Look::Lanelet(..) | Look::Share(..) | Look::Curve { .. } => {}
             Look::Status(level, _) => drop(levels.insert(*level)),
         }
     }

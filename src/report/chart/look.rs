@@ -23,6 +23,15 @@ pub enum Look {
     Share(f64, String),
     /// A status with its message.
     Status(Level, String),
+    /// A quantity as a line, with its range as text.
+    Curve {
+        /// Position along the bar and share of the row's range, both 0 to 1.
+        points: Vec<(f64, f64)>,
+        /// Share at which the quantity is 0.
+        zero: f64,
+        /// Its range in words.
+        text: String,
+    },
 }
 
 const STRIPE_PX: f64 = 12.0;
@@ -30,6 +39,10 @@ const MAX_STRIPES: u8 = 6;
 /// A narrower bar is all border.
 const BORDERLESS_PX: f64 = 4.0;
 const SIGN_PX: f64 = 11.0;
+/// Height of a curve.
+const CURVE_PX: f64 = 64.0;
+/// Above the highest and below the lowest value of a curve.
+const CURVE_EDGE_PX: f64 = 3.0;
 /// Room left and right of a label together.
 const LABEL_GAP_PX: f64 = 6.0;
 /// From the middle of a line of text down to its base line, as a factor of its size.
@@ -45,6 +58,7 @@ impl Look {
                 name.clone()
             }
             Self::Command(kind, indicator) => kind.description(*indicator),
+            Self::Curve { text, .. } => text.clone(),
         }
     }
 
@@ -58,6 +72,7 @@ impl Look {
             Self::Named(_) | Self::Lanelet(..) | Self::Share(..) | Self::Command(..) | Self::Status(..) => {
                 single_px
             }
+            Self::Curve { .. } => CURVE_PX.max(single_px),
         }
     }
 
@@ -98,6 +113,7 @@ impl Look {
                         .with("shape-rendering", "crispEdges"),
                 ]
             }
+            Self::Curve { points, zero, .. } => curve(points, *zero, area),
             Self::Status(level, message) => {
                 let (fill, text) = ink::of_level(*level);
                 let field = rect(area.x, area.y, area.width, area.height).with("fill", fill);
@@ -111,6 +127,24 @@ impl Look {
             }
         }
     }
+}
+
+/// A thin line at zero, and the curve. Values that would fall on each other are left out.
+fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
+    let y = |share: f64| area.y + CURVE_EDGE_PX + (1.0 - share) * (area.height - 2.0 * CURVE_EDGE_PX);
+    let mut drawn: Vec<(String, String)> = Vec::new();
+    for (along, share) in points {
+        let point = (pixels(area.x + along * area.width), pixels(y(*share)));
+        if drawn.last() != Some(&point) {
+            drawn.push(point);
+        }
+    }
+    let path: Vec<_> = drawn.iter().map(|(x, y)| format!("{x},{y}")).collect();
+    let curve = Element::new("polyline").with("points", path.join(" ")).with("fill", "none");
+    vec![
+        line((area.x, y(zero)), (area.x + area.width, y(zero)), ink::GRID),
+        curve.with("stroke", ink::CURVE).with("stroke-width", 1.5).with("stroke-linejoin", "round"),
+    ]
 }
 
 /// A field with as much of its label as fits.

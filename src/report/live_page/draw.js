@@ -95,6 +95,14 @@ const drawCar = (snapshot) => {
   for (const animation of document.getAnimations()) {
     if (animation.animationName === "blink" && animation.startTime !== 0) animation.startTime = 0;
   }
+  // Left is positive, which is against the clock. Unknown wheels are straight, and dashed.
+  const steering = snapshot.vehicle_status.steering;
+  by("wheels").style.display = steering ? "" : "none";
+  const degrees = -(steering?.published ?? 0) * 180 / Math.PI;
+  document.querySelectorAll(".wheel.front").forEach((wheel) => {
+    setClass(wheel, `wheel front ${steering?.published === null ? "unknown" : "known"}`);
+    wheel.setAttribute("transform", `rotate(${degrees.toFixed(1)})`);
+  });
   setText(by("car-text"), CAPTIONS[stateOf(snapshot)]);
 };
 

@@ -21,24 +21,27 @@ const forget = (at) => {
 };
 
 const REPORT_TONES = { DISABLE: "off", ENABLE: "hazard", ENABLE_LEFT: "left", ENABLE_RIGHT: "right" };
-const failuresOf = (report) => (report ? report.failures.unknown + report.failures.invalid + report.failures.hardware_fault : 0);
+const MEASURED = ["velocity", "steering"];
+const failuresOf = ({ failures: { unknown, invalid, hardware_fault: fault } }) => unknown + invalid + fault;
 const remember = (snapshot, at) => {
-  for (const [key, title] of REPORTS) {
-    const report = snapshot[key];
-    if (!report) continue;
+  const counts = {};
+  for (const view of allReports(snapshot)) {
+    const { key, title } = view;
+    const report = reportOf(snapshot, key);
+    counts[key] = failuresOf(report);
     const label = `${title}, report`;
     // One that began and ended between two snapshots was seen by its counter only.
-    if (failures && failures.pid === snapshot.process?.pid && failuresOf(report) > failures[key] && report.published !== null && report.last_failure) {
+    if (failures && failures.pid === snapshot.process?.pid && counts[key] > failures.counts[key] && report.published !== null && report.last_failure) {
       begin(label, Math.max(at - report.last_failure.age_ms, at - 200), "error", report.last_failure.text);
     }
     if (report.published === null) begin(label, at, "error", report.withheld ?? "withheld");
-    else begin(label, at, REPORT_TONES[report.published] ?? "plain", viewOf(snapshot, key).reported.value);
+    // What is measured changes all the time.
+    else if (MEASURED.includes(key)) begin(label, at, "ok", "published");
+    else begin(label, at, REPORT_TONES[report.published] ?? "plain", view.reported.value);
     const command = snapshot.commands?.[key];
-    if (command) begin(`${title}, command`, at, command.requested ?? "none", command.requested ?? viewOf(snapshot, key).commanded.value);
+    if (command) begin(`${title}, command`, at, command.requested ?? "none", command.requested ?? view.commanded.value);
   }
-  failures = {
-    pid: snapshot.process?.pid, turn_indicators: failuresOf(snapshot.turn_indicators), hazard_lights: failuresOf(snapshot.hazard_lights),
-  };
+  failures = { pid: snapshot.process?.pid, counts };
   const turn = snapshot.view.decision?.turn;
   if (turn) begin("Decider", at, turn.replace(" ", "-"), turn);
   for (const bus of snapshot.view.buses) begin(`Bus ${bus.name}`, at, toneOf(bus.level), bus.state);

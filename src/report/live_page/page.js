@@ -19,6 +19,7 @@ const show = (snapshot) => {
   drawHeader(snapshot);
   drawCar(snapshot);
   drawReports(snapshot);
+  drawStatus(snapshot);
   drawTrust(snapshot);
   drawBuses(snapshot);
   drawDecider(snapshot);

@@ -1,7 +1,6 @@
 // The sections, each of a snapshot.
-const REPORTS = [["turn_indicators", "Turn indicators"], ["hazard_lights", "Hazard lights"]];
-
-const viewOf = (snapshot, key) => snapshot.view.reports.find((report) => report.key === key);
+const reportOf = (snapshot, key) => snapshot[key] ?? snapshot.vehicle_status[key];
+const allReports = (snapshot) => [...snapshot.view.reports, ...snapshot.view.vehicle_status];
 
 const cell = (title, tile) => {
   const lines = tile.lines.map((line) => element("p", "more", line));
@@ -18,22 +17,25 @@ const rawCell = (report) => {
   return made;
 };
 const drawReports = (snapshot) => {
-  const present = REPORTS.filter(([key]) => snapshot[key]);
-  keyed(by("reports"), present, ([key]) => key, ([, title]) => {
+  keyed(by("reports"), snapshot.view.reports, ({ key }) => key, ({ title }) => {
     return element("article", "report", element("h3", "", title), element("div", "cells"));
-  }, (article, [key]) => {
-    const report = viewOf(snapshot, key);
+  }, (article, report) => {
     replace(article.lastChild, [cell("Commanded", report.commanded), cell("Reported", report.reported), rawCell(report)]);
+  });
+};
+const drawStatus = (snapshot) => {
+  const reports = snapshot.view.vehicle_status;
+  setHidden(by("status"), !reports.length);
+  keyed(by("status"), reports, ({ key }) => key, () => element("div"), (place, report) => {
+    replace(place, [cell(report.title, report.reported)]);
   });
 };
 
 // The steps from the wire to the report; the first that fails is the reason.
 const drawTrust = (snapshot) => {
-  const present = REPORTS.filter(([key]) => snapshot[key]);
-  keyed(by("chains"), present, ([key]) => key, ([, title]) => {
+  keyed(by("chains"), allReports(snapshot), ({ key }) => key, ({ title }) => {
     return element("article", "", element("h3", "", title), element("ol", "chain"), element("p", "more"));
-  }, (article, [key]) => {
-    const report = viewOf(snapshot, key);
+  }, (article, report) => {
     const [, chain, more] = article.children;
     replace(chain, report.steps.map(({ name, level, text }) =>
       element("li", toneOf(level), badge(toneOf(level), name), element("span", "why", text))));

@@ -10,7 +10,7 @@ use super::car;
 use super::draw_messages::draw_messages;
 use super::ink::{DIM, Ink};
 use super::parts::{bus_line, cut, draw_log, footer, header, lines_of};
-use super::picture::{Function, Mark, More, STAGES, Stage};
+use super::picture::{Function, Mark, More, STAGES, Stage, StatusLine};
 use super::view_model::{Keys, Model, STRIP_MS};
 use crate::core::diagnostics::Level;
 use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color as BulbColor};
@@ -26,6 +26,8 @@ const MIN_LOG: u16 = 3;
 const MAX_REPORTED: usize = 16;
 /// Width of the names of functions.
 const NAME: usize = 8;
+/// Width of the names of the status.
+const STATUS_NAME: usize = 14;
 
 /// Draws all of it.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
@@ -50,9 +52,15 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     } else {
         (car::small(model, ink, width), width)
     };
-    let values = values(model, ink, values_width);
+    let mut values = values(model, ink, values_width);
+    if !model.picture.status.is_empty() {
+        values.push(Line::default());
+        values.extend(model.picture.status.iter().flat_map(|line| status_lines(line, ink, values_width)));
+    }
     // Without a vehicle there is neither a car nor a value.
-    let has_vehicle = !model.picture.functions.is_empty() || model.picture.more.is_empty();
+    let has_vehicle = !model.picture.functions.is_empty()
+        || !model.picture.status.is_empty()
+        || model.picture.more.is_empty();
     let (car, values) = if has_vehicle { (car, values) } else { (Vec::new(), Vec::new()) };
     let [main_height, values_top] = match (lines_of(&car), lines_of(&values)) {
         (car, values) if is_wide => [car.max(values), 0],
@@ -166,6 +174,17 @@ fn values(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
         );
     }
     lines
+}
+
+/// A report of the status in a line, and a line for what is wrong with it.
+fn status_lines(status: &StatusLine, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let StatusLine { name, value, level, reason } = status;
+    let style = if *level == Level::Ok { Style::new() } else { ink.level(*level) };
+    let room = width.saturating_sub(STATUS_NAME);
+    let line =
+        Line::from(vec![Span::raw(format!("{name:<STATUS_NAME$}")), Span::styled(cut(value, room), style)]);
+    let reason = (!reason.is_empty()).then(|| Line::styled(cut(&format!("└ {reason}"), width), style));
+    [line].into_iter().chain(reason).collect()
 }
 
 fn stages_line(function: &Function, ink: Ink) -> Line<'static> {

@@ -7,9 +7,10 @@ use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
 use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::traffic_light::target::StoreLayer;
-use crate::core::validation::snapshot::SignalSnapshot;
+use crate::core::validation::snapshot::{SignalSnapshot, UsedBy};
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_report::ReportSnapshot;
+use crate::core::vehicle_status::StatusReport;
 use crate::report::live_view::{age_text, decider_text, message_of, signals_of};
 
 /// The stages between the bus and ROS, in the order in which trust is won.
@@ -30,6 +31,8 @@ pub struct Picture {
     pub titles: [&'static str; 3],
     /// Turn indicators, hazard lights.
     pub functions: Vec<Function>,
+    /// Velocity, steering, gear, control mode and doors, as far as the profile has them.
+    pub status: Vec<StatusLine>,
     /// The buses, a line each.
     pub buses: Vec<BusLine>,
     /// Further parts, by name: decider, traffic lights, ROS 2.
@@ -72,6 +75,19 @@ pub struct Function {
     pub stages: Vec<Stage>,
     /// Level and message, where it is not simply published.
     pub reason: Option<(Level, String)>,
+}
+
+/// A report of the vehicle's status.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StatusLine {
+    /// Its name.
+    pub name: &'static str,
+    /// The published value; `withheld` while there is none.
+    pub value: String,
+    /// How bad it is.
+    pub level: Level,
+    /// What is wrong; empty while nothing is.
+    pub reason: String,
 }
 
 /// One moment of a function in the strip. A column of several moments shows the greatest.
@@ -148,6 +164,7 @@ impl Picture {
             headline: headline(&marks).to_owned(),
             titles: ["commanded", "reported", "raw"],
             functions,
+            status: snapshot.vehicle_status.reports().into_iter().map(status_line).collect(),
             buses: snapshot.buses.iter().map(bus).collect(),
             more: more(snapshot),
         }
@@ -205,7 +222,7 @@ fn function<T>(
     report: &ReportSnapshot<T>,
     published: Option<(&'static str, Mark)>,
 ) -> Function {
-    let signals: Vec<_> = signals_of(snapshot, report).collect();
+    let signals: Vec<_> = signals_of(snapshot, report, UsedBy::VehicleLights).collect();
     let raw: Vec<_> = signals.iter().map(|signal| raw_text(signal)).collect();
     let value = published.map_or("withheld", |(value, _)| value);
     Function {
@@ -214,6 +231,16 @@ fn function<T>(
         mark: published.map_or(Mark::Withheld, |(_, mark)| mark),
         stages: stages(snapshot, &signals, published.is_some()),
         reason: (report.level != Level::Ok).then(|| (report.level, report.message.clone())),
+    }
+}
+
+fn status_line((of, report): (StatusReport, ReportSnapshot<String>)) -> StatusLine {
+    let is_withheld = report.published.is_none();
+    StatusLine {
+        name: of.title(),
+        value: report.published.unwrap_or_else(|| "withheld".to_owned()),
+        level: if is_withheld { report.level.max(Level::Warn) } else { report.level },
+        reason: if report.level == Level::Ok { String::new() } else { report.message },
     }
 }
 

@@ -121,6 +121,7 @@ impl VehicleState {
                 function("turn", self.turn.map(Turn::name), turn, turn_mark),
                 function("hazard", commanded_hazard, hazard, hazard_mark),
             ],
+            status: Vec::new(),
             buses: self.buses.iter().map(|bus| self.bus(bus)).collect(),
             more: Vec::new(),
         }

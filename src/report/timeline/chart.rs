@@ -1,13 +1,15 @@
 //! The timeline as a chart.
 
-use super::{Group, Span, Timeline, Tone};
+use super::{Curve, Group, MOTION, Span, Timeline, Tone};
 use crate::core::diagnostics::Level;
 use crate::report::chart::{self, Along, Bar, Chart, CommandKind, IndicatorState, Look, Note};
 
 impl Timeline {
     /// The timeline as a chart.
     pub fn chart(&self) -> Chart {
-        let mut lanes: Vec<chart::Lane> = Vec::new();
+        let curves: Vec<_> = self.curves.iter().map(curve_row).collect();
+        let motion = chart::Lane { label: MOTION.to_owned(), rows: curves };
+        let mut lanes: Vec<_> = (!motion.rows.is_empty()).then_some(motion).into_iter().collect();
         for lane in &self.lanes {
             let row = chart::Row {
                 label: lane.label.clone(),
@@ -46,6 +48,26 @@ impl Group {
             Self::Links => "buses",
         }
     }
+}
+
+/// The row of a curve, a bar for each of its parts.
+fn curve_row(curve: &Curve) -> chart::Row {
+    let (low, high) = curve.range();
+    let size = if high > low { high - low } else { 1.0 };
+    let share = |value: f64| (value - low) / size;
+    let unit = curve.unit;
+    let bars = curve.parts().map(|part| {
+        let (from, to) = (part[0].from_s, part[part.len() - 1].to_s);
+        let along = |at_s: f64| if to > from { (at_s - from) / (to - from) } else { 0.0 };
+        let points = part.iter().flat_map(|column| {
+            [(along(column.from_s), share(column.low)), (along(column.to_s), share(column.high))]
+        });
+        let lowest = part.iter().map(|column| column.low).fold(f64::INFINITY, f64::min);
+        let highest = part.iter().map(|column| column.high).fold(f64::NEG_INFINITY, f64::max);
+        let text = format!("{lowest:.2}{unit} to {highest:.2}{unit}");
+        Bar { from, to, look: Look::Curve { points: points.collect(), zero: share(0.0), text } }
+    });
+    chart::Row { label: format!("{}, {low:.1} to {high:.1}{unit}", curve.label), bars: bars.collect() }
 }
 
 /// The bar of a span; `None` where nothing is published.

@@ -2,11 +2,14 @@
 //! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
 
 mod chart;
+mod curve;
 mod page;
 
 use serde::Serialize;
 
 use crate::core::diagnostics::Level;
+
+pub use curve::{Column, Curve};
 
 /// Most spans of a lane; short ones beyond are folded.
 const MAX_SPANS: usize = 1_500;
@@ -22,6 +25,8 @@ pub struct Timeline {
     pub subtitle: String,
     /// Time of the last frame, seconds after the first.
     pub length_s: f64,
+    /// Published measured values, from top to bottom above the lanes.
+    pub curves: Vec<Curve>,
     /// From top to bottom.
     pub lanes: Vec<Lane>,
     /// The frames that spans refer to.
@@ -188,6 +193,9 @@ impl Lane {
         self.spans = kept;
     }
 }
+
+/// Heading of the curves.
+const MOTION: &str = "motion";
 
 impl Timeline {
     /// Removes frames that no span refers to, and says what was folded. Call it once, at the end.

@@ -41,6 +41,25 @@
     chart.append(made);
     return track;
   }
+  const SVG = "http://www.w3.org/2000/svg";
+  const CURVE_PX = 64, EDGE_PX = 3;
+  const curves = data.curves.map((curve) => {
+    if (curve.heading !== heading) {
+      heading = curve.heading;
+      chart.append(element("h2", "", heading));
+    }
+    const range = `${curve.low.toFixed(1)} to ${curve.high.toFixed(1)}${curve.unit}`;
+    const track = row(`${curve.label}, ${range}`, "lane curve");
+    const picture = document.createElementNS(SVG, "svg");
+    picture.setAttribute("role", "img");
+    picture.setAttribute("aria-label", `${curve.label}: ${range}`);
+    track.append(picture);
+    const value = element("output", "at");
+    track.append(value);
+    track.addEventListener("pointermove", (event) => tellValue(curve, track, value, event));
+    track.addEventListener("pointerleave", () => { value.textContent = ""; });
+    return picture;
+  });
   data.lanes.forEach((lane, index) => {
     if (lane.heading !== heading) {
       heading = lane.heading;
@@ -86,6 +105,37 @@
     }
   }
 
+  // Each part is a line through the lowest and highest values of its columns.
+  function drawCurve(curve, index) {
+    const picture = curves[index], width = picture.parentElement.clientWidth || 1;
+    const size = curve.high - curve.low || 1;
+    const x = (at) => (((at - view.from) / (view.to - view.from)) * width).toFixed(1);
+    const y = (value) => (EDGE_PX + ((curve.high - value) / size) * (CURVE_PX - 2 * EDGE_PX)).toFixed(1);
+    picture.setAttribute("viewBox", `0 0 ${width} ${CURVE_PX}`);
+    const drawn = (name, attributes) => {
+      const made = document.createElementNS(SVG, name);
+      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+      return made;
+    };
+    const zero = drawn("line", { class: "zero", x1: 0, x2: width, y1: y(0), y2: y(0) });
+    const margin = (view.to - view.from) / 10;
+    const lines = curve.parts.map((part) => {
+      const seen = part.filter(([from, to]) => to >= view.from - margin && from <= view.to + margin);
+      const points = seen.flatMap(([from, to, low, high]) => low === high ? [`${x(from)},${y(low)}`] : [`${x(from)},${y(low)}`, `${x(to)},${y(high)}`]);
+      return drawn("polyline", { points: points.join(" ") });
+    });
+    picture.replaceChildren(zero, ...lines);
+  }
+
+  function tellValue(curve, track, value, event) {
+    const box = track.getBoundingClientRect();
+    const at = view.from + ((event.clientX - box.left) / box.width) * (view.to - view.from);
+    const part = curve.parts.find((columns) => columns[0][0] <= at && at <= columns.at(-1)[1]);
+    const column = part && part[spanAt(part, at)];
+    const text = column ? (column[2] === column[3] ? column[2].toFixed(2) : `${column[2].toFixed(2)} to ${column[3].toFixed(2)}`) + curve.unit : "not published";
+    value.textContent = `${seconds(at)}: ${text}`;
+  }
+
   function drawLane(lane, index) {
     const track = tracks[index], width = track.clientWidth || 1;
     const scale = width / (view.to - view.from);
@@ -113,6 +163,7 @@
 
   function draw() {
     drawAxis();
+    data.curves.forEach(drawCurve);
     data.lanes.forEach(drawLane);
     by("range").textContent = `${seconds(view.from)} to ${seconds(view.to)}`;
   }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Span, Timeline};
+use super::{Column, MOTION, Span, Timeline};
 use crate::report::text::counted;
 
 const TEMPLATE: &str = include_str!("page.html");
@@ -42,6 +42,17 @@ impl Timeline {
                 "spans": lane.spans.iter().map(span).collect::<Vec<_>>(),
             })
         });
+        let curves = self.curves.iter().map(|curve| {
+            let (low, high) = curve.range();
+            json!({
+                "heading": MOTION,
+                "label": curve.label,
+                "unit": curve.unit,
+                "low": low,
+                "high": high,
+                "parts": curve.parts().map(|part| part.iter().map(column).collect()).collect::<Vec<Vec<_>>>(),
+            })
+        });
         let events = self.lanes.iter().map(|lane| lane.spans.len()).sum::<usize>();
         let summary =
             format!("{}, {}", seconds(self.length_s), counted(events.try_into().unwrap_or(0), "state"));
@@ -50,6 +61,7 @@ impl Timeline {
             "subtitle": self.subtitle,
             "summary": summary,
             "length": self.length_s,
+            "curves": curves.collect::<Vec<_>>(),
             "lanes": lanes.collect::<Vec<_>>(),
             "frames": self.frames,
             "remarks": self.remarks,
@@ -61,6 +73,13 @@ impl Timeline {
 /// Begin, end, tone, text, frame, number of states.
 fn span(span: &Span) -> Value {
     json!([span.from_s, span.to_s, span.tone, span.text, span.frame, span.states])
+}
+
+/// Time of the first and the last value, lowest and highest value.
+fn column(column: &Column) -> Value {
+    // A fifth digit cannot be seen.
+    let rounded = |value: f64| (value * 1e4).round() / 1e4;
+    json!([rounded(column.from_s), rounded(column.to_s), rounded(column.low), rounded(column.high)])
 }
 
 fn seconds(seconds: f64) -> String {

@@ -13,7 +13,15 @@ fn lane(states: usize, seconds_each: f64) -> Lane {
 
 fn timeline(lane: Lane, frames: Vec<CausingFrame>) -> Timeline {
     let (title, subtitle) = ("drive.log".to_owned(), "car".to_owned());
-    Timeline { title, subtitle, length_s: 10.0, lanes: vec![lane], frames, remarks: Vec::new() }
+    Timeline {
+        title,
+        subtitle,
+        length_s: 10.0,
+        curves: Vec::new(),
+        lanes: vec![lane],
+        frames,
+        remarks: Vec::new(),
+    }
 }
 
 fn frame(message: &str) -> CausingFrame {

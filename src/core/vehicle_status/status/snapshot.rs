@@ -8,8 +8,9 @@ use crate::core::control_mode::ControlMode;
 use crate::core::time::{MonoTime, WallStamp};
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
 use crate::core::vehicle_report::ReportSnapshot;
-use crate::core::vehicle_status::doors::DoorState;
+use crate::core::vehicle_status::doors::{DoorState, doors_text};
 use crate::core::vehicle_status::gear::Gear;
+use crate::core::vehicle_status::measure::Measure;
 use crate::core::vehicle_status::role_texts::StatusTexts;
 use crate::core::vehicle_status::velocity::Velocity;
 use crate::core::vehicle_status::{StatusReport, VehicleStatus};
@@ -45,6 +46,44 @@ pub struct VehicleStatusSnapshot {
     pub control_mode: Option<ReportSnapshot<ControlMode>>,
     /// Doors in the order of the profile; `None` when the profile leaves them out.
     pub doors: Option<ReportSnapshot<Vec<DoorSnapshot>>>,
+}
+
+impl VehicleStatusSnapshot {
+    /// The reports that the profile describes, each with its value in words.
+    pub fn reports(&self) -> Vec<(StatusReport, ReportSnapshot<String>)> {
+        let velocity =
+            self.velocity.as_ref().map(|report| report.map(|value| Measure::texts(&value.measures())));
+        let steering =
+            self.steering.as_ref().map(|report| report.map(|angle| Measure::TireAngle.text(*angle)));
+        let gear = self.gear.as_ref().map(|report| report.map(|gear| gear.name().to_owned()));
+        let mode = self.control_mode.as_ref().map(|report| report.map(|mode| mode.name().to_owned()));
+        let doors = self.doors.as_ref().map(|report| {
+            report.map(|doors| doors_text(doors.iter().map(|door| (door.name.as_str(), door.state))))
+        });
+        let reports = [
+            (StatusReport::Velocity, velocity),
+            (StatusReport::Steering, steering),
+            (StatusReport::Gear, gear),
+            (StatusReport::ControlMode, mode),
+            (StatusReport::Doors, doors),
+        ];
+        reports.into_iter().filter_map(|(name, report)| Some((name, report?))).collect()
+    }
+
+    /// The measured values that are published, in SI units.
+    pub fn measures(&self) -> Vec<(Measure, f64)> {
+        let velocity = self.velocity.as_ref().and_then(|report| report.published);
+        let steering = self.steering.as_ref().and_then(|report| report.published);
+        let velocity = velocity.iter().flat_map(|velocity| velocity.measures());
+        velocity.chain(steering.map(|angle| (Measure::TireAngle, angle))).collect()
+    }
+}
+
+impl VelocitySnapshot {
+    fn measures(self) -> [(Measure, f64); 2] {
+        let Self { longitudinal_mps, heading_rate_radps } = self;
+        Velocity { longitudinal_mps, heading_rate_radps }.measures()
+    }
 }
 
 impl VehicleStatus {

@@ -61,6 +61,16 @@ pub enum WheelsUsed {
     FrontProjected,
 }
 
+impl SpeedSignals {
+    /// All signals.
+    pub fn all(&self) -> Vec<&SpeedSignal> {
+        match self {
+            Self::Vehicle(signal) => vec![signal],
+            Self::Wheels { wheels, .. } => wheels.iter().flatten().collect(),
+        }
+    }
+}
+
 /// A signal that gives a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedSignal {
@@ -111,10 +121,7 @@ impl HeadingRateSource {
 impl VelocityBinding {
     /// All speed signals.
     pub fn speed_signals(&self) -> impl Iterator<Item = &SpeedSignal> {
-        self.speeds.iter().flat_map(|source| match &source.signals {
-            SpeedSignals::Vehicle(signal) => vec![signal],
-            SpeedSignals::Wheels { wheels, .. } => wheels.iter().flatten().collect(),
-        })
+        self.speeds.iter().flat_map(|source| source.signals.all())
     }
 
     /// All sensors of the yaw rate.
