@@ -252,7 +252,7 @@ fn play(case: &Case) -> Vec<String> {
             }
             let state = Frame::classic(CanId::Standard(560), &[u8::from(vehicle.overridden) << 4, 0, 0, 0]);
             let now = bench.now();
-            bench.buses[0].frame_arrived(now.mono, true);
+            bench.buses[0].frame_arrived(now.mono);
             bench.flow.handle_frame(BusIndex(0), &state.unwrap(), now.wall, now);
         }
         let report = vehicle.report(&bench, ms);
@@ -349,7 +349,7 @@ fn the_control_mode_may_come_from_a_signal() {
             if let Some(mode) = mode {
                 let frame = Frame::classic(CanId::Standard(560), &[mode << 5, 0, 0, 0]).unwrap();
                 let now = bench.now();
-                bench.buses[0].frame_arrived(now.mono, true);
+                bench.buses[0].frame_arrived(now.mono);
                 bench.flow.handle_frame(BusIndex(0), &frame, now.wall, now);
             }
             bench.settle();
@@ -458,7 +458,7 @@ fn a_driver_override_lasts_until_the_vehicle_signals_its_end() {
             bench.turn(2);
             let frame = sign.map(|sign| Frame::classic(CanId::Standard(560), &[sign << 4, 0, 0, 0]).unwrap());
             let now = bench.now();
-            bench.buses[0].frame_arrived(now.mono, true);
+            bench.buses[0].frame_arrived(now.mono);
             if let Some(frame) = frame {
                 bench.flow.handle_frame(BusIndex(0), &frame, now.wall, now);
             }

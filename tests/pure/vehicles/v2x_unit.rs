@@ -58,7 +58,7 @@ impl Bench {
     fn raw_frame(&mut self, ms: u64, frame: &Frame) -> Vec<String> {
         let messages = &self.reception.binding().table.messages;
         let message = messages.iter().position(|message| message.ids.contains(frame.id())).unwrap();
-        if self.buses[0].frame_arrived(at_ms(ms).mono, true) {
+        if self.buses[0].frame_arrived(at_ms(ms).mono) {
             let (message, now) = (MessageIndex(message), at_ms(ms));
             self.reception.frame_arrived(message, frame, now.wall, &self.buses, now);
         }

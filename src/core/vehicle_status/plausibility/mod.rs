@@ -137,7 +137,7 @@ impl Plausibility {
             [true, true, false] if wheels.is_some() => Some(Alarm::YawRateContradicts),
             [true, false, true] if wheels.is_some() => Some(Alarm::SteeringContradicts),
             [true, ..] if is_apart_for_long || wheels.is_none() => Some(Alarm::RatesContradict),
-            [true, ..] | [false, ..] => None,
+            [..] => None,
         };
         if let Some(alarm) = alarm {
             alarms.set(alarm, true);
