@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::binder::Binder;
-use super::bus::LifeSigns;
 use super::integrity::integrity;
+use super::life_signs::LifeSigns;
 use crate::config::reading::{
     Fields, Keywords, Kind, LocatedText, Location, MAX_LIMIT_MS, MissingTimeout, Problem,
 };

@@ -53,7 +53,7 @@ pub(crate) fn shipped(name: &str, command: &str) -> Settings {
     let bus = &VEHICLES[name].command.as_ref().unwrap().bus;
     let vehicle = &profile(name).vehicle;
     let text = format!(
-        "profile = \"{folder}/{name}.toml\"\ncan.{bus}.interface = \"can0\"\n[command]\ntx = \"on\"\nconsent = {vehicle:?}\n{command}\n"
+        "profile = \"{folder}/{name}.toml\"\nros.topics.control_mode_status = \"\"\ncan.{bus}.interface = \"can0\"\n[command]\ntx = \"on\"\nconsent = {vehicle:?}\n{command}\n"
     );
     MemoryFiles::new([("gateway.toml", text)]).or_disk().settings()
 }

@@ -76,7 +76,7 @@ impl Vehicle {
         let name = profile.lines().find_map(|line| line.strip_prefix("name = ")).unwrap();
         let keys = keys.replace("[command]\n", &format!("[command]\nconsent = {name}\n"));
         let folder = Folder::with_configuration(&format!(
-            "profile = \"profile.toml\"\n[can.{}]\ninterface = \"{interface}\"\n{keys}",
+            "profile = \"profile.toml\"\nros.topics.control_mode_status = \"\"\n[can.{}]\ninterface = \"{interface}\"\n{keys}",
             self.facts().bus
         ));
         let dbc_path = format!("../../dbc/{}.dbc", self.name);
