@@ -11,6 +11,7 @@
 
 mod car;
 mod faults;
+mod truth;
 
 use signal_gateway::core::control_mode::ControlMode;
 use signal_gateway::core::diagnostics::Level;
