@@ -40,12 +40,14 @@ pub(super) fn reports(settings: &Settings, report: &mut CheckReport) {
     let roles: Vec<_> = StatusTexts::of(status).roles().collect();
     names::roles(settings, &status.table, &roles, report);
     for of in StatusReport::of(status) {
-        report.line(of.name(), sources(of, settings));
+        // `control_mode` is wider than the column.
+        let heading = if of == StatusReport::ControlMode { "mode" } else { of.name() };
+        report.line(heading, sources(of, settings));
     }
     for (of, source, key) in missing_dimensions(status, geometry) {
         let text =
             format!("{}: {source} cannot be used without {} of [vehicle_geometry]", of.name(), key.key());
-        report.find(Severity::Warning, text);
+        report.find(Severity::Note, text);
     }
     if status.control_mode.is_some() {
         let text = "control_mode: Autoware engages through the service /control/control_mode_request, which the \

@@ -9,7 +9,7 @@ use std::process::{Command, Output, Stdio};
 use crate::process::cli::{DEMO, file, refused};
 use crate::support::cases::{self, Case};
 use crate::support::files::MemoryFiles;
-use crate::support::two_lanes;
+use crate::support::{status_vehicle, two_lanes};
 
 /// What a command prints on standard output and standard error, and its exit code, in a folder with the files of the
 /// case and the project's `config`. No file is changed.
@@ -48,6 +48,16 @@ fn commands_print_what_the_cases_say() {
 fn drives_print_what_the_cases_say() {
     let road = MemoryFiles::new([("map.osm", two_lanes::osm([0, 100, 116, 216]))]);
     cases::check("decide", &road, answer);
+}
+
+#[test]
+fn status_of_a_vehicle_is_printed_as_the_cases_say() {
+    let bench = MemoryFiles::new([
+        ("bench.toml", status_vehicle::PROFILE),
+        ("bench.dbc", status_vehicle::DBC),
+        ("drive.log", &status_vehicle::drive()),
+    ]);
+    cases::check("vehicle_status", &bench, answer);
 }
 
 #[test]

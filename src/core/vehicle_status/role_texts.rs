@@ -80,7 +80,7 @@ fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
     if let Some(mode) = &binding.control_mode {
         if let ControlModeSource::Named(role) = &mode.source {
             let name = |mode: ControlMode| mode.name().to_owned();
-            roles.push(role_texts(role, "control mode".to_owned(), name));
+            roles.push(role_texts(role, "mode".to_owned(), name));
         }
         roles.extend(
             mode.switches().into_iter().map(|(name, role)| role_texts(role, name.to_owned(), on_off)),
@@ -140,7 +140,7 @@ fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity> {
     {
         let name = match angle_of {
             AngleOf::SteeringWheel => "steering wheel",
-            AngleOf::Tire => "front wheels",
+            AngleOf::Tire => "tire angle",
         };
         named.push(NamedQuantity { name: name.to_owned(), quantity: angle.clone(), text: degrees });
     }

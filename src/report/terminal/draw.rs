@@ -55,7 +55,9 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let mut values = values(model, ink, values_width);
     if !model.picture.status.is_empty() {
         values.push(Line::default());
-        values.extend(model.picture.status.iter().flat_map(|line| status_lines(line, ink, values_width)));
+        values.extend(
+            model.picture.status.iter().flat_map(|line| status_lines(line, ink, values_width, is_wide)),
+        );
     }
     // Without a vehicle there is neither a car nor a value.
     let has_vehicle = !model.picture.functions.is_empty()
@@ -176,9 +178,11 @@ fn values(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// A report of the status in a line, and a line for what is wrong with it.
-fn status_lines(status: &StatusLine, ink: Ink, width: usize) -> Vec<Line<'static>> {
+/// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for both.
+fn status_lines(status: &StatusLine, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let StatusLine { name, value, level, reason } = status;
+    let both = format!("{value}: {reason}");
+    let (value, reason) = if is_wide || reason.is_empty() { (value, reason.as_str()) } else { (&both, "") };
     let style = if *level == Level::Ok { Style::new() } else { ink.level(*level) };
     let room = width.saturating_sub(STATUS_NAME);
     let line =

@@ -110,7 +110,7 @@ fn check(name: &str, drive: &Drive) -> String {
     check_model(name, &drive.model)
 }
 
-fn check_model(name: &str, model: &Model) -> String {
+pub(in crate::pure) fn check_model(name: &str, model: &Model) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/pure/terminal_view/{name}.txt"));
     let shown = SIZES.map(|size| text(model, size)).join("\n");
     if std::env::var_os("UPDATE_DOCS").is_some() {

@@ -12,6 +12,7 @@
 mod car;
 mod faults;
 mod truth;
+mod views;
 
 use signal_gateway::core::control_mode::ControlMode;
 use signal_gateway::core::diagnostics::Level;
