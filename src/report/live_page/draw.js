@@ -97,7 +97,7 @@ const drawCar = (snapshot) => {
   }
   // Left is positive, which is against the clock. Unknown wheels are straight, and dashed.
   const steering = snapshot.vehicle_status.steering;
-  by("wheels").style.display = steering ? "" : "none";
+  by("wheels").setAttribute("display", steering ? "inline" : "none");
   const degrees = -(steering?.published ?? 0) * 180 / Math.PI;
   document.querySelectorAll(".wheel.front").forEach((wheel) => {
     setClass(wheel, `wheel front ${steering?.published === null ? "unknown" : "known"}`);
