@@ -27,8 +27,9 @@ use crate::core::validation::requirement::Unmet;
 use crate::core::validation::table::MessageIndex;
 use crate::core::vehicle_report::{Publish, ReportFlow, StreamFlow};
 use binding::StatusBinding;
-use doors::DoorStates;
-use gear::{Gear, Shifting};
+use control_mode::ControlModeBinding;
+use doors::{Door, DoorStates};
+use gear::{Gear, GearBinding, Shifting};
 use output::VehicleStatusOutput;
 use plausibility::alarm::{AlarmSet, Effect};
 use plausibility::{Motion, Plausibility};
@@ -36,6 +37,7 @@ use settings::StatusSettings;
 use state::{Judged, StatusContext, StatusReason};
 use status::{HeadingFinding, StatusFinding, StatusTask};
 use steering::TireAngle;
+use velocity::binding::VelocityBinding;
 use velocity::parts::Chosen;
 use velocity::speed::{self, SpeedReading};
 use velocity::{Velocity, VelocityMemory};
@@ -158,17 +160,19 @@ impl VehicleStatus {
         mut emit: impl FnMut(VehicleStatusOutput),
         mut changed: impl FnMut(StatusReport),
     ) {
+        let binding = &self.binding;
         let context = StatusContext {
-            binding: &self.binding,
+            table: &binding.table,
             settings: &self.settings,
             observations: &self.observations,
             unmet,
             buses,
             now,
         };
-        let gear = gear_verdict(&mut self.shifting, context);
-        let (speed, tire) = speed_and_tire(self.plausibility.alarms(), context);
+        let gear = gear_verdict(binding.gear.as_ref(), &mut self.shifting, context);
+        let (speed, tire) = speed_and_tire(binding, self.plausibility.alarms(), context);
         let velocity = velocity_verdict(
+            binding.velocity.as_ref(),
             (&mut self.memory, &mut self.plausibility),
             (speed, gear.state, tire.state),
             context,
@@ -197,19 +201,20 @@ impl VehicleStatus {
                     gear.finding
                 }
                 StatusReport::ControlMode => {
-                    let Verdict { state, finding } = control_mode_verdict(context);
+                    let Verdict { state, finding } =
+                        control_mode_verdict(binding.control_mode.as_ref(), context);
                     let step = self.control_mode.update(stamped(state), now.mono);
                     emit_some(step, VehicleStatusOutput::ControlMode, &mut emit);
                     finding
                 }
                 StatusReport::Doors => {
-                    let Verdict { state, finding } = doors_verdict(context);
+                    let Verdict { state, finding } = doors_verdict(&binding.doors, context);
                     let step = self.doors.update(stamped(state), now.mono);
                     emit_some(step, VehicleStatusOutput::Doors, &mut emit);
                     finding
                 }
             };
-            if task.update(finding, context) {
+            if task.update(finding, binding, context) {
                 changed(report);
             }
         }
@@ -285,23 +290,25 @@ fn first_usable<S, T>(
 /// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed, and a speed of the front
 /// wheels on the steering; not both.
 fn speed_and_tire(
+    binding: &StatusBinding,
     alarms: AlarmSet,
     context: StatusContext<'_>,
 ) -> (Option<Chosen<SpeedReading>>, Verdict<TireAngle>) {
-    let velocity = context.binding.velocity.as_ref();
+    let velocity = binding.velocity.as_ref();
     let speed = |tire| velocity.map(|velocity| speed::judge(velocity, tire, alarms, context));
     let known = speed(Err(StatusReason::NoSpeedForSteering));
     let speed_mps = known.and_then(|chosen| chosen.state.ok()).map(|(reading, _)| reading.speed_mps);
-    let tire = steering_verdict(speed_mps, context);
+    let tire = steering_verdict(binding, speed_mps, context);
     (speed(tire.state), tire)
 }
 
 fn velocity_verdict(
+    binding: Option<&VelocityBinding>,
     (memory, plausibility): (&mut VelocityMemory, &mut Plausibility),
     (speed, gear, tire): (Option<Chosen<SpeedReading>>, Judged<Gear>, Judged<TireAngle>),
     context: StatusContext<'_>,
 ) -> Verdict<Velocity> {
-    let Some((binding, speed)) = context.binding.velocity.as_ref().zip(speed) else {
+    let Some((binding, speed)) = binding.zip(speed) else {
         let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
         plausibility.update(Motion { tire_rad, ..Motion::default() }, context.now.mono);
         return Verdict { state: Err(StatusReason::NotReceived), finding: StatusFinding::default() };
@@ -335,13 +342,21 @@ fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Ve
     Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
 }
 
-fn steering_verdict(speed_mps: Option<f64>, context: StatusContext<'_>) -> Verdict<TireAngle> {
-    let sources = context.binding.steering.as_ref().map_or(&[][..], |steering| &steering.sources);
+fn steering_verdict(
+    binding: &StatusBinding,
+    speed_mps: Option<f64>,
+    context: StatusContext<'_>,
+) -> Verdict<TireAngle> {
+    let sources = binding.steering.as_ref().map_or(&[][..], |steering| &steering.sources);
     first_usable(sources, context, |_, source| steering::judge(source, speed_mps, context))
 }
 
-fn gear_verdict(shifting: &mut Shifting, context: StatusContext<'_>) -> Verdict<Gear> {
-    let Some(binding) = &context.binding.gear else {
+fn gear_verdict(
+    binding: Option<&GearBinding>,
+    shifting: &mut Shifting,
+    context: StatusContext<'_>,
+) -> Verdict<Gear> {
+    let Some(binding) = binding else {
         return first_usable(&[(); 0], context, |_, ()| Err(StatusReason::NotReceived));
     };
     let chosen = context.settings.gear_source.as_deref();
@@ -353,8 +368,10 @@ fn gear_verdict(shifting: &mut Shifting, context: StatusContext<'_>) -> Verdict<
     })
 }
 
-fn control_mode_verdict(context: StatusContext<'_>) -> Verdict<ControlMode> {
-    let binding = context.binding.control_mode.as_ref();
+fn control_mode_verdict(
+    binding: Option<&ControlModeBinding>,
+    context: StatusContext<'_>,
+) -> Verdict<ControlMode> {
     let state = binding.map_or(Err(StatusReason::NotReceived), |binding| binding.judge(context));
     let state = required(state, context);
     let reason = state.as_ref().err().copied();
@@ -364,8 +381,8 @@ fn control_mode_verdict(context: StatusContext<'_>) -> Verdict<ControlMode> {
     Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
 }
 
-fn doors_verdict(context: StatusContext<'_>) -> Verdict<DoorStates> {
-    let (state, unknown) = doors::judge(&context.binding.doors, context);
+fn doors_verdict(doors: &[Door], context: StatusContext<'_>) -> Verdict<DoorStates> {
+    let (state, unknown) = doors::judge(doors, context);
     let state = required(state, context);
     let reason = state.as_ref().err().copied();
     Verdict { state, finding: StatusFinding { reason, fallback: unknown, ..StatusFinding::default() } }

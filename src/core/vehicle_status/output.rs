@@ -8,7 +8,7 @@ use super::gear::Gear;
 use super::measure::Measure;
 use super::steering::TireAngle;
 use super::velocity::Velocity;
-use super::velocity::direction::Motion;
+use super::velocity::binding::Motion;
 use crate::core::control_mode::ControlMode;
 use crate::core::vehicle_report::Step;
 

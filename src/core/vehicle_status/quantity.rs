@@ -98,7 +98,7 @@ fn as_f64(raw: i128) -> f64 {
 impl StatusContext<'_> {
     /// The raw value of a signal while it is valid.
     fn raw(self, signal: SignalIndex) -> Result<i128, StatusReason> {
-        let valid = self.observations.valid(&self.binding.table, signal, self.buses, self.now.mono);
+        let valid = self.observations.valid(self.table, signal, self.buses, self.now.mono);
         valid.map(|last| last.raw).map_err(|reason| Unusable::Absent(signal, reason).into())
     }
 }

@@ -2,14 +2,13 @@
 
 use derive_more::From;
 
-use super::binding::StatusBinding;
 use super::plausibility::alarm::Alarm;
 use super::settings::{GeometryKey, StatusSettings};
 use crate::core::can::{Bus, ReceiveTime};
 use crate::core::time::Now;
 use crate::core::validation::observation::Observations;
 use crate::core::validation::requirement::Unmet;
-use crate::core::validation::table::{Role, SignalIndex};
+use crate::core::validation::table::{Role, SignalIndex, SignalTable};
 use crate::core::validation::unusable::{FaultKind, Unusable};
 
 /// A value with its receive time, or the reason why it is unavailable.
@@ -86,8 +85,8 @@ impl StatusReason {
 /// Binding, observations and buses at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct StatusContext<'a> {
-    /// Compiled profile of the status.
-    pub binding: &'a StatusBinding,
+    /// Messages and signals of the status.
+    pub table: &'a SignalTable,
     /// What the configuration says of the vehicle.
     pub settings: &'a StatusSettings,
     /// Last values of the bound signals.
@@ -106,7 +105,6 @@ impl StatusContext<'_> {
     /// # Errors
     /// The reason why there is none.
     pub fn defined<T: Copy>(self, role: &Role<T>) -> Judged<T> {
-        let table = &self.binding.table;
-        Ok(self.observations.defined(table, role, self.buses, self.now.mono)?)
+        Ok(self.observations.defined(self.table, role, self.buses, self.now.mono)?)
     }
 }

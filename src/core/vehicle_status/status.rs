@@ -188,12 +188,17 @@ impl StatusTask {
     }
 
     /// Takes the current finding and returns whether it has changed.
-    pub(super) fn update(&mut self, finding: StatusFinding, context: StatusContext<'_>) -> bool {
+    pub(super) fn update(
+        &mut self,
+        finding: StatusFinding,
+        binding: &StatusBinding,
+        context: StatusContext<'_>,
+    ) -> bool {
         if self.finding == Some(finding) {
             return false;
         }
         let before = self.finding.replace(finding).and_then(StatusFinding::failure);
-        let text = || message(context.binding, context.buses, self.report, finding);
+        let text = || message(binding, context.buses, self.report, finding);
         self.failures.changed(before, finding.failure(), text, context.now.mono);
         true
     }

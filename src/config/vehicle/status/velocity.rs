@@ -6,10 +6,10 @@ use super::quantity::{HEADING_RATE, SPEED, WHEEL_SPEED, quantity};
 use super::sources;
 use crate::config::reading::{Fields, Keywords};
 use crate::config::vehicle::binder::{Binder, UNUSABLE};
+use crate::core::vehicle_status::velocity::binding::Motion;
 use crate::core::vehicle_status::velocity::binding::{
     DirectionSource, HeadingRateSource, SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed,
 };
-use crate::core::vehicle_status::velocity::direction::Motion;
 
 /// Default of the longest time that a part may be older than the speed.
 const MAX_SKEW: Duration = Duration::from_millis(100);

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use super::direction::Motion;
 use crate::core::validation::table::{Role, SignalIndex};
 use crate::core::vehicle_status::quantity::Quantity;
 
@@ -80,6 +79,37 @@ pub struct SpeedSignal {
     pub is_signed: bool,
     /// True if it is the rotation of a wheel.
     pub is_rotation: bool,
+}
+
+/// What a signal says of the direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// The vehicle moves forward.
+    Forward,
+    /// The vehicle moves backward.
+    Backward,
+    /// The vehicle stands still.
+    Standstill,
+}
+
+impl Motion {
+    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands still.
+    pub fn of(speed_mps: f64) -> Self {
+        match speed_mps {
+            speed if speed.abs() < 0.1 => Self::Standstill,
+            speed if speed < 0.0 => Self::Backward,
+            _ => Self::Forward,
+        }
+    }
+
+    /// Name in texts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Backward => "backward",
+            Self::Standstill => "standstill",
+        }
+    }
 }
 
 /// A source of the direction.

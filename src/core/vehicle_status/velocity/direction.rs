@@ -1,40 +1,9 @@
 //! The direction of a speed without a sign: of a signal, or of the gear.
 
-use super::binding::{DirectionSource, VelocityBinding};
+use super::binding::{DirectionSource, Motion, VelocityBinding};
 use super::speed::SpeedReading;
 use crate::core::vehicle_status::gear::Gear;
 use crate::core::vehicle_status::state::{Judged, StatusContext, StatusReason};
-
-/// What a signal says of the direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
-    /// The vehicle moves forward.
-    Forward,
-    /// The vehicle moves backward.
-    Backward,
-    /// The vehicle stands still.
-    Standstill,
-}
-
-impl Motion {
-    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands still.
-    pub fn of(speed_mps: f64) -> Self {
-        match speed_mps {
-            speed if speed.abs() < 0.1 => Self::Standstill,
-            speed if speed < 0.0 => Self::Backward,
-            _ => Self::Forward,
-        }
-    }
-
-    /// Name in texts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Forward => "forward",
-            Self::Backward => "backward",
-            Self::Standstill => "standstill",
-        }
-    }
-}
 
 /// The direction of the motion that is under way; `None` at standstill, or while it is unknown.
 #[derive(Debug, Clone, Copy, Default)]
