@@ -334,9 +334,10 @@ stops = [{ at_m = 45, for_s = 10 }]
 #[test]
 fn a_drive_decides_as_the_gateway_whose_settings_it_takes() {
     let keys = "standing_limit_ms = 5000\nminimum_on_ms = 3000\nplanning_hz = 5\ncountry = \"KR\"\n\
-                age_limits.odometry_ms = 300\nvehicle.wheel_base_m = 3.0\n";
+                age_limits.odometry_ms = 300\n";
     let bench = Bench::new("stop.toml", STOPPING);
-    let gateway = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
+    let gateway = format!("[vehicle_geometry]\nwheel_base_m = 3.0\n[turn_signal]\nmap = \"map.osm\"\n{keys}");
+    let keys = format!("{keys}vehicle.wheel_base_m = 3.0\n");
     fs::write(bench.folder.path().join("gateway.toml"), gateway).unwrap();
     fs::write(bench.folder.path().join("none.toml"), "[[can]]\ninterface = \"can0\"\n").unwrap();
     let args = ["--compat", "improved", "--every", "step", "--json"];

@@ -86,6 +86,7 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: Fields<'_>) -> Dimensi
             right_m: right.unwrap_or(sample.right_m),
         },
         geometry: VehicleGeometry {
+            is_configured: fields.keys().next().is_some(),
             wheel_base_m: base.filter(|base| *base > 0.0),
             wheel_tread_m: tread.filter(|tread| *tread > 0.0),
             wheel_radius_m: radius.filter(|radius| *radius > 0.0),

@@ -26,6 +26,8 @@ impl Default for StatusSettings {
 /// Dimensions of the car. None is assumed: a report that needs a missing one is not published.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VehicleGeometry {
+    /// True if the configuration has dimensions at all. Without any, it does not ask for what needs them.
+    pub is_configured: bool,
     /// From axle to axle, m.
     pub wheel_base_m: Option<f64>,
     /// Distance of the rear wheels, m.
@@ -46,6 +48,7 @@ impl Default for VehicleGeometry {
     /// The greatest angle is that of Autoware's sample vehicle.
     fn default() -> Self {
         Self {
+            is_configured: false,
             wheel_base_m: None,
             wheel_tread_m: None,
             wheel_radius_m: None,

@@ -11,6 +11,7 @@ use super::doors::doors_text;
 use super::gear::GearBinding;
 use super::measure::Measure;
 use super::plausibility::alarm::AlarmSet;
+use super::settings::VehicleGeometry;
 use super::state::{StatusContext, StatusReason};
 use super::velocity::VelocityPart;
 use super::velocity::binding::{HeadingRateSource, VelocityBinding};
@@ -146,8 +147,10 @@ impl StatusFinding {
         self.reason.and_then(StatusReason::failure)
     }
 
-    fn level(self) -> Level {
-        if self.failure().is_some() {
+    fn level(self, geometry: &VehicleGeometry) -> Level {
+        if matches!(self.reason, Some(StatusReason::NotConfigured(_))) && !geometry.is_configured {
+            Level::Ok
+        } else if self.failure().is_some() {
             Level::Error
         } else if self.reason.is_some()
             || self.fallback.is_some()
@@ -219,7 +222,10 @@ impl VehicleStatus {
         values.extend(task.failures.status_values(finding.failure().is_some(), now));
         let message = message(&self.binding, buses, report, finding);
         let signals = task.signals.names(&self.binding.table);
-        Some(Status { signals, ..Status::new(report.name(), finding.level(), message, values) })
+        Some(Status {
+            signals,
+            ..Status::new(report.name(), finding.level(&self.settings.geometry), message, values)
+        })
     }
 
     /// All diagnostic statuses.

@@ -90,7 +90,7 @@ fn gateway(bench: &Bench, file: &DriveFile, keys: &str, sections: &str) -> (Fold
     }
     let vehicle = file.decider.vehicle;
     for (key, size_m) in [
-        ("[turn_signal.vehicle]\nwheel_base_m", vehicle.wheel_base_m),
+        ("[vehicle_geometry]\nwheel_base_m", vehicle.wheel_base_m),
         ("front_overhang_m", vehicle.front_overhang_m),
         ("rear_overhang_m", vehicle.rear_overhang_m),
         ("left_m", vehicle.left_m),
