@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flate2::read::GzDecoder;
-use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Overrides, load};
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_report::Step;
@@ -34,7 +33,7 @@ fn truth(folder: &Path) -> BTreeMap<String, Series> {
 }
 
 /// What the gateway reports of the drive: speed, heading rate, angle of the front wheels.
-fn reported(folder: PathBuf, profile: &str) -> [Series; 3] {
+fn reported(folder: &Path, profile: &str) -> [Series; 3] {
     let gateway = format!(
         "profile = \"{profile}\"\n[can.body]\ninterface = \"can0\"\n[reports]\nmax_rate_hz = 200\n\
          [vehicle_geometry]\nwheel_base_m = 2.66\nwheel_tread_m = 1.57\nsteering_ratio = 1.0\nmax_steer_angle_rad = 1.5\n"
@@ -109,7 +108,7 @@ fn heading_rates(heading: &Series) -> Series {
     let span = 10;
     let rate = |pair: &[(f64, f64)]| {
         let ((t0, h0), (t1, h1)) = (pair[0], pair[span]);
-        ((t0 + t1) / 2.0, (h1 - h0) / (t1 - t0))
+        (f64::midpoint(t0, t1), (h1 - h0) / (t1 - t0))
     };
     heading.windows(span + 1).map(rate).collect()
 }
@@ -157,7 +156,7 @@ fn judge(truth: &BTreeMap<String, Series>, [speed, rate, _]: &[Series; 3]) -> Ve
 fn a_drive_with_gnss_is_reported_as_it_was() {
     let folder = require!(shared_data()).join("can-logs");
     let truth = truth(&folder);
-    let reports = reported(folder, "toyota_nodsu");
+    let reports = reported(&folder, "toyota_nodsu");
     assert_eq!(judge(&truth, &reports), Vec::<String>::new());
     // The data set's own decoding of the steering wheel, where both have a value of the same frame.
     let steering = &truth["dataset_steering_wheel_deg"];
@@ -175,7 +174,7 @@ fn a_drive_with_gnss_is_reported_as_it_was() {
 fn wrong_reports_of_the_drive_are_told() {
     let folder = require!(shared_data()).join("can-logs");
     let truth = truth(&folder);
-    let right = reported(folder, "toyota_nodsu");
+    let right = reported(&folder, "toyota_nodsu");
     let changed = |index: usize, change: &dyn Fn(f64) -> f64| {
         let mut reports = right.clone();
         reports[index].iter_mut().for_each(|(_, value)| *value = change(*value));
