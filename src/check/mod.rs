@@ -2,6 +2,7 @@
 
 mod commands;
 pub mod decode;
+mod fault_survey;
 mod finding_text;
 pub mod identify;
 pub mod identify_text;

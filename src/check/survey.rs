@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::decode::signals_in;
+use super::fault_survey::FaultSurvey;
 use super::vehicle_status::{StatusSurvey, further_messages};
 use crate::config::Settings;
 use crate::core::can::error_frame::{bits, class};
@@ -82,13 +83,6 @@ impl LastFrames {
         let candidates = [Some(self.newest), self.other];
         candidates.into_iter().flatten().find(|(known, _)| *known != id).map(|(_, at)| at)
     }
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FaultSurvey {
-    pub(super) count: u64,
-    pub(super) total: Duration,
-    pub(super) first: MonoTime,
 }
 
 pub(super) const TASKS: [Task; 2] = [Task::TurnIndicators, Task::HazardLights];

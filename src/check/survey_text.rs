@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
+use super::fault_survey::{FaultSurvey, seconds_text};
 use super::finding_text::{finding_text, fix};
 use super::names::value_name;
 use super::report::CheckReport;
-use super::survey::{FaultSurvey, MAX_VALUES, RecordingSurvey, TASKS};
+use super::survey::{MAX_VALUES, RecordingSurvey, TASKS};
 use crate::config::Settings;
 use crate::core::can::error_frame::class_name;
 use crate::core::can::{CanId, source_address};
@@ -270,9 +271,4 @@ fn integrity(name: &str, counts: IntegrityCounts, report: &mut CheckReport) {
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let text = format!("{name}: {trusted} trusted, {rejected} rejected{why}, {lost} lost by the counter");
     if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", text) }
-}
-
-pub(super) fn seconds_text(at: MonoTime) -> String {
-    let millis = at.as_nanos() / 1_000_000;
-    format!("{}.{:03} s", millis / 1000, millis % 1000)
 }

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use super::fault_survey::{FaultSurvey, seconds_text};
 use super::names;
 use super::report::CheckReport;
-use super::survey::FaultSurvey;
-use super::survey_text::seconds_text;
 use crate::config::Settings;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::event::Output;
