@@ -1,4 +1,4 @@
-//! The measured values of the reports: names, units and texts, for whatever shows them.
+//! The reports and their measured values for whatever shows them: headings, names, units and texts.
 
 use super::StatusReport;
 
@@ -63,6 +63,19 @@ const TIRE_ANGLE: MeasureRow = MeasureRow {
     metric_unit: "radians",
     metric_help: "Published angle of the front wheels, left positive",
 };
+
+impl StatusReport {
+    /// Heading of the report for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Velocity => "Velocity",
+            Self::Steering => "Steering",
+            Self::Gear => "Gear",
+            Self::ControlMode => "Control mode",
+            Self::Doors => "Doors",
+        }
+    }
+}
 
 impl Measure {
     /// All measured values, in the order of the reports.

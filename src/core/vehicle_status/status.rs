@@ -46,17 +46,6 @@ impl StatusReport {
         variant_name(&self)
     }
 
-    /// Heading of the report for people.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Velocity => "Velocity",
-            Self::Steering => "Steering",
-            Self::Gear => "Gear",
-            Self::ControlMode => "Control mode",
-            Self::Doors => "Doors",
-        }
-    }
-
     /// The reports that a profile describes, in their order.
     pub fn of(binding: &StatusBinding) -> impl Iterator<Item = Self> + use<> {
         let described = [
