@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::sources;
+use super::sources::sources;
 use crate::config::reading::{Fields, Keywords};
 use crate::config::vehicle::binder::{Binder, UNUSABLE};
 use crate::core::vehicle_status::gear::{Gear, GearBinding, GearCode, GearSource};

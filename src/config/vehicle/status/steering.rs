@@ -1,7 +1,7 @@
 //! `[steering]` of a profile: the angle of the steering wheel, or of the front wheels.
 
 use super::quantity::{STEERING_ANGLE, quantity};
-use super::sources;
+use super::sources::sources;
 use crate::config::reading::Fields;
 use crate::config::vehicle::binder::Binder;
 use crate::core::vehicle_status::steering::{AngleOf, SteeringBinding, SteeringSource};

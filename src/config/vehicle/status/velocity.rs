@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::quantity::{HEADING_RATE, SPEED, WHEEL_SPEED, quantity};
-use super::sources;
+use super::sources::sources;
 use crate::config::reading::{Fields, Keywords};
 use crate::config::vehicle::binder::{Binder, UNUSABLE};
 use crate::core::vehicle_status::velocity::binding::Motion;
