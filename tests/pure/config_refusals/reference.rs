@@ -84,6 +84,10 @@ BO_ 259 V2X: 8 X
 /// A configuration with a profile whose bus is `body`.
 const GATEWAY: &str = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
 
+const VEHICLE_INFO: &str = "/**:\n  ros__parameters:\n    wheel_radius: 0.383\n    wheel_width: 0.235\n    wheel_base: 2.79\n    \
+     wheel_tread: 1.64\n    front_overhang: 1.0\n    rear_overhang: 1.1\n    left_overhang: 0.128\n    right_overhang: 0.128\n    \
+     vehicle_height: 2.5\n    max_steer_angle: 0.70\n";
+
 const SCENARIO: &str = "init = [{ set = \"11\", state = \"red\" }]\n";
 
 fn texts(gateway: String, profile: String) -> MemoryFiles {
@@ -91,6 +95,7 @@ fn texts(gateway: String, profile: String) -> MemoryFiles {
         ("gateway.toml", gateway),
         ("vehicles/hyundai_kia.toml", profile),
         ("vehicles/../../dbc/my_car.dbc", DBC.to_owned()),
+        ("vehicle_info.param.yaml", VEHICLE_INFO.to_owned()),
         ("lanelet2_map.osm", sound().text("map.osm").to_owned()),
         ("scenarios/bench.toml", SCENARIO.to_owned()),
     ];
@@ -117,10 +122,17 @@ fn assert_accepted(what: &str, texts: &MemoryFiles) {
     }
 }
 
+/// The lines that are shown, without the keys that stand for another one or name what the profile does not have.
+fn uncommented(gateway: &str) -> String {
+    let stands_apart =
+        |line: &String| ["steering_table", "vgr_coef", "gear_source"].iter().any(|key| line.starts_with(key));
+    gateway.lines().filter_map(shown).filter(|line| !stands_apart(line)).map(|line| line + "\n").collect()
+}
+
 #[test]
 fn the_gateway_file_with_everything_uncommented_is_accepted() {
     let (gateway, _) = halves();
-    let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
+    let all = uncommented(&gateway);
     for key in ["speed", "rate_hz", "durability", "only_networks", "receive_buffer_bytes", "domain_id"] {
         assert!(all.contains(&format!("\n{key} = ")), "{key} is shown");
     }
@@ -130,13 +142,15 @@ fn the_gateway_file_with_everything_uncommented_is_accepted() {
 #[test]
 fn what_the_gateway_file_shows_are_the_defaults() {
     let (gateway, _) = halves();
-    let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
+    let all = uncommented(&gateway);
     let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.powertrain]\ninterface = \"can0\"\n\
                  [recording]\nfile = \"drive.log.gz\"\n\
                  [traffic_lights]\nscenario = \"scenarios/bench.toml\"\nmap = \"lanelet2_map.osm\"\n\
                  [traffic_lights.arbiter]\n[command]\n[turn_signal]\nmap = \"lanelet2_map.osm\"\n";
     let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
     let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();
+    // The car's own dimensions have no defaults.
+    default.gateway.status_settings.geometry.clone_from(&shown.gateway.status_settings.geometry);
     // Shown as examples: without them the environment, all networks and systemd's folder count.
     default.ros.domain_id = shown.ros.domain_id;
     default.ros.only_networks.clone_from(&shown.ros.only_networks);

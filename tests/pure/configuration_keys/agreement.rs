@@ -219,6 +219,8 @@ const PROFILES: &[&str] = &[
      [[command.message]]\nname = \"EPS_Steering\"\nchecksum = { kind = \"sum8\", signal = \"Checksum\", start = 0, bytes = [0], identifier = true }\n",
     "name = \"x\"\nbus.body.dbc = \"../../dbc/demo_vehicle.dbc\"\n\
      [[requires]]\nsignal = \"EPS_Steering.Counter\"\nvalues = [1]\nnot_available = [15]\notherwise = \"a van\"\n",
+    "name = \"x\"\nbus.body.dbc = \"../../dbc/demo_vehicle.dbc\"\n\
+     control_mode = { signal = \"EPS_Steering.Counter\", autonomous = [1], manual = [0] }\n",
 ];
 
 const DRIVES: &[&str] =

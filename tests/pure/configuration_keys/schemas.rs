@@ -113,7 +113,7 @@ fn the_schema_of_the_gateway_is_made_of_the_rows() {
 fn the_schema_of_drives_has_the_rows_that_drives_share_with_the_gateway() {
     let (mut drive, gateway) = (shipped("drive"), gateway());
     let shared = ["country", "minimum_on_ms", "minimum_gap_ms", "standing_limit_ms", "waits_for_junctions"];
-    for key in shared.into_iter().chain(["parameters", "age_limits", "vehicle"]) {
+    for key in shared.into_iter().chain(["parameters", "age_limits"]) {
         drive["properties"][key] = gateway["properties"]["turn_signal"]["properties"][key].clone();
     }
     check("docs/schema/drive.schema.json", &text(&drive));

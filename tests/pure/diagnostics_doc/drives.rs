@@ -5,6 +5,7 @@ mod lights;
 mod planner;
 mod process;
 mod traffic_lights;
+mod vehicle_status;
 
 use signal_gateway::core::can::frame::CanId;
 use signal_gateway::core::can::input::CanInput;
@@ -25,6 +26,7 @@ const LOSSES: [LinkState; 6] = [
 
 pub(super) fn drive_all(reported: &mut Reported) {
     lights::drive(reported);
+    vehicle_status::drive(reported);
     commands::drive(reported);
     planner::drive(reported);
     traffic_lights::drive(reported);

@@ -14,7 +14,7 @@ use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 use crate::support::clock::{at, millis};
 use crate::support::files::MemoryFiles;
 
-pub(super) const DBC: &str = r#"
+pub(crate) const DBC: &str = r#"
 BO_ 256 WHEELS: 8 X
  SG_ FL : 0|16@1+ (0.01,0) [0|0] "km/h" X
  SG_ FR : 16|16@1+ (0.01,0) [0|0] "km/h" X
@@ -57,7 +57,7 @@ BA_ "GenMsgCycleTime" BO_ 262 50;
 BA_ "GenMsgCycleTime" BO_ 263 100;
 "#;
 
-pub(super) const PROFILE: &str = r#"
+pub(crate) const PROFILE: &str = r#"
 name = "test car"
 [bus.body]
 dbc = "car.dbc"
@@ -134,7 +134,7 @@ on = [1]
 off = [0]
 "#;
 
-pub(super) const GATEWAY: &str = r#"
+pub(crate) const GATEWAY: &str = r#"
 profile = "car.toml"
 [can.body]
 interface = "can0"
@@ -144,12 +144,17 @@ wheel_tread_m = 1.6
 steering_ratio = 16.0
 "#;
 
-pub(super) const WHEEL_BASE_M: f64 = 2.7;
-pub(super) const TREAD_M: f64 = 1.6;
-pub(super) const RATIO: f64 = 16.0;
+pub(crate) const WHEEL_BASE_M: f64 = 2.7;
+pub(crate) const TREAD_M: f64 = 1.6;
+pub(crate) const RATIO: f64 = 16.0;
 
 /// The settings after edits of the profile and of the gateway's file.
-pub(super) fn settings(profile: &[(&str, &str)], gateway: &[(&str, &str)]) -> Settings {
+pub(crate) fn settings(profile: &[(&str, &str)], gateway: &[(&str, &str)]) -> Settings {
+    files(profile, gateway).settings()
+}
+
+/// The files after edits of the profile and of the gateway's file.
+pub(crate) fn files(profile: &[(&str, &str)], gateway: &[(&str, &str)]) -> MemoryFiles {
     let edited = |text: &str, edits: &[(&str, &str)]| {
         edits.iter().fold(text.to_owned(), |text, (from, to)| {
             assert!(text.contains(from), "{from}");
@@ -157,25 +162,25 @@ pub(super) fn settings(profile: &[(&str, &str)], gateway: &[(&str, &str)]) -> Se
         })
     };
     let files = MemoryFiles::vehicle(&edited(PROFILE, profile), DBC);
-    files.with("gateway.toml", edited(GATEWAY, gateway)).settings()
+    files.with("gateway.toml", edited(GATEWAY, gateway))
 }
 
 /// The motion and the switches of the car, which its frames show.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Car {
+pub(crate) struct Car {
     /// m/s, forward positive.
-    pub(super) speed_mps: f64,
+    pub(crate) speed_mps: f64,
     /// rad, left positive.
-    pub(super) tire_rad: f64,
+    pub(crate) tire_rad: f64,
     /// Raw value of the gear: park, reverse, neutral, drive.
-    pub(super) gear: u8,
+    pub(crate) gear: u8,
     /// rad/s, what the sensor of the yaw rate adds.
-    pub(super) yaw_zero_radps: f64,
-    pub(super) yaw_quality: u8,
-    pub(super) calibrated: u8,
-    pub(super) doors: [u8; 2],
+    pub(crate) yaw_zero_radps: f64,
+    pub(crate) yaw_quality: u8,
+    pub(crate) calibrated: u8,
+    pub(crate) doors: [u8; 2],
     /// Steering, accelerator, brake, ready, override, fault.
-    pub(super) wire: [u8; 6],
+    pub(crate) wire: [u8; 6],
 }
 
 impl Default for Car {
@@ -195,14 +200,14 @@ impl Default for Car {
 
 /// The raw values of a frame: message by identifier and signals.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RawFrame {
-    pub(super) id: u16,
-    pub(super) data: [u8; 8],
+pub(crate) struct RawFrame {
+    pub(crate) id: u16,
+    pub(crate) data: [u8; 8],
 }
 
 impl RawFrame {
     /// A frame of four numbers of 16 bits.
-    pub(super) fn words(id: u16, words: [i64; 4]) -> Self {
+    pub(crate) fn words(id: u16, words: [i64; 4]) -> Self {
         let mut data = [0; 8];
         for (bytes, word) in data.chunks_exact_mut(2).zip(words) {
             bytes.copy_from_slice(&(word as u16).to_le_bytes());
@@ -210,27 +215,27 @@ impl RawFrame {
         Self { id, data }
     }
 
-    pub(super) fn word(&self, index: usize) -> u16 {
+    pub(crate) fn word(&self, index: usize) -> u16 {
         u16::from_le_bytes([self.data[2 * index], self.data[2 * index + 1]])
     }
 
-    pub(super) fn set_word(&mut self, index: usize, word: u16) {
+    pub(crate) fn set_word(&mut self, index: usize, word: u16) {
         self.data[2 * index..2 * index + 2].copy_from_slice(&word.to_le_bytes());
     }
 }
 
 /// Identifiers with the cycles of their messages, ms.
-pub(super) const CYCLES: [(u16, u64); 8] =
+pub(crate) const CYCLES: [(u16, u64); 8] =
     [(256, 10), (257, 20), (258, 10), (259, 10), (260, 100), (261, 200), (262, 50), (263, 100)];
 
 impl Car {
     /// The heading rate by the bicycle model, rad/s.
-    pub(super) fn heading_rate_radps(&self) -> f64 {
+    pub(crate) fn heading_rate_radps(&self) -> f64 {
         self.speed_mps * self.tire_rad.tan() / WHEEL_BASE_M
     }
 
     /// The speeds of the wheels without signs, m/s: front left, front right, rear left, rear right.
-    pub(super) fn wheels_mps(&self) -> [f64; 4] {
+    pub(crate) fn wheels_mps(&self) -> [f64; 4] {
         let rate = self.heading_rate_radps();
         let sides = [-TREAD_M / 2.0, TREAD_M / 2.0].map(|side| self.speed_mps + side * rate);
         let front = sides.map(|along| along.hypot(WHEEL_BASE_M * rate));
@@ -238,7 +243,7 @@ impl Car {
     }
 
     /// The frame of a message as it is now.
-    pub(super) fn frame(&self, id: u16) -> RawFrame {
+    pub(crate) fn frame(&self, id: u16) -> RawFrame {
         let kmh = |mps: f64| (mps * 3.6 / 0.01).round() as i64;
         match id {
             256 => RawFrame::words(id, self.wheels_mps().map(kmh)),
@@ -267,15 +272,23 @@ impl Car {
     }
 }
 
+/// A frame as a real sensor of the yaw rate sends it, which never says the same for long.
+fn with_noise(mut frame: RawFrame, now_ms: u64) -> RawFrame {
+    if frame.id == 258 {
+        frame.set_word(0, frame.word(0).wrapping_add((now_ms / 10 % 3) as u16).wrapping_sub(1));
+    }
+    frame
+}
+
 /// A gateway on virtual time, and what it gave out on the vehicle's status.
-pub(super) struct Listener {
-    pub(super) gateway: Gateway,
-    pub(super) now: Now,
-    pub(super) outputs: Vec<(MonoTime, VehicleStatusOutput)>,
+pub(crate) struct Listener {
+    pub(crate) gateway: Gateway,
+    pub(crate) now: Now,
+    pub(crate) outputs: Vec<(MonoTime, VehicleStatusOutput)>,
 }
 
 impl Listener {
-    pub(super) fn new(settings: Settings) -> Self {
+    pub(crate) fn new(settings: Settings) -> Self {
         let now = at(MonoTime::ZERO);
         let gateway = Gateway::new(settings.gateway, LinkState::Up, now);
         let mut listener = Self { gateway, now, outputs: Vec::new() };
@@ -292,7 +305,7 @@ impl Listener {
     }
 
     /// Lets time pass, from deadline to deadline.
-    pub(super) fn pass_until(&mut self, millis: u64) {
+    pub(crate) fn pass_until(&mut self, millis: u64) {
         let end = MonoTime::from_millis(millis);
         while self.gateway.next_deadline() <= end {
             self.now = at(self.gateway.next_deadline());
@@ -303,7 +316,7 @@ impl Listener {
     }
 
     /// Receives a frame now.
-    pub(super) fn receive(&mut self, frame: RawFrame) {
+    pub(crate) fn receive(&mut self, frame: RawFrame) {
         let stamp = self.now.wall;
         let frame = Frame::classic(CanId::Standard(frame.id), &frame.data).unwrap();
         self.gateway.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp }, self.now);
@@ -311,7 +324,7 @@ impl Listener {
     }
 
     /// Drives for a while: `step` changes the car each 10 ms, `mutate` its frames; `None` = the frame is not sent.
-    pub(super) fn drive(
+    pub(crate) fn drive(
         &mut self,
         car: &mut Car,
         duration_ms: u64,
@@ -324,7 +337,7 @@ impl Listener {
             step(car, now_ms - start);
             for (id, cycle) in CYCLES {
                 if now_ms % cycle == 0
-                    && let Some(frame) = mutate(car.frame(id), now_ms)
+                    && let Some(frame) = mutate(with_noise(car.frame(id), now_ms), now_ms)
                 {
                     self.receive(frame);
                 }
@@ -334,30 +347,30 @@ impl Listener {
     }
 
     /// Drives without a change.
-    pub(super) fn hold(&mut self, car: &mut Car, duration_ms: u64) {
+    pub(crate) fn hold(&mut self, car: &mut Car, duration_ms: u64) {
         self.drive(car, duration_ms, |_, _| {}, |frame, _| Some(frame));
     }
 
     /// Level and message of a report's status.
-    pub(super) fn status(&self, report: StatusReport) -> (Level, String) {
+    pub(crate) fn status(&self, report: StatusReport) -> (Level, String) {
         let status = self.gateway.statuses(self.now.mono);
         let status = status.into_iter().find(|status| status.task == report.name()).unwrap();
         (status.level, status.message)
     }
 
     /// The last velocity: speed, heading rate; `None` while it is withheld.
-    pub(super) fn velocity(&self) -> Option<(f64, f64)> {
+    pub(crate) fn velocity(&self) -> Option<(f64, f64)> {
         let snapshot = self.gateway.snapshot(self.now).vehicle_status.velocity.unwrap().published?;
         Some((snapshot.longitudinal_mps, snapshot.heading_rate_radps))
     }
 
     /// The last angle of the front wheels; `None` while it is withheld.
-    pub(super) fn tire(&self) -> Option<f64> {
+    pub(crate) fn tire(&self) -> Option<f64> {
         self.gateway.snapshot(self.now).vehicle_status.steering.unwrap().published
     }
 
     /// Stamp of each velocity that was published since the beginning.
-    pub(super) fn velocity_stamps(&self) -> Vec<WallStamp> {
+    pub(crate) fn velocity_stamps(&self) -> Vec<WallStamp> {
         let stamp = |(_, output): &(MonoTime, VehicleStatusOutput)| match output {
             VehicleStatusOutput::Velocity(signal_gateway::core::vehicle_report::Step::Publish(_, stamp)) => {
                 Some(*stamp)

@@ -9,7 +9,7 @@
 )]
 #![allow(clippy::wildcard_enum_match_arm, clippy::float_cmp)]
 
-mod car;
+pub(crate) mod car;
 mod faults;
 mod truth;
 mod views;

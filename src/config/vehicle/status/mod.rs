@@ -11,6 +11,7 @@ mod velocity;
 use super::binder::Binder;
 use crate::config::reading::Fields;
 use crate::core::vehicle_status::binding::StatusBinding;
+use crate::core::vehicle_status::velocity::binding::DirectionSource;
 use control_mode::control_mode;
 use doors::doors;
 use gear::gear;
@@ -28,5 +29,11 @@ pub(super) fn status(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<Status
         doors: top.table("doors").map_or_else(Vec::new, |fields| doors(binder, fields)),
         ..StatusBinding::default()
     };
+    let needs = binding.velocity.as_ref();
+    if needs.is_some_and(|velocity| velocity.directions.contains(&DirectionSource::Gear)) && !top.has("gear")
+    {
+        let reason = "the direction comes from the gear, which the profile does not describe";
+        top.refuse("velocity", reason, "add [gear], or another source of the direction");
+    }
     (binder.checker.count() == before).then_some(binding)
 }

@@ -9,19 +9,20 @@ use crate::core::vehicle_status::steering::{AngleOf, SteeringBinding, SteeringSo
 /// Reads the binding; `None` when a problem was noted.
 pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<SteeringBinding> {
     let sources = sources(binder, &fields, |binder, fields, name| {
-        let keys = ["wheel", "tire"];
-        let reason = "give either the steering wheel's angle or the front wheels' angle";
-        let key = fields.only_one_of(&keys, reason);
-        let Some(key) = key else {
-            fields.refuse(
-                "wheel",
-                "missing key `wheel`",
-                "give `wheel`, or `tire` if the vehicle sends the angle of the front wheels",
-            );
-            return None;
+        let (angle_of, angle) = match (fields.table("wheel"), fields.table("tire")) {
+            (Some(wheel), None) => (AngleOf::SteeringWheel, wheel),
+            (None, Some(tire)) => (AngleOf::Tire, tire),
+            (None, None) => {
+                let remedy = "give `wheel`, or `tire` if the vehicle sends the angle of the front wheels";
+                fields.refuse("wheel", "missing key `wheel`", remedy);
+                return None;
+            }
+            (Some(_), Some(_)) => {
+                fields.refuse("tire", "the angle of the steering wheel is given as well", "keep one of them");
+                return None;
+            }
         };
-        let angle_of = if key == "wheel" { AngleOf::SteeringWheel } else { AngleOf::Tire };
-        let angle = quantity(binder, fields.table(key)?, &STEERING_ANGLE)?.quantity;
+        let angle = quantity(binder, angle, &STEERING_ANGLE)?.quantity;
         Some(SteeringSource { name, angle_of, angle })
     });
     fields.done();

@@ -1,7 +1,5 @@
 //! What can be implausible, a row for each: what it means, which reports it withholds, and what to do.
 
-use crate::core::vehicle_status::velocity::binding::WHEELS;
-
 /// Something that does not fit together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
@@ -94,7 +92,7 @@ const fn row(alarm: Alarm, text: &'static str, effect: Effect, remedy: &'static 
 
 impl Alarm {
     /// The alarm of each wheel, in the order in which wheels are bound.
-    pub const OF_WHEELS: [Self; WHEELS.len()] =
+    pub const OF_WHEELS: [Self; 4] =
         [Self::FrontLeftWheel, Self::FrontRightWheel, Self::RearLeftWheel, Self::RearRightWheel];
 
     /// The row of the alarm.
