@@ -263,7 +263,7 @@ fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
 
     let checked = run(&["check", "--profile", "hyundai_kia"]);
     checked.assert(0, "powertrain on can0: built-in dbc/hyundai_kia.dbc, ");
-    checked.assert(0, "\nunverified turn.left, turn.right, hazard.on\n");
+    checked.assert(0, "\nunverified turn.left, turn.right, hazard.on, ");
     run(&["decide", "crossing_left"]).succeeded();
     run(&["lights", "bench", "--until", "1"]).succeeded();
     run(&["decide", "crosing_left"]).assert(3, "did you mean the built-in drive crossing_left");
