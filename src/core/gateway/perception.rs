@@ -36,6 +36,7 @@ pub(super) struct Perception {
     pub(super) turn_signal: Option<TurnSignalFlow>,
     diagnostics_period: Duration,
     timers: TimerTable<Timer>,
+    unsettled: Unsettled,
 }
 
 /// The deadlines of perception, each set when its part was settled.
@@ -48,6 +49,18 @@ enum Timer {
     Buses,
     /// All statuses are refreshed.
     Diagnostics,
+}
+
+/// The flows of the vehicle that an input concerns, since they were settled.
+#[derive(Debug, Clone, Copy)]
+struct Unsettled {
+    lights: bool,
+    status: bool,
+}
+
+impl Unsettled {
+    const NONE: Self = Self { lights: false, status: false };
+    const BOTH: Self = Self { lights: true, status: true };
 }
 
 /// The message of each flow that has an identifier.
@@ -112,6 +125,7 @@ impl Perception {
             turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
             diagnostics_period: settings.diagnostics_period,
             timers,
+            unsettled: Unsettled::BOTH,
         }
     }
 
@@ -132,6 +146,7 @@ impl Perception {
             flow.reconfigure(decider);
         }
         self.diagnostics_period = settings.diagnostics_period;
+        self.unsettled = Unsettled::BOTH;
         self.timers.set(Timer::Diagnostics, now.mono);
     }
 
@@ -142,6 +157,9 @@ impl Perception {
 
     /// Takes what happened on a bus; `None` when it changes nothing.
     pub(super) fn handle_can(&mut self, input: &CanInput, now: Now) -> Option<Effect> {
+        if !matches!(input, CanInput::Frame { .. }) {
+            self.unsettled = Unsettled::BOTH;
+        }
         let Some(known) = self.buses.get_mut(usize::from(input.bus().0)) else {
             return (!matches!(input, CanInput::Frame { .. })).then_some(Effect::News);
         };
@@ -185,6 +203,10 @@ impl Perception {
             || self.bus_findings[usize::from(bus.0)] != Some(known.finding(now.mono))
             || self.next_deadline() <= now.mono;
         let is_revived = !was_alive && route.is_life_sign;
+        // What a bus is silent about, or has just said again, concerns both.
+        if is_revived || is_news {
+            self.unsettled = Unsettled::BOTH;
+        }
         if is_revived {
             self.lights.forget_events(bus);
             self.status.forget_events(bus);
@@ -192,14 +214,18 @@ impl Perception {
                 flow.reception().forget_events(bus);
             }
         }
-        if route.is_life_sign {
-            is_news |= self.lights.observe(bus, frame, was_alive, now.mono);
+        if route.is_life_sign && self.lights.observe(bus, frame, was_alive, now.mono) {
+            (self.unsettled, is_news) = (Unsettled::BOTH, true);
         }
         if let Some(message) = route.lights {
-            is_news |= self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
+            let is_new = self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
+            self.unsettled.lights |= is_new;
+            is_news |= is_new;
         }
         if let Some(message) = route.status {
-            is_news |= self.status.frame_arrived(message, frame, stamp, now) == Arrival::News;
+            let is_new = self.status.frame_arrived(message, frame, stamp, now) == Arrival::News;
+            self.unsettled.status |= is_new;
+            is_news |= is_new;
         }
         if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
             flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
@@ -215,28 +241,21 @@ impl Perception {
     /// Brings all flows up to now and hands their outputs to `emit`; gives the statuses of flows that have
     /// changed.
     pub(super) fn settle(&mut self, now: Now, mut emit: impl FnMut(Output)) -> Vec<Status> {
-        let steps = self.lights.settle(&self.buses, now);
-        steps.outputs().map(Output::VehicleLights).for_each(&mut emit);
-        self.timers.set(Timer::VehicleLights, self.lights.next_deadline(now.mono));
-        let is_changed = |task: &Task| match task {
-            Task::TurnIndicators => steps.turn_changed,
-            Task::HazardLights => steps.hazard_changed,
-        };
-        let tasks = self.lights.tasks().filter(is_changed);
-        let mut changed: Vec<_> = tasks.map(|task| self.lights_status(task, now.mono)).collect();
-        let mut reports = Vec::new();
-        let unmet = self.lights.unmet();
-        self.status.settle(
-            unmet,
-            &self.buses,
-            now,
-            |output| emit(Output::VehicleStatus(output)),
-            |report| reports.push(report),
+        let unsettled = std::mem::replace(&mut self.unsettled, Unsettled::NONE);
+        // The deadlines of the buses are those of both.
+        let is_due =
+            |timer| self.timers.is_expired(timer, now.mono) || self.timers.is_expired(Timer::Buses, now.mono);
+        let (lights, status) = (
+            unsettled.lights || is_due(Timer::VehicleLights),
+            unsettled.status || is_due(Timer::VehicleStatus),
         );
-        self.timers.set(Timer::VehicleStatus, self.status.next_deadline(now.mono));
-        let statuses =
-            reports.into_iter().filter_map(|report| self.status.status(report, &self.buses, now.mono));
-        changed.extend(statuses);
+        let mut changed = Vec::new();
+        if lights {
+            self.settle_lights(now, &mut emit, &mut changed);
+        }
+        if status {
+            self.settle_status(now, &mut emit, &mut changed);
+        }
         if let Some(flow) = &mut self.traffic_lights {
             let has_news = flow.settle(&self.buses, now);
             while let Some(output) = flow.poll_output() {
@@ -259,6 +278,33 @@ impl Perception {
         let buses = self.buses.iter().filter_map(|bus| bus.next_deadline(now.mono));
         self.timers.set(Timer::Buses, buses.min());
         changed
+    }
+
+    fn settle_lights(&mut self, now: Now, emit: &mut impl FnMut(Output), changed: &mut Vec<Status>) {
+        let steps = self.lights.settle(&self.buses, now);
+        steps.outputs().map(Output::VehicleLights).for_each(emit);
+        self.timers.set(Timer::VehicleLights, self.lights.next_deadline(now.mono));
+        let is_changed = |task: &Task| match task {
+            Task::TurnIndicators => steps.turn_changed,
+            Task::HazardLights => steps.hazard_changed,
+        };
+        let tasks = self.lights.tasks().filter(is_changed);
+        changed.extend(tasks.map(|task| self.lights_status(task, now.mono)));
+    }
+
+    fn settle_status(&mut self, now: Now, emit: &mut impl FnMut(Output), changed: &mut Vec<Status>) {
+        let mut reports = Vec::new();
+        let unmet = self.lights.unmet();
+        self.status.settle(
+            unmet,
+            &self.buses,
+            now,
+            |output| emit(Output::VehicleStatus(output)),
+            |report| reports.push(report),
+        );
+        self.timers.set(Timer::VehicleStatus, self.status.next_deadline(now.mono));
+        let statuses = reports.into_iter();
+        changed.extend(statuses.filter_map(|report| self.status.status(report, &self.buses, now.mono)));
     }
 
     /// The statuses of the buses whose finding has changed.
