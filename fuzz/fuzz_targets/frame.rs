@@ -21,9 +21,11 @@ use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::core::validation::unusable::FaultKind;
 use signal_gateway::core::vehicle_lights::Task;
+use signal_gateway::core::vehicle_report::Step;
+use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
+use signal_gateway::core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
 
 macro_rules! shipped {
     ($($name:literal),+) => {
@@ -36,9 +38,21 @@ macro_rules! shipped {
     };
 }
 
-/// One of each kind of binding: enumerated, pair with reasons, event, both sides, two messages.
-static FILES: [(&str, &[u8], &str, &[u8]); 5] =
-    shipped!("demo_vehicle", "tesla_model3", "toyota_nodsu", "bmw_e9x", "vw_meb");
+/// One of each kind of binding: enumerated, pair with reasons, event, both sides, two messages; and of each kind of quantity:
+/// in parts, with a sign of its own, with flags, as a speed of rotation, and control modes.
+static FILES: [(&str, &[u8], &str, &[u8]); 7] = shipped!(
+    "demo_vehicle",
+    "tesla_model3",
+    "toyota_nodsu",
+    "bmw_e9x",
+    "vw_meb",
+    "ford_lincoln",
+    "new_eagle_dbw"
+);
+
+/// Limits of what may be published, m/s and rad.
+const SPEEDS_MPS: std::ops::RangeInclusive<f64> = -20.0..=90.0;
+const MAX_TIRE_RAD: f64 = 0.7;
 
 struct Shipped;
 
@@ -52,7 +66,16 @@ impl Files for Shipped {
 
 static VEHICLES: LazyLock<Vec<GatewaySettings>> = LazyLock::new(|| {
     let load = |(profile, ..): &(&str, &[u8], &str, &[u8])| {
-        load_profile(&Shipped, Path::new(profile)).expect("shipped").gateway
+        let mut settings = load_profile(&Shipped, Path::new(profile)).expect("shipped").gateway;
+        settings.status_settings.geometry = VehicleGeometry {
+            wheel_base_m: Some(2.7),
+            wheel_tread_m: Some(1.6),
+            wheel_radius_m: Some(0.3),
+            wheel_to_tire: Some(WheelToTire::Ratio(16.0)),
+            max_tire_rad: MAX_TIRE_RAD,
+            ..VehicleGeometry::default()
+        };
+        settings
     };
     FILES.iter().map(load).collect()
 });
@@ -66,6 +89,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
     let mut gateway = Gateway::new(settings.clone(), LinkState::Up, now);
     let mut shown = [false; 2];
+    let statuses = gateway.statuses(now.mono).len();
     while let (Some(kind), Some(pause)) = (next(), next()) {
         // From nanoseconds to days, and no further than a century in all.
         let pause = Duration::from_nanos(u64::from(pause & 15) << (pause >> 4) << 2 * (pause >> 4));
@@ -122,7 +146,7 @@ fuzz_target!(|bytes: &[u8]| {
         };
         gateway.handle(input, now);
         drain(&mut gateway, &mut shown);
-        assert_eq!(gateway.statuses(now.mono).len(), 3);
+        assert_eq!(gateway.statuses(now.mono).len(), statuses);
     }
 });
 
@@ -134,13 +158,14 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
         match output {
             Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => show(&mut shown[0], step),
             Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => show(&mut shown[1], step),
+            Output::VehicleStatus(output) => check_status(output),
             Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                 panic!("nothing but reports here")
             }
             Output::Diagnostics { diagnostics, .. } => assert!(!diagnostics.statuses.is_empty()),
         }
     }
-    assert!(count <= 6, "{count} outputs of one input");
+    assert!(count <= 11, "{count} outputs of one input");
     for (task, shown) in [Task::TurnIndicators, Task::HazardLights].into_iter().zip(shown) {
         let (fault, published) = gateway.lights().failure(task);
         assert_eq!(published, *shown, "{task:?}");
@@ -148,6 +173,20 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
             assert!(!published, "{task:?} while unknown");
         }
         assert!(published || fault.is_some(), "{task:?} is withheld for no reason");
+    }
+}
+
+/// No number is published that cannot be.
+fn check_status(output: VehicleStatusOutput) {
+    match output {
+        VehicleStatusOutput::Velocity(Step::Publish(velocity, _)) => {
+            assert!(SPEEDS_MPS.contains(&velocity.longitudinal_mps), "{velocity:?}");
+            assert!(velocity.heading_rate_radps.abs() <= 2.0, "{velocity:?}");
+        }
+        VehicleStatusOutput::Steering(Step::Publish(angle, _)) => {
+            assert!(angle.0.abs() <= MAX_TIRE_RAD * 1.1, "{angle:?}");
+        }
+        _ => {}
     }
 }
 

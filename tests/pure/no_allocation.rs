@@ -41,6 +41,8 @@ use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::can::log::Log;
 
+use crate::pure::vehicle_status::car as status_car;
+
 /// The system's allocator, counting the allocations of each thread.
 struct Counting;
 
@@ -234,6 +236,49 @@ fn flashing_lamps_of_several_sources_allocate_nothing() {
         }
     });
     assert_eq!((allocated, drained(&mut gateway)), (0, 0), "no refresh meanwhile");
+}
+
+/// Speed, steering, gear, doors and mode, with all checks, while the car drives off, turns and stops.
+#[test]
+fn a_drive_with_the_status_of_the_vehicle_allocates_nothing_per_frame() {
+    let at = |ms: u32| Now {
+        mono: MonoTime::from_millis(ms.into()),
+        wall: WallStamp::from_nanos(i64::from(ms) * 1_000_000),
+    };
+    let mut gateway = Gateway::new(status_car::settings(&[], &[]).gateway, LinkState::Up, at(0));
+    let mut car = status_car::Car::default();
+    let (mut frames, mut reports, mut allocated) = (0, 0, 0);
+    for ms in (0..20_000).step_by(10) {
+        car.gear = if ms < 2_000 { 0 } else { 3 };
+        let goal = if (3_000..15_000).contains(&ms) { 12.0 } else { 0.0 };
+        car.speed_mps += (goal - car.speed_mps).clamp(-0.04, 0.03);
+        car.tire_rad = 0.05 * (f64::from(ms) / 2_000.0).sin();
+        let now = at(ms);
+        for (id, cycle) in status_car::CYCLES {
+            if u64::from(ms) % cycle != 0 {
+                continue;
+            }
+            // What is due by the clock comes first, as in the daemon; diagnostics are refreshed there.
+            gateway.handle(Input::Tick, now);
+            while gateway.poll_output().is_some() {}
+            let frame = Frame::classic(CanId::Standard(id), &car.frame(id).data).unwrap();
+            let input = CanInput::Frame { bus: BusIndex(0), frame, stamp: now.wall };
+            let mut is_status_changed = false;
+            let of_frame = allocations(|| {
+                gateway.handle(input, now);
+                while let Some(output) = gateway.poll_output() {
+                    is_status_changed |= matches!(output, Output::Diagnostics { .. });
+                    reports += u32::from(matches!(output, Output::VehicleStatus(_)));
+                }
+            });
+            frames += 1;
+            if !is_status_changed && ms >= 1_000 {
+                allocated += of_frame;
+            }
+        }
+    }
+    assert!(frames > 7_000 && reports > 1_900, "{frames} frames, {reports} reports");
+    assert_eq!(allocated, 0);
 }
 
 /// A controller for each ten lights, all copied to V2I with what is predicted.

@@ -187,7 +187,8 @@ pub(crate) struct Counterpart {
     #[serde(default = "yes")]
     pub(crate) packs_protection: bool,
     /// Signals with their physical values, as `MESSAGE.SIGNAL=VALUE`, and the part of the status that both must read alike from
-    /// them: `speed` without its sign, `yaw_rate`, `steering`, `gear` or `doors`. The first car reads them.
+    /// them: `speed` without its sign, `yaw_rate`, `steering`, `gear` or `doors`. Values after a `~` are swept from 0 to a
+    /// multiple. The first car reads them.
     #[serde(default, deserialize_with = "rows")]
     pub(crate) status: Vec<[String; 2]>,
     /// Another vehicle, whose states are tried.

@@ -64,10 +64,10 @@ const SPEED_REMEDY: &str = "check unit and scale of both sources";
 /// The alarms in the order of [`Alarm`].
 #[rustfmt::skip]
 pub const ALARMS: [AlarmRow; 20] = [
-    row(Alarm::FrontLeftWheel, "the front left wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
-    row(Alarm::FrontRightWheel, "the front right wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
-    row(Alarm::RearLeftWheel, "the rear left wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
-    row(Alarm::RearRightWheel, "the rear right wheel deviates from the others by more than 10 % and 0.5 m/s", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::FrontLeftWheel, "the front left wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::FrontRightWheel, "the front right wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::RearLeftWheel, "the rear left wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::RearRightWheel, "the rear right wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
     row(Alarm::SpeedsDiffer, "two sources of the speed differ by more than 5 % and 0.5 m/s", Effect::Warn, SPEED_REMEDY),
     row(Alarm::SpeedsContradict, "two sources of the speed differ by more than 30 % and 1 m/s", Effect::WithholdVelocity, SPEED_REMEDY),
     row(Alarm::SpeedJumps, "the speed changes by more than 15 m/s²", Effect::Warn, JUMP_REMEDY),

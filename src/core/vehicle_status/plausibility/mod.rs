@@ -25,6 +25,10 @@ const MOVING_MPS: f64 = 3.0;
 const TURNING_MPS: f64 = 2.0;
 /// Speed from which direction and gear are compared, m/s.
 const ROLLING_MPS: f64 = 1.0;
+/// Wheels on the two sides of a turn differ by the heading rate times the track, for which this is taken, m.
+const TRACK_M: f64 = 1.6;
+/// The sharpest turn of a vehicle whose heading rate is not known otherwise, m/s² across.
+const ACROSS_MPS2: f64 = 4.0;
 /// Both rates, from which their signs count, rad/s.
 const TURNING_RADPS: f64 = 0.05;
 
@@ -49,6 +53,15 @@ pub struct Motion {
     pub tire_rad: Option<f64>,
     /// The engaged gear.
     pub gear: Option<Gear>,
+}
+
+impl Motion {
+    /// The heading rate without a sign of which yaw rate and steering are both sure, or the most that the speed permits, rad/s.
+    fn least_rate_radps(&self) -> f64 {
+        let rates = self.yaw_rate_radps.into_iter().chain(self.steering_rate_radps);
+        let most = ACROSS_MPS2 / self.speed_mps.map_or(ROLLING_MPS, |speed| speed.abs().max(ROLLING_MPS));
+        rates.map(f64::abs).fold(most, f64::min)
+    }
 }
 
 /// The checks, with what they remember.
@@ -91,10 +104,11 @@ impl Plausibility {
 
     fn judge_wheels(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
         let is_moving = motion.speed_mps.is_some_and(|speed| speed.abs() > MOVING_MPS);
+        let more = 0.5 + TRACK_M * motion.least_rate_radps();
         for (index, alarm) in Alarm::OF_WHEELS.into_iter().enumerate() {
             let speed = motion.wheels_mps[index];
             let middle = middle_of_others(&motion.wheels_mps, index);
-            let deviates = speed.zip(middle).is_some_and(|(speed, middle)| differs(speed, middle, 0.1, 0.5));
+            let deviates = speed.zip(middle).is_some_and(|(speed, middle)| differs(speed, middle, 0.1, more));
             let deviates = self.wheels[index].update(deviates, ONE_SECOND, now);
             let speed = speed.filter(|_| is_moving);
             let is_frozen = self.wheels_frozen[index].update(speed, (middle, 0.5), FROZEN, now);

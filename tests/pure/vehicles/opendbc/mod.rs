@@ -290,7 +290,7 @@ fn document(rows: &[Row]) -> String {
     for (name, reason) in DIFFERENCES {
         writeln!(text, "- **{name}**: {reason}").unwrap();
     }
-    text
+    text + &status::section()
 }
 
 /// Whether the profile checks counters or checksums.
