@@ -273,7 +273,7 @@ fn message(binding: &StatusBinding, buses: &[Bus], report: StatusReport, finding
     let rates = binding.velocity.as_ref().map_or(&[][..], |velocity| &velocity.heading_rates);
     let heading = heading.filter(|_| replaced.is_none()).map(|reason| {
         let source = rates.get(source).map_or("", HeadingRateSource::name);
-        format!("heading rate of the {source}: {}", text(reason))
+        format!("fallback heading rate of the {source}: {}", text(reason))
     });
     let replaced = replaced.map(|reason| format!("heading rate published as 0: {}", text(reason)));
     let alarms = finding.alarms.iter().map(|row| format!("{}: {}", row.text, row.remedy));

@@ -6,12 +6,15 @@ use std::path::Path;
 
 use flate2::read::GzDecoder;
 use signal_gateway::config::{Overrides, load};
+use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
+use signal_gateway::core::vehicle_status::plausibility::alarm::ALARMS;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
+use crate::pure::vehicles::playback::play_file;
 use crate::support::files::MemoryFiles;
 use crate::support::prerequisite::{require, shared_data};
 
@@ -189,4 +192,42 @@ fn wrong_reports_of_the_drive_are_told() {
     ] {
         assert_ne!(changed(index, change), Vec::<String>::new());
     }
+}
+
+/// Healthy public drives: the recording, its profile, the bus there, and wheel base, tread and rolling radius.
+const DRIVES: [(&str, &str, &str, [f64; 3]); 4] = [
+    ("comma2k19-rav4-b0c9d232-seg40.candump.log.gz", "toyota_nodsu", "body", [2.66, 1.57, 0.35]),
+    ("ford-mustang-s550.txt.gz", "ford_lincoln", "body", [2.72, 1.64, 0.331]),
+    ("eld-civic-type-r-2019-turnonanddrive.log", "honda_civic_hatchback_2017", "body", [2.7, 1.59, 0.32]),
+    ("eld-kona-turnonlog.log", "hyundai_kia", "powertrain", [2.6, 1.57, 0.32]),
+];
+
+/// The statuses of the vehicle's status that were not OK in a drive.
+fn abnormal(folder: &Path, [recording, profile, bus]: [&str; 3], geometry: [f64; 3]) -> Vec<String> {
+    let [base, tread, radius] = geometry;
+    let gateway = format!(
+        "profile = \"{profile}\"\n[can.{bus}]\ninterface = \"can0\"\n[vehicle_geometry]\nwheel_base_m = {base}\n\
+         wheel_tread_m = {tread}\nwheel_radius_m = {radius}\nsteering_ratio = 16.0\nmax_steer_angle_rad = 0.7\n"
+    );
+    let files = MemoryFiles::new([("gateway.toml", gateway)]).or_disk();
+    let settings = load(&files, Path::new("gateway.toml"), &Overrides::default()).unwrap();
+    let playback = play_file(&settings, &folder.join(recording));
+    assert!(playback.status.len() > 500, "{recording}: {} reports", playback.status.len());
+    let changes = playback.changes.into_iter().filter(|change| change.level != Level::Ok);
+    changes.map(|change| change.message).collect()
+}
+
+#[test]
+fn healthy_public_drives_raise_no_alarm() {
+    let folder = require!(shared_data()).join("can-logs");
+    for (recording, profile, bus, geometry) in DRIVES {
+        for message in abnormal(&folder, [recording, profile, bus], geometry) {
+            let alarm = ALARMS.iter().find(|row| message.contains(row.text));
+            assert!(alarm.is_none(), "{recording}: {message}");
+        }
+    }
+    // With rear wheels of half the radius, the sources of the speed differ.
+    let messages = abnormal(&folder, [DRIVES[1].0, DRIVES[1].1, DRIVES[1].2], [2.72, 1.64, 0.165]);
+    let is_alarm = |message: &&String| ALARMS.iter().any(|row| message.contains(row.text));
+    assert!(messages.iter().any(|message| is_alarm(&message)), "{messages:?}");
 }
