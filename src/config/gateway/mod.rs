@@ -128,7 +128,8 @@ impl Settings {
     /// A profile that has nothing to simulate.
     pub fn vehicle_plan(&self) -> Result<VehiclePlan, PlanError> {
         let databases: Vec<_> = self.dbcs.iter().map(|dbc| &dbc.database).collect();
-        VehiclePlan::new(&self.gateway.lights, &self.command_binding, &self.gateway.buses, &databases)
+        let GatewaySettings { lights, status, buses, .. } = &self.gateway;
+        VehiclePlan::new(lights, status, &self.command_binding, buses, &databases)
     }
 }
 

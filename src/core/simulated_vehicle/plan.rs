@@ -13,6 +13,8 @@ use crate::core::validation::table::{Role, SignalIndex, SignalTable, Timing};
 use crate::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding, TurnSource};
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress, StalkSettings};
 use crate::core::vehicle_lights::state::HazardCode;
+use crate::core::vehicle_status::binding::StatusBinding;
+use crate::core::vehicle_status::control_mode::ControlModeSource;
 
 /// Longest period of a message that shows lamps and of one with an unknown period.
 const MAX_PERIOD: Duration = Duration::from_millis(100);
@@ -77,12 +79,14 @@ impl VehiclePlan {
     /// Builds the plan of a profile. `buses` and `databases` are indexed by [`BusIndex`].
     pub fn new(
         lights: &LightsBinding,
+        status: &StatusBinding,
         command: &CommandBinding,
         buses: &[BusSettings],
         databases: &[&Database],
     ) -> Result<Self, PlanError> {
         let mut draft = Draft { messages: Vec::new(), databases };
         draft.lights(lights)?;
+        draft.status(status)?;
         draft.command(command)?;
         draft.heartbeats(buses)?;
         if draft.messages.is_empty() {
@@ -168,10 +172,14 @@ impl Draft<'_> {
         }
     }
 
-    fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
-        if let Some(role) = &command.control_mode {
-            self.add(&command.table, role, ReportedSubject::Mode, SignalValue::Mode)?;
+    fn status(&mut self, status: &StatusBinding) -> Result<(), PlanError> {
+        if let Some(ControlModeSource::Named(role)) = status.control_mode.as_ref().map(|mode| &mode.source) {
+            self.add(&status.table, role, ReportedSubject::Mode, SignalValue::Mode)?;
         }
+        Ok(())
+    }
+
+    fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
         for driver in &command.driver {
             let subject = ReportedSubject::Driver { overrides: driver.overrides };
             self.add(&command.table, &driver.role, subject, SignalValue::On)?;
