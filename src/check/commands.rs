@@ -26,7 +26,7 @@ pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
     };
     let mode = match command.settings.mode_from {
         ModeFrom::Topic { .. } => command.topics.name("control_mode"),
-        ModeFrom::Signal => "a signal of the vehicle",
+        ModeFrom::Signal => "the vehicle's signals",
     };
     report.line("commands", format!("{sent}; turn commands of {source}, control mode of {mode}"));
     for message in &binding.messages {

@@ -93,11 +93,11 @@ fn file_and_bag_have_the_same_messages_and_a_bag_that_exists_is_left_alone() {
 
 #[test]
 fn frames_that_a_replay_would_send_are_not_recorded_as_sent() {
-    use crate::support::command_vehicle::{DBC, PROFILE};
+    use crate::support::command_vehicle::{DBC, MODE, PROFILE};
     let readers = require!(McapReaders::find());
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    write("bench.toml", PROFILE);
+    write("bench.toml", &format!("{PROFILE}{MODE}"));
     write("bench.dbc", DBC);
     write(
         "drive.log",

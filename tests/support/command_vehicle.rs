@@ -65,7 +65,10 @@ signal = "STATE.OVERRIDE"
 on = [1]
 off = [0]
 overrides = "turn"
-[command.control_mode]
+"#;
+
+/// The control mode by a signal, which a profile may have beside it.
+pub(crate) const MODE: &str = r#"[control_mode]
 signal = "STATE.MODE"
 autonomous = [1]
 velocity_only = [2]

@@ -16,7 +16,7 @@ const ON_TIMEOUT: Keywords<TimeoutAction> =
     &[("off", TimeoutAction::Off), ("hold", TimeoutAction::Hold), ("hazard", TimeoutAction::Hazard)];
 const SHUTDOWN_ACTIONS: Keywords<ShutdownAction> =
     &[("release", ShutdownAction::Release), ("off", ShutdownAction::Off), ("hazard", ShutdownAction::Hazard)];
-/// Origins of the control mode; true for a signal.
+/// Origins of the control mode; true for signals.
 const MODE_FROM_SIGNAL: Keywords<bool> = &[("topic", false), ("signal", true)];
 
 /// The settings of commands to the vehicle.
@@ -40,7 +40,7 @@ key_rows! {
     CONSENT: String = text("consent").or_text("").restart()
         .doc("`name` of the vehicle profile, where its [command] has needs_consent: tx = \"on\" is refused without it");
     CONTROL_MODE: bool = keyword("control_mode", MODE_FROM_SIGNAL).or_text("topic").restart()
-        .doc("\"topic\", or \"signal\": [command.control_mode] of the vehicle profile");
+        .doc("\"topic\", or \"signal\": [control_mode] of the vehicle profile");
     CONTROL_MODE_TIMEOUT_MS: Duration = limit("control_mode_timeout_ms").or(1000).restart()
         .doc("topic: longest valid time without a message");
     TURN_TIMEOUT_MS: Duration = limit("turn_timeout_ms").or(1000).restart()
@@ -66,7 +66,7 @@ pub(super) static TOPICS: [ConfigKey<String>; 3] = [
         .doc("TurnIndicatorsCommand; not read when the decider is the source"),
     topic("hazard_lights_cmd", "/control/command/hazard_lights_cmd").doc("HazardLightsCommand"),
     topic("control_mode", "/vehicle/status/control_mode")
-        .doc("ControlModeReport; not read when the mode comes from a signal"),
+        .doc("ControlModeReport; not read when the mode comes from signals"),
 ];
 
 /// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider publishes commands;
@@ -100,10 +100,11 @@ pub(super) fn command(
     if let Some(vehicle) = vehicle {
         check_consent(&fields, vehicle, transmit, &consent);
     }
+    let reports_mode = vehicle.map(|vehicle| vehicle.status.control_mode.is_some());
     let settings = CommandSettings {
         source,
         transmit,
-        mode_from: mode_from(&fields, binding),
+        mode_from: mode_from(&fields, reports_mode),
         turn_timeout: fields.read(&TURN_TIMEOUT_MS),
         hazard_timeout: fields.read(&HAZARD_TIMEOUT_MS),
         rules: ArbitrationRules {
@@ -116,9 +117,8 @@ pub(super) fn command(
     let section = fields.section("topics");
     let topics = TopicNames::read(&section, &TOPICS);
     section.done();
-    let reports_mode = vehicle.is_some_and(|vehicle| vehicle.status.control_mode.is_some());
     let reads_mode = matches!(settings.mode_from, ModeFrom::Topic { .. });
-    if reports_mode && reads_mode && topics.name("control_mode") == written_mode {
+    if reports_mode == Some(true) && reads_mode && topics.name("control_mode") == written_mode {
         let reason = format!(
             "the control mode would be read from {written_mode}, on which [control_mode] of the vehicle profile is published"
         );
@@ -146,8 +146,8 @@ fn check_consent(fields: &Fields<'_>, vehicle: &Vehicle, transmit: Transmit, con
     }
 }
 
-/// Reads the origin of the control mode.
-fn mode_from(fields: &Fields<'_>, binding: Option<&CommandBinding>) -> ModeFrom {
+/// Reads the origin of the control mode. `is_bound` is `None` if the profile was refused.
+fn mode_from(fields: &Fields<'_>, is_bound: Option<bool>) -> ModeFrom {
     let timeout = fields.read(&CONTROL_MODE_TIMEOUT_MS);
     if !fields.read(&CONTROL_MODE) {
         return ModeFrom::Topic { timeout };
@@ -156,13 +156,13 @@ fn mode_from(fields: &Fields<'_>, binding: Option<&CommandBinding>) -> ModeFrom 
         let remedy = "remove it, or use control_mode = \"topic\"";
         fields.refuse(
             "control_mode_timeout_ms",
-            "a control mode from a signal has the timeout of its message",
+            "a control mode from signals has the timeouts of their messages",
             remedy,
         );
     }
-    if binding.is_some_and(|binding| binding.control_mode.is_none()) {
+    if is_bound == Some(false) {
         let reason = "the vehicle profile binds no signal for the control mode";
-        fields.refuse("control_mode", reason, "add [command.control_mode] there, or use \"topic\"");
+        fields.refuse("control_mode", reason, "add [control_mode] there, or use \"topic\"");
     }
     ModeFrom::Signal
 }

@@ -2,14 +2,17 @@
 
 use crate::core::control_mode::ControlMode;
 use crate::core::light_command::EnumOrUnknown;
+use crate::core::validation::unusable::Unusable;
 
 /// The control mode, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ModeState {
     /// The vehicle is in a defined mode.
     Known(ControlMode),
-    /// The value is not a defined mode.
-    Undefined(i128),
+    /// The message has a number that is not a mode.
+    Undefined(u8),
+    /// A signal that gives the mode has no usable value.
+    Unusable(Unusable),
     /// Nothing has been received within the timeout.
     #[default]
     Unknown,
@@ -39,17 +42,26 @@ impl From<EnumOrUnknown<ControlMode>> for ModeState {
     fn from(mode: EnumOrUnknown<ControlMode>) -> Self {
         match mode {
             EnumOrUnknown::Known(mode) => Self::Known(mode),
-            EnumOrUnknown::Unknown(number) => Self::Undefined(number.into()),
+            EnumOrUnknown::Unknown(number) => Self::Undefined(number),
         }
     }
 }
 
 impl ModeState {
+    /// Returns the undefined number of the message or signal; `None` for a defined or unknown mode.
+    pub fn undefined(self) -> Option<i128> {
+        match self {
+            Self::Undefined(number) => Some(number.into()),
+            Self::Unusable(Unusable::Undefined(_, raw)) => Some(raw),
+            Self::Known(_) | Self::Unusable(_) | Self::Unknown => None,
+        }
+    }
+
     /// Returns the functions that the mode grants: none while it is unknown.
     pub fn grants(self) -> Grants {
         match self {
             Self::Known(mode) => mode.grants(),
-            Self::Undefined(_) | Self::Unknown => Grants::default(),
+            Self::Undefined(_) | Self::Unusable(_) | Self::Unknown => Grants::default(),
         }
     }
 }

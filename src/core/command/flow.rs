@@ -35,7 +35,7 @@ pub struct CommandFlow {
     pub(super) hazard: Intake<bool>,
     /// Hazard commands of the gateway's decider, if it is the source.
     decider_hazard: Intake<bool>,
-    reported_mode: Option<(ModeState, MonoTime)>,
+    mode: ReceivedMode,
     stale_mode_filter: StaleMessageFilter,
     pub(super) undefined_modes: u64,
     pub(super) reported: Reported,
@@ -48,6 +48,14 @@ pub struct CommandFlow {
     pub(super) finding: CommandFinding,
     timers: TimerTable<CommandTimer>,
     ready: VecDeque<CommandOutput>,
+}
+
+/// The control mode as received last.
+#[derive(Debug, Clone, Copy, Default)]
+struct ReceivedMode {
+    state: ModeState,
+    /// The mode is unknown from then on, unless it is received again.
+    expires: Option<MonoTime>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,7 +136,7 @@ impl CommandFlow {
             turn: Intake::new(settings.turn_timeout, now.wall),
             hazard: Intake::new(settings.hazard_timeout, now.wall),
             decider_hazard: Intake::new(settings.hazard_timeout, now.wall),
-            reported_mode: None,
+            mode: ReceivedMode::default(),
             stale_mode_filter: StaleMessageFilter::new(now.wall, settings.mode_timeout().unwrap_or_default()),
             undefined_modes: 0,
             reported: Reported::default(),
@@ -191,6 +199,19 @@ impl CommandFlow {
         self.reported = reported;
     }
 
+    /// Returns true if the control mode comes from the vehicle's signals: then call [`Self::handle_signalled_mode`] before each
+    /// [`Self::settle`].
+    pub fn uses_mode_signals(&self) -> bool {
+        self.settings.mode_from == ModeFrom::Signal
+    }
+
+    /// Sets the control mode as the vehicle's signals give it, and the time from which it does not count any more.
+    pub fn handle_signalled_mode(&mut self, state: ModeState, expires: Option<MonoTime>) {
+        let is_new = state.undefined().is_some() && self.mode.state != state;
+        self.undefined_modes += u64::from(is_new);
+        self.mode = ReceivedMode { state, expires };
+    }
+
     /// Handles a frame of the vehicle after its bus has handled it. Returns false for a message that is not
     /// in [`CommandBinding::table`]; it is ignored.
     pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
@@ -229,7 +250,7 @@ impl CommandFlow {
         let mono = now.mono;
         let turn = self.turn.command_state(mono);
         let hazard = merged_hazard(self.hazard.command_state(mono), self.decider_hazard.command_state(mono));
-        let mode = self.mode(buses, mono);
+        let mode = self.mode(mono);
         let overrides = self.driver_overrides(buses, mono);
         let rules = self.settings.rules;
         let (driver, stopping) = (Grants::default(), self.stopping);
@@ -297,12 +318,11 @@ impl CommandFlow {
 
     /// Handles a control mode of the topic, which is ignored when it is stale or the mode comes from a signal.
     fn handle_control_mode(&mut self, mode: ModeState, sample: SampleId, stamp: WallStamp, now: Now) {
-        let is_from_topic = self.settings.mode_timeout().is_some();
-        if !is_from_topic || self.stale_mode_filter.check(sample, stamp, false, now).is_err() {
-            return;
+        let Some(timeout) = self.settings.mode_timeout() else { return };
+        if self.stale_mode_filter.check(sample, stamp, false, now).is_ok() {
+            self.mode = ReceivedMode { state: mode, expires: Some(deadline_after(now.mono, timeout)) };
+            self.undefined_modes += u64::from(mode.undefined().is_some());
         }
-        self.reported_mode = Some((mode, now.mono));
-        self.undefined_modes += u64::from(matches!(mode, ModeState::Undefined(_)));
     }
 
     /// Returns the transmission state of a message that the gateway sends, with its description.
@@ -317,14 +337,12 @@ impl CommandFlow {
     }
 
     fn set_timers(&mut self, now: MonoTime) {
-        let reported_mode = self.reported_mode.zip(self.settings.mode_timeout());
-        let mode = reported_mode.map(|((_, at), timeout)| deadline_after(at, timeout));
         let button = self.buttons().filter_map(PushButton::next_deadline).min();
         let deadlines = [
             (CommandTimer::TurnCommand, self.turn.next_deadline(now)),
             (CommandTimer::HazardCommand, self.hazard.next_deadline(now)),
             (CommandTimer::DeciderHazard, self.decider_hazard.next_deadline(now)),
-            (CommandTimer::ControlMode, mode.filter(|at| *at > now)),
+            (CommandTimer::ControlMode, self.mode.expires.filter(|at| *at > now)),
             (CommandTimer::TurnFeedback, self.turn_feedback.next_deadline(now)),
             (CommandTimer::HazardFeedback, self.hazard_feedback.next_deadline(now)),
             (CommandTimer::Signals, self.observations.next_deadline(&self.binding.table, now)),
@@ -363,23 +381,9 @@ impl CommandFlow {
         self.outputs.iter().filter_map(|output| output.button.as_ref())
     }
 
-    fn mode(&self, buses: &[Bus], now: MonoTime) -> ModeState {
-        let signal = self.binding.control_mode.as_ref();
-        match (self.settings.mode_from, signal) {
-            (ModeFrom::Topic { timeout }, _) => match self.reported_mode {
-                Some((mode, at)) if now.since(at) <= timeout => mode,
-                Some(_) | None => ModeState::Unknown,
-            },
-            (ModeFrom::Signal, Some(role)) => {
-                match self.observations.read(&self.binding.table, role, buses, now) {
-                    Reading::Observed { meaning: Meaning::Defined(mode), .. } => ModeState::Known(mode),
-                    Reading::Observed { meaning: Meaning::Undefined, raw, .. } => ModeState::Undefined(raw),
-                    Reading::Observed { meaning: Meaning::NotAvailable | Meaning::Fault, .. }
-                    | Reading::Missing(_) => ModeState::Unknown,
-                }
-            }
-            (ModeFrom::Signal, None) => ModeState::Unknown,
-        }
+    fn mode(&self, now: MonoTime) -> ModeState {
+        let ReceivedMode { state, expires } = self.mode;
+        if expires.is_some_and(|expires| expires <= now) { ModeState::Unknown } else { state }
     }
 
     /// Returns the functions that the driver has taken over, as the vehicle signals it. A lost signal keeps

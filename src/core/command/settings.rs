@@ -11,7 +11,6 @@ use super::control_mode::Grants;
 use super::feedback_monitor::FeedbackLimits;
 use super::message::CommandMessage;
 use super::origin::CommandOrigin;
-use crate::core::control_mode::ControlMode;
 use crate::core::validation::table::{Role, SignalTable};
 
 /// The `[command]` section of the gateway's configuration.
@@ -71,7 +70,7 @@ pub enum ModeFrom {
         /// Time for which the last mode holds without a message.
         timeout: Duration,
     },
-    /// The signal that the profile names carries it.
+    /// The signals of `[control_mode]` in the profile give it.
     Signal,
 }
 
@@ -84,8 +83,6 @@ pub struct CommandBinding {
     pub messages: Vec<CommandMessage>,
     /// Messages and signals that are received for commands.
     pub table: SignalTable,
-    /// Signal of the control mode; `None` without one.
-    pub control_mode: Option<Role<ControlMode>>,
     /// Signals of a driver override.
     pub driver: Vec<DriverSign>,
     /// What a user must know, and consent to by the vehicle's name, before frames are sent; `None` where no consent is needed.
@@ -102,7 +99,7 @@ pub struct DriverSign {
 }
 
 impl CommandSettings {
-    /// Returns the longest time for which a control mode of the topic holds; `None` if it comes from a signal.
+    /// Returns the longest time for which a control mode of the topic holds; `None` if it comes from signals.
     pub fn mode_timeout(&self) -> Option<Duration> {
         match self.mode_from {
             ModeFrom::Topic { timeout } => Some(timeout),

@@ -127,16 +127,16 @@ impl CommandFlow {
                 foreign: counts.foreign,
             }
         });
-        let (control_mode, undefined_control_mode) = match self.finding.mode {
-            ModeState::Known(mode) => (Some(mode), None),
-            ModeState::Undefined(raw) => (None, Some(raw)),
-            ModeState::Unknown => (None, None),
+        let mode = self.finding.mode;
+        let control_mode = match mode {
+            ModeState::Known(mode) => Some(mode),
+            ModeState::Undefined(_) | ModeState::Unusable(_) | ModeState::Unknown => None,
         };
         CommandSnapshot {
             is_transmitting: self.is_live(),
             source: self.settings.source,
             control_mode,
-            undefined_control_mode,
+            undefined_control_mode: mode.undefined(),
             turn_indicators: function_snapshot(&turn, turn.text(), now),
             hazard_lights: function_snapshot(&hazard, self.hazard_text(&hazard), now),
             messages: messages.collect(),

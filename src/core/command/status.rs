@@ -11,13 +11,16 @@ use crate::core::can::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::names::{variant, variant_name, words};
 use crate::core::time::MonoTime;
+use crate::core::validation::table::SignalTable;
+use crate::core::validation::unusable::Unusable;
 
 /// Level and message of one status.
 pub(super) type StatusText = (Level, String);
 
 impl CommandFlow {
-    /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
-    pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+    /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`. `mode_signals` names the
+    /// signals of the control mode.
+    pub fn statuses(&self, mode_signals: &SignalTable, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let (turn, hazard) = self.views();
         let hazard_text = self.hazard_text(&hazard);
         let status =
@@ -25,7 +28,11 @@ impl CommandFlow {
         vec![
             status("turn_indicators_command", turn.text(), turn.values(now)),
             status("hazard_lights_command", hazard_text, hazard.values(now)),
-            status("command_transmission", self.transmission(buses), self.transmission_values()),
+            status(
+                "command_transmission",
+                self.transmission(mode_signals, buses),
+                self.transmission_values(),
+            ),
         ]
     }
 
@@ -59,7 +66,7 @@ impl CommandFlow {
         text
     }
 
-    fn transmission(&self, buses: &[Bus]) -> StatusText {
+    fn transmission(&self, mode_signals: &SignalTable, buses: &[Bus]) -> StatusText {
         let finding = &self.finding;
         let name = |at: usize| self.binding.messages.get(at).map_or("", |message| message.name.as_str());
         if let Some(bus) = finding.cut_off.and_then(|bus| buses.get(usize::from(bus.0))) {
@@ -70,8 +77,14 @@ impl CommandFlow {
         }
         match (finding.problem, finding.mode) {
             (Some(SendProblem::Broken), _) => (Level::Error, "frames cannot be sent".to_owned()),
-            (_, ModeState::Undefined(raw)) => (Level::Error, format!("undefined control mode {raw}")),
+            (_, ModeState::Undefined(number)) => (Level::Error, format!("undefined control mode {number}")),
+            (_, ModeState::Unusable(reason @ (Unusable::Undefined(..) | Unusable::Fault(..)))) => {
+                (Level::Error, unknown_mode_text(reason, mode_signals, buses))
+            }
             (Some(SendProblem::Delayed), _) => (Level::Warn, "frames are delayed".to_owned()),
+            (None, ModeState::Unusable(reason)) => {
+                (Level::Warn, unknown_mode_text(reason, mode_signals, buses))
+            }
             (None, ModeState::Unknown) => {
                 (Level::Warn, "control mode unknown: nothing is requested of the vehicle".to_owned())
             }
@@ -106,11 +119,16 @@ fn request_text<T: Lights>(request: Option<T>) -> &'static str {
     request.map_or("left to the vehicle", Lights::name)
 }
 
+fn unknown_mode_text(reason: Unusable, mode_signals: &SignalTable, buses: &[Bus]) -> String {
+    let reason = reason.text(mode_signals, buses);
+    format!("control mode unknown: nothing is requested of the vehicle ({reason})")
+}
+
 fn mode_text(mode: ModeState) -> String {
-    match mode {
-        ModeState::Known(mode) => mode.name().to_owned(),
-        ModeState::Undefined(raw) => format!("undefined ({raw})"),
-        ModeState::Unknown => "unknown".to_owned(),
+    match (mode, mode.undefined()) {
+        (ModeState::Known(mode), _) => mode.name().to_owned(),
+        (_, Some(number)) => format!("undefined ({number})"),
+        (ModeState::Undefined(_) | ModeState::Unusable(_) | ModeState::Unknown, None) => "unknown".to_owned(),
     }
 }
 

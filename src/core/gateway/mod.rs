@@ -16,12 +16,14 @@ use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use crate::core::can::{BusIndex, BusSettings, CanInput, IdMatch, LinkState};
+use crate::core::command::control_mode::ModeState;
 use crate::core::command::flow::CommandFlow;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::CommandOrigin;
 use crate::core::command::sender::FrameOrigin;
 use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
 use crate::core::command::{Reported, Turn};
+use crate::core::control_mode::ControlMode;
 use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::light_command::EnumOrUnknown;
@@ -37,6 +39,7 @@ use crate::core::vehicle_report::Publish;
 use crate::core::vehicle_status::VehicleStatus;
 use crate::core::vehicle_status::binding::StatusBinding;
 use crate::core::vehicle_status::settings::StatusSettings;
+use crate::core::vehicle_status::state::{Judged, StatusReason};
 use perception::{Effect, Headlines, Perception};
 pub use wall_clock::WALL_CLOCK_TASK;
 use wall_clock::WallClock;
@@ -264,7 +267,8 @@ impl Gateway {
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses = self.perception.flow_statuses(now);
         if let Some(commands) = &self.commands {
-            statuses.extend(commands.statuses(&self.perception.buses, now));
+            let Perception { buses, status, .. } = &self.perception;
+            statuses.extend(commands.statuses(&status.binding().table, buses, now));
         }
         statuses.extend(self.perception.bus_statuses(now));
         statuses.extend(self.wall_clock.map(|wall_clock| wall_clock.status(now)));
@@ -336,14 +340,18 @@ impl Gateway {
     /// Settles commands on what perception reports now; gives the statuses that have changed.
     fn command(&mut self, now: Now) -> Vec<Status> {
         let Some(commands) = &mut self.commands else { return Vec::new() };
-        let buses = &self.perception.buses;
-        commands.handle_report(reported(&self.perception.lights));
+        let Perception { buses, lights, status, .. } = &self.perception;
+        commands.handle_report(reported(lights));
+        if commands.uses_mode_signals() {
+            let mode = mode_state(status.control_mode(buses, now));
+            commands.handle_signalled_mode(mode, status.next_stale(now.mono));
+        }
         let has_news = commands.settle(buses, now);
         self.outputs.extend(std::iter::from_fn(|| commands.poll_output()).map(Output::Command));
         if !has_news {
             return Vec::new();
         }
-        self.command_headlines.changed(commands.statuses(buses, now.mono))
+        self.command_headlines.changed(commands.statuses(&status.binding().table, buses, now.mono))
     }
 
     /// Publishes the changed statuses, buses included, and all statuses when they are due.
@@ -379,6 +387,15 @@ fn decider_command(output: &Output) -> Option<CommandInput> {
             Some(CommandInput::Hazard { origin, command: EnumOrUnknown::Known(*command), stamp: *stamp })
         }
         TurnSignalOutput::Sections { .. } | TurnSignalOutput::Decision(_) => None,
+    }
+}
+
+/// The control mode as commands take it.
+fn mode_state(judged: Judged<ControlMode>) -> ModeState {
+    match judged {
+        Ok((mode, _)) => ModeState::Known(mode),
+        Err(StatusReason::Signal(reason)) => ModeState::Unusable(reason),
+        Err(_) => ModeState::Unknown,
     }
 }
 

@@ -126,6 +126,22 @@ impl VehicleStatus {
         &self.observations
     }
 
+    /// The control mode at `now`, whether or not its topic is published.
+    ///
+    /// # Errors
+    /// The reason why it is unknown.
+    pub fn control_mode(&self, buses: &[Bus], now: Now) -> Judged<ControlMode> {
+        let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NotReceived)?;
+        binding.judge(StatusContext {
+            table: &self.binding.table,
+            settings: &self.settings,
+            observations: &self.observations,
+            unmet: None,
+            buses,
+            now,
+        })
+    }
+
     /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a report that is published
     /// with each frame always does.
     pub fn frame_arrived(
@@ -220,9 +236,14 @@ impl VehicleStatus {
         }
     }
 
+    /// The next instant at which a signal becomes stale.
+    pub fn next_stale(&self, now: MonoTime) -> Option<MonoTime> {
+        self.observations.next_deadline(&self.binding.table, now)
+    }
+
     /// The next instant at which [`Self::settle`] is due without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let stale = self.observations.next_deadline(&self.binding.table, now);
+        let stale = self.next_stale(now);
         let shifting = self.binding.gear.as_ref().and_then(|gear| self.shifting.next_deadline(gear, now));
         let reports =
             [self.gear.next_deadline(), self.control_mode.next_deadline(), self.doors.next_deadline()];

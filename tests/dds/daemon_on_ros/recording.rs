@@ -8,7 +8,7 @@ use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::io::ros::session::{OutgoingTopic, RosSession, RosSettings, Topics};
 
-use crate::support::command_vehicle::{DBC, PROFILE};
+use crate::support::command_vehicle::{DBC, MODE, PROFILE};
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process, ros_in};
@@ -23,7 +23,7 @@ fn on_recording(domain: u16) -> (Folder, Process) {
          [recording]\nfile = \"drive.log\"\nrepeat = true\n[command]\ntx = \"on\"\ncontrol_mode = \"signal\"\n{}",
         ros_in(domain)
     ));
-    folder.write("bench.toml", PROFILE);
+    folder.write("bench.toml", &format!("{PROFILE}{MODE}"));
     folder.write("bench.dbc", DBC);
     let frame = |tenth: u32| format!("(17.{tenth:02}) can0 230#20000000\n");
     folder.write("drive.log", &(0..100).step_by(10).map(frame).collect::<String>());

@@ -14,6 +14,7 @@ use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::validation::table::SignalTable;
 
 use crate::support::clock::at_ns;
 use crate::support::command_vehicle::{DBC, next_origin, next_sample, request_text};
@@ -135,13 +136,14 @@ impl Bench {
 
     /// A key of a task's status, by the position of the task.
     pub(crate) fn value(&self, task: usize, key: &str) -> String {
-        let status = self.flow.statuses(&self.buses, self.now().mono).swap_remove(task);
+        let status =
+            self.flow.statuses(&SignalTable::default(), &self.buses, self.now().mono).swap_remove(task);
         status.values.into_iter().find(|(name, _)| *name == key).unwrap().1
     }
 
     /// Level and message of each task, in order.
     pub(crate) fn status_texts(&self) -> Vec<(Level, String)> {
-        let statuses = self.flow.statuses(&self.buses, self.now().mono);
+        let statuses = self.flow.statuses(&SignalTable::default(), &self.buses, self.now().mono);
         statuses.into_iter().map(|status| (status.level, status.message)).collect()
     }
 }

@@ -335,41 +335,6 @@ fn a_dry_run_shows_everything_and_sends_nothing() {
 }
 
 #[test]
-fn the_control_mode_may_come_from_a_signal() {
-    let mut bench = Bench::new(config("tx = \"on\"\ncontrol_mode = \"signal\"", PROFILE));
-    bench.report(Reported { turn: Some(Turn::Off), hazard: Some(false) });
-    let mut requested = Vec::new();
-    // MANUAL, AUTONOMOUS, VELOCITY_ONLY, a value without meaning, then silence.
-    for (step, mode) in [Some(0), Some(1), Some(2), Some(3), None].into_iter().enumerate() {
-        for cycle in 0..5 {
-            bench.pass_until((u64::try_from(step).unwrap() * 500 + cycle * 100) * MS);
-            bench.turn(2);
-            bench.hazard(1);
-            bench.mode(1); // the topic is not read
-            if let Some(mode) = mode {
-                let frame = Frame::classic(CanId::Standard(560), &[mode << 5, 0, 0, 0]).unwrap();
-                let now = bench.now();
-                bench.buses[0].frame_arrived(now.mono);
-                bench.flow.handle_frame(BusIndex(0), &frame, now.wall, now);
-            }
-            bench.settle();
-        }
-        bench.pass_until((u64::try_from(step).unwrap() * 500 + 490) * MS);
-        requested.push((bench.requested(), bench.status_texts()[2].clone()));
-    }
-    let status = |level, text: &str| (level, text.to_owned());
-    let unknown = status(Level::Warn, "control mode unknown: nothing is requested of the vehicle");
-    let expected = [
-        ("-", status(Level::Ok, "control mode MANUAL")),
-        ("left", status(Level::Ok, "control mode AUTONOMOUS")),
-        ("any turn", status(Level::Ok, "control mode AUTONOMOUS_VELOCITY_ONLY")),
-        ("-", status(Level::Error, "undefined control mode 3")),
-        ("-", unknown),
-    ];
-    assert_eq!(requested, expected);
-}
-
-#[test]
 fn statuses_show_requests_reasons_and_the_control_mode() {
     let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
     bench.mode(3);

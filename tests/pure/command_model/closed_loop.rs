@@ -27,7 +27,7 @@ use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators
 use crate::pure::command_model::bench::{self, settings as bench_settings};
 use crate::pure::vehicles::profile;
 use crate::support::clock::{MS, at as time};
-use crate::support::command_vehicle::PROFILE;
+use crate::support::command_vehicle::{MODE, PROFILE};
 use crate::support::files::MemoryFiles;
 use crate::support::vehicle_facts::VEHICLES;
 
@@ -416,7 +416,7 @@ fn invented(hazard: &str, turn: &str) -> Settings {
         .replace("signal = \"STATE.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n", turn)
         .replace("from = \"signal\"\nsignal = \"STATE.HAZARD\"\non = [1]\noff = [0]\n", hazard)
         .replace("message.STATE.timeout_ms = 500", "message.STATE.timeout_ms = 500\nmessage.SEALED.timeout_ms = 500\nmessage.BUTTON.timeout_ms = 500");
-    bench_settings("tx = \"on\"\ncontrol_mode = \"signal\"", &profile)
+    bench_settings("tx = \"on\"\ncontrol_mode = \"signal\"", &(profile + MODE))
 }
 
 #[test]

@@ -48,7 +48,7 @@ impl VirtualGateway {
     }
 
     /// Time and frame, and whether its contents are new.
-    fn sent(&self) -> Vec<(u64, Frame, bool)> {
+    pub(crate) fn sent(&self) -> Vec<(u64, Frame, bool)> {
         let sent = self.select(|output| {
             if let Output::Command(CommandOutput::Transmit { frame, is_news }) = output {
                 Some((*frame.frame(), *is_news))
@@ -98,11 +98,7 @@ fn what_is_received_for_commands_passes_the_kernels_filters() {
     let mut settings = settings("", PROFILE).gateway;
     assert_eq!(settings.relevant_ids(BUS), [CMD, STATE].map(IdMatch::from));
     settings.lights.table.messages.clear();
-    assert_eq!(
-        settings.relevant_ids(BUS),
-        [CMD, STATE].map(IdMatch::from),
-        "the driver's signs and the mode"
-    );
+    assert_eq!(settings.relevant_ids(BUS), [CMD, STATE].map(IdMatch::from), "the driver's signs");
     settings.command = None;
     assert_eq!(settings.relevant_ids(BUS), []);
 }
@@ -149,21 +145,6 @@ fn in_manual_mode_and_on_a_lost_link_nothing_has_authority() {
     assert!(desk.news("command_transmission").contains(&(Level::Error, "nothing can be sent on body")));
     desk.handle(CanInput::Link { bus: BUS, state: LinkState::Up });
     assert_eq!((desk.sent().len(), desk.requested()), (before + 1, "hazard"), "at once");
-}
-
-/// The mode is believed for 500 ms, and the link was lost for 100 ms.
-#[test]
-fn a_mode_from_before_the_link_was_lost_gives_no_authority() {
-    let mut desk = live("control_mode = \"signal\"");
-    let words: &[CommandValue] = &[(turn, LEFT), (hazard, 1)];
-    desk.drive(500, AUTONOMOUS << 5, words);
-    assert_eq!(desk.requested(), "left");
-    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
-    desk.pass_without_end(100);
-    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Up });
-    assert_eq!(desk.requested(), "-");
-    desk.drive(100, AUTONOMOUS << 5, words);
-    assert_eq!(desk.requested(), "left");
 }
 
 #[test]

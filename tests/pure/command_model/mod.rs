@@ -10,4 +10,5 @@ mod days;
 mod gateway;
 mod live;
 mod model;
+mod signalled_mode;
 mod wire;

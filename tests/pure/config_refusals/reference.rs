@@ -298,7 +298,6 @@ fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
     let combined = of("[command.message.turn]", &["none"]);
     let level = of("[command.message.hazard]", &["button"]);
     let button = of("[command.message.hazard]", &[]);
-    let mode = of("[command.control_mode]", &[]);
     let driver = of("[[command.driver]]", &[]);
     let gateway = format!("{GATEWAY}[command]\ncontrol_mode = \"signal\"\n");
     let forms = [
@@ -312,7 +311,7 @@ fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
             "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.KIT_STATE.timeout_ms = 500\n\
              message.BLINKERS.timeout_ms = 500\nturn.fitted = false\n\
              hazard = {{ from = \"signal\", signal = \"BLINKERS.HAZARD\", on = [1], off = [0] }}\n\
-             [command.control_mode]\n{mode}[[command.driver]]\n{driver}[[command.message]]\n{form}"
+             control_mode = {{ signal = \"KIT_STATE.MODE\", autonomous = [1], manual = [0] }}\n[[command.driver]]\n{driver}[[command.message]]\n{form}"
         );
         assert_accepted(&profile, &texts(gateway.clone(), profile.clone()));
     }

@@ -43,19 +43,37 @@ struct Setup {
 const KEYS: &str = "[command]\ntx = \"on\"\nturn_timeout_ms = 12000\nhazard_timeout_ms = 12000\n\
     warn_after_ms = 60000\nerror_after_ms = 90000\n";
 
-/// A message that gives `pacmod` a control mode, and what the profile makes of it.
+/// A message that gives `pacmod` a control mode in place of the bits of its axes, and what the profile makes of it.
 const KIT_STATE: Change = Change {
-    profile: &[],
-    profile_end: "
-[message.KIT_STATE]
-timeout_ms = 12000
-[command.control_mode]
-signal = \"KIT_STATE.MODE\"
+    profile: &[
+        (
+            "steering = { signal = \"STEERING_RPT.ENABLED\", on = [1], off = [0] }
+accelerator = { signal = \"ACCEL_RPT.ENABLED\", on = [1], off = [0] }
+brake = { signal = \"BRAKE_RPT.ENABLED\", on = [1], off = [0] }
+
+[[control_mode.override]]
+signal = \"GLOBAL_RPT.PACMOD_SYSTEM_OVERRIDE_ACTIVE\"
+on = [1]
+off = [0]
+
+[[control_mode.fault]]
+signal = \"GLOBAL_RPT.PACMOD_SYSTEM_FAULT_ACTIVE\"
+on = [1]
+off = [0]
+",
+            "signal = \"KIT_STATE.MODE\"
 autonomous = [1]
 steer_only = [2]
 velocity_only = [3]
 manual = [4]
 ",
+        ),
+        ("[message.ACCEL_RPT]\n", "[message.KIT_STATE]\n"),
+        ("\n[message.GLOBAL_RPT]\ntimeout_ms = 200\n", ""),
+        ("\n[message.BRAKE_RPT]\ntimeout_ms = 200\n", ""),
+        (", \"message.GLOBAL_RPT\", \"message.ACCEL_RPT\", \"message.BRAKE_RPT\"", ""),
+    ],
+    profile_end: "",
     dbc_end: "\nBO_ 561 KIT_STATE: 1 PACMOD\n SG_ MODE : 0|8@1+ (1,0) [0|255] \"\" PC\n",
 };
 
@@ -399,7 +417,8 @@ fn undefined_mode(day: &Day) {
     let (mark, since, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.mode(UNDEFINED);
     day.wait(mark, day.nothing());
-    day.commander.status(since, TRANSMISSION, ERROR, "undefined control mode 9");
+    let text = if day.setup.by_signal { "is not a defined value" } else { "undefined control mode 9" };
+    day.commander.status(since, TRANSMISSION, ERROR, text);
     day.car.wait_for_lights(lights, "off", "nobody");
     autonomous_again(day);
 }

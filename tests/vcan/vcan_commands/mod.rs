@@ -24,7 +24,7 @@ use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::io::ros::session::{OutgoingTopic, RosSession, RosSettings, Topics};
 
-use crate::support::command_vehicle::{DBC, PROFILE, request_text};
+use crate::support::command_vehicle::{DBC, MODE, PROFILE, request_text};
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Folder, Process};
@@ -52,7 +52,7 @@ fn folder(interface: &str, tx: &str) -> (Folder, u16) {
          on_shutdown = \"hazard\"\n{ros}"
     );
     let folder = Folder::with_configuration(&text);
-    folder.write("bench.toml", &PROFILE.replace("timeout_ms = 500", "timeout_ms = 60000"));
+    folder.write("bench.toml", &format!("{PROFILE}{MODE}").replace("timeout_ms = 500", "timeout_ms = 60000"));
     folder.write("bench.dbc", DBC);
     (folder, domain)
 }

@@ -9,7 +9,7 @@ use crate::core::command::allow_list::AllowList;
 use crate::core::command::settings::CommandBinding;
 use crate::core::validation::table::SignalTable;
 use crate::core::vehicle_lights::binding::HazardBinding;
-use control::{control_mode, driver_sign};
+use control::driver_sign;
 use message::command_message;
 
 /// Reads the section, if there is one, to a binding without received messages and signals; `None` when a
@@ -27,7 +27,6 @@ pub(super) fn command(
     let messages: Vec<_> = compiled.collect();
     each_is_requested_once(&fields, &files);
     buttons_need_a_report(&files, hazard);
-    let control_mode = fields.table("control_mode").and_then(|section| control_mode(binder, section));
     let driver: Vec<_> = fields.tables("driver").filter_map(|section| driver_sign(binder, section)).collect();
     let needs_consent = needs_consent(&fields);
     fields.done();
@@ -40,7 +39,6 @@ pub(super) fn command(
         allowed,
         messages,
         table,
-        control_mode,
         driver,
         needs_consent,
     })

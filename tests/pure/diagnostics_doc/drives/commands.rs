@@ -11,7 +11,7 @@ use signal_gateway::core::time::MonoTime;
 
 use super::{BUS, Desk, Reported};
 use crate::support::clock::at_ms;
-use crate::support::command_vehicle::{BUTTON, DBC, PROFILE, next_origin, next_sample};
+use crate::support::command_vehicle::{BUTTON, DBC, MODE, PROFILE, next_origin, next_sample};
 
 const STATE: u16 = 560;
 const AUTONOMOUS: u8 = 1;
@@ -23,6 +23,7 @@ pub(super) fn drive(reported: &mut Reported) {
     obedience(reported);
     oscillation(reported);
     button(reported);
+    modes_of_signals(reported);
     transmission(reported);
     cut_off(reported);
     clock_step(reported);
@@ -106,6 +107,16 @@ fn oscillation(reported: &mut Reported) {
 fn button(reported: &mut Reported) {
     let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", BUTTON, DBC, reported);
     command(&mut desk, 5_000, Some(0), &[mode, off, hazard_on]);
+}
+
+/// None yet, undefined, AUTONOMOUS, late.
+fn modes_of_signals(reported: &mut Reported) {
+    let profile = format!("{}{MODE}", PROFILE.split_once("bench.dbc\"\n").unwrap().1);
+    let keys = "[command]\ntx = \"on\"\ncontrol_mode = \"signal\"\n";
+    let mut desk = Desk::vehicle(keys, &profile, DBC, reported);
+    for state in [None, Some(3 << 5), Some(AUTONOMOUS << 5), None] {
+        command(&mut desk, 1_500, state, &[off]);
+    }
 }
 
 fn transmission(reported: &mut Reported) {
