@@ -161,15 +161,19 @@ impl Publisher {
         let snapshot = self.session.as_ref().map(|session| {
             let status = session.status();
             let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
-            let topic = |name: &str, peers| TopicSnapshot { name: name.to_owned(), peers: count(peers) };
+            let topic = |name: &str, peers, other_writers| TopicSnapshot {
+                name: name.to_owned(),
+                peers: count(peers),
+                other_writers: count(other_writers),
+            };
             RosSnapshot {
                 domain_id: self.domain_id,
                 written: status
                     .outgoing
                     .iter()
-                    .map(|written| topic(&written.name, written.readers))
+                    .map(|written| topic(&written.name, written.readers, written.other_writers))
                     .collect(),
-                read: status.incoming.iter().map(|read| topic(&read.name, read.writers)).collect(),
+                read: status.incoming.iter().map(|read| topic(&read.name, read.writers, 0)).collect(),
                 missing_peers: count(status.missing_peers),
                 write_errors: status.write_errors,
                 ..RosSnapshot::of(&status.network)

@@ -320,6 +320,14 @@ impl Writer<'_> {
             "Readers of a topic that is written, writers of one that is read",
             None,
             peers,
+        )?;
+        let others =
+            ros.written.iter().map(|topic| ([("topic", topic.name.as_str())], float(topic.other_writers)));
+        self.gauges(
+            "ros_topic_other_writers",
+            "Writers of other nodes on a topic that is written",
+            None,
+            others,
         )
     }
 }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde_json::json;
+
 use super::peer::{Peer, free_port, router, session};
 use crate::session::Role;
 use crate::support::json_process::Mark;
@@ -59,4 +61,19 @@ fn a_late_reader_gets_the_report_that_stands_and_nothing_after_its_withdrawal() 
         let sample = reader.sample(Mark::START, "turn", |line| line["data"]["stamp"]["sec"] == 9);
         assert_eq!(sample["gid"], renewed["gid"]);
     }
+}
+
+#[test]
+fn another_gateway_on_the_same_topics_is_named_while_it_is_there() {
+    let (domain, port) = (domain(), free_port());
+    let _router = require!(Peer::start(domain, &router(port)));
+    let role = || Role::new(domain).over_zenoh(&session(port)).isolated().start();
+    let gateway = role();
+    let shares = |topics: serde_json::Value| move |status: &serde_json::Value| status["shared"] == topics;
+    assert!(shares(json!([]))(&gateway.status()));
+    let other = role();
+    let topics = ["/vehicle/status/turn_indicators_status 1", "/vehicle/status/hazard_lights_status 1"];
+    gateway.wait_until("the other's writers", shares(json!(topics)));
+    other.stop();
+    gateway.wait_until("no other writer", shares(json!([])));
 }

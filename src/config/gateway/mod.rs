@@ -312,12 +312,13 @@ fn settings(
         .table("traffic_lights")
         .and_then(|section| traffic_lights(files, section, overrides.use_sim_time));
     let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
+    let known = vehicle.as_ref().ok();
+    let status_binding = known.map(|vehicle| &vehicle.status);
     let decider = top.table("turn_signal").and_then(|section| {
         let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));
         // The files of a decider that does not run are not in effect.
-        turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline)
+        turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline, status_binding)
     });
-    let known = vehicle.as_ref().ok();
     let command = top.table("command").and_then(|section| {
         command::command(section, known, decides, ros.topics.name("control_mode_status"))
     });

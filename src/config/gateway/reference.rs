@@ -39,7 +39,8 @@ pub fn sections() -> Vec<KeySection> {
         keys,
     };
     let optional = |path, doc, keys| KeySection { is_optional: true, ..section(path, doc, keys) };
-    let decider_keys = [turn_signal::keys(), country::keys(), decider::keys()].concat();
+    let decider_keys =
+        [turn_signal::keys(), country::keys(), decider::keys(), turn_signal::vehicle::keys()].concat();
     vec![
         section("", "", top::keys()),
         KeySection {

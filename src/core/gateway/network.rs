@@ -53,6 +53,18 @@ pub struct NetworkState {
     pub since_taken_anew: Option<Duration>,
     /// Its connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
+    /// Reports on the vehicle that other nodes publish too.
+    pub shared_topics: Vec<SharedTopic>,
+}
+
+/// A topic that other nodes publish too.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("{name} {other_writers}")]
+pub struct SharedTopic {
+    /// Absolute name of the topic.
+    pub name: String,
+    /// Number of their writers.
+    pub other_writers: usize,
 }
 
 /// Where a network side runs.
@@ -158,6 +170,10 @@ impl NetworkState {
             values.push(("peers", self.peers.to_string()));
         }
         values.push(("writers_taken_anew", self.taken_anew.to_string()));
+        if !self.shared_topics.is_empty() {
+            let topics: Vec<_> = self.shared_topics.iter().map(ToString::to_string).collect();
+            values.push(("other_writers", topics.join(", ")));
+        }
         values.push(("transport", self.transport().to_owned()));
         if let Some(ZenohLinks { routers, peers, lost, unreachable }) = &self.links {
             values.push(("zenoh_routers", routers.to_string()));
@@ -189,6 +205,10 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
             Level::Warn,
             "joined; numbers far ahead came under a writer's identity, and it was taken anew".to_owned(),
         ),
+        (Some(_), _) if !state.shared_topics.is_empty() => {
+            let topics: Vec<_> = state.shared_topics.iter().map(|topic| topic.name.as_str()).collect();
+            (Level::Warn, format!("joined, but another node also publishes {}", topics.join(", ")))
+        }
         (Some(_), _) if state.has_other_graph => (
             Level::Warn,
             "joined, but not in the graph, which is of another distribution of ROS 2".to_owned(),
@@ -255,6 +275,16 @@ mod tests {
             |seconds| headline(|state| state.since_taken_anew = Some(Duration::from_secs(seconds)));
         let anew = "WARN joined; numbers far ahead came under a writer's identity, and it was taken anew";
         assert_eq!([taken_anew(59), taken_anew(60)], [anew, "OK joined"]);
+    }
+
+    #[test]
+    fn another_writer_of_a_report_is_a_warning_with_topic_and_number() {
+        let topic = |name: &str, other_writers| SharedTopic { name: name.to_owned(), other_writers };
+        let shared_topics = vec![topic("/gear", 1), topic("/velocity", 2)];
+        let text = headline(|state| state.shared_topics.clone_from(&shared_topics));
+        assert_eq!(text, "WARN joined, but another node also publishes /gear, /velocity");
+        let values = NetworkState { shared_topics, ..NetworkState::default() }.status().values;
+        assert!(values.contains(&("other_writers", "/gear 1, /velocity 2".to_owned())), "{values:?}");
     }
 
     #[test]

@@ -9,16 +9,20 @@ use crate::core::can::bus_status;
 use crate::core::can::{
     Bus, BusFinding, BusIndex, BusSnapshot, CanInput, Frame, IdMatch, IdTable, LinkState,
 };
+use crate::core::control_mode::ControlMode;
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::timer_table::TimerTable;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::flow::TrafficLightFlow;
 use crate::core::turn_signal::flow::TurnSignalFlow;
+use crate::core::turn_signal::vehicle_state::VehicleState;
 use crate::core::validation::observation::Arrival;
 use crate::core::validation::table::{BoundMessage, MessageIndex};
 use crate::core::vehicle_lights::{Task, VehicleLights};
-use crate::core::vehicle_status::VehicleStatus;
+use crate::core::vehicle_status::doors::DoorStates;
+use crate::core::vehicle_status::gear::Gear;
+use crate::core::vehicle_status::{PublishedStatus, VehicleStatus};
 
 /// Buses, vehicle lights, vehicle status, traffic lights and decider.
 #[derive(Debug, Clone)]
@@ -84,6 +88,18 @@ pub(super) enum Effect {
     EventsForgotten(BusIndex),
     /// Everything received on the bus is gone: its link is lost.
     BusForgotten(BusIndex),
+}
+
+/// The state of the vehicle as the decider takes it.
+fn vehicle_state(status: &VehicleStatus) -> VehicleState {
+    let PublishedStatus { velocity, gear, control_mode, doors } = status.published();
+    VehicleState {
+        speed_mps: velocity.map(|velocity| velocity.longitudinal_mps),
+        is_parked: gear.map(|gear| gear == Gear::Park),
+        is_in_reverse: gear.map(|gear| matches!(gear, Gear::Reverse | Gear::Reverse2)),
+        has_open_door: doors.as_ref().and_then(DoorStates::has_open),
+        is_manual: control_mode.map(|mode| mode == ControlMode::Manual),
+    }
 }
 
 /// Level and message of each status of a flow, as published last.
@@ -268,7 +284,7 @@ impl Perception {
             }
         }
         if let Some(flow) = &mut self.turn_signal {
-            let has_news = flow.settle(now);
+            let has_news = flow.settle(vehicle_state(&self.status), now);
             while let Some(output) = flow.poll_output() {
                 emit(Output::TurnSignal(output));
             }

@@ -130,6 +130,8 @@ pub struct TopicSnapshot {
     pub name: String,
     /// Readers of a topic that is written, writers of one that is read.
     pub peers: u64,
+    /// Writers of other nodes on a topic that is written; 0 for one that is read.
+    pub other_writers: u64,
 }
 
 /// A diagnostic status, as it is published.

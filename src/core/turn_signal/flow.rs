@@ -15,8 +15,9 @@ use super::factors::{FactorContext, manoeuvres};
 use super::headline::Headline;
 use super::inputs::{InputFinding, Inputs, Timed};
 use super::output::TurnSignalOutput;
-use super::planner_input::{PlannerInput, PlannerRoute};
+use super::planner_input::{Odometry, PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
+use super::vehicle_state::{VehicleState, VehicleUse};
 use crate::core::diagnostics::{Level, Status};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::lane_network::LaneNetwork;
@@ -42,6 +43,8 @@ pub struct TurnSignalSettings {
     pub period: Duration,
     /// The sections of each cycle are an output.
     pub publishes_sections: bool,
+    /// Use of the vehicle's own signals.
+    pub vehicle: VehicleUse,
 }
 
 /// The use of decisions.
@@ -122,8 +125,8 @@ impl TurnSignalFlow {
         self.latest.update(input, now.mono);
     }
 
-    /// Decides, if a cycle is due. Returns whether level or message of the diagnostics changed.
-    pub fn settle(&mut self, now: Now) -> bool {
+    /// Decides, if a cycle is due, with the vehicle in this state. Returns whether level or message of the diagnostics changed.
+    pub fn settle(&mut self, vehicle: VehicleState, now: Now) -> bool {
         if now.mono < self.due {
             return false;
         }
@@ -131,7 +134,7 @@ impl TurnSignalFlow {
         // After a gap, cycles continue from now; missed cycles are not made up for.
         self.due = if next > now.mono { next } else { now.mono.after(self.settings.period) };
         self.cycles += 1;
-        let decision = Arc::new(self.decide(now.mono));
+        let decision = Arc::new(self.decide(vehicle, now.mono));
         match self.settings.role {
             DeciderRole::Command => {
                 let (command, stamp) = (decision.turn, now.wall);
@@ -185,7 +188,7 @@ impl TurnSignalFlow {
         });
     }
 
-    fn decide(&mut self, now: MonoTime) -> Decision {
+    fn decide(&mut self, mut vehicle: VehicleState, now: MonoTime) -> Decision {
         let limits = self.settings.decider.age_limits;
         let mut findings = Vec::new();
         let route = match &self.route {
@@ -197,9 +200,14 @@ impl TurnSignalFlow {
             None => None,
         };
         let lane_driving = self.latest.lane_driving(limits.scenario, now, &mut findings);
-        let manoeuvres = route.map(|route| self.manoeuvres(route, now, &mut findings)).unwrap_or_default();
+        let odometry = self.odometry(vehicle.speed_mps, &mut findings);
+        let fresh = odometry.filter(|odometry| now.since(odometry.at) <= limits.odometry);
+        vehicle.speed_mps = vehicle.speed_mps.or(fresh.map(|odometry| odometry.value.speed_mps));
+        let known = route.zip(odometry.map(|odometry| odometry.value));
+        let manoeuvres = known.map(|(route, odometry)| self.manoeuvres(route, odometry, now, &mut findings));
+        let manoeuvres = manoeuvres.unwrap_or_default();
         let inputs = Inputs {
-            odometry: self.latest.odometry,
+            odometry,
             road: Some(&self.settings.road),
             route,
             planned_path: self.latest.planned_path_length(),
@@ -208,22 +216,39 @@ impl TurnSignalFlow {
         };
         let mut decision = self.decider.decide(&inputs, now);
         decision.hazard = self.joined_hazard(decision.hazard, now, &mut findings);
+        decision.hazard = self.vehicle_hazard(decision.hazard, &vehicle, &mut findings);
         decision.findings.append(&mut findings);
         decision
+    }
+
+    /// Returns the odometry, with the speed of the vehicle's signals where that is to be used.
+    fn odometry(
+        &self,
+        vehicle_mps: Option<f64>,
+        findings: &mut Vec<InputFinding>,
+    ) -> Option<Timed<Odometry>> {
+        let takes_speed = self.settings.vehicle.takes_speed;
+        if takes_speed && vehicle_mps.is_none() {
+            findings.push(InputFinding::NoVehicleSpeed);
+        }
+        let mut odometry = self.latest.odometry?;
+        if let Some(speed_mps) = vehicle_mps.filter(|_| takes_speed) {
+            odometry.value.speed_mps = speed_mps;
+        }
+        Some(odometry)
     }
 
     /// Returns the manoeuvres of the planner, none without the pose of the vehicle or for the path generator.
     fn manoeuvres(
         &self,
         route: &Route,
+        odometry: Odometry,
         now: MonoTime,
         findings: &mut Vec<InputFinding>,
     ) -> Vec<Timed<super::manoeuvre::Manoeuvre>> {
-        let known = self.latest.odometry.map(|odometry| odometry.value);
-        let is_used = self.settings.decider.compat != DeciderCompat::PathGenerator;
-        let Some(odometry) = known.filter(|odometry| is_used && odometry.pose.is_finite()) else {
+        if self.settings.decider.compat == DeciderCompat::PathGenerator || !odometry.pose.is_finite() {
             return Vec::new();
-        };
+        }
         let path_limit = self.settings.decider.age_limits.planned_path;
         let context = FactorContext {
             road: &self.settings.road,
@@ -256,6 +281,32 @@ impl TurnSignalFlow {
             return if planner == HazardCommand::Enable { planner } else { HazardCommand::NoCommand };
         }
         if request.value == HazardCommand::Enable { HazardCommand::Enable } else { planner }
+    }
+
+    /// Joins the hazard lights that the state of the vehicle asks for. While it is unknown whether it does, they are not commanded off.
+    fn vehicle_hazard(
+        &self,
+        requested: HazardCommand,
+        vehicle: &VehicleState,
+        findings: &mut Vec<InputFinding>,
+    ) -> HazardCommand {
+        let mut hazard = requested;
+        for state in &self.settings.vehicle.hazards {
+            match state.asks(vehicle) {
+                Some(true) => {
+                    findings.push(InputFinding::VehicleHazard(*state));
+                    hazard = HazardCommand::Enable;
+                }
+                Some(false) => {}
+                None => {
+                    findings.push(InputFinding::UnknownVehicleHazard(*state));
+                    if hazard == HazardCommand::Disable {
+                        hazard = HazardCommand::NoCommand;
+                    }
+                }
+            }
+        }
+        hazard
     }
 
     fn compare(&mut self, decision: &Decision, tolerance: Duration, now: MonoTime) {

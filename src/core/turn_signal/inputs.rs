@@ -8,6 +8,7 @@ use derive_more::Display;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::planner_input::{FactorTopic, Odometry};
 use super::route::{Route, RouteError};
+use super::vehicle_state::VehicleHazard;
 use crate::core::map::geometry::path::PathError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::MonoTime;
@@ -127,6 +128,15 @@ pub enum InputFinding {
     /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for it.
     #[display("the hazard request is {} ms old", _0.as_millis())]
     OldHazardRequest(Duration),
+    /// The state of the vehicle asks for hazard lights.
+    #[display("hazard lights: {_0}")]
+    VehicleHazard(VehicleHazard),
+    /// The signals of the vehicle do not tell whether this is so: the hazard lights are not commanded for it, nor switched off.
+    #[display("unknown whether {_0}")]
+    UnknownVehicleHazard(VehicleHazard),
+    /// The signals of the vehicle give no speed: the odometry's counts.
+    #[display("the vehicle's signals give no speed")]
+    NoVehicleSpeed,
 }
 
 /// A reason for which a planning factor cannot be used.
@@ -170,7 +180,7 @@ impl InputFinding {
     /// Returns the weight of the finding.
     pub const fn impact(&self) -> Impact {
         match self {
-            Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Impact::Normal,
+            Self::NoRoute | Self::NotLaneDriving | Self::NewRoute | Self::VehicleHazard(_) => Impact::Normal,
             Self::NoOdometry
             | Self::EmptyPlannedPath
             | Self::OldPlannedPath(_)
@@ -181,7 +191,9 @@ impl InputFinding {
             | Self::PlannedPathNotFinite
             | Self::BadFactor { .. }
             | Self::NoPathFor(_)
-            | Self::OldHazardRequest(_) => Impact::Degraded,
+            | Self::OldHazardRequest(_)
+            | Self::UnknownVehicleHazard(_)
+            | Self::NoVehicleSpeed => Impact::Degraded,
             Self::OldOdometry(_)
             | Self::FutureOdometry(_)
             | Self::OdometryNotFinite
@@ -213,7 +225,10 @@ impl InputFinding {
             | Self::RouteRefused(_)
             | Self::PlannedPathNotFinite
             | Self::BadFactor { .. }
-            | Self::NoPathFor(_) => self.to_string(),
+            | Self::NoPathFor(_)
+            | Self::VehicleHazard(_)
+            | Self::UnknownVehicleHazard(_)
+            | Self::NoVehicleSpeed => self.to_string(),
         }
     }
 }

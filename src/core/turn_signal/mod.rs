@@ -29,3 +29,4 @@ pub mod shift;
 pub mod side;
 pub mod subject;
 pub mod turn_lane;
+pub mod vehicle_state;

@@ -75,6 +75,16 @@ pub struct DoorStates {
 }
 
 impl DoorStates {
+    /// Returns true if a door is not closed, false if all are; `None` if neither is known.
+    pub fn has_open(&self) -> Option<bool> {
+        let is_open =
+            |state: &DoorState| matches!(state, DoorState::Opened | DoorState::Opening | DoorState::Closing);
+        if self.as_slice().iter().any(is_open) {
+            return Some(true);
+        }
+        self.as_slice().iter().all(|state| *state == DoorState::Closed).then_some(false)
+    }
+
     /// The states, one for each door.
     pub fn as_slice(&self) -> &[DoorState] {
         &self.states[..self.count]

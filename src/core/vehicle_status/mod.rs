@@ -64,6 +64,16 @@ pub struct VehicleStatus {
     tasks: Vec<StatusTask>,
 }
 
+/// Values of the reports that are published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // their names say it
+pub struct PublishedStatus {
+    pub velocity: Option<Velocity>,
+    pub gear: Option<Gear>,
+    pub control_mode: Option<ControlMode>,
+    pub doors: Option<DoorStates>,
+}
+
 /// A value, the source that decided, and what else is to be shown.
 struct Verdict<T> {
     state: Judged<T>,
@@ -140,6 +150,16 @@ impl VehicleStatus {
             buses,
             now,
         })
+    }
+
+    /// The values that are published now; `None` for one that is withheld.
+    pub fn published(&self) -> PublishedStatus {
+        PublishedStatus {
+            velocity: self.velocity.current().map(|(velocity, _)| velocity),
+            gear: self.gear.current().map(|(gear, _)| gear),
+            control_mode: self.control_mode.current().map(|(mode, _)| mode),
+            doors: self.doors.current().map(|(doors, _)| doors),
+        }
     }
 
     /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a report that is published

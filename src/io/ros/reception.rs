@@ -110,8 +110,10 @@ impl TopicReception {
                 return Ok(Some(NetworkSignal::Pong { number, has_echo, is_heard }));
             }
             FromNetwork::Status(status) => {
-                if status.readers.len() != self.written {
-                    return Err(Violation::Topic(status.readers.len()));
+                for counts in [&status.readers, &status.other_writers] {
+                    if counts.len() != self.written {
+                        return Err(Violation::Topic(counts.len()));
+                    }
                 }
                 if status.writers.len() != self.subscriptions.len() {
                     return Err(Violation::Topic(status.writers.len()));
@@ -253,16 +255,17 @@ mod tests {
             reception.take(&frame(&FromNetwork::Unreadable(1, "")), Instant::now()),
             Err(Violation::Topic(1))
         );
-        let mut status = |readers: &[u32], writers: &[u32]| {
-            let (readers, writers) = (readers.to_vec(), writers.to_vec());
-            let status = NetworkStatus { readers, writers, ..NetworkStatus::default() };
+        let mut status = |readers: &[u32], other_writers: &[u32], writers: &[u32]| {
+            let [readers, other_writers, writers] = [readers, other_writers, writers].map(<[u32]>::to_vec);
+            let status = NetworkStatus { readers, writers, other_writers, ..NetworkStatus::default() };
             reception
                 .take(&frame(&FromNetwork::Status(status)), Instant::now())
                 .map(|signal| signal.is_some())
         };
-        assert_eq!(status(&[1, 2], &[3]), Ok(true));
-        assert_eq!(status(&[1], &[3]), Err(Violation::Topic(1)));
-        assert_eq!(status(&[1, 2], &[]), Err(Violation::Topic(0)));
+        assert_eq!(status(&[1, 2], &[0, 1], &[3]), Ok(true));
+        assert_eq!(status(&[1], &[0, 1], &[3]), Err(Violation::Topic(1)));
+        assert_eq!(status(&[1, 2], &[0, 1, 2], &[3]), Err(Violation::Topic(3)));
+        assert_eq!(status(&[1, 2], &[0, 1], &[]), Err(Violation::Topic(0)));
         assert_eq!(reception.statuses().next().unwrap().writers, 3);
         reception.lose_writers();
         assert_eq!(reception.statuses().next().unwrap().writers, 0);

@@ -117,6 +117,34 @@ fn the_next_network_side_sends_the_gear_again_and_no_velocity() {
     assert_eq!(lines.iter().filter(|(_, line)| is_velocity(6)(line)).count(), 1);
 }
 
+/// Neither its network side that was killed nor a gateway that it replaces is another writer.
+#[test]
+fn another_writer_of_a_report_is_named_while_it_is_there_and_a_former_own_one_is_not() {
+    let (cyclone, domain) = (require!(Cyclone::on_loopback()), domain());
+    let role = || Role::new(domain).only_on("127.0.0.1").isolated().with_vehicle_status().start();
+    let shares = |topics: Value, restarts: u64| {
+        move |status: &Value| status["shared"] == topics && status["restarts"] == restarts
+    };
+    let velocity = json!(["/vehicle/status/velocity_status 1"]);
+    let gateway = role();
+    let arguments = ["text", "rt/vehicle/status/velocity_status", "reliable", "volatile"];
+    let writer = cyclone.start("writer.py", domain, &arguments);
+    gateway.wait_until("another writer of the velocity", shares(velocity.clone(), 0));
+    signal("-KILL", network_process(gateway.id()).unwrap());
+    gateway.wait_until("the same writer beside the next network side", shares(velocity, 1));
+    drop(writer);
+    gateway.wait_until("no other writer", shares(json!([]), 1));
+    signal("-KILL", network_process(gateway.id()).unwrap());
+    signal("-KILL", gateway.id());
+    let next = role();
+    let gear = Reading { kind: "gear", topic: "rt/vehicle/status/gear_status", durability: "volatile" };
+    let _reader = cyclone.reader(domain, &[gear]);
+    let is_read = |status: &Value| status["lights"].to_string().contains('1');
+    next.wait_until("a reader, which the next gateway has discovered", is_read);
+    let_pass(SILENCE, "in which the killed gateway would be discovered");
+    assert_eq!(next.status()["shared"], json!([]));
+}
+
 /// Autoware's readers, with their rules.
 #[test]
 fn the_readers_of_autoware_take_velocity_gear_steering_mode_and_doors() {

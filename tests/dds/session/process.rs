@@ -104,6 +104,7 @@ fn session_process() {
                         "recent_ends": status.network.recent_ends,
                         "burden": status.network.burden.map(|burden| format!("{burden:?}")),
                         "echo": status.network.has_echo, "links": status.network.links,
+                        "shared": status.network.shared_topics.iter().map(ToString::to_string).collect::<Vec<_>>(),
                         "failure": status.network.last_failure.map(|failure| failure.to_string())})
                 );
             }

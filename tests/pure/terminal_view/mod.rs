@@ -41,7 +41,7 @@ struct Drive {
 impl Drive {
     fn new() -> Self {
         let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
-        let topic = |name: &str| TopicSnapshot { name: name.to_owned(), peers: 1 };
+        let topic = |name: &str| TopicSnapshot { name: name.to_owned(), peers: 1, other_writers: 0 };
         let written = vec![topic("turn_indicators_status"), topic("hazard_lights_status")];
         let ros = Some(RosSnapshot { is_up: true, written, ..RosSnapshot::default() });
         Self {

@@ -30,3 +30,4 @@ mod settings;
 mod shifts;
 mod three_records;
 mod turns;
+pub(super) mod vehicle;

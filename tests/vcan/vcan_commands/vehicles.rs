@@ -75,8 +75,10 @@ impl Vehicle {
             (read(&format!("config/vehicles/{}.toml", self.name)), read(&format!("dbc/{}.dbc", self.name)));
         let name = profile.lines().find_map(|line| line.strip_prefix("name = ")).unwrap();
         let keys = keys.replace("[command]\n", &format!("[command]\nconsent = {name}\n"));
+        // The mode is read from the topic, which another node publishes.
+        let keys = keys.replace("[ros]\n", "[ros]\ntopics.control_mode_status = \"\"\n");
         let folder = Folder::with_configuration(&format!(
-            "profile = \"profile.toml\"\nros.topics.control_mode_status = \"\"\n[can.{}]\ninterface = \"{interface}\"\n{keys}",
+            "profile = \"profile.toml\"\n[can.{}]\ninterface = \"{interface}\"\n{keys}",
             self.facts().bus
         ));
         let dbc_path = format!("../../dbc/{}.dbc", self.name);

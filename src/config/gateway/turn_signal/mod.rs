@@ -1,6 +1,7 @@
 //! `[turn_signal]`: the decider on its map, parameters, age limits, topics.
 
 pub(super) mod topics;
+pub(super) mod vehicle;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
 use crate::core::turn_signal::parameters::VehicleInfo;
+use crate::core::vehicle_status::binding::StatusBinding;
 use topics::{is_command, topics};
 
 const COMPAT: Keywords<DeciderCompat> = &[
@@ -70,16 +72,18 @@ fn period(hz: f64) -> Option<Duration> {
 pub(super) fn turn_signal(
     files: &dyn Files,
     fields: Fields<'_>,
-    vehicle: VehicleInfo,
+    outline: VehicleInfo,
+    profile: Option<&StatusBinding>,
 ) -> Option<TurnSignalConfig> {
     let checker = fields.checker;
     let before = checker.count();
     let compat = fields.read(&COMPAT_KEY);
     let map = map(files, &fields);
-    let decider = decider::decider(files, &fields, compat, vehicle);
+    let decider = decider::decider(files, &fields, compat, outline);
     let (period, tolerance) = (fields.read(&PLANNING_HZ), fields.read(&SHADOW_TOLERANCE_MS));
     let (is_enabled, is_shadow) = (fields.read(&ENABLED), fields.read(&SHADOW));
     let (inputs, outputs) = topics(fields.section("inputs"), fields.section("outputs"), !is_shadow);
+    let vehicle = vehicle::vehicle_use(&fields, profile);
     if is_enabled && is_shadow {
         fields.refuse("shadow", "a shadow publishes nothing", "set enabled = false, or shadow = false");
     }
@@ -95,7 +99,7 @@ pub(super) fn turn_signal(
     let role = if is_shadow { DeciderRole::Shadow { tolerance } } else { DeciderRole::Command };
     let publishes_sections = outputs.iter().any(|(key, name)| !is_command(key) && !name.is_empty());
     Some(TurnSignalConfig {
-        flow: TurnSignalSettings { decider, road: Arc::new(road), role, period, publishes_sections },
+        flow: TurnSignalSettings { decider, road: Arc::new(road), role, period, publishes_sections, vehicle },
         runs: is_enabled || is_shadow,
         map,
         inputs,

@@ -107,6 +107,8 @@ pub struct NetworkStatus {
     pub readers: Vec<u32>,
     /// Matched writers of each topic that is read.
     pub writers: Vec<u32>,
+    /// Writers of others on each topic that is written.
+    pub other_writers: Vec<u32>,
     /// Participants whose lease ran out, until a new participant has found them.
     pub missing_peers: u32,
     /// True while a second participant listens for them.
@@ -355,8 +357,10 @@ mod tests {
         let errors = any::<(u64, u64)>();
         let links = prop::option::of((any::<(u32, u32, u64)>(), prop::collection::vec(".{0,20}", 0..3)));
         let numbers = any::<[u32; 4]>();
-        let status = (counts(), counts(), any::<(bool, bool)>(), numbers, errors, lines, links);
-        status.prop_map(|(readers, writers, flags, numbers, errors, (suppressed, dropped), links)| {
+        let topics = (counts(), counts(), counts());
+        let status = (topics, any::<(bool, bool)>(), numbers, errors, lines, links);
+        status.prop_map(|(topics, flags, numbers, errors, (suppressed, dropped), links)| {
+            let (readers, writers, other_writers) = topics;
             let [missing_peers, rebuilds, participants, unheard_writers] = numbers;
             let (has_probe, has_left_graph) = flags;
             let (write_errors, unanswered_requests) = errors;
@@ -370,6 +374,7 @@ mod tests {
             NetworkStatus {
                 readers,
                 writers,
+                other_writers,
                 missing_peers,
                 has_probe,
                 rebuilds,

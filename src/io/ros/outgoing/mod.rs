@@ -11,6 +11,8 @@ use crate::io::ros::link::Order;
 use crate::io::ros::link::WrittenTopic;
 use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, TypeName};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
+#[cfg(feature = "ros")]
+use crate::io::ros::topics::TopicFlow;
 use crate::io::ros::topics::{
     Delivery, Durability, LightsTopicSettings, OutgoingTopic, RowDurability, Topics,
 };
@@ -79,6 +81,13 @@ impl Outgoing {
             depth: self.depth,
             delivery: self.delivery,
         }
+    }
+
+    /// Returns true for a report on the vehicle.
+    #[cfg(feature = "ros")]
+    pub(in crate::io) fn is_report(&self) -> bool {
+        let OutgoingSource::Topic(topic) = self.source else { return false };
+        matches!(topic.row().flow, TopicFlow::VehicleLights | TopicFlow::VehicleStatus)
     }
 
     /// Returns a short name for people.

@@ -39,13 +39,18 @@ pub struct OutgoingStatus {
     pub label: &'static str,
     /// Absolute name of the topic.
     pub name: Arc<str>,
+    /// True for a report on the vehicle, which one node alone publishes.
+    pub is_report: bool,
     /// Readers that are matched now.
     pub readers: usize,
+    /// Writers of other nodes that are there now.
+    pub other_writers: usize,
 }
 
 impl OutgoingStatus {
     /// Creates the status of a topic without readers.
     pub(super) fn unread(outgoing: &Outgoing) -> Self {
-        Self { label: outgoing.label(), name: outgoing.name.as_str().into(), readers: 0 }
+        let (label, is_report) = (outgoing.label(), outgoing.is_report());
+        Self { label, name: outgoing.name.as_str().into(), is_report, readers: 0, other_writers: 0 }
     }
 }

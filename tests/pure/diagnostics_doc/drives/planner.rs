@@ -15,6 +15,7 @@ use signal_gateway::desk::drive::simulation::DriveSimulation;
 use super::{Desk, Reported};
 use crate::pure::diagnostics_doc::project;
 use crate::pure::turn_signal_cases::bench::{self, decider, path, route};
+use crate::pure::turn_signal_cases::vehicle;
 use crate::support::files::MemoryFiles;
 
 const LANE_CHANGE: FactorTopic = FactorTopic::LaneChangeLeft;
@@ -26,6 +27,7 @@ pub(super) fn drive(reported: &mut Reported) {
     roundabout(reported);
     routes(reported);
     shadow(reported);
+    vehicle_signals(reported);
     routed("enabled = true\ncompat = \"path_generator\"", reported);
 }
 
@@ -104,6 +106,13 @@ fn inputs(reported: &mut Reported) {
     let mut desk = routed("enabled = true", desk.reported);
     desk.input(PlannerInput::HazardRequest(HazardCommand::Disable));
     stay(&mut desk, 36.0, 1_500);
+}
+
+/// Signals of the vehicle that are not received.
+fn vehicle_signals(reported: &mut Reported) {
+    for key in ["speed = \"vehicle\"", "hazard_in_reverse = true"] {
+        stay(&mut Desk::on(vehicle::decider(key), reported), 36.0, 500);
+    }
 }
 
 /// A drive through a roundabout.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use signal_gateway::core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
 use signal_gateway::core::gateway::confinement::Confinement;
-use signal_gateway::core::gateway::network::{Burden, NetworkFailure, NetworkState, ZenohLinks};
+use signal_gateway::core::gateway::network::{Burden, NetworkFailure, NetworkState, SharedTopic, ZenohLinks};
 use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
 use signal_gateway::core::time::WallStamp;
 
@@ -61,8 +61,11 @@ fn network(reported: &mut Reported) {
     let burdened = |burden| NetworkState { burden: Some(burden), processor_percent: Some(99), ..joined(60) };
     let [unheard, crowd, busy] = [Burden::Unheard, Burden::Crowd, Burden::Busy].map(burdened);
     let taken_anew = NetworkState { taken_anew: 1, since_taken_anew: Some(Duration::ZERO), ..joined(60) };
+    let topic = SharedTopic { name: "/vehicle/status/gear_status".to_owned(), other_writers: 1 };
+    let shared = NetworkState { shared_topics: vec![topic], ..joined(60) };
     let states = [
         joining,
+        shared,
         failed.clone(),
         joined(1),
         again,

@@ -25,6 +25,9 @@ use crate::io::ros::link::{NetworkSettings, Order, ReadTopic};
 use crate::io::ros::parameters::Parameters;
 use crate::io::ros::topics::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 
+/// Writers of others that are remembered: a bound against floods.
+const MAX_OTHER_WRITERS: usize = 1000;
+
 /// Makes a participant; it announces itself at once.
 pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
     let builder = DomainParticipantBuilder::new(settings.domain_id);
@@ -48,6 +51,8 @@ pub(super) struct Participant {
     echo: Echo,
     /// The remote endpoints that each of our writers and readers is matched with.
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// Writers of others on topics of ours, each with the position of the topic among our writers. RustDDS does not match them.
+    other_writers: BTreeMap<GUID, usize>,
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     type_check: TypeCheck,
@@ -99,6 +104,7 @@ impl Participant {
             graph: graph.map_err(dds)?,
             echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
             matched: BTreeMap::new(),
+            other_writers: BTreeMap::new(),
             names: written.chain(read).collect(),
             type_check: TypeCheck::new(written_types, read_types),
             events,
@@ -227,6 +233,12 @@ impl Participant {
         self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
     }
 
+    /// Writers of others on each topic that is written.
+    pub(super) fn other_writers(&self) -> impl Iterator<Item = usize> {
+        let on = |position| self.other_writers.values().filter(|at| **at == position).count();
+        (0..self.topic_writers.len()).map(on)
+    }
+
     /// True if all remote endpoints that are matched with `other` are matched with this one too.
     pub(super) fn serves_all_of(&self, other: &Self) -> bool {
         let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
@@ -273,6 +285,7 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::WriterDetected { writer } => {
                     self.type_check.writer(&writer.topic_name, &writer.type_name);
+                    self.note_other_writer(writer.guid, &writer.topic_name, own);
                 }
                 DomainParticipantStatusEvent::RemoteReaderQosIncompatible { local_writer, .. } => {
                     tracing::warn!(
@@ -295,7 +308,19 @@ impl Participant {
         self.matched.retain(|local, _| ours.contains(local));
     }
 
+    /// Remembers a writer on a topic that we write. A gateway that was killed is no such writer: it does not announce itself any
+    /// more, and what replaces it hears only announcements.
+    fn note_other_writer(&mut self, writer: GUID, topic: &str, own: &[Prefix]) {
+        let written = self.names.iter().take(self.topic_writers.len());
+        let position = written.into_iter().position(|name| topic.strip_prefix("rt") == Some(name));
+        let is_own = own.contains(&prefix(&writer.to_bytes()));
+        if let Some(position) = position.filter(|_| !is_own && self.other_writers.len() < MAX_OTHER_WRITERS) {
+            self.other_writers.insert(writer, position);
+        }
+    }
+
     fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
+        self.other_writers.retain(|writer, _| !gone(writer));
         for peers in self.matched.values_mut() {
             peers.retain(|peer| !gone(peer));
         }

@@ -480,6 +480,7 @@ impl DdsWorker {
         let status = NetworkStatus {
             readers: self.participant.readers().map(count).collect(),
             writers: self.participant.writers().map(count).collect(),
+            other_writers: self.participant.other_writers().map(count).collect(),
             missing_peers: count(self.missing.len()),
             has_probe: self.probe.is_some(),
             rebuilds: self.rebuilds,

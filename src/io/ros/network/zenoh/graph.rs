@@ -76,9 +76,11 @@ impl Graph {
             .background()
             .wait()?;
         let (tokens, own) = (Arc::clone(&seen), node.session.clone());
-        // Readers are of interest on what we write, and writers on what we read.
-        let topics =
-            [(EndpointKind::Subscription, written.to_vec()), (EndpointKind::Publisher, read.to_vec())];
+        // Readers are of interest on what we write, and writers on all our topics.
+        let topics = [
+            (EndpointKind::Subscription, written.to_vec()),
+            (EndpointKind::Publisher, [written, read].concat()),
+        ];
         session
             .liveliness()
             .declare_subscriber(all_tokens(node.domain))

@@ -413,6 +413,7 @@ impl ZenohWorker {
         let status = NetworkStatus {
             readers: count(EndpointKind::Subscription, &self.keys.written),
             writers: count(EndpointKind::Publisher, &self.keys.read),
+            other_writers: count(EndpointKind::Publisher, &self.keys.written),
             write_errors: self.write_errors,
             unanswered_requests: self.unanswered_requests,
             lost_lines: self.lost_lines,

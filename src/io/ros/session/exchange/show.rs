@@ -3,10 +3,11 @@
 use std::time::{Duration, Instant};
 
 use super::{Active, Exchange, NetworkPhase};
-use crate::core::gateway::network::{Burden, NetworkState};
+use crate::core::gateway::network::{Burden, NetworkState, SharedTopic};
 use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::link::NetworkStatus;
 use crate::io::ros::session::crowd::MAX_PEERS;
+use crate::io::ros::session::status::OutgoingStatus;
 
 /// Time after which age and memory are noted again.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
@@ -60,6 +61,7 @@ impl Exchange {
         self.mailbox.update_status(|status| {
             for (index, outgoing) in status.outgoing.iter_mut().enumerate() {
                 outgoing.readers = seen.readers.get(index).copied().map_or(0, count);
+                outgoing.other_writers = seen.other_writers.get(index).copied().map_or(0, count);
             }
             for (shown, incoming) in status.incoming.iter_mut().zip(self.reception.statuses()) {
                 shown.clone_from(incoming);
@@ -72,6 +74,12 @@ impl Exchange {
             if is_due {
                 status.network.clone_from(&self.state);
             }
+            let shared = status.outgoing.iter().filter(|topic| topic.is_report && topic.other_writers > 0);
+            let shared = shared.map(|OutgoingStatus { name, other_writers, .. }| SharedTopic {
+                name: name.to_string(),
+                other_writers: *other_writers,
+            });
+            status.network.shared_topics = shared.collect();
         });
     }
 }
