@@ -6,6 +6,7 @@ mod support;
 
 mod vcan {
     mod vcan_bus;
+    mod vcan_closed_loop;
     #[cfg(feature = "ros")]
     mod vcan_commands;
     mod vcan_controller;

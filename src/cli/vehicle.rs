@@ -44,6 +44,11 @@ in seconds since the start, # begins a comment:
   hazard on|off|press        the driver's hazard button
   mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready
                              who drives: the mode that is reported, and the commands it obeys
+  gear park|reverse|neutral|drive      the driver engages a gear; it begins in park
+  speed MPS                  it takes up this speed in the direction of the gear, by 2 m/s²
+  steer DEGREES              the front wheels turn to this angle, left positive, by 23° a second
+  brake                      it brakes to a standstill, by 8 m/s²
+  door open|closed [NAME]    the door with this name in the profile, or all doors
   fault drop [P] [MESSAGE]   frames are lost, each with probability P (1)
   fault corrupt [P] [MESSAGE]          a random bit is wrong
   fault freeze-counter [MESSAGE]       the counter stops

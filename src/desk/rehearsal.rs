@@ -14,6 +14,7 @@ use crate::core::control_mode::ControlMode;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::light_command::EnumOrUnknown;
+use crate::core::map::geometry::wrapped;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::SimulationRequest;
 use crate::core::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
@@ -21,6 +22,8 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::turn_signal::planner_input::{PlannerInput, PlannerRoute};
 
 const LAP_GAP: Duration = Duration::from_millis(100);
+/// Share of the path's heading rate that the vehicle takes up in a cycle.
+const PATH_SHARE: f64 = 0.2;
 
 /// A gateway in its simulated surroundings.
 pub struct Rehearsal<'a> {
@@ -41,6 +44,8 @@ pub struct Surroundings<'a> {
     lap: MonoTime,
     laps_left: u32,
     samples: i64,
+    /// Heading rate of the vehicle, rad/s.
+    heading_rate_radps: f64,
 }
 
 impl<'a> Surroundings<'a> {
@@ -57,6 +62,10 @@ impl<'a> Surroundings<'a> {
         }
         let mut cycles = drive.cycles();
         let next = cycles.next();
+        if let Some(first) = &next {
+            // The drive begins at full speed.
+            vehicle.follow(first.speed_mps, 0.0, Duration::ZERO, MonoTime::ZERO);
+        }
         Self {
             vehicle,
             drive,
@@ -65,6 +74,7 @@ impl<'a> Surroundings<'a> {
             lap: MonoTime::ZERO,
             laps_left: laps.saturating_sub(1),
             samples: 0,
+            heading_rate_radps: 0.0,
         }
     }
 
@@ -150,6 +160,13 @@ impl Surroundings<'_> {
                 self.cycles = self.drive.cycles();
                 self.next = self.cycles.next();
                 self.lap = now.mono.after(LAP_GAP);
+            } else if let Some(next) = &self.next {
+                let within_s = next.at_s - cycle.at_s;
+                // The path has corners, a car does not.
+                let of_path_radps = wrapped(next.pose.yaw_rad - cycle.pose.yaw_rad) / within_s;
+                self.heading_rate_radps += (of_path_radps - self.heading_rate_radps) * PATH_SHARE;
+                let within = Duration::try_from_secs_f64(within_s).unwrap_or_default();
+                self.vehicle.follow(next.speed_mps, self.heading_rate_radps, within, now.mono);
             }
         }
         self.vehicle.settle(now.mono);

@@ -8,6 +8,7 @@ pub(crate) mod command_vehicle;
 pub(crate) mod diagnostics;
 pub(crate) mod docs_section;
 pub(crate) mod drive_script;
+pub(crate) mod driving_vehicle;
 pub(crate) mod files;
 pub(crate) mod json_process;
 pub(crate) mod mcap;

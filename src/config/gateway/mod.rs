@@ -128,7 +128,8 @@ impl Settings {
     /// A profile that has nothing to simulate.
     pub fn vehicle_plan(&self) -> Result<VehiclePlan, PlanError> {
         let databases: Vec<_> = self.dbcs.iter().map(|dbc| &dbc.database).collect();
-        let GatewaySettings { lights, status, buses, .. } = &self.gateway;
+        let GatewaySettings { lights, status, status_settings, buses, .. } = &self.gateway;
+        let status = (status, &status_settings.geometry);
         VehiclePlan::new(lights, status, &self.command_binding, buses, &databases)
     }
 }

@@ -1,5 +1,7 @@
 //! Raw values of the signals that the vehicle sends.
 
+use super::measured::{Measured, MeasuredQuantity, QuantityPart};
+use super::motion::{MotionState, Readings};
 use crate::core::command::control_mode::Grants;
 use crate::core::control_mode::ControlMode;
 use crate::core::dbc::codec::SignalCodec;
@@ -8,9 +10,12 @@ use crate::core::vehicle_lights::binding::BothOn;
 use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::stalk::StalkPosition;
 use crate::core::vehicle_lights::state::TurnCode;
+use crate::core::vehicle_status::doors::DoorState;
+use crate::core::vehicle_status::gear::{Gear, GearCode};
+use crate::core::vehicle_status::velocity::binding::Motion;
 
 /// State of the vehicle that its signals report, at one moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ReportedState {
     pub(super) code: TurnCode,
     pub(super) lit: Sides,
@@ -22,6 +27,9 @@ pub(super) struct ReportedState {
     pub(super) broken: Sides,
     pub(super) mode: ControlMode,
     pub(super) driver: Grants,
+    pub(super) readings: Readings,
+    /// A bit for each door in the order of the profile, 1 = open.
+    pub(super) open_doors: u16,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +38,9 @@ pub(super) enum SignalValue {
     On(bool),
     Stalk(StalkPosition),
     Mode(ControlMode),
+    Gear(GearCode),
+    Motion(Motion),
+    Door(DoorState),
 }
 
 /// Part of the vehicle's state that a signal reports.
@@ -56,12 +67,27 @@ pub(super) enum ReportedSubject {
     Driver {
         overrides: Grants,
     },
+    /// A switch that is on in some control modes.
+    OnIn(&'static [ControlMode]),
+    Gear,
+    /// Direction of the motion.
+    Direction,
+    /// The sign of a quantity.
+    Opposite {
+        measured: Measured,
+        is_magnitude_negative: bool,
+    },
+    /// A door, by its position in the profile.
+    Door(usize),
 }
 
 impl ReportedSubject {
     /// Returns true if the quality of the reports applies to it.
     fn has_quality(self) -> bool {
-        !matches!(self, Self::Condition | Self::Fault { .. } | Self::Mode | Self::Driver { .. })
+        matches!(
+            self,
+            Self::Turn | Self::Side { .. } | Self::Lamp { .. } | Self::Stalk | Self::Hazard | Self::Button
+        )
     }
 }
 
@@ -110,7 +136,29 @@ impl SignalContent {
             ReportedSubject::Driver { overrides } => SignalValue::On(
                 overrides.turn && state.driver.turn || overrides.hazard && state.driver.hazard,
             ),
+            ReportedSubject::OnIn(modes) => SignalValue::On(modes.contains(&state.mode)),
+            ReportedSubject::Gear => self.known(gear_codes(state.readings.motion.gear)),
+            ReportedSubject::Direction => self.known(motions(state.readings.motion)),
+            ReportedSubject::Opposite { measured, is_magnitude_negative } => {
+                SignalValue::On(state.readings.is_opposite(measured, is_magnitude_negative))
+            }
+            ReportedSubject::Door(door) if state.open_doors & (1 << door) != 0 => {
+                SignalValue::Door(DoorState::Opened)
+            }
+            ReportedSubject::Door(_) => SignalValue::Door(DoorState::Closed),
         }
+    }
+
+    /// Returns the first value that the signal has, or the last one if it has none.
+    fn known(&self, values: impl Iterator<Item = SignalValue>) -> SignalValue {
+        let mut last = SignalValue::On(false);
+        for value in values {
+            last = value;
+            if self.knows(value) {
+                break;
+            }
+        }
+        last
     }
 
     fn knows(&self, value: SignalValue) -> bool {
@@ -123,11 +171,31 @@ impl SignalContent {
     }
 }
 
+/// Returns what a signal may say of a gear, best first: a gearbox may have no park, and a signal only some of the gears.
+fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> {
+    let neutral = (gear == Gear::Park).then_some(Gear::Neutral);
+    let forward = Gear::all().filter(|gear| gear.direction() == Some(1.0));
+    let taken = if gear == Gear::Reverse { 0 } else { usize::MAX };
+    let others = neutral.map(GearCode::Engaged).into_iter().chain([GearCode::NotReverse]);
+    let others = others.chain(forward.map(GearCode::Engaged)).take(taken);
+    std::iter::once(GearCode::Engaged(gear)).chain(others).map(SignalValue::Gear)
+}
+
+/// Returns what a signal may say of a motion, best first.
+fn motions(motion: MotionState) -> impl Iterator<Item = SignalValue> {
+    let is_backward = motion.speed_mps < 0.0 || motion.speed_mps == 0.0 && motion.gear == Gear::Reverse;
+    let direction = if is_backward { Motion::Backward } else { Motion::Forward };
+    let standstill = (motion.speed_mps == 0.0).then_some(Motion::Standstill);
+    standstill.into_iter().chain([direction]).map(SignalValue::Motion)
+}
+
 /// A signal that the vehicle sends, with all its contents.
 #[derive(Debug, Clone)]
 pub(super) struct SignalEncoder {
     pub(super) codec: SignalCodec,
     contents: Vec<SignalContent>,
+    /// The quantity that it carries, whose value takes precedence.
+    quantity: Option<(MeasuredQuantity, QuantityPart)>,
     /// Raw values with a meaning, and the first ones without.
     candidates: Vec<i128>,
 }
@@ -136,7 +204,7 @@ const SEARCHED: i128 = 256;
 
 impl SignalEncoder {
     pub(super) fn new(codec: SignalCodec) -> Self {
-        Self { codec, contents: Vec::new(), candidates: Vec::new() }
+        Self { codec, contents: Vec::new(), quantity: None, candidates: Vec::new() }
     }
 
     pub(super) fn add(&mut self, content: SignalContent) {
@@ -148,6 +216,16 @@ impl SignalEncoder {
         let undefined = |content: &SignalContent, raw| content.has_quality(raw, Meaning::Undefined);
         let undefined = searched.find(|raw| self.contents.iter().all(|content| undefined(content, *raw)));
         self.candidates.extend(undefined);
+    }
+
+    /// Adds a quantity. A signal of several carries the first.
+    pub(super) fn measure(&mut self, quantity: &MeasuredQuantity, part: QuantityPart) {
+        self.quantity.get_or_insert_with(|| (quantity.clone(), part));
+    }
+
+    /// Returns true if it carries a quantity for which `is_wanted` holds.
+    pub(super) fn measures_any(&self, is_wanted: fn(Measured) -> bool) -> bool {
+        self.quantity.as_ref().is_some_and(|(quantity, _)| is_wanted(quantity.measured))
     }
 
     /// Returns true if it reports a subject for which `is_wanted` holds.
@@ -165,6 +243,9 @@ impl SignalEncoder {
     /// Returns the raw value that reports the state of all contents or, if there is none, of the first
     /// content that has one; `None` when no content has one.
     pub(super) fn raw(&self, state: &ReportedState) -> Option<i128> {
+        if let Some((quantity, part)) = &self.quantity {
+            return Some(quantity.raw(&state.readings, *part));
+        }
         let mut candidates = self.candidates.iter().copied();
         let all = candidates.find(|raw| self.contents.iter().all(|content| content.accepts(*raw, state)));
         let one = |content: &SignalContent| {

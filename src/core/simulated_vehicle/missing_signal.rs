@@ -1,6 +1,7 @@
 //! Requests for which the vehicle has no signal. They are performed as far as possible and reported.
 
 use super::encoder::{ReportedSubject, SignalEncoder};
+use super::measured::Measured;
 use super::plan::PlannedMessage;
 use super::request::{FrameFault, SimulatedFault, SimulationRequest};
 
@@ -12,8 +13,30 @@ pub(super) fn missing_signal(
     let mut encoders = messages.iter().flat_map(|message| &message.pages).flat_map(|page| &page.encoders);
     let (is_there, text) = match request {
         SimulationRequest::Mode(_) => (
-            encoders.any(|encoder| encoder.encodes_any(|subject| matches!(subject, ReportedSubject::Mode))),
+            encoders.any(|encoder| {
+                encoder.encodes_any(|subject| {
+                    matches!(subject, ReportedSubject::Mode | ReportedSubject::OnIn(_))
+                })
+            }),
             "no signal reports the control mode",
+        ),
+        SimulationRequest::Gear(_) => (
+            encoders.any(|encoder| encoder.encodes_any(|subject| subject == ReportedSubject::Gear)),
+            "no signal reports the gear",
+        ),
+        SimulationRequest::Speed { .. } | SimulationRequest::Brake => (
+            encoders.any(|encoder| {
+                encoder.measures_any(|measured| matches!(measured, Measured::Speed | Measured::Wheel(_)))
+            }),
+            "no signal reports the speed",
+        ),
+        SimulationRequest::Steer { .. } => (
+            encoders.any(|encoder| {
+                encoder.measures_any(|measured| {
+                    matches!(measured, Measured::SteeringWheel | Measured::FrontWheels | Measured::YawRate)
+                })
+            }),
+            "no signal reports the steering",
         ),
         SimulationRequest::Fault(SimulatedFault::Report(quality)) => {
             (encoders.any(|encoder| encoder.can_have(*quality)), "no signal of the lights has such a value")
@@ -31,6 +54,7 @@ pub(super) fn missing_signal(
         SimulationRequest::Stalk(_)
         | SimulationRequest::Tap(_)
         | SimulationRequest::Hazard(_)
+        | SimulationRequest::Door { .. }
         | SimulationRequest::Clear
         | SimulationRequest::Fault(_) => {
             return None;

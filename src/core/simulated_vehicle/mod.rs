@@ -8,11 +8,14 @@ mod driver;
 mod encoder;
 mod faults;
 mod flasher;
+mod measured;
 mod missing_signal;
+pub mod motion;
 mod output;
 pub mod plan;
 mod receiver;
 pub mod request;
+mod status_plan;
 mod transmission;
 mod vehicle;
 

@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use super::encoder::{ReportedSubject, SignalContent, SignalEncoder, SignalValue};
+use super::motion::Dimensions;
 use crate::core::can::{BusIndex, BusSettings, CanId, Frame, FrameFormat, IdMatch, MAX_DATA};
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::codec::SignalCodec;
@@ -14,7 +15,7 @@ use crate::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBind
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress, StalkSettings};
 use crate::core::vehicle_lights::state::HazardCode;
 use crate::core::vehicle_status::binding::StatusBinding;
-use crate::core::vehicle_status::control_mode::ControlModeSource;
+use crate::core::vehicle_status::settings::VehicleGeometry;
 
 /// Longest period of a message that shows lamps and of one with an unknown period.
 const MAX_PERIOD: Duration = Duration::from_millis(100);
@@ -27,6 +28,9 @@ pub struct VehiclePlan {
     pub(super) command: CommandBinding,
     /// Press that ends a request of the momentary stalk; `None` without one.
     pub(super) ending: Option<CancelPress>,
+    pub(super) dimensions: Dimensions,
+    /// Names of the doors in the order of the profile.
+    pub(super) doors: Vec<String>,
 }
 
 /// Reason why a profile cannot be simulated.
@@ -47,6 +51,8 @@ pub(super) struct PlannedMessage {
     pub(super) id: CanId,
     pub(super) length: usize,
     pub(super) format: Option<FrameFormat>,
+    /// Period in the DBC; `None` = it has none.
+    cycle: Option<Duration>,
     /// Time between two frames without a change; `None` = sent on change only.
     pub(super) period: Option<Duration>,
     /// True if a change is sent immediately.
@@ -76,23 +82,31 @@ pub(super) enum CancelPress {
 }
 
 impl VehiclePlan {
-    /// Builds the plan of a profile. `buses` and `databases` are indexed by [`BusIndex`].
+    /// Builds the plan of a profile, for a vehicle with the configured dimensions. `buses` and `databases` are indexed by
+    /// [`BusIndex`].
     pub fn new(
         lights: &LightsBinding,
-        status: &StatusBinding,
+        (status, geometry): (&StatusBinding, &VehicleGeometry),
         command: &CommandBinding,
         buses: &[BusSettings],
         databases: &[&Database],
     ) -> Result<Self, PlanError> {
         let mut draft = Draft { messages: Vec::new(), databases };
+        let dimensions = Dimensions::from(geometry);
         draft.lights(lights)?;
-        draft.status(status)?;
+        draft.status(status, &dimensions)?;
         draft.command(command)?;
         draft.heartbeats(buses)?;
         if draft.messages.is_empty() {
             return Err(PlanError::Nothing);
         }
-        Ok(Self { messages: draft.messages, command: command.clone(), ending: ending(&lights.turn) })
+        Ok(Self {
+            messages: draft.messages,
+            command: command.clone(),
+            ending: ending(&lights.turn),
+            dimensions,
+            doors: status.doors.iter().map(|door| door.name.clone()).collect(),
+        })
     }
 
     /// Returns the identifiers of the commands on a bus.
@@ -112,7 +126,7 @@ impl VehiclePlan {
     }
 }
 
-struct Draft<'a> {
+pub(super) struct Draft<'a> {
     messages: Vec<PlannedMessage>,
     databases: &'a [&'a Database],
 }
@@ -172,13 +186,6 @@ impl Draft<'_> {
         }
     }
 
-    fn status(&mut self, status: &StatusBinding) -> Result<(), PlanError> {
-        if let Some(ControlModeSource::Named(role)) = status.control_mode.as_ref().map(|mode| &mode.source) {
-            self.add(&status.table, role, ReportedSubject::Mode, SignalValue::Mode)?;
-        }
-        Ok(())
-    }
-
     fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
         for driver in &command.driver {
             let subject = ReportedSubject::Driver { overrides: driver.overrides };
@@ -208,22 +215,29 @@ impl Draft<'_> {
     }
 
     /// Adds a subject to the signal of a role, whose values `value` converts.
-    fn add<T: Copy>(
+    pub(super) fn add<T: Copy>(
         &mut self,
         table: &SignalTable,
         role: &Role<T>,
         subject: ReportedSubject,
         value: impl Fn(T) -> SignalValue,
     ) -> Result<(), PlanError> {
-        let Some(signal) = table.signals.get(role.signal.0) else { return Ok(()) };
-        let Some(bound) = table.messages.get(signal.message.0) else { return Ok(()) };
+        let values = role.values.map(value);
+        self.encoder(table, role.signal)?.add(SignalContent { subject, values });
+        Ok(())
+    }
+
+    /// Returns the encoder of a signal, whose message is planned if it is not yet.
+    pub(super) fn encoder(
+        &mut self,
+        table: &SignalTable,
+        signal: SignalIndex,
+    ) -> Result<&mut SignalEncoder, PlanError> {
+        let signal = &table.signals[signal.0];
+        let bound = &table.messages[signal.message.0];
         let protection = bound.integrity.as_ref().map(|integrity| &integrity.protection);
         let at = self.message(bound.bus, bound.ids.described(), &bound.name, bound.timing, protection)?;
-        if let Some(message) = self.messages.get_mut(at) {
-            let values = role.values.map(value);
-            message.encoder(&signal.codec)?.add(SignalContent { subject, values });
-        }
-        Ok(())
+        self.messages[at].encoder(&signal.codec)
     }
 
     /// Makes the message of a lamp signal frequent enough for flashes, or sent on change.
@@ -251,6 +265,11 @@ impl Draft<'_> {
     ) -> Result<usize, PlanError> {
         let same = |message: &PlannedMessage| (message.bus, message.id) == (bus, id);
         if let Some(at) = self.messages.iter().position(same) {
+            let message = &mut self.messages[at];
+            // Another flow may need it more often.
+            let needed = period(timing, message.cycle);
+            message.period = message.period.into_iter().chain(needed).min();
+            message.on_change |= timing.is_event();
             return Ok(at);
         }
         let database = self.databases.get(usize::from(bus.0));
@@ -267,6 +286,7 @@ impl Draft<'_> {
             id,
             length,
             format,
+            cycle,
             period: period(timing, cycle),
             on_change: timing.is_event(),
             protection: protection.cloned(),

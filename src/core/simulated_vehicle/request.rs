@@ -1,12 +1,14 @@
 //! Requests to the vehicle as text: `stalk left`, `fault drop 0.3 TURN_RPT`.
 
 use std::iter::Peekable;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use crate::core::command::Turn;
 use crate::core::control_mode::ControlMode;
 use crate::core::validation::meaning::Meaning;
 use crate::core::vehicle_lights::state::TurnCode;
+use crate::core::vehicle_status::gear::Gear;
 
 /// A request to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +21,27 @@ pub enum SimulationRequest {
     Hazard(Option<bool>),
     /// The control mode changes.
     Mode(ControlMode),
+    /// The driver engages a gear.
+    Gear(Gear),
+    /// The vehicle accelerates or slows down to a speed in the direction of its gear.
+    Speed {
+        /// Not negative, m/s.
+        speed_mps: f64,
+    },
+    /// The front wheels turn to an angle.
+    Steer {
+        /// Left positive, rad.
+        tire_rad: f64,
+    },
+    /// The driver brakes as hard as possible, to a standstill.
+    Brake,
+    /// A door is opened or closed.
+    Door {
+        /// True if it is opened.
+        is_open: bool,
+        /// Name in the profile; `None` = all doors.
+        name: Option<String>,
+    },
     /// A fault begins and lasts until it is cleared.
     Fault(SimulatedFault),
     /// All faults end at once.
@@ -80,13 +103,16 @@ pub enum RequestError {
 
 /// Notation of all requests.
 pub const REQUESTS: &str = "stalk left|right|off, tap left|right, hazard on|off|press, \
-    mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready, fault …, clear";
+    mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready, gear park|reverse|neutral|drive, \
+    speed MPS, steer DEGREES, brake, door open|closed [NAME], fault …, clear";
 /// Notation of all faults.
 pub const FAULTS: &str = "drop [P] [MESSAGE], corrupt [P] [MESSAGE], freeze-counter [MESSAGE], \
     freeze-contents [MESSAGE], false-report off|left|right|hazard, report not_available|fault|undefined, bulb left|right, \
     ignore-commands, bus-off SECONDS, silent";
 /// Longest bus-off and latest time of a request in seconds.
 const MAX_S: f64 = 86_400.0;
+/// Highest speed, m/s.
+const MAX_MPS: f64 = 70.0;
 
 const TURNS: [(&str, Turn); 3] = [("left", Turn::Left), ("right", Turn::Right), ("off", Turn::Off)];
 const HAZARD: [(&str, Option<bool>); 3] = [("on", Some(true)), ("off", Some(false)), ("press", None)];
@@ -98,6 +124,9 @@ const MODES: [(&str, ControlMode); 6] = [
     ("disengaged", ControlMode::Disengaged),
     ("not_ready", ControlMode::NotReady),
 ];
+const GEARS: [(&str, Gear); 4] =
+    [("park", Gear::Park), ("reverse", Gear::Reverse), ("neutral", Gear::Neutral), ("drive", Gear::Drive)];
+const DOORS: [(&str, bool); 2] = [("open", true), ("closed", false)];
 const LIGHTS: [(&str, TurnCode); 4] = [
     ("off", TurnCode::Off),
     ("left", TurnCode::Left),
@@ -123,6 +152,21 @@ pub fn line(text: &str) -> Result<Option<(Option<Duration>, SimulationRequest)>,
         "tap" => SimulationRequest::Tap(choice("tap", words.next(), &TURNS[..2])?),
         "hazard" => SimulationRequest::Hazard(choice("hazard", words.next(), &HAZARD)?),
         "mode" => SimulationRequest::Mode(choice("mode", words.next(), &MODES)?),
+        "gear" => SimulationRequest::Gear(choice("gear", words.next(), &GEARS)?),
+        "speed" => {
+            let speed_mps = number("speed", words.next(), 0.0..=MAX_MPS, "a speed from 0 to 70 m/s")?;
+            SimulationRequest::Speed { speed_mps }
+        }
+        "steer" => {
+            let degrees = number("steer", words.next(), -90.0..=90.0, "an angle from -90 to 90 degrees")?;
+            SimulationRequest::Steer { tire_rad: degrees.to_radians() }
+        }
+        "brake" => SimulationRequest::Brake,
+        "door" => {
+            let is_open = choice("door", words.next(), &DOORS)?;
+            let name = words.by_ref().collect::<Vec<_>>().join(" ");
+            SimulationRequest::Door { is_open, name: Some(name).filter(|name| !name.is_empty()) }
+        }
         "fault" => SimulationRequest::Fault(fault(&mut words)?),
         "clear" => SimulationRequest::Clear,
         _ => return Err(RequestError::Unknown(name.to_owned())),
@@ -177,6 +221,16 @@ fn choice<T: Copy>(
     })
 }
 
+fn number(
+    request: &'static str,
+    word: Option<&str>,
+    range: RangeInclusive<f64>,
+    expected: &str,
+) -> Result<f64, RequestError> {
+    let value = word.and_then(|word| word.parse().ok()).filter(|value| range.contains(value));
+    value.ok_or_else(|| invalid(request, word, expected))
+}
+
 /// Returns a probability if the next word is a number, otherwise 1.
 fn probability<'a>(
     request: &'static str,
@@ -207,7 +261,7 @@ mod tests {
         /// Words in any order, valid or not.
         #[test]
         fn any_line_is_parsed_or_refused(
-            words in prop::collection::vec("stalk|tap|hazard|mode|fault|clear|left|off|drop|false-report|bus-off|ignore-commands|0.5|1e9|-1|nan|[ -~]{0,6}", 0..6),
+            words in prop::collection::vec("stalk|tap|hazard|mode|gear|speed|steer|brake|door|fault|clear|left|off|drop|false-report|bus-off|ignore-commands|0.5|1e9|-1|nan|[ -~]{0,6}", 0..6),
         ) {
             let text = words.join(" ");
             match line(&text) {
@@ -230,6 +284,15 @@ mod tests {
             ("hazard on", SimulationRequest::Hazard(Some(true))),
             ("hazard press", SimulationRequest::Hazard(None)),
             ("mode velocity_only", SimulationRequest::Mode(ControlMode::AutonomousVelocityOnly)),
+            ("gear reverse", SimulationRequest::Gear(Gear::Reverse)),
+            ("speed 8.5", SimulationRequest::Speed { speed_mps: 8.5 }),
+            ("steer -90", SimulationRequest::Steer { tire_rad: -std::f64::consts::FRAC_PI_2 }),
+            ("brake", SimulationRequest::Brake),
+            ("door open", SimulationRequest::Door { is_open: true, name: None }),
+            (
+                "door closed front left",
+                SimulationRequest::Door { is_open: false, name: Some("front left".to_owned()) },
+            ),
             ("fault drop", frames(FrameFault::Drop(1.0), None)),
             ("fault drop 0.25 RPT", frames(FrameFault::Drop(0.25), Some("RPT"))),
             ("fault corrupt RPT", frames(FrameFault::Corrupt(1.0), Some("RPT"))),
@@ -264,6 +327,10 @@ mod tests {
             ("tap off", "expected left or right after `tap`, found `off`"),
             ("fault drop 1.5", "expected a probability from 0 to 1 after `fault drop`, found `1.5`"),
             ("fault bus-off -1", "expected a time up to 86400 s after `fault bus-off`, found `-1`"),
+            ("gear up", "expected park, reverse, neutral or drive after `gear`, found `up`"),
+            ("speed -1", "expected a speed from 0 to 70 m/s after `speed`, found `-1`"),
+            ("steer", "expected an angle from -90 to 90 degrees after `steer`, found nothing"),
+            ("brake hard", "unexpected `hard` after the request"),
             ("stalk left now", "unexpected `now` after the request"),
             ("fault ignore-commands RPT", "unexpected `RPT` after the request"),
         ];

@@ -10,6 +10,7 @@ use super::encoder::ReportedState;
 use super::faults::ActiveFaults;
 use super::flasher::Flasher;
 use super::missing_signal::missing_signal;
+use super::motion::{MotionState, VehicleMotion};
 use super::output::{VehicleEvent, VehicleOutput, Who};
 use super::plan::{PlannedMessage, VehiclePlan};
 use super::receiver::{CommandReceiver, LightsRequest};
@@ -58,6 +59,10 @@ pub struct SimulatedVehicle {
     receivers: Vec<CommandReceiver>,
     simulation: SimulationSettings,
     driver: Driver,
+    motion: VehicleMotion,
+    doors: Vec<String>,
+    /// A bit for each door, 1 = open.
+    open_doors: u16,
     flasher: Flasher,
     faults: ActiveFaults,
     random: Pcg32,
@@ -74,7 +79,7 @@ pub struct SimulatedVehicle {
 }
 
 impl SimulatedVehicle {
-    /// Creates a vehicle in autonomous mode with all lights off. The first frames are due from now on, 1 ms apart.
+    /// Creates a parked vehicle in autonomous mode with all lights off and all doors closed. The first frames are due from now on, 1 ms apart.
     pub fn new(plan: VehiclePlan, simulation: SimulationSettings, now: MonoTime) -> Self {
         let starts = (0_u64..).map(|index| now.after(Duration::from_millis(index)));
         let transmissions = plan.messages.iter().zip(starts);
@@ -88,6 +93,9 @@ impl SimulatedVehicle {
             transmissions,
             receivers: plan.command.messages.iter().map(receive).collect(),
             driver: Driver::new(plan.ending, simulation.flash_period),
+            motion: VehicleMotion::new(plan.dimensions),
+            doors: plan.doors,
+            open_doors: 0,
             messages: plan.messages,
             flasher: Flasher::new(simulation.flash_period),
             faults: ActiveFaults::default(),
@@ -116,6 +124,12 @@ impl SimulatedVehicle {
     pub fn schedule(&mut self, at: MonoTime, request: SimulationRequest) {
         let position = self.scheduled.iter().position(|(other, _)| *other > at);
         self.scheduled.insert(position.unwrap_or(self.scheduled.len()), (at, request));
+    }
+
+    /// Moves as given within a time, in place of earlier requests: forward with drive, backward with reverse. Call
+    /// [`Self::settle`] afterwards.
+    pub fn follow(&mut self, speed_mps: f64, heading_rate_radps: f64, within: Duration, now: MonoTime) {
+        self.motion.follow(speed_mps, heading_rate_radps, within, now);
     }
 
     /// Handles a frame of another participant.
@@ -181,6 +195,11 @@ impl SimulatedVehicle {
         (self.flasher.code, self.who)
     }
 
+    /// Returns the motion.
+    pub fn motion(&self, now: MonoTime) -> MotionState {
+        self.motion.state(now)
+    }
+
     fn perform(&mut self, request: SimulationRequest, now: MonoTime) {
         let missing = missing_signal(&request, &self.messages);
         self.outputs.extend(missing.map(VehicleEvent::NotPossible).map(VehicleOutput::Happened));
@@ -189,6 +208,20 @@ impl SimulatedVehicle {
             SimulationRequest::Tap(turn) => self.driver.tap(turn, now),
             SimulationRequest::Hazard(on) => self.driver.press_hazard(on, Who::Driver, now),
             SimulationRequest::Mode(mode) => self.driver.mode = mode,
+            SimulationRequest::Gear(gear) => {
+                let engaged = self.motion.engage(gear, now);
+                self.report_refused(engaged);
+            }
+            SimulationRequest::Speed { speed_mps } => {
+                let driven = self.motion.drive(speed_mps, now);
+                self.report_refused(driven);
+            }
+            SimulationRequest::Steer { tire_rad } => self.motion.steer(tire_rad, now),
+            SimulationRequest::Brake => self.motion.brake(now),
+            SimulationRequest::Door { is_open, name } => {
+                let moved = self.move_doors(is_open, name.as_deref());
+                self.report_refused(moved);
+            }
             SimulationRequest::Fault(SimulatedFault::BusOff(duration)) => {
                 if self.bus_off_until.replace(now.after(duration)).is_none() {
                     self.send_error_frames(class::BUS_OFF);
@@ -198,6 +231,20 @@ impl SimulatedVehicle {
             SimulationRequest::Fault(fault) => self.faults.add(fault),
             SimulationRequest::Clear => self.faults = ActiveFaults::default(),
         }
+    }
+
+    fn report_refused(&mut self, performed: Result<(), &'static str>) {
+        let event = performed.err().map(VehicleEvent::NotPossible);
+        self.outputs.extend(event.map(VehicleOutput::Happened));
+    }
+
+    /// Opens or closes the door with a name, or all doors.
+    fn move_doors(&mut self, is_open: bool, name: Option<&str>) -> Result<(), &'static str> {
+        let moved = self.doors.iter().enumerate();
+        let moved = moved.filter(|(_, door)| name.is_none_or(|name| name == *door));
+        let bits = moved.fold(0, |bits, (position, _)| bits | 1 << position);
+        self.open_doors = if is_open { self.open_doors | bits } else { self.open_doors & !bits };
+        if bits == 0 { Err("no signal reports a door with that name") } else { Ok(()) }
     }
 
     fn is_off_the_bus(&self) -> bool {
@@ -262,6 +309,8 @@ impl SimulatedVehicle {
             broken: self.faults.broken,
             mode: self.driver.mode,
             driver: self.driver.driver(),
+            readings: self.motion.readings(now),
+            open_doors: self.open_doors,
         }
     }
 

@@ -10,6 +10,7 @@
 #![allow(clippy::wildcard_enum_match_arm, clippy::float_cmp)]
 
 pub(crate) mod car;
+mod closed_loop;
 mod faults;
 mod truth;
 mod views;
