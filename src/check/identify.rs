@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
+use super::vehicle_status::report_names;
 use crate::config::built_in::BuiltIn;
 use crate::config::files::Disk;
 use crate::config::{Refused, fingerprints, load_profile};
@@ -35,6 +36,7 @@ pub struct Identifier {
 struct KnownProfile {
     name: &'static str,
     vehicle: String,
+    reports: Vec<&'static str>,
     bus: String,
     evidence: ProfileEvidence,
     heartbeats: Vec<IdMatch>,
@@ -57,6 +59,8 @@ pub struct ProfileCandidate<'a> {
     pub profile: &'static str,
     /// Name of the vehicle.
     pub vehicle: &'a str,
+    /// Names of the reports that it gives.
+    pub reports: &'a [&'static str],
     /// Name of its bus.
     pub bus: &'a str,
     /// The interface on which it fits best.
@@ -179,6 +183,7 @@ impl Identifier {
                 Some(ProfileCandidate {
                     profile: name,
                     vehicle,
+                    reports: &profile.reports,
                     bus,
                     interface: &interface.name,
                     fit,
@@ -217,6 +222,7 @@ impl KnownProfile {
         let bus = gateway.buses.first().map_or_else(String::new, |bus| bus.name.clone());
         let identifier_lists =
             settings.dbcs.iter().flat_map(|dbc| dbc.identifier_lists.iter().copied()).collect();
-        Ok(Self { name, vehicle: settings.vehicle, bus, evidence, heartbeats, identifier_lists })
+        let reports = report_names(&settings);
+        Ok(Self { name, vehicle: settings.vehicle, reports, bus, evidence, heartbeats, identifier_lists })
     }
 }

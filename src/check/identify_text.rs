@@ -133,6 +133,10 @@ fn add(text: &mut String, candidate: &ProfileCandidate<'_>, layout: Layout) {
         counted(all as u64, "message")
     );
     let _ = writeln!(text, "\n{start}{verdict:<COLUMN$}{end}{}", lines(&title, COLUMN));
+    if !candidate.reports.is_empty() {
+        let reports = format!("reports {}", candidate.reports.join(", "));
+        let _ = writeln!(text, "{:COLUMN$}{}", "", lines(&reports, COLUMN));
+    }
     let signed = candidate.fit.support.iter().map(|support| ("+", support_text(candidate, support)));
     let against = candidate.fit.against.iter();
     let against = against.map(|finding| ("-", finding_text(candidate.evidence, &finding.kind)));
@@ -195,6 +199,7 @@ pub fn json(identifier: &Identifier) -> String {
             json!({
                 "profile": candidate.profile,
                 "vehicle": candidate.vehicle,
+                "reports": candidate.reports,
                 "interface": candidate.interface,
                 "verdict": weighed(candidate.fit.verdict).0,
                 "score": candidate.fit.score,

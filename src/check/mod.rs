@@ -6,6 +6,7 @@ mod fault_survey;
 mod finding_text;
 pub mod identify;
 pub mod identify_text;
+mod kinematics;
 pub mod live_messages;
 mod map;
 mod names;

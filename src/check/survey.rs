@@ -15,6 +15,7 @@ use crate::core::time::MonoTime;
 use crate::core::validation::table::BoundMessage;
 use crate::core::validation::unusable::FaultKind;
 use crate::core::vehicle_lights::Task;
+use crate::core::vehicle_status::kinematics::survey::KinematicSurvey;
 use crate::replay::Replay;
 
 /// Maximum number of different values that are listed.
@@ -60,6 +61,8 @@ pub(super) struct RecordingSurvey {
     pub(super) published: [Duration; 2],
     /// Reports of the vehicle's status.
     pub(super) status: StatusSurvey,
+    /// Motion of the vehicle.
+    pub(super) motion: KinematicSurvey,
 }
 
 /// Times of the last frames of the two latest identifiers on a bus. When a message was missing, one of them is the
@@ -111,6 +114,7 @@ impl RecordingSurvey {
             start,
             published: [Duration::ZERO; 2],
             status: StatusSurvey::new(&settings.gateway.status),
+            motion: KinematicSurvey::default(),
         };
         survey.passed(replay, start);
         survey
@@ -166,6 +170,8 @@ impl RecordingSurvey {
     pub(super) fn passed(&mut self, replay: &Replay, before: MonoTime) {
         let now = replay.now().mono;
         self.status.passed(now.since(before));
+        let gateway = replay.gateway();
+        self.motion.observe(gateway.vehicle_status(), gateway.buses(), replay.now());
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
             let (previous_fault, was_published) =

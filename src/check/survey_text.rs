@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::fault_survey::{FaultSurvey, seconds_text};
 use super::finding_text::{finding_text, fix};
+use super::kinematics;
 use super::names::value_name;
 use super::report::CheckReport;
 use super::survey::{MAX_VALUES, RecordingSurvey, TASKS};
@@ -49,7 +50,9 @@ pub fn recording(settings: &Settings, mut replay: Replay) -> (CheckReport, io::R
             survey.status.given_out(&output, replay.now().mono);
         }
     };
-    (report(&survey, settings, &replay), outcome)
+    let mut report = report(&survey, settings, &replay);
+    kinematics::motion(survey.motion, settings, &mut report);
+    (report, outcome)
 }
 
 fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> CheckReport {

@@ -12,6 +12,8 @@ use crate::core::gateway::event::Output;
 use crate::core::plausibility::finding::Severity;
 use crate::core::time::MonoTime;
 use crate::core::validation::table::BoundMessage;
+use crate::core::vehicle_lights::Task;
+use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::core::vehicle_status::StatusReport;
 use crate::core::vehicle_status::binding::StatusBinding;
 use crate::core::vehicle_status::doors::Door;
@@ -31,6 +33,16 @@ pub(super) fn further_messages<'a>(
 ) -> impl Iterator<Item = &'a BoundMessage> {
     let known: Vec<_> = known.iter().map(|message| (message.bus, message.ids)).collect();
     status.table.messages.iter().filter(move |message| !known.contains(&(message.bus, message.ids)))
+}
+
+/// Returns the names of all reports that a configuration gives, those on the lights first.
+pub(super) fn report_names(settings: &Settings) -> Vec<&'static str> {
+    let lights = &settings.gateway.lights;
+    let is_turn_shown = matches!(lights.turn, TurnBinding::From(_) | TurnBinding::NotFitted);
+    let is_hazard_shown = matches!(lights.hazard, HazardBinding::From(_) | HazardBinding::NotFitted);
+    let of_lights = [(Task::TurnIndicators, is_turn_shown), (Task::HazardLights, is_hazard_shown)];
+    let of_lights = of_lights.into_iter().filter(|(_, is_shown)| *is_shown).map(|(task, _)| task.name());
+    of_lights.chain(StatusReport::of(&settings.gateway.status).map(StatusReport::name)).collect()
 }
 
 /// Lists the meanings of all values and the sources of each report, and finds what is not configured.

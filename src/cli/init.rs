@@ -13,9 +13,11 @@ use super::questions::ask;
 use super::{identify, messages, profiles};
 use crate::check::identify::ProfileCandidate;
 use crate::check::identify_text;
-use crate::config::draft::{BusInterface, gateway_toml};
+use crate::config::car_models;
+use crate::config::draft::{BusInterface, DimensionsDraft, gateway_toml};
 use crate::config::files::Disk;
 use crate::config::{Settings, interface_name, load_profile};
+use crate::core::car_model::{CarModel, DimensionRange, ModelProfile, ModelVerdict, find};
 use crate::io::can::interfaces::{can_interfaces, interfaces};
 use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
@@ -24,13 +26,16 @@ pub(super) const HELP: &str = "\
 Examples:
   signal-gateway init
   signal-gateway init --interface can0 --profile hyundai_kia
+  signal-gateway init --interface can0 --car \"Kia Niro EV 2020\"
   signal-gateway init --interface can0 --profile identify
   signal-gateway init --interface can0 --profile discover
   signal-gateway init -i body=can0 -i chassis=can1 -p my_car.toml -o new.toml
 
 It asks for what is not given; answers can come through a pipe as well. A profile is a name of
 `signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a
-recording, or `discover` for an unknown car.";
+recording, or `discover` for an unknown car. A car by make, model and year has its profile from the
+list of models, as `signal-gateway profiles find` shows it, and its wheel base and steering ratio from
+opendbc's list: as comments, since nothing has proven them.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
@@ -40,6 +45,9 @@ pub(super) struct InitArgs {
     /// Vehicle profile: its name, a file, `identify` or `discover`
     #[arg(short, long, value_name = "PROFILE")]
     profile: Option<String>,
+    /// Make, model and year of the car, for its profile and dimensions
+    #[arg(long, value_name = "CAR")]
+    car: Option<String>,
     /// The new configuration
     #[arg(short, long, value_name = "FILE", default_value = "gateway.toml")]
     output: PathBuf,
@@ -71,13 +79,19 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
     // A wrong name is reported before the first question.
     args.profile.as_deref().map_or(Ok(()), |given| vehicle(given, &[]).map(drop))?;
+    let models = car_models::models().map_err(Failure::Environment)?;
+    let car = args.car.as_deref().map(|car| listed(&models, car)).transpose()?;
+    let given = match &car {
+        Some(car) if args.profile.is_none() => Some(car.profile()?),
+        Some(_) | None => args.profile.as_deref(),
+    };
     let overwrite = args.force || args.output.exists() && is_overwriting_allowed(&args.output)?;
     let interfaces = if args.interface.is_empty() {
         vec![ask_interface("CAN interface", None)?]
     } else {
         args.interface.iter().map(|given| usable(given)).collect::<Result<_, _>>()?
     };
-    let Some((profile, settings)) = profile(args.profile.as_deref(), &interfaces[0])? else {
+    let Some((profile, settings)) = profile(given, &interfaces[0])? else {
         let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| PathBuf::from("new_car"), Path::to_owned);
         let [interface] = interfaces.as_slice() else {
@@ -96,7 +110,8 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         }
         buses => assigned(buses, &interfaces)?,
     };
-    let text = gateway_toml(&named(&profile, &args.output)?, &buses);
+    let dimensions = dimensions(&profile, &settings, &models, car.as_ref());
+    let text = gateway_toml(&named(&profile, &args.output)?, &buses, dimensions.as_ref());
     write_new(&args.output, &text, overwrite).map_err(Failure::written(&args.output))?;
     let path = args.output.display();
     let interfaces: Vec<_> = buses.iter().map(|bus| bus.interface.as_str()).collect();
@@ -107,6 +122,60 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         "next: signal-gateway check --config {path}\n      signal-gateway decode --live --config {path}"
     )?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A car that the list of models has.
+struct ListedCar<'a> {
+    name: &'a str,
+    models: Vec<&'a CarModel>,
+    profiles: Vec<String>,
+}
+
+impl ListedCar<'_> {
+    /// Returns the only profile of the car.
+    fn profile(&self) -> Result<&str, Failure> {
+        match self.profiles.as_slice() {
+            [only] => Ok(only),
+            profiles => {
+                let text = format!("{} may need {}: give --profile", self.name, profiles.join(" or "));
+                Err(Failure::Usage(text))
+            }
+        }
+    }
+}
+
+fn listed<'a>(models: &'a [CarModel], car: &'a str) -> Result<ListedCar<'a>, Failure> {
+    let search = find(models, car);
+    let profiles: Vec<_> = search.profiles().into_iter().map(str::to_owned).collect();
+    if search.verdict == ModelVerdict::Unknown || profiles.is_empty() {
+        let text = format!("no profile reads the {car}; `signal-gateway profiles find {car}` says more");
+        return Err(Failure::Usage(text));
+    }
+    Ok(ListedCar { name: car, models: search.models, profiles })
+}
+
+/// Returns what is listed of the car, or of all models of a profile; `None` if the profile needs no dimensions.
+fn dimensions(
+    profile: &str,
+    settings: &Settings,
+    models: &[CarModel],
+    car: Option<&ListedCar<'_>>,
+) -> Option<DimensionsDraft> {
+    let status = &settings.gateway.status;
+    if status.velocity.is_none() && status.steering.is_none() {
+        return None;
+    }
+    let is_of_profile = |model: &&CarModel| matches!(&model.profile, ModelProfile::Shipped { profile: of, .. } if of == profile);
+    Some(match car {
+        Some(car) => DimensionsDraft {
+            subject: car.name.to_owned(),
+            listed: DimensionRange::of(car.models.iter().copied()),
+        },
+        None => DimensionsDraft {
+            subject: format!("the models of {profile}"),
+            listed: DimensionRange::of(models.iter().filter(is_of_profile)),
+        },
+    })
 }
 
 /// Asks whether an existing file may be overwritten; fails if not.

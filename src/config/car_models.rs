@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::built_in;
-use crate::core::car_model::{CarModel, ModelProfile};
+use crate::core::car_model::{CarModel, ListedDimensions, ModelProfile};
 
 const PATH: &str = "config/cars/models.toml";
 
@@ -18,7 +18,7 @@ struct ModelFile {
 
 #[derive(Debug, Deserialize)]
 struct OpendbcModels {
-    models: Vec<[String; 5]>,
+    models: Vec<[String; 7]>,
     without_profile: Vec<[String; 4]>,
     notes: Vec<[String; 3]>,
 }
@@ -36,22 +36,29 @@ struct ProfileModels {
 pub fn models() -> Result<Vec<CarModel>, String> {
     let text = String::from_utf8_lossy(built_in::contents(Path::new(PATH)).unwrap_or_default());
     let file: ModelFile = toml::from_str(&text).map_err(|refused| format!("{PATH}: {refused}"))?;
-    let shipped = file.opendbc.models.into_iter().chain(file.profiles.models);
-    let shipped = shipped.map(|[make, model, years, profile, plug]| {
+    let of_opendbc = file.opendbc.models.into_iter();
+    let of_opendbc = of_opendbc.map(|[make, model, years, profile, plug, wheel_base_m, steering_ratio]| {
+        let (wheel_base_m, steering_ratio) = (wheel_base_m.parse().ok(), steering_ratio.parse().ok());
+        ([make, model, years, profile, plug], wheel_base_m.zip(steering_ratio))
+    });
+    let of_profiles = file.profiles.models.into_iter().map(|row| (row, None));
+    let shipped = of_opendbc.chain(of_profiles).map(|([make, model, years, profile, plug], dimensions)| {
         let plug = Some(plug).filter(|plug| !plug.is_empty());
-        (make, model, years, ModelProfile::Shipped { profile, plug })
+        (make, model, years, ModelProfile::Shipped { profile, plug }, dimensions)
     });
     let missing = file.opendbc.without_profile.into_iter();
-    let missing =
-        missing.map(|[make, model, years, reason]| (make, model, years, ModelProfile::Missing { reason }));
-    let rows = shipped.chain(missing).map(|(make, model, written, profile)| {
+    let missing = missing
+        .map(|[make, model, years, reason]| (make, model, years, ModelProfile::Missing { reason }, None));
+    let rows = shipped.chain(missing).map(|(make, model, written, profile, dimensions)| {
         let years = years(&written).ok_or_else(|| {
             format!("{PATH}: {make} {model}: expected years such as 2016-2018, 2020, found {written}")
         })?;
         let note =
             file.opendbc.notes.iter().find(|[of_make, of_model, _]| *of_make == make && *of_model == model);
         let note = note.map(|[.., note]| note.clone());
-        Ok(CarModel { make, model, years, profile, note })
+        let dimensions = dimensions
+            .map(|(wheel_base_m, steering_ratio)| ListedDimensions { wheel_base_m, steering_ratio });
+        Ok(CarModel { make, model, years, profile, note, unproven_dimensions: dimensions })
     });
     let mut models = rows.collect::<Result<Vec<_>, String>>()?;
     models.sort_by(|one, other| {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::near_miss::likeness;
 
 /// A car that can be bought, and the profile to try on it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CarModel {
     /// Brand of its manufacturer.
     pub make: String,
@@ -19,6 +19,57 @@ pub struct CarModel {
     /// What a reader must know of it beside the profile; `None` for most cars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// Dimensions that opendbc lists; `None` if it does not list the model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unproven_dimensions: Option<ListedDimensions>,
+}
+
+/// Dimensions of a car as a public list has them, which nothing has proven.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ListedDimensions {
+    /// From axle to axle, m.
+    pub wheel_base_m: f64,
+    /// Angle of the steering wheel for each angle of the front wheels.
+    pub steering_ratio: f64,
+}
+
+/// The least and the greatest of the dimensions that are listed of some models.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DimensionRange {
+    /// The least of each.
+    pub least: ListedDimensions,
+    /// The greatest of each.
+    pub greatest: ListedDimensions,
+}
+
+impl DimensionRange {
+    /// Returns the range over models; `None` if no dimensions of them are listed.
+    pub fn of<'a>(models: impl IntoIterator<Item = &'a CarModel>) -> Option<Self> {
+        let listed = models.into_iter().filter_map(|model| model.unproven_dimensions);
+        let ranges = listed.map(|listed| Self { least: listed, greatest: listed });
+        ranges.reduce(|one, other| {
+            let with = |one: ListedDimensions, other: ListedDimensions, choose: fn(f64, f64) -> f64| {
+                ListedDimensions {
+                    wheel_base_m: choose(one.wheel_base_m, other.wheel_base_m),
+                    steering_ratio: choose(one.steering_ratio, other.steering_ratio),
+                }
+            };
+            Self {
+                least: with(one.least, other.least, f64::min),
+                greatest: with(one.greatest, other.greatest, f64::max),
+            }
+        })
+    }
+
+    /// Returns the lowest and the highest wheel base, m.
+    pub fn wheel_base_m(&self) -> (f64, f64) {
+        (self.least.wheel_base_m, self.greatest.wheel_base_m)
+    }
+
+    /// Returns the lowest and the highest steering ratio.
+    pub fn steering_ratio(&self) -> (f64, f64) {
+        (self.least.steering_ratio, self.greatest.steering_ratio)
+    }
 }
 
 /// The profile of a model.
@@ -54,7 +105,7 @@ pub enum ModelVerdict {
 }
 
 /// Result of a search.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelSearch<'a> {
     /// Answer for the models that fit best.
     pub verdict: ModelVerdict,
@@ -273,6 +324,7 @@ mod tests {
             years: years.to_vec(),
             profile: ModelProfile::Shipped { profile: model.to_lowercase(), plug: None },
             note: None,
+            unproven_dimensions: None,
         };
         let reason = "FlexRay".to_owned();
         vec![

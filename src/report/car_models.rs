@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::text::escaped;
-use crate::core::car_model::{CarModel, ModelProfile, ModelSearch, ModelVerdict};
+use crate::core::car_model::{CarModel, DimensionRange, ModelProfile, ModelSearch, ModelVerdict};
 use crate::core::provenance::ProvenanceSummary;
 
 /// What a shipped profile describes, and how much of it is verified.
@@ -72,6 +72,13 @@ impl ModelAnswer<'_> {
             for line in notes.flat_map(|note| super::text::wrapped(note, Some(96), 0)) {
                 let _ = writeln!(text, "  {line}");
             }
+            if let Some(range) = DimensionRange::of(models.iter().copied()) {
+                let (wheel_base, ratio) = (span(range.wheel_base_m()), span(range.steering_ratio()));
+                let _ = writeln!(
+                    text,
+                    "  opendbc lists a wheel base of {wheel_base} m and a steering ratio of {ratio}; neither is proven"
+                );
+            }
             if let hidden @ 1.. = models.len().saturating_sub(LISTED) {
                 let _ =
                     writeln!(text, "  and {hidden} more: --json, or `signal-gateway profiles list --models`");
@@ -117,6 +124,11 @@ impl ProfileSummary {
         }
         text
     }
+}
+
+/// Returns a range as text, e.g. `2.6 to 2.8`.
+pub fn span((least, greatest): (f64, f64)) -> String {
+    if least < greatest { format!("{least} to {greatest}") } else { least.to_string() }
 }
 
 /// Returns a line for each model: its name with the years, and its profile and plug or why there is none.

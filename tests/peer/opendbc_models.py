@@ -1,7 +1,8 @@
 """The cars that opendbc's documents list, as rows of config/cars/models.toml.
 
-Prints a JSON object. `models`: make, model, years, name of the DBC with the lights, and plug of each car with a DBC; `others`:
-make, model, years and anchor of the reason for the cars without one. The list is that of the opendbc that Python finds.
+Prints a JSON object. `models`: make, model, years, name of the DBC with the lights, plug, wheel base in metres and steering ratio
+of each car with a DBC; `others`: make, model, years and anchor of the reason for the cars without one. The list is that of the
+opendbc that Python finds. Wheel base and ratio are what its controller is given, after the changes of each brand's code.
 """
 
 import json
@@ -32,7 +33,8 @@ def main():
             databases = {str(bus): name for bus, name in databases.items()}
             dbc = databases.get("pt") or databases.get("party")
             for car in platform.config.car_docs:
-                car.init_make(parameters(platform))
+                given = parameters(platform)
+                car.init_make(given)
                 make, model, years = split_name(car.name)
                 if not years:
                     continue  # comma's robot
@@ -40,7 +42,8 @@ def main():
                 if dbc:
                     parts = [part.value.name for part in car.car_parts.all_parts()] if car.car_parts else []
                     plugs = [name.removesuffix(" connector") for name in parts if name.endswith(" connector")]
-                    models.append([*row, dbc, next(iter(plugs), "")])
+                    geometry = [f"{value:.4g}" if value else "" for value in (given.wheelbase, given.steerRatio)]
+                    models.append([*row, dbc, next(iter(plugs), ""), *geometry])
                 else:
                     others.append([*row, str(getattr(car, "support_link", None) or "")])
     print(json.dumps({"models": sorted(models), "others": sorted(others)}))

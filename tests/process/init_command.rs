@@ -102,3 +102,22 @@ fn on_a_terminal_enter_takes_what_is_proposed() {
     assert_eq!(code, Some(0), "{shown}");
     assert_sound(folder.path(), "demo_vehicle", "can7");
 }
+
+#[test]
+fn a_car_brings_its_profile_and_its_listed_dimensions_as_comments() {
+    let folder = folder_with_recording();
+    let path = folder.path().join("gateway.toml");
+    answered(folder.path(), &["-i", "can7", "--car", "toyota rav4 2018"], &[]).succeeded();
+    assert_sound(folder.path(), "toyota_nodsu", "can7");
+    let written = fs::read_to_string(&path).unwrap();
+    for part in
+        ["opendbc's list for toyota rav4 2018", "\n# wheel_base_m = 2.65 ", "\n# steering_ratio = 16.88 "]
+    {
+        assert!(written.contains(part), "{part}: {written}");
+    }
+    answered(folder.path(), &["-i", "can7", "-p", "toyota_nodsu", "--force"], &[]).succeeded();
+    let written = fs::read_to_string(&path).unwrap();
+    assert!(written.contains("the models of toyota_nodsu") && written.contains("13 to 18.6"), "{written}");
+    let refused = answered(folder.path(), &["-i", "can7", "--car", "Audi A4 2018", "--force"], &[]);
+    refused.assert(2, "no profile reads the Audi A4 2018");
+}

@@ -48,7 +48,7 @@ impl VehicleDraft<'_> {
             BusInterface { bus: interface.clone(), interface }
         };
         let buses: Vec<_> = buses.iter().map(bus).collect();
-        files.push(("gateway.toml".to_owned(), gateway_toml(&profile_file, &buses)));
+        files.push(("gateway.toml".to_owned(), gateway_toml(&profile_file, &buses, None)));
         Some(files)
     }
 }

@@ -15,7 +15,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
-use crate::core::can::{BusIndex, BusSettings, CanInput, IdMatch, LinkState};
+use crate::core::can::{Bus, BusIndex, BusSettings, CanInput, IdMatch, LinkState};
 use crate::core::command::control_mode::ModeState;
 use crate::core::command::flow::CommandFlow;
 use crate::core::command::input::CommandInput;
@@ -261,6 +261,11 @@ impl Gateway {
     /// The state of the vehicle's status, for views.
     pub fn vehicle_status(&self) -> &VehicleStatus {
         &self.perception.status
+    }
+
+    /// The buses, in the order of the configuration.
+    pub fn buses(&self) -> &[Bus] {
+        &self.perception.buses
     }
 
     /// All statuses as of now.

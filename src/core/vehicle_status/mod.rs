@@ -7,6 +7,7 @@ pub mod binding;
 pub mod control_mode;
 pub mod doors;
 pub mod gear;
+pub mod kinematics;
 pub mod measure;
 pub mod missing_dimensions;
 pub mod output;

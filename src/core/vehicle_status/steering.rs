@@ -73,13 +73,21 @@ pub fn judge(
 }
 
 /// Why an angle of the steering wheel has no angle of the front wheels.
-enum NoTireAngle {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoTireAngle {
+    /// The configuration says nothing of it.
     NotConfigured,
+    /// The angle lies outside the table.
     OutsideTable,
+    /// The ratio depends on the speed, which is unknown.
     NoSpeed,
 }
 
-fn tire_angle(
+/// The angle of the front wheels, rad, for one of the steering wheel, without the offset.
+///
+/// # Errors
+/// The reason why there is none.
+pub fn tire_angle(
     geometry: &VehicleGeometry,
     wheel_rad: f64,
     speed_mps: Option<f64>,

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde::Deserialize;
 use signal_gateway::config::car_models::models;
-use signal_gateway::core::car_model::{CarModel, ModelProfile, ModelVerdict, find};
+use signal_gateway::core::car_model::{CarModel, ListedDimensions, ModelProfile, ModelVerdict, find};
 
 use crate::pure::vehicles::{profile, profile_names, project};
 use crate::support::prerequisite::{opendbc_python, require};
@@ -94,7 +94,7 @@ fn every_model_names_a_shipped_profile_and_is_found_by_its_own_name() {
 /// What `tests/peer/opendbc_models.py` prints.
 #[derive(Debug, Deserialize)]
 struct OpendbcModels {
-    models: Vec<[String; 5]>,
+    models: Vec<[String; 7]>,
 }
 
 /// The pinned package is older than the commit that the list was made from: a model may have been built for longer since.
@@ -112,17 +112,27 @@ fn the_list_has_every_car_of_opendbc_with_the_profile_of_its_dbc() {
     let profiles: BTreeMap<&str, &str> = counterparts.collect();
     let models = models().unwrap();
     assert!(opendbc.models.len() > 300, "{}", opendbc.models.len());
+    // Two models are rows of their profile, since newer lists do not have them.
+    let with_dimensions = models.iter().filter(|model| model.unproven_dimensions.is_some()).count();
+    assert!(with_dimensions > opendbc.models.len() - 3, "{with_dimensions} of {}", opendbc.models.len());
     let mut unlisted = Vec::new();
-    for [make, model, years, dbc, _] in &opendbc.models {
+    for [make, model, years, dbc, _, wheel_base_m, steering_ratio] in &opendbc.models {
+        let dimensions = ListedDimensions {
+            wheel_base_m: wheel_base_m.parse().unwrap(),
+            steering_ratio: steering_ratio.parse().unwrap(),
+        };
         let name = format!("{make} {model} {years}");
         let profile = profiles.get(dbc.as_str()).unwrap_or_else(|| panic!("{name}: no profile for {dbc}"));
         let first: u16 = years[..4].parse().unwrap();
         let is_listed = models.iter().any(|listed| {
             let is_in_year = listed.years.iter().any(|(from, until)| (*from..=*until).contains(&first));
-            listed.make == *make && listed.model == *model && is_in_year && shipped(listed) == Some(profile)
+            let is_model = listed.make == *make && listed.model == *model && is_in_year;
+            is_model
+                && shipped(listed) == Some(profile)
+                && listed.unproven_dimensions.is_none_or(|known| known == dimensions)
         });
         if !is_listed {
-            unlisted.push(format!("{name} with {profile}"));
+            unlisted.push(format!("{name} with {profile}, {dimensions:?}"));
         }
     }
     assert!(unlisted.is_empty(), "not in config/cars/models.toml: {unlisted:#?}");
