@@ -75,6 +75,9 @@ open = [1]
 closed = [0]
 "#;
 
+/// The two do not find each other.
+const DOMAINS: [u8; 2] = [77, 78];
+
 const GATEWAY: &str = r#"
 profile = "car.toml"
 [can.body]
@@ -85,7 +88,9 @@ max_rate_hz = 50
 [vehicle_geometry]
 steering_ratio = 16.0
 wheel_base_m = 2.7
-"#;
+[ros]
+only_networks = ["127.0.0.1"]
+domain_id = "#;
 
 fn main() -> ExitCode {
     let Ok(socket) = CanSocket::open(INTERFACE) else {
@@ -93,8 +98,11 @@ fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     };
     let folder = tempfile::tempdir().unwrap();
-    let profiles = [("lights", LIGHTS.to_owned()), ("status", format!("{LIGHTS}{STATUS}"))];
-    let daemons = profiles.map(|(name, profile)| Daemon::start(&folder.path().join(name), &profile));
+    let [lights, status] = [LIGHTS.to_owned(), format!("{LIGHTS}{STATUS}")];
+    let daemons = [
+        Daemon::start(&folder.path().join("lights"), &lights, DOMAINS[0]),
+        Daemon::start(&folder.path().join("status"), &status, DOMAINS[1]),
+    ];
     send(&socket, SETTLING);
     let before = daemons.each_ref().map(Daemon::processor_time);
     send(&socket, WINDOW);
@@ -140,18 +148,27 @@ fn send(socket: &CanSocket, duration: Duration) {
 struct Daemon(Child);
 
 impl Daemon {
-    fn start(folder: &Path, profile: &str) -> Self {
+    fn start(folder: &Path, profile: &str, domain: u8) -> Self {
         fs::create_dir(folder).unwrap();
         let dbc = Path::new(env!("CARGO_MANIFEST_DIR")).join("dbc/toyota_nodsu.dbc");
         fs::write(folder.join("car.toml"), profile.replace("DBC", dbc.to_str().unwrap())).unwrap();
-        fs::write(folder.join("gateway.toml"), GATEWAY).unwrap();
+        fs::write(folder.join("gateway.toml"), format!("{GATEWAY}{domain}\n")).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
         command.args(["--quiet", "run", "--config", "gateway.toml"]).current_dir(folder);
         Self(command.stdout(Stdio::null()).spawn().unwrap())
     }
 
+    /// Processor time of the daemon and of the process that speaks ROS 2 for it.
     fn processor_time(&self) -> Duration {
-        processor_time_of(libc::pid_t::try_from(self.0.id()).unwrap())
+        let own = self.0.id();
+        let threads = fs::read_dir(format!("/proc/{own}/task")).unwrap();
+        let children =
+            threads.map(|thread| fs::read_to_string(thread.unwrap().path().join("children")).unwrap());
+        let children: String = children.map(|children| children + " ").collect();
+        let children: Vec<_> = children.split_whitespace().map(|child| child.parse().unwrap()).collect();
+        assert_eq!(children.len(), 1, "one process speaks ROS 2");
+        let processes = children.into_iter().chain([libc::pid_t::try_from(own).unwrap()]);
+        processes.map(processor_time_of).sum()
     }
 }
 

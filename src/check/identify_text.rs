@@ -133,7 +133,7 @@ fn add(text: &mut String, candidate: &ProfileCandidate<'_>, layout: Layout) {
         counted(all as u64, "message")
     );
     let _ = writeln!(text, "\n{start}{verdict:<COLUMN$}{end}{}", lines(&title, COLUMN));
-    if !candidate.reports.is_empty() {
+    if candidate.fit.verdict > FitVerdict::No && !candidate.reports.is_empty() {
         let reports = format!("reports {}", candidate.reports.join(", "));
         let _ = writeln!(text, "{:COLUMN$}{}", "", lines(&reports, COLUMN));
     }

@@ -120,7 +120,8 @@ fn finding_text(finding: &KinematicFinding) -> String {
             )
         }
         KinematicFinding::TireScale(scale) => format!(
-            "the front wheels turn {} times as far as signal and [vehicle_geometry] say: check the unit of the signal,              steering_table or the vgr_coef keys, and wheel_base_m",
+            "the front wheels turn {} times as far as signal and [vehicle_geometry] say: check the unit of the signal, \
+             steering_table or the vgr_coef keys, and wheel_base_m",
             interval(*scale, 2)
         ),
         KinematicFinding::FrontByRear(scale) => format!(

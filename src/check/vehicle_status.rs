@@ -182,7 +182,8 @@ impl StatusSurvey {
                     if survey.status.as_ref() == Some(&state) {
                         continue;
                     }
-                    if !survey.is_published {
+                    // Between a value that is there and its first report lies no fault.
+                    if !survey.is_published && status.level != Level::Ok {
                         let fresh = FaultSurvey { count: 0, total: Duration::ZERO, first: now };
                         survey.reasons.entry(status.message.clone()).or_insert(fresh).count += 1;
                     }
@@ -210,13 +211,19 @@ impl StatusSurvey {
             }
             let mut reasons: Vec<_> = survey.reasons.iter().collect();
             reasons.sort_by_key(|(_, reason)| std::cmp::Reverse(reason.total));
+            let mut is_warned = false;
             for (message, FaultSurvey { count, total, first }) in reasons.iter().take(MAX_REASONS) {
                 let total = seconds_text(MonoTime::ZERO.after(*total));
                 let (seen, first_at) = (times(*count), seconds_text(*first));
                 let text = format!("{name} withheld {seen}, {total} in all, first at {first_at}: {message}");
-                // Nothing is known before the first frames; that alone is not a finding.
+                // Nothing is known before the first frames; that alone is not a finding. The reason of the longest time is.
                 let start_only = *first == start && *count == 1 && survey.was_published;
-                if start_only { report.line("", text) } else { report.find(Severity::Warning, text) }
+                if start_only || is_warned {
+                    report.line("", text);
+                } else {
+                    is_warned = true;
+                    report.find(Severity::Warning, text);
+                }
             }
             if reasons.len() > MAX_REASONS {
                 report.line("", format!("{name}: further reasons are not listed"));

@@ -34,8 +34,8 @@ Examples:
 It asks for what is not given; answers can come through a pipe as well. A profile is a name of
 `signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a
 recording, or `discover` for an unknown car. A car by make, model and year has its profile from the
-list of models, as `signal-gateway profiles find` shows it, and its wheel base and steering ratio from
-opendbc's list: as comments, since nothing has proven them.";
+list of models, as `signal-gateway profiles find` shows it, and its wheel base and steering ratio
+from opendbc's list: as comments, since nothing has proven them.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {

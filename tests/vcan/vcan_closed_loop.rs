@@ -71,7 +71,7 @@ fn reports_on_a_real_interface_are_what_the_simulated_vehicle_did() {
     ));
     let mut gateway = Process::run_with(&folder, |command| _ = command.args(["--record", "bags"]));
     gateway.wait_for_log("vcan-drive");
-    let mut car = DrivingVehicle::new(vehicle);
+    let mut car = DrivingVehicle::new(vehicle, true);
     let sent = drive(&mut car, &vcan);
     gateway.stop("TERM");
 

@@ -8,7 +8,9 @@ use serde_json::Value;
 use signal_gateway::config::built_in::BuiltIn;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Settings, load_profile};
+use signal_gateway::core::validation::meaning::Meaning;
 use signal_gateway::core::vehicle_lights::binding::HazardBinding;
+use signal_gateway::core::vehicle_status::gear::GearCode;
 
 use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{Folder, Process};
@@ -19,6 +21,8 @@ const OK: i32 = 0;
 const WARN: i32 = 4;
 const ERROR: i32 = 7;
 const NOT_VISIBLE: &str = "hazard_lights: not visible: no signal shows the hazard lights";
+
+const GEAR_NOT_SHOWN: &str = "gear: not shown: ";
 
 /// Interfaces of one vehicle after the other.
 struct Buses(Vec<Vcan>);
@@ -89,13 +93,24 @@ fn drive(profile: &str, buses: &Buses) -> bool {
     let vehicle = load_profile(&Disk, profile.as_ref()).unwrap();
     let car = Car::start(profile, &vehicle, buses);
     let is_visible = !matches!(vehicle.gateway.lights.hazard, HazardBinding::NotVisible { .. });
+    let gear = (!shows_gears(&vehicle)).then_some(GEAR_NOT_SHOWN);
     if !is_visible {
-        car.wait_for(WARN, &[NOT_VISIBLE]);
+        car.wait_for(WARN, &[Some(NOT_VISIBLE), gear].into_iter().flatten().collect::<Vec<_>>());
         car.folder.append("gateway.toml", "[reports]\nhazard_not_visible = \"acknowledged\"\n");
         car.gateway.signal("HUP");
     }
-    car.wait_for(OK, &[]);
+    car.wait_for(if gear.is_some() { WARN } else { OK }, gear.as_slice());
     is_visible
+}
+
+/// False for a vehicle whose signals tell reverse gear from all others, and no more.
+fn shows_gears(vehicle: &Settings) -> bool {
+    let sources = vehicle.gateway.status.gear.as_ref().map(|gear| gear.sources.as_slice());
+    let is_forward = |meaning: &Meaning<GearCode>| matches!(meaning, Meaning::Defined(GearCode::Engaged(gear)) if gear.direction() != Some(-1.0));
+    sources.is_none_or(|sources| {
+        let mut meanings = sources.iter().flat_map(|source| source.role.values.entries());
+        meanings.any(|(_, meaning)| is_forward(meaning))
+    })
 }
 
 /// Exit code of `status`, and the statuses that are not OK.
@@ -126,7 +141,9 @@ mod slow {
     use signal_gateway::config::files::Disk;
     use signal_gateway::config::load_profile;
 
-    use super::{BuiltIn, Buses, Car, ERROR, OK, Process, drive, require};
+    use signal_gateway::core::vehicle_status::StatusReport;
+
+    use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_SHOWN, Process, WARN, drive, require};
 
     #[test]
     fn status_of_each_shipped_vehicle_is_ok_where_all_is_visible_or_acknowledged() {
@@ -157,12 +174,16 @@ mod slow {
         let buses = require!(Buses::new(["vcanship8", "vcanship9"]));
         let vehicle = load_profile(&Disk, "psa_aee2010".as_ref()).unwrap();
         let mut car = Car::start("psa_aee2010", &vehicle, &buses);
-        car.wait_for(OK, &[]);
+        car.wait_for(WARN, &[GEAR_NOT_SHOWN]);
         buses.0[0].send(0x612, [0; 8]);
         let reason = "unknown: the profile is for another vehicle: HS2_DAT7_BSI_612 (612) is received, which belongs to a car \
                       such as the Peugeot 208";
-        let refused = ["turn_indicators", "hazard_lights"].map(|task| format!("{task}: {reason}"));
-        let refused = refused.each_ref().map(String::as_str);
+        let lights = ["turn_indicators", "hazard_lights"].map(|task| format!("{task}: {reason}"));
+        let reports = StatusReport::of(&vehicle.gateway.status);
+        let reports =
+            reports.map(|report| format!("{}: unknown: the profile is for another vehicle", report.name()));
+        let refused: Vec<_> = lights.into_iter().chain(reports).collect();
+        let refused: Vec<_> = refused.iter().map(String::as_str).collect();
         car.wait_for(ERROR, &refused);
         car.folder.append("gateway.toml", "[reports]\nrate_hz = 50.0\n");
         car.gateway.signal("HUP");
@@ -170,6 +191,6 @@ mod slow {
         car.wait_for(ERROR, &refused);
         car.gateway.stop("TERM");
         car.gateway = Process::run(&car.folder);
-        car.wait_for(OK, &[]);
+        car.wait_for(WARN, &[GEAR_NOT_SHOWN]);
     }
 }

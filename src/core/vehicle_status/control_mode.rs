@@ -104,7 +104,7 @@ impl Axes {
                 (false, false) => ControlMode::Manual,
             }
         };
-        newest.map(|received| (mode, received)).ok_or(StatusReason::NotReceived)
+        newest.map(|received| (mode, received)).ok_or(StatusReason::NoSource)
     }
 }
 

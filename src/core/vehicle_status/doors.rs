@@ -129,6 +129,6 @@ pub fn judge(doors: &[Door], context: StatusContext<'_>) -> (Judged<DoorStates>,
         (Some(newest), unknown) => (Ok((states, newest)), unknown),
         (None, Some(reason)) => (Err(reason), None),
         // A profile names at least one door.
-        (None, None) => (Err(StatusReason::NotReceived), None),
+        (None, None) => (Err(StatusReason::NoSource), None),
     }
 }

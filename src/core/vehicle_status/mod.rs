@@ -142,7 +142,7 @@ impl VehicleStatus {
     /// # Errors
     /// The reason why it is unknown.
     pub fn control_mode(&self, buses: &[Bus], now: Now) -> Judged<ControlMode> {
-        let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NotReceived)?;
+        let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NoSource)?;
         binding.judge(StatusContext {
             table: &self.binding.table,
             settings: &self.settings,
@@ -324,7 +324,7 @@ fn first_usable<S, T>(
             Err(reason) => first_reason = first_reason.or(Some(reason)),
         }
     }
-    let state = required(Err(first_reason.unwrap_or(StatusReason::NotReceived)), context);
+    let state = required(Err(first_reason.unwrap_or(StatusReason::NoSource)), context);
     let reason = state.as_ref().err().copied();
     Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
 }
@@ -353,7 +353,7 @@ fn velocity_verdict(
     let Some((binding, speed)) = binding.zip(speed) else {
         let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
         plausibility.update(Motion { tire_rad, ..Motion::default() }, context.now.mono);
-        return Verdict { state: Err(StatusReason::NotReceived), finding: StatusFinding::default() };
+        return Verdict { state: Err(StatusReason::NoSource), finding: StatusFinding::default() };
     };
     let assembled = memory.assemble(binding, speed, (gear, tire), plausibility.alarms(), context);
     let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
@@ -399,7 +399,7 @@ fn gear_verdict(
     context: StatusContext<'_>,
 ) -> Verdict<Gear> {
     let Some(binding) = binding else {
-        return first_usable(&[(); 0], context, |_, ()| Err(StatusReason::NotReceived));
+        return first_usable(&[(); 0], context, |_, ()| Err(StatusReason::NoSource));
     };
     let chosen = context.settings.gear_source.as_deref();
     first_usable(&binding.sources, context, |position, source| {
@@ -414,7 +414,7 @@ fn control_mode_verdict(
     binding: Option<&ControlModeBinding>,
     context: StatusContext<'_>,
 ) -> Verdict<ControlMode> {
-    let state = binding.map_or(Err(StatusReason::NotReceived), |binding| binding.judge(context));
+    let state = binding.map_or(Err(StatusReason::NoSource), |binding| binding.judge(context));
     let state = required(state, context);
     let reason = state.as_ref().err().copied();
     let is_not_ready = binding.is_some_and(|binding| binding.is_not_ready_while_unknown);

@@ -50,8 +50,8 @@ pub enum StatusReason {
     Implausible(Alarm),
     /// The configuration chooses another source.
     NotChosen,
-    /// Nothing has been received.
-    NotReceived,
+    /// The profile describes no source.
+    NoSource,
 }
 
 impl StatusReason {
@@ -74,7 +74,7 @@ impl StatusReason {
             | Self::DirectionNotTold
             | Self::NoRearWheels
             | Self::NotChosen
-            | Self::NotReceived => Some(FaultKind::Unknown),
+            | Self::NoSource => Some(FaultKind::Unknown),
             Self::BetweenGears { is_long: false, .. }
             | Self::OnlyReverseShown(_)
             | Self::NotConfigured(_) => None,

@@ -136,6 +136,15 @@ impl StatusFinding {
         self.reason.and_then(StatusReason::failure)
     }
 
+    /// Leaves out the sources that need a dimension if none is configured at all: nobody wants them.
+    fn as_configured(self, geometry: &VehicleGeometry) -> Self {
+        let counts = |reason: &StatusReason| {
+            geometry.is_configured || !matches!(reason, StatusReason::NotConfigured(_))
+        };
+        let heading = HeadingFinding { fallback: self.heading.fallback.filter(counts), ..self.heading };
+        Self { fallback: self.fallback.filter(counts), heading, ..self }
+    }
+
     fn level(self, geometry: &VehicleGeometry) -> Level {
         if matches!(self.reason, Some(StatusReason::NotConfigured(_))) && !geometry.is_configured {
             Level::Ok
@@ -186,6 +195,7 @@ impl StatusTask {
         binding: &StatusBinding,
         context: StatusContext<'_>,
     ) -> bool {
+        let finding = finding.as_configured(&context.settings.geometry);
         if self.finding == Some(finding) {
             return false;
         }
@@ -318,7 +328,7 @@ fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> 
         }
         StatusReason::NoRearWheels => "a rear wheel has no speed".to_owned(),
         // A report has a source, and the configuration chooses among those that there are.
-        StatusReason::NotChosen | StatusReason::NotReceived => String::new(),
+        StatusReason::NotChosen | StatusReason::NoSource => String::new(),
     };
     let kind = match reason.failure() {
         Some(kind) => words(&kind),

@@ -122,7 +122,7 @@ fn a_late_mode_takes_the_permission_before_perception_has_found_it() {
     let mut desk = live(SIGNALS, MODE);
     desk.pass_with(500, Some(AUTONOMOUS));
     let last_received = desk.ms() - 100;
-    for (age, request) in [(TIMEOUT_MS, "left"), (TIMEOUT_MS + 1, "-")] {
+    for (age, request) in [(TIMEOUT_MS, "left"), (TIMEOUT_MS + 50, "-")] {
         let now = at_ms(last_received + age);
         desk.gateway.settle_commands(now);
         let frames: Vec<_> = std::iter::from_fn(|| desk.gateway.poll_output()).filter_map(frame_of).collect();

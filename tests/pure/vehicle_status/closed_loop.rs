@@ -46,7 +46,7 @@ struct Driven {
 
 fn drive(settings: Settings) -> Driven {
     let gateway = Gateway::new(settings.gateway.clone(), LinkState::Up, at(MonoTime::ZERO));
-    let mut driven = Driven { car: DrivingVehicle::new(settings), gateway, reports: Vec::new() };
+    let mut driven = Driven { car: DrivingVehicle::new(settings, false), gateway, reports: Vec::new() };
     let mut now = MonoTime::ZERO;
     while now <= END {
         for (bus, frame) in driven.car.frames(now) {
@@ -249,14 +249,15 @@ fn each_simulated_vehicle_is_reported_as_it_moves() {
 fn the_simulated_vehicle_has_the_configured_dimensions() {
     let table = WheelToTire::Table(vec![(-8.0, -0.4), (0.0, 0.0), (8.0, 0.5)]);
     let variable = WheelToTire::Variable { constant: 16.0, per_speed_squared: 0.002, per_angle: 0.04 };
-    for wheel_to_tire in [table, variable] {
+    // With an offset the front wheels are never straight by the form with the speed, whose age would show.
+    for (wheel_to_tire, steering_offset_rad) in [(table, -0.03), (variable, 0.0)] {
         for read in [|| read_profile("toyota_nodsu"), || read_profile("vw_mqb"), || settings(&[], &[])] {
             let mut settings = read();
             settings.gateway.status_settings.geometry = VehicleGeometry {
                 wheel_base_m: Some(3.1),
                 wheel_tread_m: Some(1.4),
                 speed_scale: 1.1,
-                steering_offset_rad: -0.03,
+                steering_offset_rad,
                 wheel_to_tire: Some(wheel_to_tire.clone()),
                 ..geometry()
             };

@@ -139,7 +139,10 @@ fn a_faulty_yaw_rate_gives_way_to_the_steering_and_without_both_nothing_is_publi
     assert_near(listener.velocity().unwrap().1, car.heading_rate_radps(), 0.002);
     let (level, message) = listener.status(StatusReport::Velocity);
     assert_eq!(level, Level::Warn);
-    assert_eq!(message, "heading rate of the steering: hardware fault: yaw rate sensor: YAW.QUALITY = 0");
+    assert_eq!(
+        message,
+        "fallback heading rate of the steering: hardware fault: yaw rate sensor: YAW.QUALITY = 0"
+    );
     car.calibrated = 2;
     listener.hold(&mut car, 300);
     assert_eq!((listener.velocity(), listener.tire()), (None, None));

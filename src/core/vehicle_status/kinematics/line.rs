@@ -1,9 +1,9 @@
 //! The slope of one quantity against another, beside an offset and a part that grows with the speed, and how well it is known.
 
 /// Rows of a block; blocks are left out one by one to see what the slope rests on.
-const BLOCK: usize = 25;
+const BLOCK: usize = 10;
 /// Fewest blocks that say something.
-const MIN_BLOCKS: usize = 4;
+const MIN_BLOCKS: usize = 5;
 /// Times the mean residual in turns from which a row is left out, for wheels that slip.
 const OUTLIER: f64 = 6.0;
 /// Standard deviations of an interval that rests on many blocks.
@@ -35,7 +35,7 @@ pub(super) struct Row {
 pub(super) struct Line {
     /// Change of `y` for each `x`.
     pub(super) slope: f64,
-    /// Half of the interval that holds the slope.
+    /// Half of the interval that holds the slope; endless if the rows are too few.
     pub(super) half: f64,
     /// Turns that it rests on.
     pub(super) turns: usize,
@@ -54,7 +54,11 @@ impl Line {
         let sums = Sums::of(&kept)?;
         let residuals = sums.residuals(&kept)?;
         let turned = kept.iter().zip(&residuals).map(|(row, residual)| (row.cell, residual.turned * rate));
-        Some(Self { slope: sums.slope(), half: sums.half()?, turns: turns(turned, cell_s) })
+        Some(Self {
+            slope: sums.slope(),
+            half: sums.half().unwrap_or(f64::INFINITY),
+            turns: turns(turned, cell_s),
+        })
     }
 
     /// True if the whole interval has one sign.

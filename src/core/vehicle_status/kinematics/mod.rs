@@ -24,7 +24,8 @@ const NOMINAL_TREAD_M: f64 = 1.55;
 /// Greatest understeer, s²/m²: that of a car whose characteristic speed is 80 km/h.
 const MAX_UNDERSTEER: f64 = 0.002;
 /// Speeds up to which turns are used, m/s; the slow ones are enough if there are some, since understeer matters less.
-const SPEED_LIMITS: [f64; 3] = [8.0, 15.0, 25.0];
+const SPEED_LIMITS: [f64; 3] = [8.0, 15.0, FASTEST_MPS];
+const FASTEST_MPS: f64 = 25.0;
 /// Share by which unequal tyres make a tread uncertain.
 const UNEQUAL_TYRES: f64 = 0.01;
 /// Speed from which sources of the speed are compared, m/s.
@@ -127,13 +128,18 @@ impl Kinematics {
         };
         let pairs =
             [(Rate::YawRate, Rate::Steering), (Rate::YawRate, Rate::Wheels), (Rate::Steering, Rate::Wheels)];
-        let lines = pairs.map(|pair| {
+        let comparisons = pairs.map(|pair| {
             // The steering has the least noise, the wheels have the most.
             let (x, y) = if pair.1 == Rate::Steering { (pair.1, pair.0) } else { pair };
             let tread_m = geometry.wheel_tread_m.unwrap_or(NOMINAL_TREAD_M);
             let per_y = if y == Rate::Wheels { 1.0 / tread_m } else { 1.0 };
-            (pair, car.slowest(per_y, &|point| Some((rate(x)(point)?, rate(y)(point)?))))
+            let rates = |point: &Point| Some((rate(x)(point)?, rate(y)(point)?));
+            let all = car.line(FASTEST_MPS, per_y, &rates);
+            let line = SPEED_LIMITS.iter().find_map(|limit| car.turning(*limit, per_y, &rates));
+            let turns = all.filter(Line::has_sign).map_or(0, |line| line.turns);
+            Comparison { pair, line, turns }
         });
+        let [_, of_yaw_rate_and_wheels, _] = &comparisons;
         let has = |of: Rate| survey.points.iter().any(|point| rate(of)(point).is_some());
         let rates = [Rate::YawRate, Rate::Steering, Rate::Wheels];
         let with_yaw_rate = car.ratio(&rate(Rate::YawRate)).map(|ratio| (ratio, Rate::YawRate));
@@ -142,20 +148,15 @@ impl Kinematics {
             let ratio = car.ratio(&|point| Some(wheels_difference(point)? / tread_m))?;
             Some((ratio, Rate::Wheels))
         };
-        let tread_m = lines[1].1.filter(Line::has_sign).map(|line| Estimate {
+        let tread_m = of_yaw_rate_and_wheels.line.filter(Line::has_sign).map(|line| Estimate {
             low: line.slope.abs() * (1.0 - UNEQUAL_TYRES) - line.half,
             high: line.slope.abs() * (1.0 + UNEQUAL_TYRES) + line.half,
             turns: line.turns,
         });
         Self {
-            turns: lines
-                .iter()
-                .filter_map(|(_, line)| *line)
-                .map(|line| line.turns)
-                .max()
-                .unwrap_or_default(),
+            turns: comparisons.iter().map(|comparison| comparison.turns).max().unwrap_or_default(),
             has_rates: rates.into_iter().filter(|rate| has(*rate)).count() > 1,
-            relations: lines.map(|(pair, line)| (pair, line.and_then(relation))),
+            relations: comparisons.map(|Comparison { pair, line, .. }| (pair, line.and_then(relation))),
             ratio: with_yaw_rate.or_else(with_wheels),
             tread_m,
             front_by_rear: car.scale(|point| {
@@ -166,6 +167,16 @@ impl Kinematics {
                 .scale(|point| Some(point.mean.other_speed_mps? / point.mean.speed_mps.abs())),
         }
     }
+}
+
+/// Two heading rates, one against the other.
+#[derive(Clone, Copy)]
+struct Comparison {
+    pair: PairOfRates,
+    /// Of the slowest points that turn enough.
+    line: Option<Line>,
+    /// Turns of all points; 0 if the two are unrelated.
+    turns: usize,
 }
 
 fn relation(line: Line) -> Option<Relation> {
@@ -211,13 +222,12 @@ impl Car<'_> {
         Some(speed_mps * (factor * tire).tan() / radius)
     }
 
-    /// Fits the slowest points that have enough turns.
-    fn slowest(&self, per_y: f64, pair: Pair<'_>) -> Option<Line> {
-        SPEED_LIMITS.iter().find_map(|limit| self.line(*limit, per_y, pair))
+    /// Fits the points up to a speed, which need enough turns.
+    fn turning(&self, limit_mps: f64, per_y: f64, pair: Pair<'_>) -> Option<Line> {
+        self.line(limit_mps, per_y, pair).filter(|line| line.turns >= MIN_TURNS && line.half.is_finite())
     }
 
-    /// Fits the points up to a speed; `per_y` is the heading rate, rad/s, for each unit of the second quantity. Returns `None`
-    /// without enough turns.
+    /// Fits the points up to a speed; `per_y` is the heading rate, rad/s, for each unit of the second quantity.
     fn line(&self, limit_mps: f64, per_y: f64, pair: Pair<'_>) -> Option<Line> {
         let slow = self.points.iter().filter(|point| point.mean.speed_mps.abs() <= limit_mps);
         let row = |point: &Point| {
@@ -225,7 +235,7 @@ impl Car<'_> {
             Some(Row { cell: point.cell, speed: point.mean.speed_mps, x, y })
         };
         let rows: Vec<_> = slow.filter_map(row).collect();
-        Line::fit(&rows, per_y, CELL.as_secs_f64()).filter(|line| line.turns >= MIN_TURNS)
+        Line::fit(&rows, per_y, CELL.as_secs_f64())
     }
 
     /// The ratio at which the steering gives a heading rate.
@@ -254,7 +264,7 @@ impl Car<'_> {
         let line = |limit_mps: f64, factor: f64, understeer: f64| {
             let rates =
                 |point: &Point| Some((self.steering_rate(point, factor, understeer)?, heading_rate(point)?));
-            self.line(limit_mps, 1.0, &rates)
+            self.turning(limit_mps, 1.0, &rates)
         };
         let limit = SPEED_LIMITS.into_iter().find(|limit| line(*limit, 1.0, 0.0).is_some())?;
         let solve = |understeer: f64| {

@@ -132,7 +132,7 @@ impl KinematicSurvey {
             Ok((GearCode::NotReverse, received)) => Some((Gear::Drive, received)),
             Ok((GearCode::Between, _)) | Err(_) => None,
         });
-        let gear = gears.next().ok_or(StatusReason::NotReceived);
+        let gear = gears.next().ok_or(StatusReason::NoSource);
         // Steering and wheels turn to the same side whatever the direction is; a yaw rate needs it.
         let sign = self.direction.sign(binding, reading, gear, context).ok();
         let speed_mps = reading.speed_mps * sign.unwrap_or(1.0);

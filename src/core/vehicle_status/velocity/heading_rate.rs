@@ -116,7 +116,7 @@ impl YawZeros {
                 Chosen { state: Ok((rate, inputs.received)), source, fallback: first_reason }
             }
             None => Chosen {
-                state: Err(first_reason.unwrap_or(StatusReason::NotReceived)),
+                state: Err(first_reason.unwrap_or(StatusReason::NoSource)),
                 source: 0,
                 fallback: None,
             },

@@ -81,9 +81,9 @@ impl VelocityMemory {
         context: StatusContext<'_>,
     ) -> Assembled {
         let wheels = WheelSpeeds::read(binding, context);
-        let unknown = Chosen { state: Err(StatusReason::NotReceived), source: 0, fallback: None };
+        let unknown = Chosen { state: Err(StatusReason::NoSource), source: 0, fallback: None };
         let mut assembled = Assembled {
-            state: Err(StatusReason::NotReceived),
+            state: Err(StatusReason::NoSource),
             part: VelocityPart::Speed,
             speed,
             heading_rate: unknown,

@@ -78,7 +78,7 @@ pub fn judge(
             Err(reason) => first_reason = first_reason.or(Some(reason)),
         }
     }
-    Chosen { state: Err(first_reason.unwrap_or(StatusReason::NotReceived)), source: 0, fallback: None }
+    Chosen { state: Err(first_reason.unwrap_or(StatusReason::NoSource)), source: 0, fallback: None }
 }
 
 /// The speed of the next usable source after the chosen one, m/s, without a sign; `None` without one.
@@ -147,5 +147,5 @@ fn mean(
         sum += in_step(read, received, binding)?;
         count += 1.0;
     }
-    leading.map(|received| (sum / count, received)).ok_or(StatusReason::NotReceived)
+    leading.map(|received| (sum / count, received)).ok_or(StatusReason::NoSource)
 }
