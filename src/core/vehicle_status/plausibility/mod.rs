@@ -10,7 +10,7 @@ use std::time::Duration;
 use super::gear::Gear;
 use crate::core::time::MonoTime;
 use alarm::{Alarm, AlarmSet};
-use observer::{Change, Frozen, Lasting};
+use observer::{Change, Doubt, Frozen, Lasting};
 
 const ONE_SECOND: Duration = Duration::from_secs(1);
 const TWO_SECONDS: Duration = Duration::from_secs(2);
@@ -72,8 +72,8 @@ pub struct Plausibility {
     speeds: [Lasting; 2],
     rates_apart: Lasting,
     /// Yaw rate and steering, yaw rate and wheels, steering and wheels.
-    rates: [Lasting; 3],
-    rates_undecided: Lasting,
+    rates: [Doubt; 3],
+    rates_undecided: Doubt,
     yaw_frozen: Frozen,
     steering_frozen: Frozen,
     direction: Lasting,
@@ -138,19 +138,20 @@ impl Plausibility {
         let is_apart = yaw.zip(steering).is_some_and(|(yaw, steering)| differs(yaw, steering, 0.3, 0.05));
         alarms.set(Alarm::YawRateDiffers, self.rates_apart.update(is_apart, ONE_SECOND, now));
         let pairs = [(yaw, steering), (yaw, wheels), (steering, wheels)];
+        let evidence =
+            pairs.map(|(one, other)| one.zip(other).and_then(|(one, other)| contradiction(one, other)));
         let mut contradict = [false; 3];
-        for ((lasting, pair), contradicts) in self.rates.iter_mut().zip(pairs).zip(&mut contradict) {
-            let is_violated = pair.0.zip(pair.1).is_some_and(|(one, other)| contradicts_rate(one, other));
-            *contradicts = lasting.update(is_violated, TWO_SECONDS, now);
+        for ((doubt, evidence), contradicts) in self.rates.iter_mut().zip(evidence).zip(&mut contradict) {
+            *contradicts = doubt.update(evidence, TWO_SECONDS, now);
         }
-        let is_apart_for_long =
-            yaw.zip(steering).is_some_and(|(yaw, steering)| contradicts_rate(yaw, steering));
-        let is_apart_for_long = self.rates_undecided.update(is_apart_for_long, THREE_SECONDS, now);
+        let is_apart_for_long = self.rates_undecided.update(evidence[0], THREE_SECONDS, now);
         // The rear wheels tell which of the two is wrong, if they do so within a second.
         let alarm = match contradict {
-            [true, true, false] if wheels.is_some() => Some(Alarm::YawRateContradicts),
-            [true, false, true] if wheels.is_some() => Some(Alarm::SteeringContradicts),
-            [true, ..] if is_apart_for_long || wheels.is_none() => Some(Alarm::RatesContradict),
+            [true, true, false] => Some(Alarm::YawRateContradicts),
+            [true, false, true] => Some(Alarm::SteeringContradicts),
+            [true, ..] if is_apart_for_long || motion.wheels_rate_radps.is_none() => {
+                Some(Alarm::RatesContradict)
+            }
             [..] => None,
         };
         if let Some(alarm) = alarm {
@@ -192,10 +193,11 @@ fn differs(value: f64, reference: f64, share: f64, more: f64) -> bool {
     (value - reference).abs() > share * value.abs().max(reference.abs()) + more
 }
 
-/// True if two heading rates cannot both be right.
-fn contradicts_rate(one: f64, other: f64) -> bool {
-    let is_opposite = one * other < 0.0 && one.abs().min(other.abs()) > TURNING_RADPS;
-    is_opposite || differs(one, other, 0.6, 0.1)
+/// Whether two heading rates cannot both be right; `None` while they do not turn enough to tell.
+fn contradiction(one: f64, other: f64) -> Option<bool> {
+    let are_turning = one.abs().min(other.abs()) > TURNING_RADPS;
+    let contradicts = are_turning && one * other < 0.0 || differs(one, other, 0.6, 0.1);
+    (contradicts || are_turning).then_some(contradicts)
 }
 
 /// The middle one of the three other wheels; `None` unless all three are known.

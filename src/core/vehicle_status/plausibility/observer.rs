@@ -16,6 +16,30 @@ impl Lasting {
     }
 }
 
+/// A violation that only some moments tell of, as a contradiction of two heading rates does while the vehicle turns.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Doubt {
+    violation: Lasting,
+    /// The last moment that told of it.
+    told: MonoTime,
+    is_found: bool,
+}
+
+impl Doubt {
+    /// True if `is_violated` has been true for longer than `limit`, until a moment tells otherwise. `None` = this one does not tell;
+    /// a violation that has not lasted yet is forgotten after a second without.
+    pub(super) fn update(&mut self, is_violated: Option<bool>, limit: Duration, now: MonoTime) -> bool {
+        if is_violated.is_some() {
+            self.told = now;
+        }
+        let is_open = self.violation.0.is_some() && (self.is_found || now.is_within(FORGOTTEN, self.told));
+        self.is_found = self.violation.update(is_violated.unwrap_or(is_open), limit, now);
+        self.is_found
+    }
+}
+
+const FORGOTTEN: Duration = Duration::from_secs(1);
+
 /// Since when a value stays the same.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Frozen {
