@@ -99,7 +99,7 @@ impl<'a> Oracle<'a> {
                     return;
                 };
                 self.sign_of_life(at);
-                if *fd == self.vehicle.messages[message].is_fd() && self.is_believed(message, data, at) {
+                if self.vehicle.messages[message].accepts_format(*fd) && self.is_believed(message, data, at) {
                     let frame = Frame { data: data.clone(), at, stamp: line.stamp_us * 1000 };
                     self.receptions[message].believed = Some(frame);
                     self.watch_lamps(message, at);

@@ -53,6 +53,8 @@ pub(crate) struct Message {
     pub(crate) id: u32,
     pub(crate) extended: bool,
     pub(crate) length: usize,
+    /// Short in a DBC with messages of CAN FD, which says nothing of its format: both are right.
+    pub(crate) has_any_format: bool,
     /// The only right length, where the profile names one.
     pub(crate) right_length: Option<usize>,
     /// The longest believed silence; `None` for an event message.
@@ -66,6 +68,10 @@ impl Message {
     /// Sent in CAN FD, since it is longer than a classic frame.
     pub(crate) fn is_fd(&self) -> bool {
         self.length > 8
+    }
+
+    pub(crate) fn accepts_format(&self, fd: bool) -> bool {
+        self.has_any_format || fd == self.is_fd()
     }
 }
 
@@ -223,6 +229,7 @@ impl Reader<'_> {
             id: dbc.id & 0x1FFF_FFFF,
             extended: dbc.id & 0x8000_0000 != 0,
             length: dbc.length,
+            has_any_format: dbc.length <= 8 && self.dbc.messages.values().any(|other| other.length > 8),
             right_length: key("length")
                 .and_then(Value::as_integer)
                 .map(|length| usize::try_from(length).unwrap()),
