@@ -200,8 +200,11 @@ impl Bench {
     /// A file stands where the black box writes, and there is something to write.
     fn spoil_black_box(&self) {
         let folder = self.folder.path().join("box");
-        let _absent = std::fs::remove_dir_all(&folder);
-        std::fs::write(folder, "").unwrap();
+        // The gateway makes the folder again if it writes between the two.
+        wait_for("a file in place of the folder", || {
+            let _absent = std::fs::remove_dir_all(&folder);
+            std::fs::write(&folder, "").ok()
+        });
         self.unit.set(UNDEFINED, Manner::Sound);
     }
 
