@@ -327,8 +327,9 @@ fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> 
             "the vehicle began to roll, and nothing tells forward from backward".to_owned()
         }
         StatusReason::NoRearWheels => "a rear wheel has no speed".to_owned(),
-        // A report has a source, and the configuration chooses among those that there are.
-        StatusReason::NotChosen | StatusReason::NoSource => String::new(),
+        StatusReason::NoSource => "the profile describes no source of it".to_owned(),
+        // The configuration chooses among the sources that there are.
+        StatusReason::NotChosen => String::new(),
     };
     let kind = match reason.failure() {
         Some(kind) => words(&kind),

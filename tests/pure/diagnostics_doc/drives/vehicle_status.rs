@@ -4,7 +4,7 @@ use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 
 use super::{BUS, Desk, Reported};
-use crate::pure::vehicle_status::car::{CYCLES, Car, RawFrame, files};
+use crate::pure::vehicle_status::car::{CYCLES, Car, PROFILE, RawFrame, files};
 
 const DRIVE: u8 = 3;
 const NEUTRAL: u8 = 2;
@@ -84,9 +84,16 @@ fn frames(reported: &mut Reported) {
     case(&[], &[], &lost);
     let only_wheels = ("kind = \"steering\"\n", "kind = \"wheels\"\n");
     let yaw = "[[velocity.heading_rate]]\nkind = \"yaw_rate\"\n";
-    let (_, rest) = crate::pure::vehicle_status::car::PROFILE.split_once(yaw).unwrap();
+    let (_, rest) = PROFILE.split_once(yaw).unwrap();
     let sensor = format!("{yaw}{}\n", rest.lines().next().unwrap());
     case(&[only_wheels, (&sensor, "")], &[], &lost);
+    let between = |begin: &str, end: &str| {
+        let (_, from) = PROFILE.split_once(begin).unwrap();
+        format!("{begin}{}", from.split_once(end).unwrap().0)
+    };
+    let rates_and_steering = between("[[velocity.heading_rate]]", "[gear]");
+    let wheels = between("[[velocity.source]]\nname = \"wheels\"", "[[velocity.source]]\nname = \"speed");
+    case(&[(&rates_and_steering, ""), (&wheels, "")], &[], &Some);
     let checked = ("[turn]", "[message.GEAR]\ncounter = { signal = \"GEAR\" }\n[turn]");
     case(&[checked], &[], &Some);
     let by_speed = ("steering_ratio = 16.0", "vgr_coef_a = 15.0\nvgr_coef_b = 0.05");
