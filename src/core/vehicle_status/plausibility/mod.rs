@@ -145,10 +145,15 @@ impl Plausibility {
             *contradicts = doubt.update(evidence, TWO_SECONDS, now);
         }
         let is_apart_for_long = self.rates_undecided.update(evidence[0], THREE_SECONDS, now);
-        // The rear wheels tell which of the two is wrong, if they do so within a second.
-        let alarm = match contradict {
+        // The rear wheels tell which of the two is wrong, if they do so within a second; then what they have begun to tell counts.
+        let mut blamed = [Alarm::YawRateContradicts, Alarm::SteeringContradicts].into_iter();
+        let blamed = blamed.find(|alarm| self.alarms.has(*alarm));
+        let begun = self.rates.map(|doubt| is_apart_for_long && doubt.lasts(ONE_SECOND, now));
+        let alarm = match [contradict[0], contradict[1] | begun[1], contradict[2] | begun[2]] {
             [true, true, false] => Some(Alarm::YawRateContradicts),
             [true, false, true] => Some(Alarm::SteeringContradicts),
+            // What they have told before counts until the two agree.
+            [true, false, false] if blamed.is_some() => blamed,
             [true, ..] if is_apart_for_long || motion.wheels_rate_radps.is_none() => {
                 Some(Alarm::RatesContradict)
             }

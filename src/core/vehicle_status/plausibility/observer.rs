@@ -12,6 +12,10 @@ impl Lasting {
     /// True if `is_violated` has been true for longer than `limit`.
     pub(super) fn update(&mut self, is_violated: bool, limit: Duration, now: MonoTime) -> bool {
         self.0 = if is_violated { Some(self.0.unwrap_or(now)) } else { None };
+        self.lasts(limit, now)
+    }
+
+    fn lasts(self, limit: Duration, now: MonoTime) -> bool {
         self.0.is_some_and(|since| !now.is_within(limit, since))
     }
 }
@@ -35,6 +39,11 @@ impl Doubt {
         let is_open = self.violation.0.is_some() && (self.is_found || now.is_within(FORGOTTEN, self.told));
         self.is_found = self.violation.update(is_violated.unwrap_or(is_open), limit, now);
         self.is_found
+    }
+
+    /// True if the violation has lasted for longer than `limit` at the last update.
+    pub(super) fn lasts(self, limit: Duration, now: MonoTime) -> bool {
+        self.violation.lasts(limit, now)
     }
 }
 
