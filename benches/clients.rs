@@ -10,11 +10,11 @@ mod comparison;
 
 use std::io::{self, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use comparison::{Row, point, processor_time_of};
+use comparison::{Gateway, Row, point, processor_time_of};
 
 const GATEWAY: &str = env!("CARGO_BIN_EXE_signal-gateway");
 const COUNTS: [u32; 6] = [2, 5, 10, 20, 40, 60];
@@ -47,10 +47,8 @@ fn main() -> ExitCode {
     if row.print() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// A gateway that plays the demo, until this is dropped.
-struct Gateway(Child);
-
 impl Gateway {
+    /// Plays the demo.
     fn start(address: SocketAddr) -> Self {
         let mut command = Command::new(GATEWAY);
         command.args(["--quiet", "demo", "--no-ros", "--plain", "--repeat", &format!("--web={address}")]);
@@ -83,13 +81,6 @@ impl Gateway {
             assert!(client.join().unwrap() > 10_000, "a client got hardly an event");
         }
         taken.div_duration_f64(WINDOW) * 100.0
-    }
-}
-
-impl Drop for Gateway {
-    fn drop(&mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
     }
 }
 

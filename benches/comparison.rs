@@ -5,7 +5,7 @@
 
 #![allow(dead_code)] // each benchmark uses its part
 
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 /// A figure beside one of a peer, both in the same unit.
@@ -75,6 +75,16 @@ pub(crate) fn figure(peers: &[(String, f64)], name: &str) -> f64 {
 /// A point of a curve of growth, which `benches/performance` draws.
 pub(crate) fn point(curve: &str, unit: &str, size: f64, figure: f64) {
     println!("curve\t{curve}\t{unit}\t{size}\t{figure}");
+}
+
+/// A gateway that runs until this is dropped.
+pub(crate) struct Gateway(pub(crate) Child);
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
 }
 
 /// Processor time of this thread, which other threads and programs do not change.

@@ -18,11 +18,11 @@ mod comparison;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use comparison::{Row, processor_time_of};
+use comparison::{Gateway, Row, processor_time_of};
 use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 
 const INTERFACE: &str = "vcan0";
@@ -78,7 +78,7 @@ closed = [0]
 /// The two do not find each other.
 const DOMAINS: [u8; 2] = [77, 78];
 
-const GATEWAY: &str = r#"
+const CONFIGURATION: &str = r#"
 profile = "car.toml"
 [can.body]
 interface = "vcan0"
@@ -100,13 +100,13 @@ fn main() -> ExitCode {
     let folder = tempfile::tempdir().unwrap();
     let [lights, status] = [LIGHTS.to_owned(), format!("{LIGHTS}{STATUS}")];
     let daemons = [
-        Daemon::start(&folder.path().join("lights"), &lights, DOMAINS[0]),
-        Daemon::start(&folder.path().join("status"), &status, DOMAINS[1]),
+        Gateway::start(&folder.path().join("lights"), &lights, DOMAINS[0]),
+        Gateway::start(&folder.path().join("status"), &status, DOMAINS[1]),
     ];
     send(&socket, SETTLING);
-    let before = daemons.each_ref().map(Daemon::processor_time);
+    let before = daemons.each_ref().map(Gateway::processor_time);
     send(&socket, WINDOW);
-    let after = daemons.each_ref().map(Daemon::processor_time);
+    let after = daemons.each_ref().map(Gateway::processor_time);
     let [lights, status] = [0, 1].map(|index| {
         let spent: Duration = after[index].checked_sub(before[index]).unwrap();
         spent.div_duration_f64(WINDOW) * 100.0
@@ -144,15 +144,12 @@ fn send(socket: &CanSocket, duration: Duration) {
     }
 }
 
-/// A gateway, until this is dropped.
-struct Daemon(Child);
-
-impl Daemon {
+impl Gateway {
     fn start(folder: &Path, profile: &str, domain: u8) -> Self {
         fs::create_dir(folder).unwrap();
         let dbc = Path::new(env!("CARGO_MANIFEST_DIR")).join("dbc/toyota_nodsu.dbc");
         fs::write(folder.join("car.toml"), profile.replace("DBC", dbc.to_str().unwrap())).unwrap();
-        fs::write(folder.join("gateway.toml"), format!("{GATEWAY}{domain}\n")).unwrap();
+        fs::write(folder.join("gateway.toml"), format!("{CONFIGURATION}{domain}\n")).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
         command.args(["--quiet", "run", "--config", "gateway.toml"]).current_dir(folder);
         Self(command.stdout(Stdio::null()).spawn().unwrap())
@@ -169,12 +166,5 @@ impl Daemon {
         assert_eq!(children.len(), 1, "one process speaks ROS 2");
         let processes = children.into_iter().chain([libc::pid_t::try_from(own).unwrap()]);
         processes.map(processor_time_of).sum()
-    }
-}
-
-impl Drop for Daemon {
-    fn drop(&mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
     }
 }

@@ -35,11 +35,10 @@ use output::VehicleStatusOutput;
 use plausibility::alarm::{AlarmSet, Effect};
 use plausibility::{Motion, Plausibility};
 use settings::StatusSettings;
-use state::{Judged, StatusContext, StatusReason};
+use state::{Chosen, Judged, StatusContext, StatusReason};
 use status::{HeadingFinding, StatusFinding, StatusTask};
 use steering::TireAngle;
 use velocity::binding::VelocityBinding;
-use velocity::parts::Chosen;
 use velocity::speed::{self, SpeedReading};
 use velocity::{Velocity, VelocityMemory};
 
@@ -143,14 +142,19 @@ impl VehicleStatus {
     /// The reason why it is unknown.
     pub fn control_mode(&self, buses: &[Bus], now: Now) -> Judged<ControlMode> {
         let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NoSource)?;
-        binding.judge(StatusContext {
+        binding.judge(self.context(buses, now))
+    }
+
+    /// What values are judged with at `now`, apart from the requirements of the profile: commands need a profile without any.
+    fn context<'a>(&'a self, buses: &'a [Bus], now: Now) -> StatusContext<'a> {
+        StatusContext {
             table: &self.binding.table,
             settings: &self.settings,
             observations: &self.observations,
             unmet: None,
             buses,
             now,
-        })
+        }
     }
 
     /// The values that are published now; `None` for one that is withheld.
@@ -308,25 +312,12 @@ fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
 fn first_usable<S, T>(
     sources: &[S],
     context: StatusContext<'_>,
-    mut read: impl FnMut(usize, &S) -> Judged<T>,
+    read: impl FnMut(usize, &S) -> Judged<T>,
 ) -> Verdict<T> {
-    let mut first_reason = None;
-    for (source, bound) in sources.iter().enumerate() {
-        match read(source, bound) {
-            Ok(value) => {
-                let state = required(Ok(value), context);
-                let reason = state.as_ref().err().copied();
-                let finding =
-                    StatusFinding { reason, source, fallback: first_reason, ..StatusFinding::default() };
-                return Verdict { state, finding };
-            }
-            Err(StatusReason::NotChosen) => {}
-            Err(reason) => first_reason = first_reason.or(Some(reason)),
-        }
-    }
-    let state = required(Err(first_reason.unwrap_or(StatusReason::NoSource)), context);
+    let Chosen { state, source, fallback } = Chosen::first(sources, read);
+    let state = required(state, context);
     let reason = state.as_ref().err().copied();
-    Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
+    Verdict { state, finding: StatusFinding { reason, source, fallback, ..StatusFinding::default() } }
 }
 
 /// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed, and a speed of the front

@@ -108,3 +108,29 @@ impl StatusContext<'_> {
         Ok(self.observations.defined(self.table, role, self.buses, self.now.mono)?)
     }
 }
+
+/// A value that the first usable of several sources gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chosen<T> {
+    /// The value, or why no source has one.
+    pub state: Judged<T>,
+    /// Position of the source.
+    pub source: usize,
+    /// Why a more trusted source has none.
+    pub fallback: Option<StatusReason>,
+}
+
+impl<T> Chosen<T> {
+    /// The value of the first source that has one; if none has, the reason of the first. Sources that are not chosen do not count.
+    pub fn first<S>(sources: &[S], mut read: impl FnMut(usize, &S) -> Judged<T>) -> Self {
+        let mut first_reason = None;
+        for (source, bound) in sources.iter().enumerate() {
+            match read(source, bound) {
+                Ok(value) => return Self { state: Ok(value), source, fallback: first_reason },
+                Err(StatusReason::NotChosen) => {}
+                Err(reason) => first_reason = first_reason.or(Some(reason)),
+            }
+        }
+        Self { state: Err(first_reason.unwrap_or(StatusReason::NoSource)), source: 0, fallback: None }
+    }
+}

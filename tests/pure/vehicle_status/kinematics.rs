@@ -149,10 +149,6 @@ fn random(seed: u64) -> Random {
     Random(Pcg32::new(seed, TAU.to_bits()))
 }
 
-fn warnings(kinematics: &Kinematics, geometry: &VehicleGeometry) -> Vec<KinematicFinding> {
-    findings(kinematics, geometry)
-}
-
 /// The quantities that a car has on its bus, by bit: yaw rate, wheels.
 fn without(sample: MotionSample, has_yaw_rate: bool, has_wheels: bool) -> MotionSample {
     MotionSample {
@@ -184,7 +180,7 @@ fn intervals_hold_the_truth_and_what_is_right_is_never_warned_of() {
                 treads += 1;
                 missed_treads += usize::from(car.tread_m < tread.low || car.tread_m > tread.high);
             }
-            let warned = warnings(&found, &geometry);
+            let warned = findings(&found, &geometry);
             if !warned.is_empty() {
                 wrong.push(format!("{seed}: {warned:?}"));
             }
@@ -223,12 +219,12 @@ fn wrong_signs_and_wrong_dimensions_are_always_found() {
         };
         for rate in [Rate::YawRate, Rate::Steering, Rate::Wheels] {
             let found = evaluate(&samples, &geometry, opposite(rate));
-            assert_eq!(warnings(&found, &geometry), [KinematicFinding::WrongSign(vec![rate])], "{seed}");
+            assert_eq!(findings(&found, &geometry), [KinematicFinding::WrongSign(vec![rate])], "{seed}");
         }
         let found =
             evaluate(&samples, &geometry, |sample| without(opposite(Rate::Steering)(sample), true, false));
         let either = KinematicFinding::WrongSign(vec![Rate::YawRate, Rate::Steering]);
-        assert_eq!(warnings(&found, &geometry), [either], "{seed}");
+        assert_eq!(findings(&found, &geometry), [either], "{seed}");
         for wrong in [0.7, 1.3] {
             let of_ratio = VehicleGeometry {
                 wheel_to_tire: Some(WheelToTire::Ratio(car.ratio * wrong)),
@@ -239,7 +235,7 @@ fn wrong_signs_and_wrong_dimensions_are_always_found() {
                 [(GeometryKey::SteeringRatio, of_ratio), (GeometryKey::WheelTread, of_tread)]
             {
                 let found = evaluate(&samples, &geometry, |sample| sample);
-                let warned = warnings(&found, &geometry);
+                let warned = findings(&found, &geometry);
                 let is_it = |finding: &KinematicFinding| matches!(finding, KinematicFinding::Dimension { key: of, .. } if *of == key);
                 assert!(
                     matches!(warned.as_slice(), [finding] if is_it(finding)),
@@ -253,7 +249,7 @@ fn wrong_signs_and_wrong_dimensions_are_always_found() {
         };
         let found = evaluate(&samples, &geometry, in_km_h);
         assert!(
-            matches!(warnings(&found, &geometry).as_slice(), [KinematicFinding::SecondByFirst(_)]),
+            matches!(findings(&found, &geometry).as_slice(), [KinematicFinding::SecondByFirst(_)]),
             "{seed}"
         );
     }
@@ -273,7 +269,7 @@ fn a_straight_drive_shows_nothing() {
     };
     let found = evaluate(&samples, &car.geometry(), opposite);
     assert_eq!((found.turns, found.has_rates, found.ratio, found.tread_m), (0, true, None, None));
-    assert_eq!(warnings(&found, &car.geometry()), []);
+    assert_eq!(findings(&found, &car.geometry()), []);
 }
 
 /// A recording of the car of these tests: six corners between slow straights, the fourth one backward.

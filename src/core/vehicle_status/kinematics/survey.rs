@@ -62,15 +62,7 @@ impl KinematicSurvey {
             return;
         }
         self.due = now.mono.after(STEP);
-        let context = StatusContext {
-            table: &status.binding.table,
-            settings: &status.settings,
-            observations: &status.observations,
-            unmet: None,
-            buses,
-            now,
-        };
-        if let Some(sample) = self.read(status, context) {
+        if let Some(sample) = self.read(status, status.context(buses, now)) {
             self.add(sample, now.mono);
         }
     }

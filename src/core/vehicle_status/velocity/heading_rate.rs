@@ -4,14 +4,14 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use super::binding::{HeadingRateSource, VelocityBinding};
-use super::parts::{Chosen, configured, in_step};
+use super::parts::{configured, in_step};
 use super::speed::WheelSpeeds;
 use crate::core::can::ReceiveTime;
 use crate::core::time::MonoTime;
 use crate::core::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::core::vehicle_status::quantity::Quantity;
 use crate::core::vehicle_status::settings::GeometryKey;
-use crate::core::vehicle_status::state::{Judged, StatusContext, StatusReason};
+use crate::core::vehicle_status::state::{Chosen, Judged, StatusContext, StatusReason};
 use crate::core::vehicle_status::steering::TireAngle;
 
 /// Heading rates that a vehicle can have, rad/s.

@@ -10,12 +10,11 @@ use super::gear::Gear;
 use super::measure::Measure;
 use super::plausibility::Motion;
 use super::plausibility::alarm::AlarmSet;
-use super::state::{Judged, StatusContext, StatusReason};
+use super::state::{Chosen, Judged, StatusContext, StatusReason};
 use super::steering::TireAngle;
 use binding::{DirectionSource, VelocityBinding};
 use direction::DirectionMemory;
 use heading_rate::{HeadingInputs, JudgedRate, YawZeros};
-use parts::Chosen;
 use speed::{SpeedReading, WheelSpeeds};
 
 /// Motion of the middle of the rear axle. The lateral speed is 0 by the model of a car whose rear wheels do not steer.

@@ -1,20 +1,9 @@
-//! The parts that a velocity is assembled of: chosen among sources, and of about the same time.
+//! The parts that a velocity is assembled of: configured, and of about the same time.
 
 use super::binding::VelocityBinding;
 use crate::core::can::ReceiveTime;
 use crate::core::vehicle_status::settings::GeometryKey;
-use crate::core::vehicle_status::state::{Judged, StatusReason};
-
-/// A value that the first usable of several sources gives.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Chosen<T> {
-    /// The value, or why no source has one.
-    pub state: Judged<T>,
-    /// Position of the source.
-    pub source: usize,
-    /// Why a more trusted source has none.
-    pub fallback: Option<StatusReason>,
-}
+use crate::core::vehicle_status::state::StatusReason;
 
 /// A value that the configuration gives.
 ///

@@ -1,11 +1,11 @@
 //! The speed without the direction: of the vehicle, or of its wheels.
 
 use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
-use super::parts::{Chosen, configured, in_step};
+use super::parts::{configured, in_step};
 use crate::core::can::ReceiveTime;
 use crate::core::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::core::vehicle_status::settings::GeometryKey;
-use crate::core::vehicle_status::state::{Judged, StatusContext, StatusReason};
+use crate::core::vehicle_status::state::{Chosen, Judged, StatusContext, StatusReason};
 use crate::core::vehicle_status::steering::TireAngle;
 
 /// Speeds that a vehicle can have, m/s, backward negative.
@@ -70,15 +70,7 @@ pub fn judge(
     alarms: AlarmSet,
     context: StatusContext<'_>,
 ) -> Chosen<SpeedReading> {
-    let mut first_reason = None;
-    for (source, bound) in binding.speeds.iter().enumerate() {
-        match read(binding, bound, tire, alarms, context) {
-            Ok(reading) => return Chosen { state: Ok(reading), source, fallback: first_reason },
-            Err(StatusReason::NotChosen) => {}
-            Err(reason) => first_reason = first_reason.or(Some(reason)),
-        }
-    }
-    Chosen { state: Err(first_reason.unwrap_or(StatusReason::NoSource)), source: 0, fallback: None }
+    Chosen::first(&binding.speeds, |_, source| read(binding, source, tire, alarms, context))
 }
 
 /// The speed of the next usable source after the chosen one, m/s, without a sign; `None` without one.
