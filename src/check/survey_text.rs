@@ -22,8 +22,7 @@ use crate::core::validation::unusable::FaultKind;
 use crate::core::vehicle_lights::Task;
 use crate::core::vehicle_lights::binding::HazardBinding;
 use crate::core::vehicle_lights::role_texts::texts;
-use crate::io::can::formats::BadLine;
-use crate::io::can::log::no_frame;
+use crate::io::can::log::{Breakage, Log, no_frame};
 use crate::replay::Replay;
 use crate::report::text::{counted, times};
 
@@ -66,9 +65,7 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
             report.line("recording", format!("{entries} in {length} on {}", interfaces.join(", ")));
         }
     }
-    if let Some(first) = log.first_bad() {
-        report.find(Severity::Warning, bad_lines_text(log.bad_lines(), first));
-    }
+    losses(log).for_each(|text| report.find(Severity::Warning, text));
     if counts.backwards > 0 {
         report.find(Severity::Warning, format!("the stamps run backwards {}", times(counts.backwards)));
     }
@@ -232,9 +229,13 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
     }
 }
 
-/// Describes the unreadable lines of a recording by their number and the first one.
-pub fn bad_lines_text(count: u64, (line, reason): (u64, BadLine)) -> String {
-    format!("{} cannot be read; the first is line {line}: {reason}", counted(count, "line"))
+/// Describes what of a recording cannot be read: its lines by their number and the first one, and where it breaks off.
+pub fn losses(log: &Log) -> impl Iterator<Item = String> {
+    let bad_lines = log.first_bad().map(|(line, reason)| {
+        let lines = counted(log.bad_lines(), "line");
+        format!("{lines} cannot be read; the first is line {line}: {reason}")
+    });
+    bad_lines.into_iter().chain(log.breakage().map(Breakage::to_string))
 }
 
 /// Describes frames that came instead of a missing message: on another interface, with another identifier length, or from

@@ -16,7 +16,7 @@ use super::messages;
 use super::unreadable::expect_recording;
 use super::view::ViewArgs;
 use super::web::WebArgs;
-use crate::check::bad_lines_text;
+use crate::check::losses;
 use crate::check::timeline::TimelineCollector;
 use crate::config::Settings;
 use crate::config::gateway::Stamps;
@@ -161,9 +161,7 @@ fn write_output(
 /// Warns about faults of the replayed log.
 pub(super) fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
-    if let Some(first) = log.first_bad() {
-        messages::warn(&bad_lines_text(log.bad_lines(), first));
-    }
+    losses(log).for_each(|text| messages::warn(&text));
     if counts.jumps > 0 {
         messages::warn(&format!("the recorder's clock jumped {}", times(counts.jumps)));
     }

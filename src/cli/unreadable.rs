@@ -48,10 +48,9 @@ fn texts(path: &Path, error: &io::Error) -> (String, String) {
             ("permission denied".to_owned(), "let this user read it, e.g. with chmod a+r".to_owned())
         }
         io::ErrorKind::IsADirectory => ("this is a folder, not a recording".to_owned(), in_folder(path)),
-        io::ErrorKind::UnexpectedEof => (
-            "it ends in the middle of its compressed data".to_owned(),
-            "copy it again; what is there of a gzip file comes out with: zcat FILE > part.log".to_owned(),
-        ),
+        io::ErrorKind::UnexpectedEof => {
+            ("it breaks off before its first frame".to_owned(), "copy it again".to_owned())
+        }
         io::ErrorKind::InvalidData => match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
             Some((reason, "")) => (reason, format!("these are read: {}", formats::names().join(", "))),
             Some((reason, remedy)) => (reason, remedy.to_owned()),

@@ -269,6 +269,9 @@ async fn play_on(
         gateway_io.emit(|| replay.poll_output(), now)?;
         gateway_io.show(replay.gateway(), now);
         let Some(next) = replay.next_time() else {
+            if let Some(breakage) = replay.log().breakage() {
+                tracing::warn!(file = name, "{breakage}");
+            }
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
             }

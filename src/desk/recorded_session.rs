@@ -53,6 +53,9 @@ impl RecordedSession {
         if capture.frames() == 0 {
             return Err(no_frame());
         }
+        if let Some(breakage) = log.breakage() {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, breakage.to_string()));
+        }
         let time = |seconds: MarkTime| {
             let since = if seconds < FIRST_STAMP { seconds } else { seconds - first_s };
             MonoTime::ZERO.after(Duration::try_from_secs_f64(since.max(0.0)).unwrap_or(Duration::MAX))

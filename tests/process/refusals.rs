@@ -161,16 +161,21 @@ fn colours_are_for_those_who_want_them() {
 }
 
 #[test]
-fn a_cut_file_is_refused_with_what_to_do() {
+fn a_cut_file_gives_what_it_holds_and_one_without_a_frame_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let whole = fs::read("config/demo.log.gz").unwrap();
     let cut = folder.path().join("cut.log.gz");
+    let name = cut.to_str().unwrap();
     fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
-    let text = refused(1, &["identify", cut.to_str().unwrap()]);
-    assert!(
-        text.contains("it ends in the middle of its compressed data\n |\n = help: copy it again"),
-        "{text}"
-    );
+    for command in [&["identify", name][..], &["replay", name, "--profile", "demo_vehicle"]] {
+        let output = gateway(command).output().unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        let warning = format!("the recording breaks off at byte {} (unexpected end of file)", whole.len() / 2);
+        assert!(output.status.success() && text.contains(&warning), "{command:?}: {text}");
+    }
+    fs::write(&cut, &whole[..40]).unwrap();
+    let text = refused(1, &["identify", name]);
+    assert!(text.contains("it breaks off before its first frame\n |\n = help: copy it again"), "{text}");
 }
 
 #[test]

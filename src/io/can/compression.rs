@@ -1,14 +1,15 @@
 //! Decompresses gzip, xz and Zstandard recordings with several members or frames, recognised by their first bytes.
 //! Memory is bounded whatever the file announces.
 
-use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+use std::error::Error;
+use std::io::{self, BufRead, ErrorKind, Read};
+use std::iter;
 
 use flate2::bufread::MultiGzDecoder;
 use lzma_rust2::XzReader;
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
-const BUFFER: usize = 64 << 10;
 const GZIP: &[u8] = &[0x1F, 0x8B];
 const XZ: &[u8] = &[0xFD, b'7', b'z', b'X', b'Z', 0];
 const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
@@ -22,16 +23,15 @@ const MAX_ZSTD_WINDOW: u64 = 128 << 20;
 
 /// Returns the content of `source`, decompressed if it begins like a compressed file. Fails if its first bytes cannot
 /// be read.
-pub(super) fn decompressed(source: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>> {
+pub(super) fn decompressed(mut source: Box<dyn BufRead + Send>) -> io::Result<Box<dyn Read + Send>> {
     // A pipe may give its first bytes one by one.
     let mut head = Vec::new();
-    let mut source = source;
     (&mut source).take(XZ.len() as u64).read_to_end(&mut head)?;
     let is = |magic| head.starts_with(magic);
     let (gzip, xz) = (is(GZIP), is(XZ));
     let zstd = is(ZSTD)
         || head.first().is_some_and(|first| first >> 4 == 5) && head[1..].starts_with(ZSTD_SKIPPABLE);
-    let source = BufReader::with_capacity(BUFFER, io::Cursor::new(head).chain(source));
+    let source = io::Cursor::new(head).chain(source);
     Ok(if gzip {
         Box::new(FusedDecoder::new(MultiGzDecoder::new(source)))
     } else if xz {
@@ -71,13 +71,19 @@ struct ZstdReader<R> {
     source: R,
     decoder: FrameDecoder,
     in_frame: bool,
+    /// Why the frame ends early.
+    broken: Option<io::Error>,
 }
+
+/// An empty block that ends a frame, and room for a checksum. The decoder keeps the window for blocks that refer to it, and gives it
+/// out at the end of a frame only.
+const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 impl<R: BufRead> ZstdReader<R> {
     fn new(source: R) -> Self {
         let mut decoder = FrameDecoder::new();
         decoder.set_max_window_size(MAX_ZSTD_WINDOW);
-        Self { source, decoder, in_frame: false }
+        Self { source, decoder, in_frame: false, broken: None }
     }
 
     /// Reads the header of the next frame; returns false at the end of the file.
@@ -97,7 +103,7 @@ impl<R: BufRead> ZstdReader<R> {
                         return Err(ErrorKind::UnexpectedEof.into());
                     }
                 }
-                Err(error) => return Err(damaged(error)),
+                Err(error) => return Err(damaged(&error)),
             }
         }
         Ok(false)
@@ -106,9 +112,12 @@ impl<R: BufRead> ZstdReader<R> {
     /// Compares the frame that has ended with its checksum.
     fn leave(&mut self) -> io::Result<()> {
         self.in_frame = false;
+        if let Some(error) = self.broken.take() {
+            return Err(error);
+        }
         let stored = self.decoder.get_checksum_from_data();
         if stored.is_some() && stored != self.decoder.get_calculated_checksum() {
-            return Err(damaged("wrong checksum"));
+            return Err(io::Error::new(ErrorKind::InvalidData, "Zstandard: wrong checksum"));
         }
         Ok(())
     }
@@ -127,15 +136,23 @@ impl<R: BufRead> Read for ZstdReader<R> {
             if self.decoder.is_finished() {
                 self.leave()?;
             } else {
-                let step = BlockDecodingStrategy::UptoBlocks(1);
-                self.decoder.decode_blocks(&mut self.source, step).map_err(damaged)?;
+                let step = || BlockDecodingStrategy::UptoBlocks(1);
+                if let Err(error) = self.decoder.decode_blocks(&mut self.source, step()) {
+                    self.broken = Some(damaged(&error));
+                    self.decoder.decode_blocks(&LAST_BLOCK[..], step()).map_err(|error| damaged(&error))?;
+                }
             }
         }
     }
 }
 
-fn damaged(error: impl std::fmt::Display) -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, format!("Zstandard: {error}"))
+fn damaged(error: &(dyn Error + 'static)) -> io::Error {
+    let mut causes = iter::successors(Some(error), |cause: &&(dyn Error + 'static)| (*cause).source());
+    let kind = causes.find_map(|cause| cause.downcast_ref::<io::Error>()).map(io::Error::kind);
+    match kind {
+        Some(ErrorKind::UnexpectedEof) => ErrorKind::UnexpectedEof.into(),
+        _ => io::Error::new(ErrorKind::InvalidData, format!("Zstandard: {error}")),
+    }
 }
 
 #[cfg(test)]
@@ -201,6 +218,8 @@ mod tests {
             let mut read = Vec::new();
             assert!(reader.read_to_end(&mut read).is_err(), "{tool}: cut");
             assert!(content.starts_with(&read), "{tool}");
+            let by_tool = packed(tool, &["-dc"], &whole[..whole.len() / 2]).unwrap();
+            assert!(read.len() + 4096 >= by_tool.len(), "{tool}: {} of {} bytes", read.len(), by_tool.len());
             assert!(reader.read(&mut [0; 8]).is_err(), "{tool}: an error stays one");
             for at in [whole.len() / 2, whole.len() - 2] {
                 let mut damaged = whole.clone();

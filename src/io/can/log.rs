@@ -1,14 +1,17 @@
 //! Reads recordings in any of the [formats](super::formats), plain or compressed, entry by entry in bounded memory.
 
 use std::fs::File;
-use std::io::{self, BufReader, Chain, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use derive_more::Display;
 
 use super::compression::decompressed;
-use super::formats::blf::Blf;
 use super::formats::{
-    BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, not_recognised, not_supported,
-    without_byte_order_mark,
+    BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, ObjectReader, Outcome,
+    not_recognised, not_supported, without_byte_order_mark,
 };
 use super::lines::Lines;
 use crate::core::time::WallStamp;
@@ -29,12 +32,27 @@ pub struct LogRecord {
     pub content: EntryContent,
 }
 
+/// Where a recording breaks off, because it was cut or is damaged there.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("the recording breaks off at byte {bytes} ({reason}); frames read before it: {records}")]
+pub struct Breakage {
+    /// Number of frames and notes before it.
+    pub records: u64,
+    /// Number of bytes of the file before it.
+    pub bytes: u64,
+    /// Why nothing behind it can be read.
+    pub reason: String,
+}
+
 /// Reads a log.
 pub struct Log {
     reader: FormatReader,
+    consumed: Arc<AtomicU64>,
     interfaces: Vec<String>,
+    records: u64,
     bad_lines: u64,
     first_bad: Option<(u64, BadLine)>,
+    breakage: Option<Breakage>,
 }
 
 /// Number of entries that are searched for interface names.
@@ -43,16 +61,17 @@ const BUFFER: usize = 64 << 10;
 /// Maximum number of interfaces; more indicate garbage, and count as bad lines.
 const MAX_INTERFACES: usize = 64;
 
+/// Counts lines or objects.
 enum FormatReader {
     Lines { lines: Lines<Source>, format: Box<dyn LineReader>, number: u64 },
-    Blf(Box<Blf>),
+    Objects { reader: Box<dyn ObjectReader>, number: u64 },
 }
 
 /// The beginning, by which the format was recognised, and the rest.
 type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 /// Number of a line or object, and its entry.
-type Numbered<'a> = (u64, Result<Option<LogEntry<'a>>, BadLine>);
+type Numbered<'a> = (u64, Outcome<'a>);
 
 /// Returns the error for a recording without a frame.
 pub fn no_frame() -> io::Error {
@@ -71,8 +90,11 @@ impl Log {
     /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if its first
     /// bytes cannot be read, or if the format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
-        let reader = FormatReader::new(decompressed(source)?)?;
-        Ok(Self { reader, interfaces: Vec::new(), bad_lines: 0, first_bad: None })
+        let consumed = Arc::new(AtomicU64::new(0));
+        let source = CountedSource::new(source, Arc::clone(&consumed));
+        let reader = FormatReader::new(decompressed(Box::new(source))?)?;
+        let (interfaces, first_bad, breakage) = (Vec::new(), None, None);
+        Ok(Self { reader, consumed, interfaces, records: 0, bad_lines: 0, first_bad, breakage })
     }
 
     /// Returns the interface names at the beginning of a file; none if it cannot be read twice.
@@ -89,9 +111,26 @@ impl Log {
         log.interfaces
     }
 
-    /// Returns the next entry; unreadable lines are counted and skipped. Fails if the file cannot be read on, e.g. a
-    /// truncated gzip.
+    /// Returns the next entry; unreadable lines are counted and skipped. A file that was cut or is damaged ends there, and
+    /// [`Self::breakage`] tells where. Fails if the file cannot be read, or breaks off before its first entry.
     pub fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
+        if self.breakage.is_some() {
+            return Ok(None);
+        }
+        match self.next_whole_record() {
+            Err(error) if self.records > 0 && is_breakage(&error) => {
+                let (records, bytes) = (self.records, self.consumed.load(Ordering::Relaxed));
+                self.breakage = Some(Breakage { records, bytes, reason: error.to_string() });
+                Ok(None)
+            }
+            record => {
+                self.records += u64::from(matches!(record, Ok(Some(_))));
+                record
+            }
+        }
+    }
+
+    fn next_whole_record(&mut self) -> io::Result<Option<LogRecord>> {
         while let Some((number, entry)) = self.reader.next()? {
             let reason = match entry {
                 Ok(None) => continue,
@@ -122,6 +161,54 @@ impl Log {
     /// Returns number and fault of the first unreadable line or object.
     pub fn first_bad(&self) -> Option<(u64, BadLine)> {
         self.first_bad
+    }
+
+    /// Returns where the file broke off; `None` before that, and for a whole file.
+    pub fn breakage(&self) -> Option<&Breakage> {
+        self.breakage.as_ref()
+    }
+}
+
+/// True for an error of the content of a file, and not of the disk.
+#[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
+fn is_breakage(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::UnexpectedEof
+            | io::ErrorKind::InvalidData
+            | io::ErrorKind::InvalidInput
+            | io::ErrorKind::Other
+    )
+}
+
+/// Counts the bytes that are taken from a source.
+struct CountedSource {
+    source: BufReader<Box<dyn Read + Send>>,
+    consumed: Arc<AtomicU64>,
+}
+
+impl CountedSource {
+    fn new(source: Box<dyn Read + Send>, consumed: Arc<AtomicU64>) -> Self {
+        Self { source: BufReader::with_capacity(BUFFER, source), consumed }
+    }
+}
+
+impl Read for CountedSource {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.source.read(buffer)?;
+        self.consumed.fetch_add(read as u64, Ordering::Relaxed);
+        Ok(read)
+    }
+}
+
+impl BufRead for CountedSource {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.source.fill_buf()
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.consumed.fetch_add(amount as u64, Ordering::Relaxed);
+        self.source.consume(amount);
     }
 }
 
@@ -166,9 +253,9 @@ impl FormatReader {
             Format::Lines(format) => {
                 Self::Lines { lines: Lines::new(source), format: (format.reader)(), number: 0 }
             }
-            Format::Blf => {
-                let source = BufReader::with_capacity(BUFFER, source);
-                Self::Blf(Box::new(Blf::new(Box::new(source))?))
+            Format::Objects(format) => {
+                let source = Box::new(BufReader::with_capacity(BUFFER, source));
+                Self::Objects { reader: (format.reader)(source)?, number: 0 }
             }
             Format::Mf4 => return Err(not_supported()),
         })
@@ -177,7 +264,10 @@ impl FormatReader {
     /// Returns the number of the next line or object, and its entry.
     fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
         match self {
-            Self::Blf(blf) => Ok(blf.next_entry()?.map(|entry| (blf.count(), entry))),
+            Self::Objects { reader, number } => {
+                *number += 1;
+                Ok(reader.next_object()?.map(|entry| (*number, entry)))
+            }
             Self::Lines { lines, format, number } => {
                 let Some(line) = lines.next_line()? else { return Ok(None) };
                 *number += 1;
@@ -223,24 +313,21 @@ mod tests {
     }
 
     #[test]
-    fn gzip_is_recognised_and_a_truncated_one_is_an_error_at_its_end() {
+    fn a_file_that_was_cut_gives_what_it_holds_and_tells_where_it_breaks_off() {
         let lines = (0..5_000_u32).map(|i| format!("({i}.0) can0 123#{:08X}", i.wrapping_mul(2_654_435_761)));
         let text = lines.collect::<Vec<_>>().join("\n");
         let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
         gzip.write_all(text.as_bytes()).unwrap();
         let packed = gzip.finish().unwrap();
-        assert_eq!(read_all(packed.clone()).1.len(), 5_000);
-        let mut cut = Log::new(Box::new(Cursor::new(packed[..packed.len() / 2].to_vec()))).unwrap();
-        let mut read = 0;
-        let error = loop {
-            match cut.next_record() {
-                Ok(Some(_)) => read += 1,
-                Ok(None) => panic!("the end of a truncated file is an error"),
-                Err(error) => break error,
-            }
-        };
-        assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
-        assert!(read > 0);
+        let (whole, records) = read_all(packed.clone());
+        assert_eq!((records.len(), whole.breakage()), (5_000, None));
+        let cut = packed.len() / 2;
+        let (log, part) = read_all(packed[..cut].to_vec());
+        let breakage = log.breakage().unwrap();
+        assert_eq!((breakage.records, breakage.bytes), (part.len() as u64, cut as u64));
+        assert!(part.len() > 2_000 && records.starts_with(&part), "{}", part.len());
+        let nothing = Log::new(Box::new(Cursor::new(packed[..15].to_vec()))).map(|mut log| log.next_record());
+        assert!(!matches!(nothing, Ok(Ok(_))), "a file that holds nothing is refused");
     }
 
     #[test]

@@ -16,6 +16,7 @@ use flate2::read::ZlibDecoder;
 use super::clock::{DAY, days, nanos};
 use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id, length_of_dlc};
+use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
 use crate::core::can::MAX_DATA;
 
 /// Largest valid size, bytes. Writers fill containers with 128 KiB, unpacked.
@@ -30,49 +31,30 @@ const HEADER: usize = 32;
 /// Maximum number of bytes read of an object, enough for a header and a CAN FD message.
 const MAX_READ: usize = 256;
 
-/// The content of an object: an entry, `None` if it is not a frame, or the reason why it cannot be read.
-pub(crate) type Outcome = Result<Option<LogEntry<'static>>, BadLine>;
+pub(super) const FORMAT: ObjectFormat =
+    ObjectFormat { name: "Vector BLF", magics: &[b"LOGG"], reader: |source| Ok(Box::new(Blf::new(source)?)) };
 
 /// Reads a BLF file.
-pub(crate) struct Blf {
+struct Blf {
     objects: BufReader<ContainerContents>,
     start: i64,
-    count: u64,
 }
 
 impl Blf {
     /// Reads the head of the file. Fails if the source fails or ends within it.
-    pub(crate) fn new(mut source: Box<dyn BufRead + Send>) -> io::Result<Self> {
+    fn new(mut source: ObjectSource) -> io::Result<Self> {
         let mut head = [0; 56];
         source.read_exact(&mut head)?;
         let size = u64::from(u32_at(&head, 4));
         skip(&mut source, size.saturating_sub(56))?;
         let start = system_time(&head[40..]).unwrap_or(0);
         let contents = ContainerContents { source, inside: Inside::Nothing };
-        Ok(Self { objects: BufReader::new(contents), start, count: 0 })
+        Ok(Self { objects: BufReader::new(contents), start })
     }
 
-    /// Returns the number of objects so far; a container that cannot be unpacked counts as one.
-    pub(crate) fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Returns the next object, or `None` at the end of the file. Fails if the source fails or ends within an object.
-    pub(crate) fn next_entry(&mut self) -> io::Result<Option<Outcome>> {
-        match self.next_object() {
-            // A container that cannot be unpacked, instead of its objects.
-            Err(error) if error.kind() == ErrorKind::InvalidData => {
-                self.count += 1;
-                Ok(Some(Err(BadLine::BadData)))
-            }
-            outcome => outcome,
-        }
-    }
-
-    fn next_object(&mut self) -> io::Result<Option<Outcome>> {
+    fn read_object(&mut self) -> io::Result<Option<Outcome<'static>>> {
         let mut object = [0; MAX_READ];
         let Some(skipped) = find_magic(&mut self.objects)? else { return Ok(None) };
-        self.count += 1;
         self.objects.read_exact(&mut object[4..BASE])?;
         let size = u32_at(&object, 8);
         let read = usize::try_from(size).unwrap_or(MAX_READ).min(MAX_READ);
@@ -89,8 +71,18 @@ impl Blf {
     }
 }
 
+impl ObjectReader for Blf {
+    fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
+        match self.read_object() {
+            // A container that cannot be unpacked, instead of its objects.
+            Err(error) if error.kind() == ErrorKind::InvalidData => Ok(Some(Err(BadLine::BadData))),
+            outcome => outcome,
+        }
+    }
+}
+
 /// Parses one object that starts with `LOBJ`; `start` is the start of the measurement, ns since 1970.
-fn parse_object(object: &[u8], start: i64) -> Outcome {
+fn parse_object(object: &[u8], start: i64) -> Outcome<'static> {
     let kind = if object.len() < BASE { 0 } else { u32_at(object, 12) };
     if !matches!(kind, 1 | 2 | 73 | 86 | 100 | 101 | 104) {
         return Ok(None);
@@ -160,7 +152,7 @@ fn frame(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<EntryCont
 
 /// The contents of containers, and objects outside of containers, as one stream.
 struct ContainerContents {
-    source: Box<dyn BufRead + Send>,
+    source: ObjectSource,
     inside: Inside,
 }
 
@@ -358,7 +350,7 @@ mod tests {
     fn read(file: Vec<u8>) -> Vec<Result<String, BadLine>> {
         let mut blf = Blf::new(Box::new(Cursor::new(file))).unwrap();
         let mut entries = Vec::new();
-        while let Some(entry) = blf.next_entry().unwrap() {
+        while let Some(entry) = blf.next_object().unwrap() {
             entries.extend(entry.transpose().map(|entry| entry.map(|entry| shown(&entry, START_MICROS))));
         }
         entries
@@ -413,8 +405,7 @@ mod tests {
         let packed = file(&[packed, container(2, &whole())]);
         assert_eq!(read(packed.clone()), [Err(BadLine::BadData), after.clone()]);
         let mut blf = Blf::new(Box::new(Cursor::new(packed))).unwrap();
-        blf.next_entry().unwrap();
-        assert_eq!(blf.count(), 1, "it has a number");
+        blf.next_object().unwrap();
         let mut magic = whole();
         magic[0] = b'X';
         assert_eq!(
@@ -439,7 +430,7 @@ mod tests {
         let whole = file(&[container(2, &object(1, 1, 100, &can_message(1, 0, 1, 0x1A0, [1; 8])))]);
         for length in (10..whole.len()).filter(|length| !(144..148).contains(length)) {
             let cut = Box::new(Cursor::new(whole[..length].to_vec()));
-            let outcome = Blf::new(cut).and_then(|mut blf| blf.next_entry().map(|entry| entry.is_none()));
+            let outcome = Blf::new(cut).and_then(|mut blf| blf.next_object().map(|entry| entry.is_none()));
             assert_eq!(outcome.unwrap_err().kind(), ErrorKind::UnexpectedEof, "{length}");
         }
     }
@@ -458,7 +449,7 @@ mod tests {
             }
             if let Ok(mut blf) = Blf::new(Box::new(Cursor::new(file))) {
                 for _ in 0..1000 {
-                    if !matches!(blf.next_entry(), Ok(Some(_))) {
+                    if !matches!(blf.next_object(), Ok(Some(_))) {
                         return Ok(());
                     }
                 }

@@ -1,8 +1,7 @@
 //! The formats of recordings, one in each file, and the recognition of a recording's format.
 //!
-//! `LINE_FORMATS` lists the formats of lines; a new one needs a file and a line there. Binary formats are Vector
-//! BLF, by the bytes `LOGG`, and ASAM MDF 4, which is only recognised. The name of a file does not matter. The first line
-//! that a format claims decides; lines before it are read (and counted as bad) in that format. A file without such a line
+//! `LINE_FORMATS` lists the formats of lines, `OBJECT_FORMATS` the binary ones, which are recognised by their first bytes; a
+//! new one needs a file and a line there. The name of a file does not matter. The first line that a format claims decides; lines before it are read (and counted as bad) in that format. A file without such a line
 //! at its beginning is refused with a description of its content.
 //!
 //! # Time
@@ -16,7 +15,7 @@
 //! PCAN from 1. Without a number it is `can0`.
 
 mod asc;
-pub(super) mod blf;
+mod blf;
 mod busmaster;
 pub mod candump;
 mod canhacker;
@@ -30,7 +29,7 @@ mod python_csv;
 mod trc;
 mod unrecognised;
 
-use std::io;
+use std::io::{self, BufRead};
 
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 pub use unrecognised::{Looks, known_magic};
@@ -60,16 +59,42 @@ const LINE_FORMATS: [LineFormat; 9] = [
     plain::FORMAT,
 ];
 
+/// A binary format.
+#[derive(Clone, Copy)]
+pub(super) struct ObjectFormat {
+    pub(super) name: &'static str,
+    /// First bytes of its files, one of them.
+    pub(super) magics: &'static [&'static [u8]],
+    /// Creates a reader of a file from its first byte on. Fails if the source fails, or if the file is not supported.
+    pub(super) reader: fn(ObjectSource) -> io::Result<Box<dyn ObjectReader>>,
+}
+
+pub(super) type ObjectSource = Box<dyn BufRead + Send>;
+
+/// Binary formats.
+const OBJECT_FORMATS: [ObjectFormat; 1] = [blf::FORMAT];
+
 /// Returns the names of all readable formats.
 pub fn names() -> Vec<&'static str> {
-    LINE_FORMATS.iter().map(|format| format.name).chain(["Vector BLF"]).collect()
+    let lines = LINE_FORMATS.iter().map(|format| format.name);
+    lines.chain(OBJECT_FORMATS.iter().map(|format| format.name)).collect()
+}
+
+/// What a line or an object is: an entry, `None` if it is not one, or the reason why it cannot be read.
+pub(super) type Outcome<'a> = Result<Option<LogEntry<'a>>, BadLine>;
+
+/// Reads a recording object by object, in bounded memory.
+pub(super) trait ObjectReader: Send {
+    /// Reads the next object; `None` at the end of the file. Fails if the source fails, or if nothing behind can be read: with
+    /// [`io::ErrorKind::UnexpectedEof`] if the file ends within an object, with [`io::ErrorKind::InvalidData`] if it is damaged.
+    fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>>;
 }
 
 /// Reads a recording line by line, and keeps the state from its headings.
 pub(super) trait LineReader: Send {
     /// Reads a trimmed line that is not empty. Returns `None` for a heading, a comment, or an event that is not a
     /// frame.
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine>;
+    fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a>;
 }
 
 /// Returns true if a line begins with one of these marks, ignoring case.
@@ -82,7 +107,7 @@ fn begins(line: &[u8], marks: &[&str]) -> bool {
 #[derive(Clone, Copy)]
 pub(super) enum Format {
     Lines(LineFormat),
-    Blf,
+    Objects(ObjectFormat),
     /// ASAM MDF 4, which is recognised but not supported.
     Mf4,
 }
@@ -95,8 +120,9 @@ const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 impl Format {
     /// Returns the format of a recording that begins with `head`; `None` if no whole line fits one.
     pub(super) fn of(head: &[u8]) -> Option<Self> {
-        if head.starts_with(b"LOGG") {
-            return Some(Self::Blf);
+        let begins = |format: &ObjectFormat| format.magics.iter().any(|magic| head.starts_with(magic));
+        if let Some(format) = OBJECT_FORMATS.into_iter().find(begins) {
+            return Some(Self::Objects(format));
         }
         if head.starts_with(b"MDF     ") || head.starts_with(b"UnFinMF ") {
             return Some(Self::Mf4);
@@ -213,7 +239,7 @@ mod tests {
             ("date Mon Jan 1 00:00:00 2024\n", Some("Vector ASC")),
             ("820298   0x085: 7C 33\n", Some("serial sniffer")),
             ("01 00 00 03 50 05 00\n", Some("serial sniffer")),
-            ("LOGG", Some("BLF")),
+            ("LOGG", Some("Vector BLF")),
             ("MDF     4.10", Some("MF4")),
             ("UnFinMF 4.11", Some("MF4")),
             ("(1.0) can0 123#", None),
@@ -221,7 +247,7 @@ mod tests {
         ] {
             let name = Format::of(head.as_bytes()).map(|format| match format {
                 Format::Lines(format) => format.name,
-                Format::Blf => "BLF",
+                Format::Objects(format) => format.name,
                 Format::Mf4 => "MF4",
             });
             assert_eq!(name, format, "{head}");
