@@ -48,9 +48,16 @@ from = "signal"
 signal = "BLINKERS_STATE.HAZARD_LIGHT"
 on = [1]
 off = [0]
+[message]
+BLINKERS_STATE = { timeout_ms = 500 }
 "#;
 
 const STATUS: &str = r#"
+WHEEL_SPEEDS = { timeout_ms = 500 }
+KINEMATICS = { timeout_ms = 500 }
+STEER_ANGLE_SENSOR = { timeout_ms = 500 }
+GEAR_PACKET = { timeout_ms = 500 }
+BODY_CONTROL_STATE = { timeout_ms = 500 }
 [[velocity.source]]
 name = "wheels"
 kind = "wheels"

@@ -339,7 +339,7 @@ mod tests {
             zip.starts_with("format not recognised: it looks like a zip archive; these are read, "),
             "{zip}"
         );
-        assert!(zip.contains("candump") && zip.ends_with("Vector BLF"), "{zip}");
+        assert!(zip.contains("candump") && zip.contains("Vector BLF"), "{zip}");
         assert!(refused(b"time,speed\n1,2\n").contains("text that begins with \"time,speed\""));
         let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
         gzip.write_all(b"SQLite format 3\0").unwrap();

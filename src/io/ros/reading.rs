@@ -119,7 +119,10 @@ pub fn read(
 }
 
 /// Decodes a message from its bytes, without their encapsulation header.
-pub(super) fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result<M, Unreadable> {
+///
+/// # Errors
+/// Bytes of another layout.
+pub fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result<M, Unreadable> {
     CdrInput { bytes, endian }.whole()
 }
 

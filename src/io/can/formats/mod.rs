@@ -24,8 +24,10 @@ mod crtd;
 mod csv;
 mod entry;
 mod fields;
+mod mcap;
 mod plain;
 mod python_csv;
+mod ros_frames;
 mod trc;
 mod unrecognised;
 
@@ -72,7 +74,7 @@ pub(super) struct ObjectFormat {
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
-const OBJECT_FORMATS: [ObjectFormat; 1] = [blf::FORMAT];
+const OBJECT_FORMATS: [ObjectFormat; 2] = [blf::FORMAT, mcap::FORMAT];
 
 /// Returns the names of all readable formats.
 pub fn names() -> Vec<&'static str> {
@@ -166,7 +168,7 @@ pub(super) fn not_recognised(head: &[u8]) -> io::Error {
     let (mut reason, mut remedy) = ("the file is empty".to_owned(), String::new());
     if !head.is_empty() {
         let (looks, first) = unrecognised::looks_like(head);
-        let formats = format!("these are read, plain or as gzip, xz or zstd: {}", names().join(", "));
+        let formats = format!("these are read, plain or as gzip, xz, zstd or lz4: {}", names().join(", "));
         remedy = match first {
             "" => formats,
             first => format!("{first}; {formats}"),

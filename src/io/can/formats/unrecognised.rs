@@ -18,13 +18,12 @@ const fn plain(name: &'static str) -> Looks {
 const UTF_16: Looks = Looks { name: "text in UTF-16", remedy: "save it as UTF-8" };
 
 /// First bytes of files that are not recordings.
-const MAGIC: [(&[u8], Looks); 26] = [
+const MAGIC: [(&[u8], Looks); 24] = [
     (b"PK\x03\x04", plain("a zip archive")),
     (b"PK\x05\x06", plain("an empty zip archive")),
     (b"Rar!", plain("a RAR archive")),
     (b"7z\xBC\xAF\x27\x1C", plain("a 7z archive")),
     (b"BZh", plain("a bzip2 file")),
-    (b"\x04\x22\x4D\x18", plain("an LZ4 file")),
     (b"\x1F\x9D", plain("a compress (.Z) file")),
     (b"\xFF\xFE", UTF_16),
     (b"\xFE\xFF", UTF_16),
@@ -46,7 +45,6 @@ const MAGIC: [(&[u8], Looks); 26] = [
     (b"\x0A\x0D\x0D\x0A", plain("a packet capture (pcapng)")),
     (b"\x89HDF", plain("an HDF5 file")),
     (b"#ROSBAG", plain("a ROS 1 bag")),
-    (b"\x89MCAP0", plain("an MCAP file, such as a ROS 2 bag")),
     (b"VERSION \"", plain("a DBC file, not a recording")),
 ];
 

@@ -1,0 +1,462 @@
+//! MCAP: the files of rosbag2 and Foxglove, the gateway's own included (`run --record`).
+//!
+//! A file is a sequence of records, most of them in chunks, which are plain, lz4 or zstd. They are read from the first to the last, so
+//! that a file without its end, as a killed recorder leaves it, is read as well; the index is not needed. Memory is the packed bytes of a
+//! chunk. A chunk that cannot be unpacked, or whose checksum is wrong, counts as a bad object.
+
+use std::collections::BTreeMap;
+use std::io::{self, BufReader, Cursor, ErrorKind, Read};
+
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
+use mcap::parse_record;
+use mcap::records::{Channel, Record, op};
+
+use super::super::compression::decompressed;
+use super::entry::BadLine;
+use super::ros_frames::FrameTopic;
+use super::{NotRecording, ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use crate::core::time::WallStamp;
+
+pub(super) const FORMAT: ObjectFormat =
+    ObjectFormat { name: "MCAP", magics: &[MAGIC], reader: |source| Ok(Box::new(Mcap::new(source)?)) };
+
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// Largest chunk, packed, bytes; writers fill chunks with some hundred KiB to some MiB.
+const MAX_CHUNK: u64 = 256 << 20;
+/// Largest schema, channel, or message with a frame, bytes.
+const MAX_RECORD: u64 = 1 << 20;
+/// Length of the head of a message: channel, sequence, log time, publish time.
+const MESSAGE_HEAD: usize = 22;
+/// Length of the head of a chunk before the name of its compression: two times, size, checksum, length of the name.
+const CHUNK_HEAD: usize = 32;
+/// Topics that a refusal lists.
+const LISTED_TOPICS: usize = 8;
+
+static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
+
+struct Mcap {
+    file: ObjectSource,
+    chunk: Option<Chunk>,
+    content: Content,
+    is_ended: bool,
+}
+
+/// What the records say.
+#[derive(Default)]
+struct Content {
+    /// Names of the schemas, by their numbers.
+    schemas: BTreeMap<u16, String>,
+    /// `None` for a channel without frames.
+    channels: BTreeMap<u16, Option<FrameTopic>>,
+    /// Topics without frames.
+    others: Vec<String>,
+    record: Vec<u8>,
+    /// Channel and log time of the message in `record`.
+    message: Option<(u16, WallStamp)>,
+}
+
+struct Chunk {
+    records: BufReader<Checked<Box<dyn Read + Send>>>,
+    /// 0 = none.
+    checksum: u32,
+    /// True if the file ends within it.
+    is_cut: bool,
+}
+
+/// Computes the checksum of what is read.
+struct Checked<R> {
+    source: R,
+    digest: Digest<'static, u32, Table<16>>,
+}
+
+impl<R: Read> Read for Checked<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.source.read(buffer)?;
+        self.digest.update(&buffer[..read]);
+        Ok(read)
+    }
+}
+
+/// A record that was read.
+enum Step {
+    /// A message with a frame, which [`Content`] holds.
+    Frame,
+    /// A message with a frame that is longer than any.
+    TooLong,
+    /// The head of a chunk comes next.
+    Chunk,
+    /// The records end here.
+    DataEnd,
+    /// Any other.
+    Other,
+}
+
+impl Mcap {
+    fn new(mut file: ObjectSource) -> io::Result<Self> {
+        let mut magic = [0; 8];
+        file.read_exact(&mut magic)?;
+        Ok(Self { file, chunk: None, content: Content::default(), is_ended: false })
+    }
+
+    /// Reads on to the next message with a frame. `Err` for a chunk that is damaged.
+    fn advance(&mut self) -> io::Result<Option<Result<(), BadLine>>> {
+        loop {
+            let Some(chunk) = &mut self.chunk else {
+                match self.content.read_record(&mut self.file)? {
+                    Some(Step::Frame) => return Ok(Some(Ok(()))),
+                    Some(Step::TooLong) => return Ok(Some(Err(BadLine::TooLong))),
+                    Some(Step::Chunk) => self.chunk = Some(Chunk::read(&mut self.file)?),
+                    Some(Step::Other) => {}
+                    Some(Step::DataEnd) => {
+                        self.is_ended = true;
+                        return Ok(None);
+                    }
+                    // Without its end it was cut.
+                    None => return Err(ErrorKind::UnexpectedEof.into()),
+                }
+                continue;
+            };
+            let step = self.content.read_record(&mut chunk.records);
+            match step {
+                Ok(Some(Step::Frame)) => return Ok(Some(Ok(()))),
+                Ok(Some(Step::TooLong)) => return Ok(Some(Err(BadLine::TooLong))),
+                Ok(Some(Step::Other)) => continue,
+                Ok(None | Some(Step::Chunk | Step::DataEnd)) | Err(_) => {}
+            }
+            let (is_cut, is_whole) = (chunk.is_cut, matches!(step, Ok(None)) && chunk.is_intact());
+            self.chunk = None;
+            if is_cut {
+                return Err(ErrorKind::UnexpectedEof.into());
+            }
+            if !is_whole {
+                return Ok(Some(Err(BadLine::BadData)));
+            }
+        }
+    }
+}
+
+impl ObjectReader for Mcap {
+    fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
+        if self.is_ended {
+            return Ok(None);
+        }
+        match self.advance()? {
+            Some(Ok(())) => Ok(Some(self.content.entry())),
+            Some(Err(reason)) => Ok(Some(Err(reason))),
+            None if self.content.channels.values().any(Option::is_some) => Ok(None),
+            None => Err(self.content.without_frames()),
+        }
+    }
+}
+
+impl Chunk {
+    /// Reads a chunk behind the head of its record.
+    fn read(file: &mut ObjectSource) -> io::Result<Self> {
+        let mut head = [0; CHUNK_HEAD];
+        file.read_exact(&mut head)?;
+        let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
+        let (checksum, name_length) = (number(24), number(28));
+        if name_length > 64 {
+            return Err(damaged("a chunk has no compression that is known"));
+        }
+        let mut name = Vec::new();
+        file.take(name_length.into()).read_to_end(&mut name)?;
+        let mut length = [0; 8];
+        file.read_exact(&mut length)?;
+        let length = u64::from_le_bytes(length);
+        if length > MAX_CHUNK {
+            return Err(damaged("a chunk is larger than 256 MiB"));
+        }
+        let mut packed = Vec::new();
+        file.take(length).read_to_end(&mut packed)?;
+        let is_cut = (packed.len() as u64) < length;
+        let packed = Box::new(Cursor::new(packed));
+        let source = if name.is_empty() { packed } else { decompressed(packed)? };
+        let records = BufReader::new(Checked { source, digest: CRC.digest() });
+        Ok(Self { records, checksum, is_cut })
+    }
+
+    /// True if the checksum of all records is that of the chunk.
+    fn is_intact(&self) -> bool {
+        self.checksum == 0 || self.records.get_ref().digest.clone().finalize() == self.checksum
+    }
+}
+
+impl Content {
+    /// Reads the next record, and keeps what tells of frames; `None` at the end of the source.
+    fn read_record(&mut self, source: &mut impl Read) -> io::Result<Option<Step>> {
+        let mut head = [0; 9];
+        if source.read(&mut head[..1])? == 0 {
+            return Ok(None);
+        }
+        source.read_exact(&mut head[1..])?;
+        let (opcode, length) =
+            (head[0], u64::from_le_bytes([1, 2, 3, 4, 5, 6, 7, 8].map(|at: usize| head[at])));
+        match opcode {
+            op::CHUNK => return Ok(Some(Step::Chunk)),
+            op::DATA_END | op::FOOTER => return Ok(Some(Step::DataEnd)),
+            op::MESSAGE => return self.read_message(source, length).map(Some),
+            op::SCHEMA | op::CHANNEL if length <= MAX_RECORD => {}
+            _ => {
+                skip(source, length)?;
+                return Ok(Some(Step::Other));
+            }
+        }
+        self.read_body(source, length)?;
+        let record = parse_record(opcode, &self.record).map_err(|error| damaged(&error.to_string()))?;
+        if let Record::Schema { header, .. } = record {
+            self.schemas.insert(header.id, header.name);
+        } else if let Record::Channel(channel) = record {
+            self.add_channel(channel);
+        }
+        Ok(Some(Step::Other))
+    }
+
+    fn add_channel(&mut self, channel: Channel) {
+        let type_name = self.schemas.get(&channel.schema_id).map_or("", String::as_str);
+        let topic = FrameTopic::new(&channel.topic, type_name, &channel.message_encoding);
+        if topic.is_none() && !self.others.contains(&channel.topic) && self.others.len() <= LISTED_TOPICS {
+            self.others.push(channel.topic);
+        }
+        self.channels.insert(channel.id, topic);
+    }
+
+    fn read_message(&mut self, source: &mut impl Read, length: u64) -> io::Result<Step> {
+        let mut head = [0; MESSAGE_HEAD];
+        let rest = length.checked_sub(MESSAGE_HEAD as u64).ok_or_else(|| damaged("a message has no head"))?;
+        source.read_exact(&mut head)?;
+        let channel = u16::from_le_bytes([head[0], head[1]]);
+        let is_frame = self.channels.get(&channel).is_some_and(Option::is_some);
+        if !is_frame || rest > MAX_RECORD {
+            skip(source, rest)?;
+            return Ok(if is_frame { Step::TooLong } else { Step::Other });
+        }
+        let logged = u64::from_le_bytes([6, 7, 8, 9, 10, 11, 12, 13].map(|at: usize| head[at]));
+        self.message = Some((channel, WallStamp::from_nanos(i64::try_from(logged).unwrap_or(i64::MAX))));
+        self.read_body(source, rest)?;
+        Ok(Step::Frame)
+    }
+
+    fn read_body(&mut self, source: &mut impl Read, length: u64) -> io::Result<()> {
+        self.record.clear();
+        let read = source.take(length).read_to_end(&mut self.record)?;
+        if read as u64 == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
+    }
+
+    /// The entry of the message that was read last.
+    fn entry(&self) -> Outcome<'_> {
+        let (channel, logged) = self.message.ok_or(BadLine::NoFrame)?;
+        let topic = self.channels.get(&channel).and_then(Option::as_ref).ok_or(BadLine::NoInterface)?;
+        topic.entry(&self.record, logged)
+    }
+
+    fn without_frames(&self) -> io::Error {
+        let reason = match self.others.as_slice() {
+            [] => "the MCAP file has no topic".to_owned(),
+            topics => {
+                let listed =
+                    topics.iter().take(LISTED_TOPICS).map(String::as_str).collect::<Vec<_>>().join(", ");
+                let more = if topics.len() > LISTED_TOPICS { ", …" } else { "" };
+                format!("the MCAP file has no topic with received CAN frames; it has {listed}{more}")
+            }
+        };
+        let remedy = "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame".to_owned();
+        io::Error::new(ErrorKind::InvalidData, NotRecording { reason, remedy })
+    }
+}
+
+fn skip(source: &mut impl Read, length: u64) -> io::Result<()> {
+    let skipped = io::copy(&mut source.take(length), &mut io::sink())?;
+    if skipped == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
+}
+
+fn damaged(reason: &str) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, reason.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::ros::messages::builtin_interfaces::Time;
+    use crate::io::ros::messages::std_msgs::Header;
+    use crate::io::ros::messages::{CdrBytes, can_msgs};
+    use proptest::prelude::*;
+    use std::io::Write as _;
+
+    type Pack = fn(&[u8]) -> Vec<u8>;
+
+    fn lz4(records: &[u8]) -> Vec<u8> {
+        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+        encoder.write_all(records).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn zstd(records: &[u8]) -> Vec<u8> {
+        ruzstd::encoding::compress_to_vec(records, ruzstd::encoding::CompressionLevel::Fastest)
+    }
+
+    const PACKINGS: [(&str, Pack); 3] = [("", <[u8]>::to_vec), ("lz4", lz4), ("zstd", zstd)];
+
+    fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
+        [&[opcode][..], &(body.len() as u64).to_le_bytes(), body].concat()
+    }
+
+    fn text(text: &str) -> Vec<u8> {
+        [&u32::try_from(text.len()).unwrap().to_le_bytes(), text.as_bytes()].concat()
+    }
+
+    fn schema(id: u16, name: &str) -> Vec<u8> {
+        record(op::SCHEMA, &[id.to_le_bytes().to_vec(), text(name), text("ros2msg"), text("")].concat())
+    }
+
+    fn channel(id: u16, schema: u16, topic: &str) -> Vec<u8> {
+        let numbers = [id.to_le_bytes(), schema.to_le_bytes()].concat();
+        record(op::CHANNEL, &[numbers, text(topic), text("cdr"), vec![0; 4]].concat())
+    }
+
+    fn message(channel: u16, content: &[u8]) -> Vec<u8> {
+        let head = [&channel.to_le_bytes()[..], &[0; 20]].concat();
+        record(op::MESSAGE, &[&head, content].concat())
+    }
+
+    fn frame(number: u32) -> Vec<u8> {
+        let frame = can_msgs::Frame {
+            header: Header { stamp: Time { sec: 1, nanosec: number * 1000 }, frame_id: "can".to_owned() },
+            id: 0x100,
+            is_rtr: false,
+            is_extended: false,
+            is_error: false,
+            dlc: 4,
+            data: u64::from(number).to_le_bytes(),
+        };
+        [&[0, 1, 0, 0], CdrBytes::encode(&frame).unwrap().as_ref()].concat()
+    }
+
+    fn chunk(compression: &str, pack: Pack, records: &[u8]) -> Vec<u8> {
+        let packed = pack(records);
+        let sizes = [&[0; 16][..], &(records.len() as u64).to_le_bytes()].concat();
+        let checksum = CRC.checksum(records).to_le_bytes().to_vec();
+        let length = (packed.len() as u64).to_le_bytes().to_vec();
+        record(op::CHUNK, &[sizes, checksum, text(compression), length, packed].concat())
+    }
+
+    /// Two chunks of 50 frames among messages without frames.
+    fn file(compression: &str, pack: Pack) -> Vec<u8> {
+        let described = [
+            schema(1, "can_msgs/msg/Frame"),
+            schema(2, "std_msgs/msg/String"),
+            channel(1, 1, "/body/from_can_bus"),
+            channel(2, 2, "/chatter"),
+        ]
+        .concat();
+        let chunks = (0..2).flat_map(|half| {
+            let frames =
+                (half * 50..half * 50 + 50).flat_map(|at| [message(2, b"text"), message(1, &frame(at))]);
+            let records = std::iter::once(described.clone()).chain(frames).collect::<Vec<_>>().concat();
+            chunk(compression, pack, &records)
+        });
+        let end = [record(op::DATA_END, &[0; 4]), record(op::FOOTER, &[0; 20]), MAGIC.to_vec()].concat();
+        [MAGIC.to_vec(), record(op::HEADER, &[0; 8]), chunks.collect(), end].concat()
+    }
+
+    fn read(file: &[u8]) -> (Vec<Result<String, BadLine>>, io::Result<()>) {
+        let mut entries = Vec::new();
+        let mut reader = match Mcap::new(Box::new(Cursor::new(file.to_vec()))) {
+            Ok(reader) => reader,
+            Err(error) => return (entries, Err(error)),
+        };
+        loop {
+            match reader.next_object() {
+                Ok(Some(outcome)) => entries.extend(
+                    outcome
+                        .map(|entry| entry.map(|entry| super::super::testing::shown(&entry, 0)))
+                        .transpose(),
+                ),
+                Ok(None) => return (entries, Ok(())),
+                Err(error) => return (entries, Err(error)),
+            }
+        }
+    }
+
+    fn expected() -> Vec<Result<String, BadLine>> {
+        (0..100_u32).map(|at| Ok(format!("{} body 100#{:02X}000000", 1_000_000 + at, at))).collect()
+    }
+
+    #[test]
+    fn frames_are_read_from_plain_and_packed_chunks_and_without_chunks() {
+        for (compression, pack) in PACKINGS {
+            let (entries, end) = read(&file(compression, pack));
+            assert!(end.is_ok() && entries == expected(), "{compression}: {entries:?}");
+        }
+        let records =
+            [schema(1, "can_msgs/msg/Frame"), channel(1, 1, "/body/from_can_bus"), message(1, &frame(0))];
+        let (entries, end) = read(&[MAGIC, &records.concat(), &record(op::DATA_END, &[0; 4])].concat());
+        assert!(end.is_ok());
+        assert_eq!(entries, expected()[..1]);
+    }
+
+    #[test]
+    fn a_cut_file_gives_the_frames_before_its_end() {
+        for (compression, pack) in PACKINGS {
+            let file = file(compression, pack);
+            let end = [record(op::DATA_END, &[0; 4]), record(op::FOOTER, &[0; 20]), MAGIC.to_vec()].concat();
+            let end = file.len() - end.len();
+            for length in (0..end).step_by(7) {
+                let (entries, outcome) = read(&file[..length]);
+                assert_eq!(outcome.unwrap_err().kind(), ErrorKind::UnexpectedEof, "{compression}: {length}");
+                assert!(expected().starts_with(&entries), "{compression}: {length}: {entries:?}");
+            }
+            // What can be unpacked of a chunk that is not whole: of LZ4 and Zstandard whole blocks, here one.
+            let (entries, _) = read(&file[..end - 60]);
+            let least = if compression.is_empty() { 98 } else { 50 };
+            assert!(entries.len() >= least, "{compression}: {}", entries.len());
+        }
+    }
+
+    #[test]
+    fn a_damaged_chunk_counts_and_the_next_one_is_read() {
+        for (compression, pack) in PACKINGS {
+            let mut file = file(compression, pack);
+            // In the first chunk, behind its head.
+            file[150] ^= 0x40;
+            let (entries, end) = read(&file);
+            assert!(end.is_ok(), "{compression}: {end:?}");
+            assert!(entries.contains(&Err(BadLine::BadData)), "{compression}: {entries:?}");
+            assert!(entries.ends_with(&expected()[50..]), "{compression}");
+        }
+    }
+
+    #[test]
+    fn a_file_without_frames_is_refused_with_its_topics() {
+        let records =
+            [schema(2, "std_msgs/msg/String"), channel(2, 2, "/chatter"), message(2, b"text")].concat();
+        let file = [MAGIC.to_vec(), records, record(op::DATA_END, &[0; 4])].concat();
+        let (entries, end) = read(&file);
+        assert_eq!(entries, []);
+        assert_eq!(
+            end.unwrap_err().to_string(),
+            "the MCAP file has no topic with received CAN frames; it has /chatter; \
+             record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_without_panic(
+            bytes in proptest::collection::vec(any::<u8>(), 0..300),
+            changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+            packing in 0..3_usize,
+        ) {
+            let (entries, _) = read(&[MAGIC, &bytes].concat());
+            prop_assert!(entries.len() <= 300);
+            let (compression, pack) = PACKINGS[packing];
+            let mut file = file(compression, pack);
+            for (at, byte) in changes {
+                let at = at.index(file.len());
+                file[at] = byte;
+            }
+            let (entries, _) = read(&file);
+            prop_assert!(entries.len() <= 200);
+        }
+    }
+}
