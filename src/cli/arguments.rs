@@ -130,9 +130,9 @@ pub(super) enum ShowProgress {
     WithoutOutput,
 }
 
-/// Opens a recording; `-` is standard input. Its progress is shown until it is closed.
+/// Opens a recording or the folder of a bag; `-` is standard input. Its progress is shown until it is closed.
 pub(super) fn open(path: &Path, shown: ShowProgress) -> Result<Log, Failure> {
-    if shown == ShowProgress::WithoutOutput && io::stdout().is_terminal() {
+    if path.is_dir() || shown == ShowProgress::WithoutOutput && io::stdout().is_terminal() {
         return Log::open(path).map_err(Failure::file(path));
     }
     let open = || {

@@ -5,26 +5,30 @@ use std::path::Path;
 use crate::core::can::BusIndex;
 use crate::core::gateway::GatewaySettings;
 use crate::io::can::log::Log;
+use crate::io::mcap::encoder::topic_token;
 
 /// The bus of each interface name of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Routes(pub Vec<(String, BusIndex)>);
 
 impl Routes {
-    /// Returns each configured interface under its own name.
+    /// Returns each configured interface under its own name, and under the name of its bus, which the gateway's own recordings have.
     pub fn by_interface(settings: &GatewaySettings) -> Self {
-        let names = settings.buses.iter().map(|bus| bus.interface.clone());
-        Self(names.zip((0..=u8::MAX).map(BusIndex)).collect())
+        let buses = || settings.buses.iter().zip((0..=u8::MAX).map(BusIndex));
+        let interfaces = buses().map(|(bus, index)| (bus.interface.clone(), index));
+        let names = buses().map(|(bus, index)| (topic_token(&bus.name), index));
+        Self(interfaces.chain(names).collect())
     }
 
     /// Maps the only interface of the log to the only bus, whatever their names.
     pub fn adopt_only_interface(&mut self, log: &Path) {
-        if let [(interface, _)] = self.0.as_mut_slice()
+        if let Some((interface, BusIndex(0))) = self.0.first()
+            && self.0.iter().all(|(_, bus)| *bus == BusIndex(0))
             && let [only] = Log::interfaces_in(log).as_slice()
-            && only != interface
+            && self.bus_of(only).is_none()
         {
             tracing::info!("the recording's {only} is taken for {interface}");
-            interface.clone_from(only);
+            self.0.push((only.clone(), BusIndex(0)));
         }
     }
 

@@ -75,6 +75,32 @@ fn two_readers_find_every_frame_of_the_log_and_every_message_of_the_replay() {
     assert!(changes.into_iter().all(|change| recorded.contains(&change)));
 }
 
+fn replay_text(log: &Path) -> String {
+    let replayed = run(project(), &["replay", log.to_str().unwrap(), "--profile", "demo_vehicle", "--json"]);
+    replayed.assert(0, "");
+    replayed.out
+}
+
+#[test]
+fn bags_of_other_writers_and_its_own_replay_as_the_log_that_they_were_made_of() {
+    let writers = require!(McapReaders::find());
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("drive.log");
+    fs::write(&log, demo_lines(6_000).join("\n")).unwrap();
+    let of_log = replay_text(&log);
+    let bags = folder.path().join("bags");
+    fs::create_dir(&bags).unwrap();
+    let mut names = writers.write_bags(&log, &bags);
+    for own in ["own", "own.mcap"] {
+        replay(&log, &["--mcap", bags.join(own).to_str().unwrap()]);
+        names.push(own.to_owned());
+    }
+    assert_eq!(names.len(), 7);
+    for name in names {
+        assert!(replay_text(&bags.join(&name)) == of_log, "{name}");
+    }
+}
+
 #[test]
 fn file_and_bag_have_the_same_messages_and_a_bag_that_exists_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();

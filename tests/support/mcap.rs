@@ -1,5 +1,6 @@
-//! Recordings as readers of other makes find them.
+//! Recordings as readers of other makes find them, and as writers of other makes write them.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 
@@ -7,7 +8,7 @@ use serde_json::Value;
 
 use super::prerequisite::{Missing, mcap_python};
 
-/// The readers of `tests/peer/mcap_reader.py`.
+/// The readers of `tests/peer/mcap_reader.py`, and the writers beside them.
 pub(crate) struct McapReaders(std::path::PathBuf);
 
 impl McapReaders {
@@ -25,12 +26,24 @@ impl McapReaders {
         self.lines("prefix", files)
     }
 
+    /// Names of the bags that writers of other makes write into `folder` of the frames of a candump log.
+    pub(crate) fn write_bags(&self, log: &Path, folder: &Path) -> Vec<String> {
+        let text = self.run("bag_writer.py", &[log.as_os_str(), folder.as_os_str()]);
+        text.lines().map(str::to_owned).collect()
+    }
+
     fn lines(&self, mode: &str, paths: &[&Path]) -> Vec<Value> {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/mcap_reader.py");
-        let output = Command::new(&self.0).arg(script).arg(mode).args(paths).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let text = String::from_utf8(output.stdout).unwrap();
+        let arguments: Vec<_> =
+            std::iter::once(OsStr::new(mode)).chain(paths.iter().map(|path| path.as_os_str())).collect();
+        let text = self.run("mcap_reader.py", &arguments);
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+
+    fn run(&self, script: &str, arguments: &[&OsStr]) -> String {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer").join(script);
+        let output = Command::new(&self.0).arg(script).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
     }
 }
 

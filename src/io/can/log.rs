@@ -1,13 +1,15 @@
 //! Reads recordings in any of the [formats](super::formats), plain or compressed, entry by entry in bounded memory.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use derive_more::Display;
 
+use super::bag_folder;
 use super::compression::decompressed;
 use super::formats::{
     BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, ObjectReader, Outcome,
@@ -53,6 +55,9 @@ pub struct Log {
     bad_lines: u64,
     first_bad: Option<(u64, BadLine)>,
     breakage: Option<Breakage>,
+    /// The files of a bag that follow.
+    rest: VecDeque<PathBuf>,
+    is_ended: bool,
 }
 
 /// Number of entries that are searched for interface names.
@@ -79,10 +84,16 @@ pub fn no_frame() -> io::Error {
 }
 
 impl Log {
-    /// Opens a log file; `-` is standard input. Fails if the format is unknown or not supported.
+    /// Opens a log file, or all files of a bag's folder; `-` is standard input. Fails if the format is unknown or not
+    /// supported.
     pub fn open(path: &Path) -> io::Result<Self> {
         if standard_input::is_named(path) {
             return Self::new(Box::new(standard_input::stream()?));
+        }
+        if path.is_dir() {
+            let mut files = VecDeque::from(bag_folder::files(path)?);
+            let first = files.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
+            return Ok(Self { rest: files, ..Self::open(&first)? });
         }
         Self::new(Box::new(File::open(path)?))
     }
@@ -91,10 +102,10 @@ impl Log {
     /// bytes cannot be read, or if the format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
         let consumed = Arc::new(AtomicU64::new(0));
-        let source = CountedSource::new(source, Arc::clone(&consumed));
-        let reader = FormatReader::new(decompressed(Box::new(source))?)?;
+        let reader = FormatReader::of_source(source, &consumed)?;
         let (interfaces, first_bad, breakage) = (Vec::new(), None, None);
-        Ok(Self { reader, consumed, interfaces, records: 0, bad_lines: 0, first_bad, breakage })
+        let (records, bad_lines, rest, is_ended) = (0, 0, VecDeque::new(), false);
+        Ok(Self { reader, consumed, interfaces, records, bad_lines, first_bad, breakage, rest, is_ended })
     }
 
     /// Returns the interface names at the beginning of a file; none if it cannot be read twice.
@@ -114,20 +125,28 @@ impl Log {
     /// Returns the next entry; unreadable lines are counted and skipped. A file that was cut or is damaged ends there, and
     /// [`Self::breakage`] tells where. Fails if the file cannot be read, or breaks off before its first entry.
     pub fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
-        if self.breakage.is_some() {
-            return Ok(None);
-        }
-        match self.next_whole_record() {
-            Err(error) if self.records > 0 && is_breakage(&error) => {
-                let (records, bytes) = (self.records, self.consumed.load(Ordering::Relaxed));
-                self.breakage = Some(Breakage { records, bytes, reason: error.to_string() });
-                Ok(None)
+        while !self.is_ended {
+            match self.next_whole_record() {
+                Ok(Some(record)) => {
+                    self.records += 1;
+                    return Ok(Some(record));
+                }
+                Ok(None) => {}
+                Err(error) if self.records > 0 && is_breakage(&error) => {
+                    let (records, bytes) = (self.records, self.consumed.load(Ordering::Relaxed));
+                    self.breakage.get_or_insert(Breakage { records, bytes, reason: error.to_string() });
+                }
+                Err(error) => return Err(error),
             }
-            record => {
-                self.records += u64::from(matches!(record, Ok(Some(_))));
-                record
+            match self.rest.pop_front() {
+                Some(next) => {
+                    self.consumed = Arc::new(AtomicU64::new(0));
+                    self.reader = FormatReader::of_source(Box::new(File::open(next)?), &self.consumed)?;
+                }
+                None => self.is_ended = true,
             }
         }
+        Ok(None)
     }
 
     fn next_whole_record(&mut self) -> io::Result<Option<LogRecord>> {
@@ -187,12 +206,6 @@ struct CountedSource {
     consumed: Arc<AtomicU64>,
 }
 
-impl CountedSource {
-    fn new(source: Box<dyn Read + Send>, consumed: Arc<AtomicU64>) -> Self {
-        Self { source: BufReader::with_capacity(BUFFER, source), consumed }
-    }
-}
-
 impl Read for CountedSource {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = self.source.read(buffer)?;
@@ -225,6 +238,12 @@ fn position(names: &mut Vec<String>, interface: EntryInterface<'_>) -> Result<In
 }
 
 impl FormatReader {
+    /// Reads a source, decompressed if necessary, and counts the bytes that it takes.
+    fn of_source(source: Box<dyn Read + Send>, consumed: &Arc<AtomicU64>) -> io::Result<Self> {
+        let source = BufReader::with_capacity(BUFFER, source);
+        Self::new(decompressed(Box::new(CountedSource { source, consumed: Arc::clone(consumed) }))?)
+    }
+
     /// Recognises the format by the beginning of `source`, and reads no more than necessary.
     fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut head = Vec::with_capacity(HEAD);

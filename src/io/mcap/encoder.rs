@@ -197,7 +197,7 @@ impl Encoder {
 }
 
 /// A name as a part of a topic, which has letters, digits and `_` and begins with a letter.
-fn topic_token(name: &str) -> String {
+pub fn topic_token(name: &str) -> String {
     let allowed = |char: char| if char.is_ascii_alphanumeric() { char } else { '_' };
     let token: String = name.chars().map(allowed).collect();
     if token.starts_with(|first: char| first.is_ascii_alphabetic()) { token } else { format!("can_{token}") }

@@ -71,10 +71,24 @@ pub(super) struct ObjectFormat {
     pub(super) reader: fn(ObjectSource) -> io::Result<Box<dyn ObjectReader>>,
 }
 
+impl ObjectFormat {
+    fn begins(&self, head: &[u8]) -> bool {
+        self.magics.iter().any(|magic| head.starts_with(magic))
+    }
+}
+
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
 const OBJECT_FORMATS: [ObjectFormat; 2] = [blf::FORMAT, mcap::FORMAT];
+
+/// Formats whose files make a bag, if they are in a folder.
+const BAG_FORMATS: [ObjectFormat; 1] = [mcap::FORMAT];
+
+/// Returns true if a file that begins with `head` may be a part of a bag.
+pub(super) fn is_in_bags(head: &[u8]) -> bool {
+    BAG_FORMATS.iter().any(|format| format.begins(head))
+}
 
 /// Returns the names of all readable formats.
 pub fn names() -> Vec<&'static str> {
@@ -122,8 +136,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 impl Format {
     /// Returns the format of a recording that begins with `head`; `None` if no whole line fits one.
     pub(super) fn of(head: &[u8]) -> Option<Self> {
-        let begins = |format: &ObjectFormat| format.magics.iter().any(|magic| head.starts_with(magic));
-        if let Some(format) = OBJECT_FORMATS.into_iter().find(begins) {
+        if let Some(format) = OBJECT_FORMATS.into_iter().find(|format| format.begins(head)) {
             return Some(Self::Objects(format));
         }
         if head.starts_with(b"MDF     ") || head.starts_with(b"UnFinMF ") {
