@@ -65,12 +65,8 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
             report.line("recording", format!("{entries} in {length} on {}", interfaces.join(", ")));
         }
     }
-    losses(log).for_each(|text| report.find(Severity::Warning, text));
-    if counts.backwards > 0 {
-        report.find(Severity::Warning, format!("the stamps run backwards {}", times(counts.backwards)));
-    }
-    if counts.jumps > 0 {
-        report.find(Severity::Warning, format!("the recorder's clock jumped {}", times(counts.jumps)));
+    for text in recording_faults(replay) {
+        report.find(Severity::Warning, text);
     }
     if counts.records > 0 && counts.foreign == counts.records {
         let text = "no frame was received on a configured interface: use --map INTERFACE=BUS";
@@ -229,13 +225,32 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
     }
 }
 
-/// Describes what of a recording cannot be read: its lines by their number and the first one, and where it breaks off.
-pub fn losses(log: &Log) -> impl Iterator<Item = String> {
+/// Describes what of a recording cannot be read, and stamps that are not believable.
+pub fn log_faults(log: &Log) -> impl Iterator<Item = String> {
     let bad_lines = log.first_bad().map(|(line, reason)| {
         let lines = counted(log.bad_lines(), "line");
         format!("{lines} cannot be read; the first is line {line}: {reason}")
     });
-    bad_lines.into_iter().chain(log.breakage().map(Breakage::to_string))
+    let breakage = log.breakage().map(Breakage::to_string);
+    bad_lines.into_iter().chain(breakage).chain(log.densest().map(|crowd| crowd.to_string()))
+}
+
+/// Describes the faults of a replayed recording.
+pub fn recording_faults(replay: &Replay) -> Vec<String> {
+    let counts = replay.counts();
+    let count = |count: u64, text: String| (count > 0).then_some(text);
+    let of_times = [
+        count(counts.backwards, format!("the stamps run backwards {}", times(counts.backwards))),
+        count(counts.jumps, format!("the recorder's clock jumped {}", times(counts.jumps))),
+        count(counts.gaps, {
+            let longest = seconds_text(MonoTime::ZERO.after(counts.longest_gap));
+            format!(
+                "the recording is silent for more than a minute {}, for {longest} at most",
+                times(counts.gaps)
+            )
+        }),
+    ];
+    log_faults(replay.log()).chain(of_times.into_iter().flatten()).collect()
 }
 
 /// Describes frames that came instead of a missing message: on another interface, with another identifier length, or from

@@ -13,7 +13,7 @@ use super::failure::Failure;
 use super::messages;
 use super::progress::ProgressDisplay;
 use crate::check::identify::Identifier;
-use crate::check::{identify_text, losses};
+use crate::check::{identify_text, log_faults};
 use crate::core::can::{CanInput, LinkState};
 use crate::daemon::{self, DaemonError};
 use crate::io::can::formats::EntryContent;
@@ -77,7 +77,7 @@ pub(super) fn read(path: &Path) -> Result<Identifier, Failure> {
     if identifier.frames() == 0 {
         return Err(unreadable(no_frame()));
     }
-    losses(&log).for_each(|text| messages::warn(&text));
+    log_faults(&log).for_each(|text| messages::warn(&text));
     Ok(identifier)
 }
 

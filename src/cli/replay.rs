@@ -16,7 +16,7 @@ use super::messages;
 use super::unreadable::expect_recording;
 use super::view::ViewArgs;
 use super::web::WebArgs;
-use crate::check::losses;
+use crate::check::recording_faults;
 use crate::check::timeline::TimelineCollector;
 use crate::config::Settings;
 use crate::config::gateway::Stamps;
@@ -30,7 +30,6 @@ use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::{Changes, JsonTimeline};
-use crate::report::text::times;
 use crate::report::view::{View, time_text};
 
 pub(super) const REPLAY_HELP: &str = "\
@@ -161,9 +160,8 @@ fn write_output(
 /// Warns about faults of the replayed log.
 pub(super) fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
-    losses(log).for_each(|text| messages::warn(&text));
-    if counts.jumps > 0 {
-        messages::warn(&format!("the recorder's clock jumped {}", times(counts.jumps)));
+    for text in recording_faults(replay) {
+        messages::warn(&text);
     }
     if counts.records > 0 && counts.foreign == counts.records {
         let names = log.interfaces().join(", ");

@@ -260,7 +260,7 @@ async fn play_on(
         Stamps::Recorded => Replay::new(gateway, log, routes),
         Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, log, routes),
     };
-    let mut replay = replay.map_err(unreadable)?;
+    let mut replay = replay.map_err(unreadable)?.in_real_time();
     gateway_io.ready(replay.gateway(), replay.now());
     let inbox = gateway_io.inbox();
     let mut polled = Instant::now();

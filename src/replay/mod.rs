@@ -8,6 +8,7 @@ mod routes;
 mod tape;
 
 use std::io;
+use std::time::Duration;
 
 use crate::core::can::{BusIndex, CanId, CanInput, LinkState};
 use crate::core::gateway::event::{Input, Output};
@@ -27,7 +28,14 @@ pub struct Replay {
     /// Wall time that replaces the recording's, if it is to be replaced.
     wall: Option<WallStamp>,
     ended: bool,
+    /// Time of the last input.
+    heard: MonoTime,
+    /// For how long deadlines are handled in a gap of the recording.
+    filled: Duration,
 }
+
+/// For how long reports are repeated and statuses refreshed in a gap of a recording, unless it is played in real time.
+pub const FILLED_GAP: Duration = Duration::from_secs(60);
 
 impl Replay {
     /// Creates a replay and reads up to the first frame; stamps come from the recording.
@@ -70,15 +78,31 @@ impl Replay {
         now.wall = wall.unwrap_or(now.wall);
         // A command of the recording must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
-        Ok(Self { gateway, tape, now, wall, ended: false })
+        Ok(Self { gateway, tape, now, wall, ended: false, heard: now.mono, filled: FILLED_GAP })
+    }
+
+    /// Handles all deadlines, however long the recording is silent.
+    #[must_use]
+    pub fn in_real_time(self) -> Self {
+        Self { filled: Duration::MAX, ..self }
+    }
+
+    /// The next deadline before the next input; `None` if that comes first, or if the deadline lies in a part of a gap that is not
+    /// filled.
+    fn deadline_before_input(&self) -> Option<MonoTime> {
+        let deadline = self.gateway.next_deadline().max(self.now.mono);
+        let comes_first =
+            |(_, at): &(CanInput, Now)| at.mono < deadline || deadline > self.heard.after(self.filled);
+        (!self.tape.next.as_ref().is_some_and(comes_first)).then_some(deadline)
     }
 
     /// Returns the virtual time of the next step; `None` at the end of the recording.
     pub fn next_time(&self) -> Option<MonoTime> {
-        let deadline = self.gateway.next_deadline().max(self.now.mono);
-        match &self.tape.next {
-            Some((_, frame)) => Some(deadline.min(frame.mono)),
-            None => self.ended.then_some(deadline),
+        let input = self.tape.next.as_ref().map(|(_, at)| at.mono);
+        match (self.deadline_before_input(), input) {
+            (Some(deadline), Some(_)) => Some(deadline),
+            (Some(deadline), None) => self.ended.then_some(deadline),
+            (None, input) => input,
         }
     }
 
@@ -87,10 +111,10 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read on; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
-        let deadline = self.gateway.next_deadline().max(self.now.mono);
-        match &mut self.tape.next {
-            Some((input, at)) if at.mono < deadline => {
+        match (self.deadline_before_input(), &mut self.tape.next) {
+            (None, Some((input, at))) => {
                 self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
+                self.heard = at.mono;
                 if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut *input, self.wall) {
                     *stamp = wall;
                 }
@@ -98,12 +122,12 @@ impl Replay {
                 self.tape.read_next()?;
                 Ok(true)
             }
-            None if !self.ended => Ok(false),
-            Some(_) | None => {
+            (Some(deadline), next) if next.is_some() || self.ended => {
                 self.advance(deadline);
                 self.gateway.handle(Input::Tick, self.now);
                 Ok(true)
             }
+            _ => Ok(false),
         }
     }
 
@@ -159,7 +183,7 @@ impl Replay {
     /// Returns the next input of the recording and its virtual time, if no deadline lies before it.
     pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
         let (input, at) = self.tape.next.as_ref()?;
-        (at.mono < self.gateway.next_deadline()).then_some((input, at.mono))
+        self.deadline_before_input().is_none().then_some((input, at.mono))
     }
 
     /// Takes the next input without passing it to the gateway; `None` at the end of the recording.
@@ -203,13 +227,47 @@ impl Replay {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
-    use std::time::Duration;
 
     use super::*;
     use crate::config::files::{DEMO_CONFIG, Embedded, Files as _};
     use crate::config::{Overrides, load};
     use crate::core::vehicle_lights::output::VehicleLightsOutput;
     use crate::core::vehicle_report::Step;
+
+    fn demo(text: &str) -> Replay {
+        let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
+        let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
+        let routes = Routes::by_interface(&settings.gateway);
+        Replay::new(settings.gateway, log, routes).unwrap()
+    }
+
+    /// The times of the outputs of a whole replay.
+    fn output_times(mut replay: Replay) -> (Vec<MonoTime>, RecordCounts) {
+        let mut times = Vec::new();
+        while replay.step().unwrap() {
+            while replay.poll_output().is_some() {
+                times.push(replay.now().mono);
+            }
+        }
+        (times, replay.counts())
+    }
+
+    #[test]
+    fn nothing_is_repeated_in_a_gap_beyond_its_first_minute_unless_it_is_played_in_real_time() {
+        let text = "(1.0) can0 2A5#0000020000000000\n(1801.0) can0 2A5#0000020000000000\n";
+        let in_gap = |times: &[MonoTime]| {
+            let filled = MonoTime::ZERO.after(FILLED_GAP);
+            times.iter().filter(|at| **at > filled && **at < MonoTime::from_millis(1_800_000)).count()
+        };
+        let (times, counts) = output_times(demo(text));
+        assert!(times.len() > 30 && in_gap(&times) == 0, "{times:?}");
+        assert_eq!(times.last(), Some(&MonoTime::from_millis(1_800_000)));
+        assert_eq!((counts.gaps, counts.longest_gap), (1, Duration::from_secs(1_800)));
+        let (times, _) = output_times(demo(text).in_real_time());
+        assert!(in_gap(&times) > 1_000, "{}", times.len());
+        let (_, counts) = output_times(demo("(1.0) can0 2A5#00\n(61.0) can0 2A5#00\n"));
+        assert_eq!(counts.gaps, 0);
+    }
 
     /// Played at double speed, virtual time is ahead of the present, and no stamp is.
     #[test]

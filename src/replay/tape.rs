@@ -5,6 +5,7 @@ use std::collections::btree_map::Entry;
 use std::io;
 use std::time::Duration;
 
+use super::FILLED_GAP;
 use super::routes::Routes;
 use crate::core::can::{BusIndex, CanId, CanInput, IdMatch};
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -33,6 +34,10 @@ pub struct RecordCounts {
     pub backwards: u64,
     /// Steps of the recorder's clock longer than [`MAX_SILENCE`].
     pub jumps: u64,
+    /// Silences of all interfaces that are longer than [`FILLED_GAP`], jumps left out.
+    pub gaps: u64,
+    /// The longest of them.
+    pub longest_gap: Duration,
 }
 
 #[derive(Debug)]
@@ -155,7 +160,12 @@ impl Tape {
         let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
         let size = Duration::from_nanos(nanos.unsigned_abs());
         if nanos >= 0 {
-            self.counts.jumps += u64::from(size > MAX_SILENCE);
+            if size > MAX_SILENCE {
+                self.counts.jumps += 1;
+            } else if size > FILLED_GAP {
+                self.counts.gaps += 1;
+                self.counts.longest_gap = self.counts.longest_gap.max(size);
+            }
             clock.mono = clock.mono.after(size.min(MAX_SILENCE));
             clock.stamp = stamp;
         } else if size < LATE_LINE {
@@ -208,7 +218,10 @@ mod tests {
         let times: Vec<_> = frames.iter().map(|(ms, _)| *ms).collect();
         assert_eq!(times, [0, 500, 500, 3_600_600, 3_600_600, 3_600_700]);
         assert_eq!(frames[2].1, "003# 10400", "the frame keeps its own stamp");
-        assert_eq!(tape.counts, RecordCounts { records: 7, foreign: 1, backwards: 1, jumps: 2 });
+        assert_eq!(
+            tape.counts,
+            RecordCounts { records: 7, foreign: 1, backwards: 1, jumps: 2, ..RecordCounts::default() }
+        );
     }
 
     #[test]

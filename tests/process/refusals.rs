@@ -170,8 +170,7 @@ fn a_cut_file_gives_what_it_holds_and_one_without_a_frame_is_refused() {
     for command in [&["identify", name][..], &["replay", name, "--profile", "demo_vehicle"]] {
         let output = Command::new(env!("CARGO_BIN_EXE_signal-gateway")).args(command).output().unwrap();
         let text = String::from_utf8(output.stderr).unwrap();
-        let warning =
-            format!("the recording breaks off at byte {} (", whole.len() / 2);
+        let warning = format!("the recording breaks off at byte {} (", whole.len() / 2);
         assert!(output.status.success() && text.contains(&warning), "{command:?}: {text}");
     }
     fs::write(&cut, &whole[..40]).unwrap();

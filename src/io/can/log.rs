@@ -6,6 +6,7 @@ use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use derive_more::Display;
 
@@ -46,11 +47,40 @@ pub struct Breakage {
     pub reason: String,
 }
 
+/// More frames than a bus can carry, by their stamps.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display(
+    "the stamps of {interface} are not believable: {frames} frames in {:.3} s, and a bus carries at most {} a second; check \
+     the unit of the stamps",
+    span.as_secs_f64(), MAX_RATE_HZ)]
+pub struct Crowd {
+    /// Name of the interface.
+    pub interface: String,
+    /// Number of its frames.
+    pub frames: u64,
+    /// Time from its first frame to its last.
+    pub span: Duration,
+}
+
+/// Data frames that a bus carries at most, a second: at 1 Mbit/s, with 47 bits each.
+const MAX_RATE_HZ: u128 = 21_000;
+/// Number of frames from which their rate counts; fewer may be the burst of a buffer.
+const MIN_CROWD: u64 = 1_000;
+
+/// Frames of an interface, and the first and the last of their stamps.
+#[derive(Debug, Clone, Copy)]
+struct FrameTimes {
+    frames: u64,
+    first: WallStamp,
+    last: WallStamp,
+}
+
 /// Reads a log.
 pub struct Log {
     reader: FormatReader,
     consumed: Arc<AtomicU64>,
     interfaces: Vec<String>,
+    times: Vec<FrameTimes>,
     records: u64,
     bad_lines: u64,
     first_bad: Option<(u64, BadLine)>,
@@ -105,7 +135,19 @@ impl Log {
         let reader = FormatReader::of_source(source, &consumed)?;
         let (interfaces, first_bad, breakage) = (Vec::new(), None, None);
         let (records, bad_lines, rest, is_ended) = (0, 0, VecDeque::new(), false);
-        Ok(Self { reader, consumed, interfaces, records, bad_lines, first_bad, breakage, rest, is_ended })
+        let times = Vec::new();
+        Ok(Self {
+            reader,
+            consumed,
+            interfaces,
+            times,
+            records,
+            bad_lines,
+            first_bad,
+            breakage,
+            rest,
+            is_ended,
+        })
     }
 
     /// Returns the interface names at the beginning of a file; none if it cannot be read twice.
@@ -129,6 +171,7 @@ impl Log {
             match self.next_whole_record() {
                 Ok(Some(record)) => {
                     self.records += 1;
+                    self.note_time(&record);
                     return Ok(Some(record));
                 }
                 Ok(None) => {}
@@ -147,6 +190,19 @@ impl Log {
             }
         }
         Ok(None)
+    }
+
+    fn note_time(&mut self, record: &LogRecord) {
+        let stamp = record.stamp;
+        let none = FrameTimes { frames: 0, first: stamp, last: stamp };
+        if self.times.len() < self.interfaces.len() {
+            self.times.resize(self.interfaces.len(), none);
+        }
+        if let (Some(times), EntryContent::Data(_)) = (self.times.get_mut(record.interface.0), record.content)
+        {
+            times.frames += 1;
+            times.last = stamp;
+        }
     }
 
     fn next_whole_record(&mut self) -> io::Result<Option<LogRecord>> {
@@ -180,6 +236,18 @@ impl Log {
     /// Returns number and fault of the first unreadable line or object.
     pub fn first_bad(&self) -> Option<(u64, BadLine)> {
         self.first_bad
+    }
+
+    /// Returns the interface with the most frames a second, if they are more than a bus can carry. Frames without times do not count.
+    pub fn densest(&self) -> Option<Crowd> {
+        let crowds = self.interfaces.iter().zip(&self.times).filter_map(|(interface, times)| {
+            let FrameTimes { frames, first, last } = *times;
+            let nanos = u64::try_from(last.as_nanos().saturating_sub(first.as_nanos())).ok()?;
+            let rate_hz = (u128::from(frames) * 1_000_000_000).checked_div(nanos.into())?;
+            let crowd = Crowd { interface: interface.clone(), frames, span: Duration::from_nanos(nanos) };
+            (frames >= MIN_CROWD && rate_hz > MAX_RATE_HZ).then_some((rate_hz, crowd))
+        });
+        crowds.max_by_key(|(rate_hz, _)| *rate_hz).map(|(_, crowd)| crowd)
     }
 
     /// Returns where the file broke off; `None` before that, and for a whole file.
@@ -347,6 +415,27 @@ mod tests {
         assert!(part.len() > 2_000 && records.starts_with(&part), "{}", part.len());
         let nothing = Log::new(Box::new(Cursor::new(packed[..15].to_vec()))).map(|mut log| log.next_record());
         assert!(!matches!(nothing, Ok(Ok(_))), "a file that holds nothing is refused");
+    }
+
+    #[test]
+    fn more_frames_than_a_bus_carries_are_named_and_frames_without_times_are_not() {
+        let text = |micros: u64| -> String {
+            (0..2_000)
+                .map(|at| format!("({}.{:06}) can0 123#\n", at * micros / 1_000_000, at * micros % 1_000_000))
+                .collect()
+        };
+        let densest = |text: String| read_all(text.into()).0.densest();
+        assert_eq!(densest(text(50)), None);
+        let crowd = densest(text(1)).unwrap();
+        assert_eq!((crowd.frames, crowd.span), (2_000, Duration::from_micros(1_999)));
+        assert_eq!(
+            crowd.to_string(),
+            "the stamps of can0 are not believable: 2000 frames in 0.002 s, and a bus carries at most 21000 a second; check the \
+             unit of the stamps"
+        );
+        assert_eq!(densest(text(0)), None);
+        let burst: String = text(1).lines().take(999).map(|line| format!("{line}\n")).collect();
+        assert_eq!(densest(burst), None, "a buffer may be emptied at once");
     }
 
     #[test]
