@@ -17,6 +17,7 @@
 mod asc;
 mod blf;
 mod busmaster;
+mod can_packet;
 pub mod candump;
 mod canhacker;
 mod clock;
@@ -25,6 +26,8 @@ mod csv;
 mod entry;
 mod fields;
 mod mcap;
+mod pcap;
+mod pcapng;
 mod plain;
 mod python_csv;
 mod ros_frames;
@@ -80,7 +83,7 @@ impl ObjectFormat {
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
-const OBJECT_FORMATS: [ObjectFormat; 2] = [blf::FORMAT, mcap::FORMAT];
+const OBJECT_FORMATS: [ObjectFormat; 4] = [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT];
 
 /// Formats whose files make a bag, if they are in a folder.
 const BAG_FORMATS: [ObjectFormat; 1] = [mcap::FORMAT];
@@ -203,6 +206,28 @@ mod testing {
         entries.map(|entry| entry.map(|entry| shown(&entry, 0))).collect()
     }
 
+    /// Reads a file to its end; the entries are shown as those of lines.
+    pub(super) fn objects(format: ObjectFormat, file: &[u8]) -> io::Result<Vec<Result<String, BadLine>>> {
+        let mut reader = (format.reader)(Box::new(io::Cursor::new(file.to_vec())))?;
+        let mut entries = Vec::new();
+        while let Some(object) = reader.next_object()? {
+            entries.extend(object.map(|entry| entry.map(|entry| shown(&entry, 0))).transpose());
+        }
+        Ok(entries)
+    }
+
+    /// Reads a file with bytes replaced, and cut at each of them: it ends or fails, without a panic.
+    pub(super) fn assert_survives_damage(format: ObjectFormat, mut file: Vec<u8>, damage: &[(usize, u8)]) {
+        for (at, byte) in damage {
+            let at = at % file.len();
+            file[at] = *byte;
+            for file in [&file[..], &file[..at]] {
+                let entries = objects(format, file).map_or(0, |entries| entries.len());
+                assert!(entries <= file.len(), "no end");
+            }
+        }
+    }
+
     /// Reads lines of which none is malformed.
     pub(super) fn good(format: LineFormat, lines: &[&str]) -> Vec<String> {
         read(format, lines).into_iter().map(Result::unwrap).collect()
@@ -255,6 +280,7 @@ mod tests {
             ("820298   0x085: 7C 33\n", Some("serial sniffer")),
             ("01 00 00 03 50 05 00\n", Some("serial sniffer")),
             ("LOGG", Some("Vector BLF")),
+            ("\n\r\r\n", Some("pcapng")),
             ("MDF     4.10", Some("MF4")),
             ("UnFinMF 4.11", Some("MF4")),
             ("(1.0) can0 123#", None),
@@ -278,6 +304,17 @@ mod tests {
                 let mut reader = (format.reader)();
                 for line in &lines {
                     let _outcome = reader.read(line);
+                }
+            }
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused_in_every_binary_format(
+            bytes in proptest::collection::vec(any::<u8>(), 0..500),
+        ) {
+            for format in OBJECT_FORMATS {
+                for magic in format.magics {
+                    let _outcome = testing::objects(format, &[magic, &bytes[..]].concat());
                 }
             }
         }

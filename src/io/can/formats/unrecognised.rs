@@ -41,8 +41,6 @@ const MAGIC: [(&[u8], Looks); 24] = [
     (b"<!DOCTYPE", plain("a web page")),
     (b"<html", plain("a web page")),
     (b"\x7FELF", plain("a program")),
-    (b"\xD4\xC3\xB2\xA1", plain("a packet capture (pcap)")),
-    (b"\x0A\x0D\x0D\x0A", plain("a packet capture (pcapng)")),
     (b"\x89HDF", plain("an HDF5 file")),
     (b"#ROSBAG", plain("a ROS 1 bag")),
     (b"VERSION \"", plain("a DBC file, not a recording")),
