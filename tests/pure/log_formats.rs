@@ -235,6 +235,51 @@ fn what_python_can_writes_is_read_back() {
     }
 }
 
+/// Writes a database with python-can's writer, which loses what waits when it is stopped, and variants of it: pages of every
+/// size, deleted rows, pages that moved, and a statement that does not fit on its page.
+const SQLITE_VARIANTS: &str = "
+import can, sqlite3, sys, time
+writer = can.SqliteWriter(sys.argv[2])
+for message in can.LogReader(sys.argv[1]):
+    writer(message)
+while not writer.buffer.empty():
+    time.sleep(0.01)
+writer.stop()
+for size, vacuum in [(512, 0), (1024, 1), (4096, 2), (65536, 0)]:
+    source = sqlite3.connect(sys.argv[2])
+    target = sqlite3.connect(f'{sys.argv[2]}.{size}', isolation_level=None)
+    target.execute(f'PRAGMA page_size={size}')
+    target.execute(f'PRAGMA auto_vacuum={vacuum}')
+    target.execute('CREATE TABLE blobs (data BLOB /*' + 2000 * 'x' + '*/)')
+    target.executescript('BEGIN;' + ''.join(line for line in source.iterdump() if line[:5] not in ('BEGIN', 'COMMI')) + ';COMMIT')
+    target.execute('INSERT INTO blobs VALUES (zeroblob(200000))')
+    target.execute('INSERT INTO messages SELECT * FROM messages WHERE rowid % 2')
+    target.execute('DELETE FROM messages WHERE rowid > 2000 OR rowid % 3 = 0')
+    target.close()
+";
+
+#[test]
+fn what_python_can_writes_in_sqlite_is_read_back() {
+    let python = require!(peer_python());
+    let folder = tempfile::tempdir().unwrap();
+    let (source, written) = (folder.path().join("source.log"), folder.path().join("written.db"));
+    std::fs::write(&source, random_candump(&["classic", "remote", "error"])).unwrap();
+    let output =
+        Command::new(&python).args(["-c", SQLITE_VARIANTS]).args([&source, &written]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let source = Recording::read(&source);
+    let read = Recording::read(&written);
+    assert_eq!((read.records.len(), read.log.bad_lines()), (2_000, 0));
+    assert!(read.contents() == source.contents(), "other frames");
+    assert!(read.nanos().iter().zip(source.nanos()).all(|(read, source)| (read - source).abs() < 1_000));
+    let left: Vec<_> = (1..).zip(source.contents()).filter(|(row, _)| row % 3 != 0).collect();
+    for size in [512, 1024, 4096, 65536] {
+        let read = Recording::read(&folder.path().join(format!("written.db.{size}")));
+        assert_eq!((read.records.len(), read.log.bad_lines()), (left.len(), 0), "{size}");
+        assert!(read.contents().iter().eq(left.iter().map(|(_, content)| content)), "{size}: other frames");
+    }
+}
+
 /// Entries of each kind that a reader of another make counts in each file: data frames, remote requests, error frames.
 fn counted_by_peer(python: &Path, files: &[(&str, std::path::PathBuf)]) -> Vec<[usize; 3]> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peer/recordings.py");

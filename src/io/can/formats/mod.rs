@@ -30,7 +30,9 @@ mod pcap;
 mod pcapng;
 mod plain;
 mod python_csv;
+mod python_sqlite;
 mod ros_frames;
+mod sqlite_file;
 mod trc;
 mod unrecognised;
 
@@ -83,7 +85,7 @@ impl ObjectFormat {
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
-const OBJECT_FORMATS: [ObjectFormat; 4] = [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT];
+const OBJECT_FORMATS: [ObjectFormat; 5] = [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT, python_sqlite::FORMAT];
 
 /// Formats whose files make a bag, if they are in a folder.
 const BAG_FORMATS: [ObjectFormat; 1] = [mcap::FORMAT];
@@ -281,6 +283,7 @@ mod tests {
             ("01 00 00 03 50 05 00\n", Some("serial sniffer")),
             ("LOGG", Some("Vector BLF")),
             ("\n\r\r\n", Some("pcapng")),
+            ("SQLite format 3\0", Some("python-can SQLite")),
             ("MDF     4.10", Some("MF4")),
             ("UnFinMF 4.11", Some("MF4")),
             ("(1.0) can0 123#", None),

@@ -1,0 +1,499 @@
+//! Reads the rows of tables of an SQLite database, which is kept in memory (<https://www.sqlite.org/fileformat2.html>).
+//!
+//! A table is a tree of pages: inner pages refer to others, leaves have the rows, and what does not fit is in a chain of
+//! overflow pages. Every page is visited once at most, so that reading ends whatever the file says.
+
+use std::io::{self, ErrorKind, Read};
+
+use super::NotRecording;
+
+pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// Largest database, bytes: it is kept in memory.
+const MAX_BYTES: u64 = 1 << 30;
+/// Length of the header of a file, bytes.
+const HEADER: usize = 100;
+/// Smallest number of bytes of a page that a valid database uses.
+const MIN_USABLE: usize = 480;
+/// The table of all tables: its columns `type`, `name`, `rootpage` and `sql`.
+const SCHEMA: Table<4> = Table { root: 1, columns: [0, 1, 3, 4] };
+
+/// A value of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Value<'a> {
+    Null,
+    Integer(i64),
+    Real(f64),
+    Text(&'a [u8]),
+    Blob(&'a [u8]),
+}
+
+impl<'a> Value<'a> {
+    pub(super) fn integer(self) -> Option<i64> {
+        if let Self::Integer(number) = self { Some(number) } else { None }
+    }
+
+    /// Returns the bytes of a text or blob.
+    pub(super) fn bytes(self) -> Option<&'a [u8]> {
+        if let Self::Text(bytes) | Self::Blob(bytes) = self { Some(bytes) } else { None }
+    }
+}
+
+/// Where the rows of a table are, and the positions of the columns to read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Table<const N: usize> {
+    root: u32,
+    columns: [usize; N],
+}
+
+/// A row whose content is damaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct DamagedRow;
+
+pub(super) struct Database {
+    bytes: Vec<u8>,
+    page_size: usize,
+    /// Number of bytes of a page that are used; the rest is reserved for extensions.
+    usable: usize,
+}
+
+impl Database {
+    /// Reads a database as far as it goes. Fails if the source fails within the header, or for a kind of database that is
+    /// not supported.
+    pub(super) fn read(source: impl Read) -> io::Result<Self> {
+        let mut bytes = Vec::new();
+        match source.take(MAX_BYTES + 1).read_to_end(&mut bytes) {
+            Err(error) if bytes.len() < HEADER || error.kind() == ErrorKind::Interrupted => {
+                return Err(error);
+            }
+            _ if bytes.len() < HEADER => return Err(ErrorKind::UnexpectedEof.into()),
+            // What was read before a failure of the source is used; the missing pages are then an error.
+            _ => {}
+        }
+        if bytes.len() as u64 > MAX_BYTES {
+            return Err(refused(
+                "the SQLite database is larger than 1 GiB",
+                "export a part of it, e.g. with sqlite3 and a WHERE clause",
+            ));
+        }
+        if bytes[18..20] != [1, 1] {
+            return Err(refused(
+                "the SQLite database has a write-ahead log, which may hold its newest rows",
+                "merge it: sqlite3 FILE 'PRAGMA journal_mode=DELETE'",
+            ));
+        }
+        if number(&bytes[56..60]) > 1 {
+            return Err(refused(
+                "the texts of the SQLite database are UTF-16",
+                "convert it: sqlite3 FILE .dump",
+            ));
+        }
+        let page_size = match number(&bytes[16..18]) {
+            1 => 1 << 16,
+            size => usize::try_from(size).unwrap_or(0),
+        };
+        let usable = page_size.saturating_sub(bytes[20].into());
+        if !page_size.is_power_of_two() || usable < MIN_USABLE {
+            return Err(refused("the SQLite database is damaged or encrypted: its page size is invalid", ""));
+        }
+        Ok(Self { bytes, page_size, usable })
+    }
+
+    /// Returns the table with this name and all of these columns; `None` if there is none.
+    pub(super) fn table<const N: usize>(
+        &self,
+        name: &str,
+        columns: [&str; N],
+    ) -> io::Result<Option<Table<N>>> {
+        let mut tables = Rows::new(SCHEMA);
+        while let Some(row) = tables.next(self)? {
+            let Ok([kind, table, root, sql]) = row else { continue };
+            if kind != Value::Text(b"table")
+                || !table.bytes().is_some_and(|table| table.eq_ignore_ascii_case(name.as_bytes()))
+            {
+                continue;
+            }
+            let sql = String::from_utf8_lossy(sql.bytes().unwrap_or_default());
+            let names = column_names(&sql);
+            let positions =
+                columns.map(|column| names.iter().position(|name| name.eq_ignore_ascii_case(column)));
+            let Some(root) = root.integer().and_then(|root| u32::try_from(root).ok()) else { continue };
+            if positions.iter().all(Option::is_some) {
+                return Ok(Some(Table { root, columns: positions.map(Option::unwrap_or_default) }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns the used bytes of a page, counted from 1. Fails if it is not in the file.
+    fn page(&self, page: u32) -> io::Result<&[u8]> {
+        let index =
+            usize::try_from(page).ok().and_then(|page| page.checked_sub(1)).ok_or(ErrorKind::InvalidData)?;
+        let start = index.checked_mul(self.page_size).ok_or(ErrorKind::InvalidData)?;
+        let page = self.bytes.get(start..).and_then(|bytes| bytes.get(..self.usable));
+        page.ok_or_else(|| ErrorKind::UnexpectedEof.into())
+    }
+
+    /// Appends `length` bytes of a row to `payload`: those of a leaf, and those of the chain of pages behind it.
+    fn collect(&self, cell: &[u8], length: u64, payload: &mut Vec<u8>) -> io::Result<()> {
+        let length = usize::try_from(length).ok().filter(|length| *length <= self.bytes.len());
+        let length = length.ok_or(ErrorKind::InvalidData)?;
+        let (max, min) = (self.usable - 35, (self.usable - 12) * 32 / 255 - 23);
+        let fitting = min + length.saturating_sub(min) % (self.usable - 4);
+        let local = if length <= max {
+            length
+        } else if fitting <= max {
+            fitting
+        } else {
+            min
+        };
+        payload.extend(cell.get(..local).ok_or(ErrorKind::InvalidData)?);
+        let mut next = cell.get(local..).unwrap_or_default();
+        while payload.len() < length {
+            let page = next.get(..4).ok_or(ErrorKind::InvalidData)?;
+            next = self.page(u32::try_from(number(page)).unwrap_or(0))?;
+            payload.extend(next[4..].iter().take(length - payload.len()));
+        }
+        Ok(())
+    }
+}
+
+/// Reads the rows of a table in the order of their numbers.
+pub(super) struct Rows<const N: usize> {
+    table: Table<N>,
+    /// The pages from the root down, each with the position of the next cell.
+    path: Vec<(u32, usize)>,
+    /// Number of pages so far.
+    visited: usize,
+    payload: Vec<u8>,
+}
+
+impl<const N: usize> Rows<N> {
+    pub(super) fn new(table: Table<N>) -> Self {
+        Self { table, path: vec![(table.root, 0)], visited: 0, payload: Vec::new() }
+    }
+
+    /// Returns the values of the next row, `None` at the end. Fails if pages are missing or damaged.
+    pub(super) fn next(
+        &mut self,
+        database: &Database,
+    ) -> io::Result<Option<Result<[Value<'_>; N], DamagedRow>>> {
+        while let Some((page_number, position)) = self.path.last_mut() {
+            let page = database.page(*page_number)?;
+            // The header of the file is before the content of the first page.
+            let head = &page[if *page_number == 1 { HEADER } else { 0 }..];
+            let (pointers, is_leaf) = match head[0] {
+                0x0D => (8, true),
+                0x05 => (12, false),
+                _ => return Err(ErrorKind::InvalidData.into()),
+            };
+            if *position == 0 {
+                self.visited += 1;
+                if self.visited > database.bytes.len() / database.page_size + 1 {
+                    return Err(ErrorKind::InvalidData.into());
+                }
+            }
+            let index = *position;
+            *position += 1;
+            let cells = usize::try_from(number(&head[3..5])).unwrap_or(0);
+            if index >= cells {
+                let last = (index == cells && !is_leaf).then(|| number(&head[8..12]));
+                match last.map(u32::try_from) {
+                    Some(Ok(child)) => self.path.push((child, 0)),
+                    _ => _ = self.path.pop(),
+                }
+                continue;
+            }
+            let pointer = head.get(pointers + 2 * index..).and_then(|rest| rest.get(..2));
+            let cell = pointer.and_then(|pointer| page.get(usize::try_from(number(pointer)).ok()?..));
+            let cell = cell.ok_or(ErrorKind::InvalidData)?;
+            if is_leaf {
+                let (length, rest) = varint(cell).ok_or(ErrorKind::InvalidData)?;
+                let (_row_number, rest) = varint(rest).ok_or(ErrorKind::InvalidData)?;
+                self.payload.clear();
+                database.collect(rest, length, &mut self.payload)?;
+                return Ok(Some(values(&self.payload, self.table.columns).ok_or(DamagedRow)));
+            }
+            let child = cell.get(..4).and_then(|child| u32::try_from(number(child)).ok());
+            self.path.push((child.ok_or(ErrorKind::InvalidData)?, 0));
+        }
+        Ok(None)
+    }
+}
+
+/// Returns these columns of a record; a column that is not written has no value.
+fn values<const N: usize>(record: &[u8], columns: [usize; N]) -> Option<[Value<'_>; N]> {
+    let (length, mut types) = varint(record)?;
+    let (head, mut content) = record.split_at_checked(usize::try_from(length).ok()?)?;
+    types = head.get(record.len() - types.len()..)?;
+    let mut found = [Value::Null; N];
+    for column in 0.. {
+        let Some((kind, rest)) = varint(types) else { break };
+        types = rest;
+        let length = match kind {
+            0 | 8 | 9 => 0,
+            1..=4 => kind,
+            5 => 6,
+            6 | 7 => 8,
+            10 | 11 => return None,
+            _ => (kind - 12) / 2,
+        };
+        let (bytes, rest) = content.split_at_checked(usize::try_from(length).ok()?)?;
+        content = rest;
+        let value = match kind {
+            0 => Value::Null,
+            8 | 9 => Value::Integer(i64::from(kind == 9)),
+            7 => Value::Real(f64::from_bits(number(bytes))),
+            1..=6 => {
+                let unused = 64 - 8 * bytes.len();
+                Value::Integer((number(bytes) << unused).cast_signed() >> unused)
+            }
+            _ if kind % 2 == 0 => Value::Blob(bytes),
+            _ => Value::Text(bytes),
+        };
+        for (found, wanted) in found.iter_mut().zip(columns) {
+            if wanted == column {
+                *found = value;
+            }
+        }
+    }
+    Some(found)
+}
+
+/// Returns up to eight bytes as a big-endian number.
+fn number(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0, |number, byte| number << 8 | u64::from(*byte))
+}
+
+/// Reads a number of one to nine bytes, and returns the rest.
+fn varint(bytes: &[u8]) -> Option<(u64, &[u8])> {
+    let mut number = 0;
+    for (index, byte) in bytes.iter().take(9).enumerate() {
+        if index == 8 {
+            return Some((number << 8 | u64::from(*byte), &bytes[9..]));
+        }
+        number = number << 7 | u64::from(byte & 0x7F);
+        if byte & 0x80 == 0 {
+            return Some((number, &bytes[index + 1..]));
+        }
+    }
+    None
+}
+
+/// Returns the column names of a `CREATE TABLE` statement, in the order of the values.
+fn column_names(sql: &str) -> Vec<String> {
+    let (mut names, mut depth, mut is_start) = (Vec::new(), 0_usize, false);
+    let mut rest = sql;
+    while let Some(char) = rest.chars().next() {
+        let quote = match char {
+            '"' | '`' | '\'' => Some(char),
+            '[' => Some(']'),
+            _ => None,
+        };
+        let inner = &rest[char.len_utf8()..];
+        let length = match quote {
+            Some(end) => inner.find(end).unwrap_or(inner.len()),
+            None => rest.find(|char: char| !char.is_alphanumeric() && char != '_').unwrap_or(rest.len()),
+        };
+        let word = if quote.is_some() { &inner[..length] } else { &rest[..length] };
+        match char {
+            '(' => {
+                is_start = depth == 0;
+                depth += 1;
+            }
+            ')' => depth = depth.saturating_sub(1),
+            ',' => is_start = depth == 1,
+            _ if is_start && !char.is_whitespace() => {
+                names.push(word.to_owned());
+                is_start = false;
+            }
+            _ => {}
+        }
+        let end = if quote.is_some() { char.len_utf8() + length + 1 } else { length.max(char.len_utf8()) };
+        rest = rest.get(end..).unwrap_or_default();
+    }
+    names
+}
+
+pub(super) fn refused(reason: &str, remedy: &str) -> io::Error {
+    io::Error::new(
+        ErrorKind::InvalidData,
+        NotRecording { reason: reason.to_owned(), remedy: remedy.to_owned() },
+    )
+}
+
+/// Writes databases for tests, with pages of 512 bytes.
+#[cfg(test)]
+pub(super) mod testing {
+    use super::*;
+
+    pub(in super::super) const PAGE: usize = 512;
+
+    fn varint_bytes(number: usize) -> Vec<u8> {
+        let byte = |shift: usize| u8::try_from(number >> shift & 0x7F).unwrap();
+        if number < 0x80 { vec![byte(0)] } else { vec![byte(7) | 0x80, byte(0)] }
+    }
+
+    pub(in super::super) fn record(values: &[Value<'_>]) -> Vec<u8> {
+        let (mut types, mut content) = (Vec::new(), Vec::new());
+        for value in values {
+            let (kind, bytes) = match value {
+                Value::Null => (0, Vec::new()),
+                Value::Integer(0) => (8, Vec::new()),
+                Value::Integer(1) => (9, Vec::new()),
+                Value::Integer(number) => match i8::try_from(*number) {
+                    Ok(small) => (1, small.to_be_bytes().to_vec()),
+                    Err(_) => (5, number.to_be_bytes()[2..].to_vec()),
+                },
+                Value::Real(number) => (7, number.to_be_bytes().to_vec()),
+                Value::Blob(bytes) => (12 + 2 * bytes.len(), bytes.to_vec()),
+                Value::Text(bytes) => (13 + 2 * bytes.len(), bytes.to_vec()),
+            };
+            types.extend(varint_bytes(kind));
+            content.extend(bytes);
+        }
+        [varint_bytes(types.len() + 1), types, content].concat()
+    }
+
+    /// The cell of a row of which the first `local` bytes are in the leaf, and the rest begins on page `overflow`.
+    pub(in super::super) fn cell(row: u8, record: &[u8], local: usize, overflow: Option<u8>) -> Vec<u8> {
+        let pointer = overflow.map(|page| vec![0, 0, 0, page]).unwrap_or_default();
+        [varint_bytes(record.len()), vec![row], record[..local].to_vec(), pointer].concat()
+    }
+
+    pub(in super::super) fn whole(row: u8, record: &[u8]) -> Vec<u8> {
+        cell(row, record, record.len(), None)
+    }
+
+    /// A page of cells; an inner page has its last child as `right`.
+    pub(in super::super) fn page(at: usize, right: Option<u8>, cells: &[Vec<u8>]) -> Vec<u8> {
+        let mut page = vec![0; PAGE];
+        page[at] = if right.is_some() { 0x05 } else { 0x0D };
+        page[at + 4] = u8::try_from(cells.len()).unwrap();
+        page[at + 11] = right.unwrap_or(0);
+        let (mut end, mut pointer) = (PAGE, at + if right.is_some() { 12 } else { 8 });
+        for cell in cells {
+            end -= cell.len();
+            page[end..end + cell.len()].copy_from_slice(cell);
+            page[pointer..pointer + 2].copy_from_slice(&u16::try_from(end).unwrap().to_be_bytes());
+            pointer += 2;
+        }
+        page
+    }
+
+    /// A file with one table, whose root is the first of `pages`.
+    pub(in super::super) fn file(name: &[u8], sql: &[u8], pages: &[Vec<u8>]) -> Vec<u8> {
+        let schema = [
+            Value::Text(b"table"),
+            Value::Text(name),
+            Value::Text(name),
+            Value::Integer(2),
+            Value::Text(sql),
+        ];
+        let mut first = page(HEADER, None, &[whole(1, &record(&schema))]);
+        first[..16].copy_from_slice(MAGIC);
+        first[16..20].copy_from_slice(&[2, 0, 1, 1]);
+        first[59] = 1;
+        [first, pages.concat()].concat()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{cell, file, page, record, whole};
+    use super::*;
+
+    /// Three leaves below an inner page; the rows 2 and 3 continue on other pages.
+    fn blobs() -> (Vec<u8>, [Vec<u8>; 4]) {
+        let bytes = |length: usize| (0..length).map(|at| u8::try_from(at % 251).unwrap()).collect::<Vec<_>>();
+        let blobs = [bytes(3), bytes(700), bytes(1000), bytes(470)];
+        let records = blobs.each_ref().map(|blob| record(&[Value::Null, Value::Blob(blob)]));
+        // With pages of 512 bytes, a leaf has 39 bytes of a row and as many more as its last page leaves, up to 477.
+        let inner = page(0, Some(5), &[vec![0, 0, 0, 3, 1], vec![0, 0, 0, 4, 3]]);
+        let leaves = [
+            page(0, None, &[whole(1, &records[0])]),
+            page(0, None, &[cell(2, &records[1], 196, Some(6)), cell(3, &records[2], 39, Some(7))]),
+            page(0, None, &[whole(4, &records[3])]),
+        ];
+        let chain = |next: u8, bytes: &[u8]| {
+            let mut page = [&[0, 0, 0, next], bytes].concat();
+            page.resize(testing::PAGE, 0);
+            page
+        };
+        let overflow =
+            [chain(0, &records[1][196..]), chain(8, &records[2][39..547]), chain(0, &records[2][547..])];
+        let pages = [&[inner][..], &leaves, &overflow].concat();
+        (file(b"Blobs", b"CREATE TABLE \"Blobs\" (id INTEGER PRIMARY KEY, [the data] BLOB)", &pages), blobs)
+    }
+
+    fn read(file: &[u8]) -> io::Result<Vec<Vec<u8>>> {
+        let database = Database::read(file)?;
+        let table = database.table("blobs", ["The Data"])?.ok_or(ErrorKind::NotFound)?;
+        let (mut rows, mut found) = (Rows::new(table), Vec::new());
+        while let Some(row) = rows.next(&database)? {
+            found.push(row.map_err(|_| ErrorKind::InvalidData)?[0].bytes().unwrap_or_default().to_vec());
+        }
+        Ok(found)
+    }
+
+    #[test]
+    fn rows_of_inner_and_overflow_pages_are_read_in_their_order() {
+        let (file, blobs) = blobs();
+        assert_eq!(read(&file).unwrap(), blobs);
+    }
+
+    #[test]
+    fn a_cut_database_ends_where_its_pages_are_missing() {
+        let (file, _) = blobs();
+        for length in 0..file.len() {
+            assert_eq!(read(&file[..length]).unwrap_err().kind(), ErrorKind::UnexpectedEof, "{length}");
+        }
+    }
+
+    #[test]
+    fn pages_that_refer_in_a_circle_are_damage() {
+        let (mut file, _) = blobs();
+        file[512 + 11] = 2;
+        assert_eq!(read(&file).unwrap_err().kind(), ErrorKind::InvalidData);
+    }
+
+    #[test]
+    fn what_is_not_supported_is_refused_with_its_reason() {
+        for (at, byte, expected) in
+            [(18, 2, "write-ahead log"), (59, 2, "UTF-16"), (16, 3, "page size"), (20, 200, "page size")]
+        {
+            let (mut file, _) = blobs();
+            file[at] = byte;
+            let error = read(&file).unwrap_err().to_string();
+            assert!(error.contains(expected), "{at}: {error}");
+        }
+    }
+
+    #[test]
+    fn columns_are_known_by_the_statement_that_made_the_table() {
+        for (sql, expected) in [
+            (
+                "CREATE TABLE t(a, b INTEGER DEFAULT (1, 2), \"c d\" TEXT,[e], `f` REAL, PRIMARY KEY (a, b))",
+                "a|b|c d|e|f|PRIMARY",
+            ),
+            ("create table 'x(' (\n  ü_1 DECIMAL(10,2),\r\n\tb\n)", "ü_1|b"),
+            ("CREATE TABLE \"t", ""),
+        ] {
+            assert_eq!(column_names(sql).join("|"), expected, "{sql}");
+        }
+    }
+
+    #[test]
+    fn numbers_have_their_sign_and_length() {
+        assert_eq!(varint(&[0x81, 0x00, 7]), Some((128, &[7][..])));
+        assert_eq!(varint(&[0xFF; 9]), Some((u64::MAX, &[][..])));
+        assert_eq!(varint(&[0xFF; 8]), None);
+        let integers = [3, 1, 6, 0xFF, 0x80, 0, 0, 0, 0, 0, 0, 0];
+        assert_eq!(
+            values(&integers, [0, 1, 2]),
+            Some([Value::Integer(-1), Value::Integer(i64::MIN), Value::Null])
+        );
+        assert_eq!(values(&[2, 10], [0]), None);
+        assert_eq!(values(&[2, 4, 0], [0]), None);
+    }
+}
