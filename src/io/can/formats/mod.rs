@@ -32,6 +32,7 @@ mod plain;
 mod python_csv;
 mod python_sqlite;
 mod ros_frames;
+mod sqlite_columns;
 mod sqlite_file;
 mod trc;
 mod unrecognised;
