@@ -107,6 +107,8 @@ fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, EntryContent)>, B
     if first.eq_ignore_ascii_case("CANFD") {
         let channel = fields.channel()?;
         Ok(fd(fields)?.map(|content| (channel, content)))
+    } else if first.eq_ignore_ascii_case("CANXL") {
+        Err(BadLine::CanXl)
     } else if first.eq_ignore_ascii_case("CAN") {
         let channel = fields.next().and_then(|channel| number(channel, 10));
         Ok(channel
@@ -181,17 +183,22 @@ fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLine> {
     }
     let id = identifier(name, fields.radix)?;
     // The bit rate switch, behind a symbolic name if there is one; then the error state and the DLC.
-    if fields.next().is_some_and(|field| !matches!(field, "0" | "1")) {
-        fields.next();
+    let mut rate_switch = fields.next();
+    if rate_switch.is_some_and(|field| !matches!(field, "0" | "1")) {
+        rate_switch = fields.next();
     }
     let _error_state_and_dlc = (fields.next(), fields.next());
     let length = fields.length()?;
     let content = fields.data_frame(id, true, length)?;
-    // Behind the data: duration, length in bits, flags. Without them it is an FD frame.
+    // Behind the data: duration, length in bits, flags. Without them it is an FD frame. Some writers leave the flags
+    // zero; only an FD frame has a bit rate switch or more than eight bytes.
+    let must_be_fd = rate_switch == Some("1") || length > 8;
     let flags = fields.nth(2).and_then(|flags| number(flags, 16)).unwrap_or(FD_FRAME);
     match content {
         EntryContent::Data(_) if flags & REMOTE_FRAME != 0 => Ok(Some(EntryContent::Remote)),
-        EntryContent::Data(frame) if flags & FD_FRAME == 0 => data_frame(id, false, frame.data()).map(Some),
+        EntryContent::Data(frame) if flags & FD_FRAME == 0 && !must_be_fd => {
+            data_frame(id, false, frame.data()).map(Some)
+        }
         EntryContent::Data(_) | EntryContent::Remote | EntryContent::Error(_) | EntryContent::Note(_) => {
             Ok(Some(content))
         }
@@ -259,6 +266,22 @@ mod tests {
     }
 
     #[test]
+    fn a_long_frame_or_a_rate_switch_is_fd_whatever_the_flags() {
+        let lines = good(
+            FORMAT,
+            &[
+                "base hex  timestamps absolute",
+                "0.001 CANFD 1 Rx 1A1 0 0 9 12 1 2 3 4 5 6 7 8 9 a b c 0 0 0 0 0 0 0 0",
+                "0.002 CANFD 1 Rx 1A1 Lamps 1 0 2 2 7 8 0 0 0 0 0",
+                "0.003 CANFD 1 Rx 1A1 Lamps 0 0 2 2 7 8 0 0 0 0 0",
+            ],
+        );
+        let expected =
+            ["1000 can1 1A1##00102030405060708090A0B0C", "2000 can1 1A1##00708", "3000 can1 1A1#0708"];
+        assert_eq!(lines, expected);
+    }
+
+    #[test]
     fn decimal_base_and_relative_times_are_applied() {
         let lines = good(
             FORMAT,
@@ -299,6 +322,7 @@ mod tests {
             ("1.x 1 1A0 Rx d 0", BadLine::NoTime),
             ("1.0", BadLine::NoInterface),
             ("1.0 CANFD x Rx", BadLine::NoInterface),
+            ("1.0 CANXL 1 Rx 1A0", BadLine::CanXl),
             ("1.0 1", BadLine::NoFrame),
             ("1.0 1 1A0 Rz d 0", BadLine::NoFrame),
             ("1.0 1 1A0 Rx q 0", BadLine::NoFrame),

@@ -118,6 +118,18 @@ pub(super) fn data_frame(id: CanId, fd: bool, data: &[u8]) -> Result<EntryConten
     frame.map(EntryContent::Data).ok_or(BadLine::BadLength)
 }
 
+/// Reads a data frame whose bytes are written as pairs of hexadecimal digits without separators.
+pub(super) fn packed_frame(id: CanId, fd: bool, digits: &str) -> Result<EntryContent, BadLine> {
+    let (pairs, []) = digits.as_bytes().as_chunks::<2>() else { return Err(BadLine::BadData) };
+    let mut bytes = [0; MAX_DATA];
+    let data = bytes.get_mut(..pairs.len()).ok_or(BadLine::BadLength)?;
+    for (byte, pair) in data.iter_mut().zip(pairs) {
+        let value = text(pair).ok().and_then(|pair| number(pair, 16));
+        *byte = value.and_then(|value| u8::try_from(value).ok()).ok_or(BadLine::BadData)?;
+    }
+    data_frame(id, fd, data)
+}
+
 /// Returns the error frame for a recording that does not state the kind of error: a violated bus rule.
 pub(super) fn bus_error() -> EntryContent {
     EntryContent::Error(ErrorFrame::new(class::PROTOCOL | class::BUS_ERROR, &[]))

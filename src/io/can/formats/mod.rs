@@ -17,14 +17,17 @@
 mod asc;
 mod blf;
 mod busmaster;
+mod cabana;
 mod can_packet;
 pub mod candump;
+mod canedge;
 mod canhacker;
 mod clock;
 mod crtd;
 mod csv;
 mod entry;
 mod fields;
+mod hcrl;
 mod mcap;
 mod pcap;
 mod pcapng;
@@ -32,6 +35,7 @@ mod plain;
 mod python_csv;
 mod python_sqlite;
 mod ros_frames;
+mod slcan;
 mod sqlite_columns;
 mod sqlite_file;
 mod trc;
@@ -55,7 +59,7 @@ pub(super) struct LineFormat {
 }
 
 /// Formats of lines, in the order in which they may claim one.
-const LINE_FORMATS: [LineFormat; 9] = [
+const LINE_FORMATS: [LineFormat; 13] = [
     candump::FORMAT,
     asc::FORMAT,
     trc::FORMAT,
@@ -65,6 +69,10 @@ const LINE_FORMATS: [LineFormat; 9] = [
     canhacker::FORMAT,
     crtd::FORMAT,
     plain::FORMAT,
+    cabana::FORMAT,
+    canedge::FORMAT,
+    hcrl::FORMAT,
+    slcan::FORMAT,
 ];
 
 /// A binary format.
@@ -282,6 +290,11 @@ mod tests {
             ("date Mon Jan 1 00:00:00 2024\n", Some("Vector ASC")),
             ("820298   0x085: 7C 33\n", Some("serial sniffer")),
             ("01 00 00 03 50 05 00\n", Some("serial sniffer")),
+            ("time,addr,bus,data\n", Some("cabana CSV")),
+            ("TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;DataBytes\n", Some("CANedge CSV")),
+            ("1478198376.389427,0316,2,05,21,R\n", Some("HCRL data set")),
+            ("t1A020102\r\n", Some("slcan")),
+            ("b1230\n", None),
             ("LOGG", Some("Vector BLF")),
             ("\n\r\r\n", Some("pcapng")),
             ("SQLite format 3\0", Some("python-can SQLite")),

@@ -1,0 +1,114 @@
+//! The car-hacking data sets of the Hacking and Countermeasure Research Lab (HCRL), both forms.
+//!
+//! ```text
+//! 1478198376.389427,0316,8,05,21,68,09,21,21,00,6f,R
+//! Timestamp: 1479121434.850202        ID: 0350    000    DLC: 8    05 28 84 66 6d 00 00 a2
+//! ```
+//! Time is in seconds since 1970; identifiers have four hexadecimal digits for 11 bits. Behind the data of the first form is `R`, or
+//! `T` for an injected frame; both were on the bus. In the second form only the flags `000` are known, so others are bad.
+//! There is one bus.
+
+use super::clock::SECOND;
+use super::entry::{BadLine, EntryContent, LogEntry};
+use super::fields::{LineFields, columns, fields, id, number, text};
+use super::{LineFormat, LineReader};
+
+pub(super) const FORMAT: LineFormat =
+    LineFormat { name: "HCRL data set", claims: |line| Hcrl.read(line).is_ok(), reader: || Box::new(Hcrl) };
+
+/// A format without headings.
+struct Hcrl;
+
+impl LineReader for Hcrl {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
+        let line = text(line)?;
+        let (nanos, content) = match line.strip_prefix("Timestamp:") {
+            Some(rest) => named(fields(rest, 16))?,
+            None => labelled(columns(line, 0))?,
+        };
+        Ok(Some(LogEntry::numbered(nanos, 0, content)))
+    }
+}
+
+fn labelled<'a>(
+    mut fields: LineFields<impl Iterator<Item = &'a str>>,
+) -> Result<(i64, EntryContent), BadLine> {
+    let nanos = fields.time(SECOND)?;
+    let content = frame(&mut fields, |_| Ok(()))?;
+    if !matches!(fields.next(), Some("R" | "T")) {
+        return Err(BadLine::BadLength);
+    }
+    fields.end()?;
+    Ok((nanos, content))
+}
+
+fn named<'a>(mut fields: LineFields<impl Iterator<Item = &'a str>>) -> Result<(i64, EntryContent), BadLine> {
+    let nanos = fields.time(SECOND)?;
+    expect(&mut fields, "ID:")?;
+    let content = frame(&mut fields, |fields| {
+        expect(fields, "000")?;
+        expect(fields, "DLC:")
+    })?;
+    fields.end()?;
+    Ok((nanos, content))
+}
+
+fn expect<'a>(fields: &mut LineFields<impl Iterator<Item = &'a str>>, expected: &str) -> Result<(), BadLine> {
+    if fields.next() == Some(expected) { Ok(()) } else { Err(BadLine::NoFrame) }
+}
+
+/// Reads identifier, what is `between`, length and data.
+fn frame<'a, I: Iterator<Item = &'a str>>(
+    fields: &mut LineFields<I>,
+    between: impl Fn(&mut LineFields<I>) -> Result<(), BadLine>,
+) -> Result<EntryContent, BadLine> {
+    let digits = fields.text(BadLine::NoFrame)?;
+    let number = number(digits, 16).filter(|_| digits.len() == 4).ok_or(BadLine::BadId)?;
+    let id = id(number, false)?;
+    between(fields)?;
+    let length = fields.length()?;
+    fields.data_frame(id, false, length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{assert_refused, good};
+    use super::*;
+
+    #[test]
+    fn both_forms_are_read() {
+        let lines = good(
+            FORMAT,
+            &[
+                "1478198376.389427,0316,8,05,21,68,09,21,21,00,6f,R",
+                "1478198376.5,05f0,2,01,00,T",
+                "Timestamp: 1479121434.850202        ID: 0350    000    DLC: 2    05 a2",
+            ],
+        );
+        let expected = [
+            "1478198376389427 can0 316#052168092121006F",
+            "1478198376500000 can0 5F0#0100",
+            "1479121434850202 can0 350#05A2",
+        ];
+        assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
+            ("x,0316,0,R", BadLine::NoTime),
+            ("1.0", BadLine::NoFrame),
+            ("1.0,316,0,R", BadLine::BadId),
+            ("1.0,0800,0,R", BadLine::BadId),
+            ("1.0,0316,x,R", BadLine::BadLength),
+            ("1.0,0316,2,00,R", BadLine::BadData),
+            ("1.0,0316,1,00,00,R", BadLine::BadLength),
+            ("1.0,0316,1,00", BadLine::BadLength),
+            ("1.0,0316,1,00,R,R", BadLine::BadLength),
+            ("Timestamp: 1.0 ID: 0350 100 DLC: 0", BadLine::NoFrame),
+            ("Timestamp: 1.0 ID: 0350 000 DLC: 1 00 00", BadLine::BadLength),
+            ("Timestamp: soon ID: 0350 000 DLC: 0", BadLine::NoTime),
+        ];
+        assert_refused(FORMAT, &[], &cases);
+    }
+}
