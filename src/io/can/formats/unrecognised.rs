@@ -18,7 +18,7 @@ const fn plain(name: &'static str) -> Looks {
 const UTF_16: Looks = Looks { name: "text in UTF-16", remedy: "save it as UTF-8" };
 
 /// First bytes of files that are not recordings.
-const MAGIC: [(&[u8], Looks); 24] = [
+const MAGIC: [(&[u8], Looks); 22] = [
     (b"PK\x03\x04", plain("a zip archive")),
     (b"PK\x05\x06", plain("an empty zip archive")),
     (b"Rar!", plain("a RAR archive")),
