@@ -172,6 +172,9 @@ fn mf4_is_refused_with_an_alternative() {
     assert!(error.to_string().contains("can.logconvert"), "{error}");
 }
 
+/// Number of frames in a random recording.
+const RANDOM_FRAMES: usize = 10_000;
+
 /// Random frames as candump writes them, in an order of time.
 fn random_candump(kinds: &'static [&'static str]) -> String {
     let id = prop_oneof![
@@ -181,7 +184,7 @@ fn random_candump(kinds: &'static [&'static str]) -> String {
     let line = (id, prop::sample::select(kinds), any::<[u8; 64]>(), 0..16_usize, 0..2, 0..3_000_000_u64);
     let mut runner = TestRunner::new(Config { rng_seed: RngSeed::Fixed(7), ..Config::default() });
     let (mut text, mut micros) = (String::new(), 1_709_649_000_000_000_u64);
-    for _ in 0..2_000 {
+    for _ in 0..RANDOM_FRAMES {
         let (id, kind, bytes, dlc, bus, step) = line.new_tree(&mut runner).unwrap().current();
         let hex = |length: usize| {
             bytes[..length].iter().fold(String::new(), |hex, byte| format!("{hex}{byte:02X}"))
@@ -217,7 +220,7 @@ fn what_python_can_writes_is_read_back() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
         let (source, written) = (Recording::read(&source), Recording::read(&written));
-        assert_eq!((written.records.len(), written.log.bad_lines()), (2_000, 0), "{ending}");
+        assert_eq!((written.records.len(), written.log.bad_lines()), (RANDOM_FRAMES, 0), "{ending}");
         assert!(written.contents() == source.contents(), "{ending}: other frames");
         // python-can counts from 0, these formats from 1. It does not state on which bus an error was.
         for ((written, content), source) in
