@@ -94,7 +94,8 @@ impl ObjectFormat {
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
-const OBJECT_FORMATS: [ObjectFormat; 5] = [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT, python_sqlite::FORMAT];
+const OBJECT_FORMATS: [ObjectFormat; 5] =
+    [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT, python_sqlite::FORMAT];
 
 /// Formats whose files make a bag, if they are in a folder.
 const BAG_FORMATS: [ObjectFormat; 1] = [mcap::FORMAT];
