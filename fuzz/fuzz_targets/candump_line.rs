@@ -27,10 +27,30 @@ fuzz_target!(|bytes: &[u8]| {
         }
     }
     let lines = bytes.split(|byte| *byte == b'\n').count() as u64;
-    // Packed: the content may be much larger. BLF, MF4: no lines, and they may end within a record.
+    // Packed: the content may be much larger. Binary formats: no lines, and they may end within a record.
     let zstd = bytes.get(1..4) == Some(&[0xB5, 0x2F, 0xFD]) || bytes.get(1..4) == Some(&[0x2A, 0x4D, 0x18]);
-    let marks = [&[0x1F, 0x8B][..], b"\xFD7zXZ", b"LOGG", b"MDF ", b"UnFinMF "];
-    if zstd || marks.iter().any(|mark| bytes.starts_with(mark)) {
+    let lz4 = [0x04, 0x22, 0x4D, 0x18];
+    let pcaps = [
+        [0xD4, 0xC3, 0xB2, 0xA1],
+        [0x4D, 0x3C, 0xB2, 0xA1],
+        [0xA1, 0xB2, 0xC3, 0xD4],
+        [0xA1, 0xB2, 0x3C, 0x4D],
+    ];
+    let marks = [
+        &[0x1F, 0x8B][..],
+        b"\xFD7zXZ",
+        b"LOGG",
+        b"MDF ",
+        b"UnFinMF ",
+        b"\x89MCAP",
+        b"\n\r\r\n",
+        b"SQLite format 3\0",
+        &lz4,
+    ];
+    if zstd
+        || pcaps.iter().any(|mark| bytes.starts_with(mark))
+        || marks.iter().any(|mark| bytes.starts_with(mark))
+    {
         return;
     }
     // An error: not a recording.
