@@ -44,6 +44,8 @@ pub enum StatusReason {
     OutOfStep,
     /// No signal tells forward from backward now: the vehicle began to roll without a gear.
     DirectionNotTold,
+    /// Speed and steering, or the rear wheels, give a heading rate beyond what a vehicle can do.
+    HeadingRateOutOfRange,
     /// A rear wheel has no usable speed.
     NoRearWheels,
     /// It does not fit to the other parts of the motion.
@@ -65,9 +67,10 @@ impl StatusReason {
         match self {
             Self::Signal(reason) => (!reason.is_sleep()).then(|| reason.kind()),
             Self::BadQuality(..) => Some(FaultKind::HardwareFault),
-            Self::OutOfRange(_) | Self::Implausible(_) | Self::BetweenGears { is_long: true, .. } => {
-                Some(FaultKind::Invalid)
-            }
+            Self::OutOfRange(_)
+            | Self::HeadingRateOutOfRange
+            | Self::Implausible(_)
+            | Self::BetweenGears { is_long: true, .. } => Some(FaultKind::Invalid),
             Self::OtherVehicle(_)
             | Self::NoSpeedForSteering
             | Self::OutOfStep

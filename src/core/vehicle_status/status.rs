@@ -326,6 +326,7 @@ fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> 
         StatusReason::DirectionNotTold => {
             "the vehicle began to roll, and nothing tells forward from backward".to_owned()
         }
+        StatusReason::HeadingRateOutOfRange => "it is beyond what the vehicle can do".to_owned(),
         StatusReason::NoRearWheels => "a rear wheel has no speed".to_owned(),
         StatusReason::NoSource => "the profile describes no source of it".to_owned(),
         // The configuration chooses among the sources that there are.

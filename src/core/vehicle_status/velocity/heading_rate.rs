@@ -105,7 +105,9 @@ impl YawZeros {
                 HeadingRateSource::Steering => believed(steering, &[Alarm::SteeringContradicts]),
                 HeadingRateSource::Wheels => wheels,
             };
-            match rate {
+            let possible =
+                |rate: f64| RATES.contains(&rate).then_some(rate).ok_or(StatusReason::HeadingRateOutOfRange);
+            match rate.and_then(possible) {
                 _ if chosen.is_some() => {}
                 Ok(rate) => chosen = Some((rate, source)),
                 Err(reason) => first_reason = first_reason.or(Some(reason)),
