@@ -1,6 +1,6 @@
 //! Arguments of several commands: a configuration, a recording, a file for a chart.
 
-use std::fs::{File, Metadata};
+use std::fs::Metadata;
 use std::io::{self, IsTerminal as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -143,10 +143,11 @@ pub(super) fn open(path: &Path, shown: ShowProgress) -> Result<Log, Failure> {
                 "standard input".to_owned(),
             )));
         }
-        let file = File::open(path)?;
-        // A pipe has no length.
-        let length = file.metadata().ok().filter(Metadata::is_file).map(|metadata| metadata.len());
-        Log::new(Box::new(ProgressDisplay::reading(file, length, file_name(path))))
+        Log::of_file(path, |file| {
+            // A pipe has no length.
+            let length = file.metadata().ok().filter(Metadata::is_file).map(|metadata| metadata.len());
+            Box::new(ProgressDisplay::reading(file, length, file_name(path)))
+        })
     };
     open().map_err(Failure::file(path))
 }

@@ -1,8 +1,8 @@
 """Writes the frames of a candump log as bags, with two writers that are not ours.
 
 bag_writer.py LOG FOLDER        prints the name of each file or bag in FOLDER: MCAP of the mcap package with chunks that are plain,
-                                lz4 and zstd; bags of rosbags with chunks that are plain and zstd. Beside the frames there is a topic
-                                of another type.
+                                lz4 and zstd; bags of rosbags as MCAP with chunks that are plain and zstd, and as
+                                sqlite3. Beside the frames there is a topic of another type.
 """
 
 import sys
@@ -93,3 +93,4 @@ for compression in (CompressionType.NONE, CompressionType.LZ4, CompressionType.Z
     with_mcap(log, folder / f"{compression.name.lower()}.mcap", compression=compression, chunk_size=100_000)
 with_rosbags(log, folder / "rosbags", StoragePlugin.MCAP, False)
 with_rosbags(log, folder / "rosbags_zstd", StoragePlugin.MCAP, True)
+with_rosbags(log, folder / "rosbags_sqlite3", StoragePlugin.SQLITE3, False)

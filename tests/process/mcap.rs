@@ -1,10 +1,13 @@
 //! Recordings as MCAP: read back by readers of other makes, after an orderly end, a kill, and a full disk.
 
 use std::fs;
-use std::io::Read as _;
-use std::path::Path;
+use std::io::{Cursor, Read as _};
+use std::path::{Path, PathBuf};
 
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng as _;
 use serde_json::{Value, json};
+use signal_gateway::io::can::log::{Log, LogRecord};
 
 use crate::support::mcap::McapReaders;
 use crate::support::prerequisite::require;
@@ -95,9 +98,52 @@ fn bags_of_other_writers_and_its_own_replay_as_the_log_that_they_were_made_of() 
         replay(&log, &["--mcap", bags.join(own).to_str().unwrap()]);
         names.push(own.to_owned());
     }
-    assert_eq!(names.len(), 7);
+    assert_eq!(names.len(), 8);
     for name in names {
         assert!(replay_text(&bags.join(&name)) == of_log, "{name}");
+    }
+}
+
+/// The records of a file as far as they can be read, and whether it broke off.
+fn records(bytes: Vec<u8>) -> (Vec<LogRecord>, bool) {
+    let mut records = Vec::new();
+    let Ok(mut log) = Log::new(Box::new(Cursor::new(bytes))) else { return (records, true) };
+    loop {
+        match log.next_record() {
+            Ok(Some(record)) => records.push(record),
+            Ok(None) => return (records, log.breakage().is_some()),
+            Err(_) => return (records, true),
+        }
+    }
+}
+
+#[test]
+fn a_bag_of_other_writers_that_was_cut_gives_the_frames_before_its_end() {
+    let writers = require!(McapReaders::find());
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("drive.log");
+    fs::write(&log, demo_lines(3_000).join("\n")).unwrap();
+    let mut random = Pcg32::new(39, 0);
+    for name in writers.write_bags(&log, folder.path()) {
+        let path = folder.path().join(&name);
+        let path = if path.is_dir() {
+            let is_data = |path: &PathBuf| path.extension().is_some_and(|ending| ending != "yaml");
+            fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()).find(is_data).unwrap()
+        } else {
+            path
+        };
+        let bytes = fs::read(path).unwrap();
+        let (whole, is_broken) = records(bytes.clone());
+        assert_eq!((whole.len(), is_broken), (3_000, false), "{name}");
+        for _ in 0..20 {
+            // The end of an MCAP file, without messages, is an index of at most some kB.
+            let length = random.next_u32() as usize % (bytes.len() - bytes.len() / 20);
+            let (part, is_broken) = records(bytes[..length].to_vec());
+            assert!(is_broken || part.len() == whole.len(), "{name}: {length} of {}", bytes.len());
+            assert!(whole.starts_with(&part), "{name}: {length}");
+        }
+        let (part, _) = records(bytes[..bytes.len() * 3 / 4].to_vec());
+        assert!(part.len() > 1_000, "{name}: {}", part.len());
     }
 }
 

@@ -14,7 +14,7 @@ use super::bag_folder;
 use super::compression::decompressed;
 use super::formats::{
     BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, ObjectReader, Outcome,
-    not_recognised, not_supported, without_byte_order_mark,
+    not_recognised, not_supported, refuse_pending_rows, without_byte_order_mark,
 };
 use super::lines::Lines;
 use crate::core::time::WallStamp;
@@ -125,7 +125,13 @@ impl Log {
             let first = files.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
             return Ok(Self { rest: files, ..Self::open(&first)? });
         }
-        Self::new(Box::new(File::open(path)?))
+        Self::of_file(path, |file| Box::new(file))
+    }
+
+    /// Opens a file that `wrap` reads, e.g. to show its progress.
+    pub fn of_file(path: &Path, wrap: impl FnOnce(File) -> Box<dyn Read + Send>) -> io::Result<Self> {
+        refuse_pending_rows(path)?;
+        Self::new(wrap(File::open(path)?))
     }
 
     /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if its first

@@ -13,8 +13,8 @@ use mcap::records::{Channel, Record, op};
 
 use super::super::compression::decompressed;
 use super::entry::BadLine;
-use super::ros_frames::FrameTopic;
-use super::{NotRecording, ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use super::ros_frames::{FrameTopic, LISTED_TOPICS, without_frames};
+use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
 use crate::core::time::WallStamp;
 
 pub(super) const FORMAT: ObjectFormat =
@@ -29,8 +29,6 @@ const MAX_RECORD: u64 = 1 << 20;
 const MESSAGE_HEAD: usize = 22;
 /// Length of the head of a chunk before the name of its compression: two times, size, checksum, length of the name.
 const CHUNK_HEAD: usize = 32;
-/// Topics that a refusal lists.
-const LISTED_TOPICS: usize = 8;
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
@@ -144,7 +142,7 @@ impl ObjectReader for Mcap {
             Some(Ok(())) => Ok(Some(self.content.entry())),
             Some(Err(reason)) => Ok(Some(Err(reason))),
             None if self.content.channels.values().any(Option::is_some) => Ok(None),
-            None => Err(self.content.without_frames()),
+            None => Err(without_frames(&self.content.others)),
         }
     }
 }
@@ -248,20 +246,6 @@ impl Content {
         let (channel, logged) = self.message.ok_or(BadLine::NoFrame)?;
         let topic = self.channels.get(&channel).and_then(Option::as_ref).ok_or(BadLine::NoInterface)?;
         topic.entry(&self.record, logged)
-    }
-
-    fn without_frames(&self) -> io::Error {
-        let reason = match self.others.as_slice() {
-            [] => "the MCAP file has no topic".to_owned(),
-            topics => {
-                let listed =
-                    topics.iter().take(LISTED_TOPICS).map(String::as_str).collect::<Vec<_>>().join(", ");
-                let more = if topics.len() > LISTED_TOPICS { ", …" } else { "" };
-                format!("the MCAP file has no topic with received CAN frames; it has {listed}{more}")
-            }
-        };
-        let remedy = "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame".to_owned();
-        io::Error::new(ErrorKind::InvalidData, NotRecording { reason, remedy })
     }
 }
 
@@ -435,7 +419,7 @@ mod tests {
         assert_eq!(entries, []);
         assert_eq!(
             end.unwrap_err().to_string(),
-            "the MCAP file has no topic with received CAN frames; it has /chatter; \
+            "the recording has no topic with received CAN frames; it has /chatter; \
              record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame"
         );
     }

@@ -35,7 +35,9 @@ mod plain;
 mod python_csv;
 mod python_sqlite;
 mod ros_frames;
+mod ros_sqlite;
 mod slcan;
+mod sqlite;
 mod sqlite_columns;
 mod sqlite_file;
 mod trc;
@@ -44,6 +46,7 @@ mod unrecognised;
 use std::io::{self, BufRead};
 
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
+pub(super) use sqlite::refuse_pending_rows;
 pub use unrecognised::{Looks, known_magic};
 
 /// Longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
@@ -95,14 +98,13 @@ pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
 const OBJECT_FORMATS: [ObjectFormat; 5] =
-    [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT, python_sqlite::FORMAT];
+    [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT, sqlite::FORMAT];
 
-/// Formats whose files make a bag, if they are in a folder.
-const BAG_FORMATS: [ObjectFormat; 1] = [mcap::FORMAT];
-
-/// Returns true if a file that begins with `head` may be a part of a bag.
+/// Returns true if a file that begins with `head` may be a part of a bag in a folder.
 pub(super) fn is_in_bags(head: &[u8]) -> bool {
-    BAG_FORMATS.iter().any(|format| format.begins(head))
+    const TOPICS: &[u8] = b"CREATE TABLE topics";
+    let has_topics = || head.windows(TOPICS.len()).any(|part| part == TOPICS);
+    mcap::FORMAT.begins(head) || sqlite::FORMAT.begins(head) && has_topics()
 }
 
 /// Returns the names of all readable formats.
@@ -298,7 +300,7 @@ mod tests {
             ("b1230\n", None),
             ("LOGG", Some("Vector BLF")),
             ("\n\r\r\n", Some("pcapng")),
-            ("SQLite format 3\0", Some("python-can SQLite")),
+            ("SQLite format 3\0", Some("SQLite of python-can or rosbag2")),
             ("MDF     4.10", Some("MF4")),
             ("UnFinMF 4.11", Some("MF4")),
             ("(1.0) can0 123#", None),

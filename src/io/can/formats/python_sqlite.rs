@@ -8,30 +8,24 @@ use std::io;
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id};
-use super::sqlite_file::{Database, MAGIC, Rows, Value, refused};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use super::sqlite_file::{Database, Rows, Table, Value};
+use super::{ObjectReader, Outcome};
 
 const COLUMNS: [&str; 7] = ["ts", "arbitration_id", "extended", "remote", "error", "dlc", "data"];
 
-pub(super) const FORMAT: ObjectFormat = ObjectFormat {
-    name: "python-can SQLite",
-    magics: &[MAGIC],
-    reader: |source| Ok(Box::new(PythonSqlite::new(source)?)),
-};
-
-struct PythonSqlite {
+pub(super) struct PythonSqlite {
     database: Database,
     rows: Rows<7>,
 }
 
 impl PythonSqlite {
-    fn new(source: ObjectSource) -> io::Result<Self> {
-        let database = Database::read(source)?;
-        let Some(table) = database.table("messages", COLUMNS)? else {
-            let remedy = "python-can writes one with the columns ts, arbitration_id, extended, remote, error, dlc and data";
-            return Err(refused("the SQLite database has no table messages of CAN frames", remedy));
-        };
-        Ok(Self { database, rows: Rows::new(table) })
+    /// Returns the table of frames; `None` for a database that python-can has not written.
+    pub(super) fn table(database: &Database) -> io::Result<Option<Table<7>>> {
+        database.table("messages", COLUMNS)
+    }
+
+    pub(super) fn new(database: Database, table: Table<7>) -> Self {
+        Self { database, rows: Rows::new(table) }
     }
 }
 
@@ -80,6 +74,7 @@ fn nanos(time: Value<'_>) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sqlite::FORMAT;
     use super::super::sqlite_file::testing::{file, page, record, whole};
     use super::super::testing::{assert_survives_damage, objects};
     use super::*;

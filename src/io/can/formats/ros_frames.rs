@@ -4,7 +4,9 @@
 //! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Frames of `to_can_bus` and the like
 //! were sent and not received, and are passed over.
 
-use super::Outcome;
+use super::{NotRecording, Outcome};
+use std::io;
+
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 use super::fields::{data_frame, id};
 use crate::core::can::ErrorFrame;
@@ -48,6 +50,22 @@ impl FrameTopic {
         let stamp = if stamp == Time::default() { logged } else { stamp.into() };
         Ok(Some(LogEntry { stamp, interface: EntryInterface::Named(&self.interface), content }))
     }
+}
+
+/// Topics that a refusal lists.
+pub(super) const LISTED_TOPICS: usize = 8;
+
+/// Returns the error for a recording whose topics have no frames.
+pub(super) fn without_frames(topics: &[String]) -> io::Error {
+    let reason = if topics.is_empty() {
+        "the recording has no topic".to_owned()
+    } else {
+        let listed = topics.iter().take(LISTED_TOPICS).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let more = if topics.len() > LISTED_TOPICS { ", …" } else { "" };
+        format!("the recording has no topic with received CAN frames; it has {listed}{more}")
+    };
+    let remedy = "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame".to_owned();
+    io::Error::new(io::ErrorKind::InvalidData, NotRecording { reason, remedy })
 }
 
 fn frame(message: &[u8]) -> Result<(Time, EntryContent), BadLine> {

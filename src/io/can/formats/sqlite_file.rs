@@ -77,12 +77,6 @@ impl Database {
                 "export a part of it, e.g. with sqlite3 and a WHERE clause",
             ));
         }
-        if bytes[18..20] != [1, 1] {
-            return Err(refused(
-                "the SQLite database has a write-ahead log, which may hold its newest rows",
-                "merge it: sqlite3 FILE 'PRAGMA journal_mode=DELETE'",
-            ));
-        }
         if number(&bytes[56..60]) > 1 {
             return Err(refused(
                 "the texts of the SQLite database are UTF-16",
@@ -181,11 +175,17 @@ pub(super) struct Rows<const N: usize> {
     /// Number of pages so far.
     visited: usize,
     payload: Vec<u8>,
+    row_number: i64,
 }
 
 impl<const N: usize> Rows<N> {
     pub(super) fn new(table: Table<N>) -> Self {
-        Self { table, path: vec![(table.root, 0)], visited: 0, payload: Vec::new() }
+        Self { table, path: vec![(table.root, 0)], visited: 0, payload: Vec::new(), row_number: 0 }
+    }
+
+    /// Returns the number of the last row, which is the value of a column INTEGER PRIMARY KEY.
+    pub(super) fn row_number(&self) -> i64 {
+        self.row_number
     }
 
     /// Returns the values of the next row, `None` at the end. Fails if pages are missing or damaged.
@@ -221,7 +221,8 @@ impl<const N: usize> Rows<N> {
             let cell = cell.ok_or(ErrorKind::InvalidData)?;
             if is_leaf {
                 let (length, rest) = varint(cell).ok_or(ErrorKind::InvalidData)?;
-                let (_row_number, rest) = varint(rest).ok_or(ErrorKind::InvalidData)?;
+                let (row_number, rest) = varint(rest).ok_or(ErrorKind::InvalidData)?;
+                self.row_number = row_number.cast_signed();
                 self.payload.clear();
                 database.collect(rest, length, &mut self.payload, &mut self.visited)?;
                 return Ok(Some(values(&self.payload, self.table.columns).ok_or(DamagedRow)));
@@ -442,9 +443,7 @@ mod tests {
 
     #[test]
     fn what_is_not_supported_is_refused_with_its_reason() {
-        for (at, byte, expected) in
-            [(18, 2, "write-ahead log"), (59, 2, "UTF-16"), (16, 3, "page size"), (20, 200, "page size")]
-        {
+        for (at, byte, expected) in [(59, 2, "UTF-16"), (16, 3, "page size"), (20, 200, "page size")] {
             let (mut file, _) = blobs();
             file[at] = byte;
             let error = read(&file).unwrap_err().to_string();

@@ -1,0 +1,57 @@
+//! SQLite databases: the tables tell whether python-can or `rosbag2` has written them.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::Path;
+
+use super::python_sqlite::PythonSqlite;
+use super::ros_sqlite::RosSqlite;
+use super::sqlite_file::{Database, MAGIC, refused};
+use super::{ObjectFormat, ObjectReader, ObjectSource};
+
+pub(super) const FORMAT: ObjectFormat =
+    ObjectFormat { name: "SQLite of python-can or rosbag2", magics: &[MAGIC], reader: open };
+
+fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
+    let database = Database::read(source)?;
+    if let Some(table) = PythonSqlite::table(&database)? {
+        return Ok(Box::new(PythonSqlite::new(database, table)));
+    }
+    if let Some(table) = RosSqlite::table(&database)? {
+        return Ok(Box::new(RosSqlite::new(database, table)?));
+    }
+    Err(refused(
+        "the SQLite database has no table messages of CAN frames",
+        "python-can writes one with the columns ts, arbitration_id, extended, remote, error, dlc and data, rosbag2 one with \
+         topic_id, timestamp and data",
+    ))
+}
+
+/// Refuses a database whose newest rows are in a write-ahead log beside it.
+pub(in super::super) fn refuse_pending_rows(path: &Path) -> io::Result<()> {
+    let mut log = OsString::from(path);
+    log.push("-wal");
+    if std::fs::metadata(&log).is_ok_and(|log| log.is_file() && log.len() > 0) {
+        return Err(refused(
+            "the newest rows of the SQLite database are in a write-ahead log beside it",
+            "merge them: sqlite3 FILE 'PRAGMA journal_mode=DELETE'",
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_database_with_rows_in_a_log_beside_it_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive.db");
+        assert!(refuse_pending_rows(&path).is_ok());
+        std::fs::write(folder.path().join("drive.db-wal"), "").unwrap();
+        assert!(refuse_pending_rows(&path).is_ok(), "an empty log has no rows");
+        std::fs::write(folder.path().join("drive.db-wal"), "rows").unwrap();
+        assert!(refuse_pending_rows(&path).unwrap_err().to_string().contains("write-ahead log beside it"));
+    }
+}
