@@ -29,7 +29,7 @@ pub struct Replay {
     wall: Option<WallStamp>,
     ended: bool,
     /// Time of the last input.
-    heard: MonoTime,
+    last_input: MonoTime,
     /// For how long deadlines are handled in a gap of the recording.
     filled: Duration,
 }
@@ -78,7 +78,7 @@ impl Replay {
         now.wall = wall.unwrap_or(now.wall);
         // A command of the recording must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
-        Ok(Self { gateway, tape, now, wall, ended: false, heard: now.mono, filled: FILLED_GAP })
+        Ok(Self { gateway, tape, now, wall, ended: false, last_input: now.mono, filled: FILLED_GAP })
     }
 
     /// Handles all deadlines, however long the recording is silent.
@@ -92,7 +92,7 @@ impl Replay {
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         let comes_first =
-            |(_, at): &(CanInput, Now)| at.mono < deadline || deadline > self.heard.after(self.filled);
+            |(_, at): &(CanInput, Now)| at.mono < deadline || deadline > self.last_input.after(self.filled);
         (!self.tape.next.as_ref().is_some_and(comes_first)).then_some(deadline)
     }
 
@@ -114,7 +114,7 @@ impl Replay {
         match (self.deadline_before_input(), &mut self.tape.next) {
             (None, Some((input, at))) => {
                 self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
-                self.heard = at.mono;
+                self.last_input = at.mono;
                 if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut *input, self.wall) {
                     *stamp = wall;
                 }

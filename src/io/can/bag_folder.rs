@@ -27,9 +27,9 @@ pub(super) fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
 fn begins_like_a_bag(path: &Path) -> io::Result<bool> {
     let file = io::BufReader::new(File::open(path)?);
     let mut head = Vec::new();
-    // What cannot be unpacked is not a part of a bag.
-    let is_read = decompressed(Box::new(file))?.take(HEAD as u64).read_to_end(&mut head).is_ok();
-    Ok((is_read || !head.is_empty()) && is_in_bags(&head))
+    // What can be unpacked of it tells.
+    let _cut_off = decompressed(Box::new(file))?.take(HEAD as u64).read_to_end(&mut head);
+    Ok(is_in_bags(&head))
 }
 
 /// Compares digits as numbers, so that `bag_10` comes behind `bag_9`.

@@ -11,6 +11,8 @@ use lzma_rust2::XzReader;
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
+use super::exact::skip;
+
 const GZIP: &[u8] = &[0x1F, 0x8B];
 const XZ: &[u8] = &[0xFD, b'7', b'z', b'X', b'Z', 0];
 const LZ4: &[u8] = &[0x04, 0x22, 0x4D, 0x18];
@@ -108,10 +110,7 @@ impl<R: BufRead> ZstdReader<R> {
                     length,
                     ..
                 })) => {
-                    let skipped = io::copy(&mut (&mut self.source).take(length.into()), &mut io::sink())?;
-                    if skipped < u64::from(length) {
-                        return Err(ErrorKind::UnexpectedEof.into());
-                    }
+                    skip(&mut self.source, length.into())?;
                 }
                 Err(error) => return Err(damaged(&error)),
             }

@@ -4,6 +4,7 @@ mod bag_folder;
 pub mod bus;
 mod compression;
 pub mod controller;
+mod exact;
 pub mod formats;
 pub mod id_filter;
 pub mod interfaces;

@@ -13,6 +13,7 @@ use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read};
 
 use flate2::read::ZlibDecoder;
 
+use super::super::exact::{append, skip};
 use super::clock::{DAY, days, nanos};
 use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id, length_of_dlc};
@@ -229,10 +230,7 @@ impl ContainerContents {
             0 => self.inside = Inside::Stored(packed.into()),
             2 => {
                 let mut bytes = Vec::new();
-                (&mut self.source).take(packed.into()).read_to_end(&mut bytes)?;
-                if bytes.len() as u64 != u64::from(packed) {
-                    return Err(ErrorKind::UnexpectedEof.into());
-                }
+                append(&mut self.source, packed.into(), &mut bytes)?;
                 self.inside = Inside::Packed(ZlibDecoder::new(Cursor::new(bytes)));
             }
             _ => {
@@ -258,14 +256,6 @@ fn find_magic(source: &mut impl BufRead) -> io::Result<Option<u64>> {
         if window == MAGIC {
             return Ok(Some((read - 4).saturating_sub(PADDING)));
         }
-    }
-}
-
-fn skip(source: &mut impl BufRead, bytes: u64) -> io::Result<()> {
-    if io::copy(&mut source.take(bytes), &mut io::sink())? == bytes {
-        Ok(())
-    } else {
-        Err(ErrorKind::UnexpectedEof.into())
     }
 }
 

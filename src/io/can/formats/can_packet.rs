@@ -7,9 +7,9 @@
 
 use std::io;
 
-use super::NotRecording;
 use super::entry::{BadLine, EntryContent};
 use super::fields::{data_frame, id};
+use super::refused;
 use crate::core::can::ErrorFrame;
 
 /// Largest valid packet or block, bytes. Packets of captures have 256 KiB at most.
@@ -36,13 +36,7 @@ pub(super) fn without_can(link: u16) -> io::Error {
     };
     let reason =
         format!("the packets of this capture have link type {link}{name}, which carries no CAN frames");
-    let remedy = "capture at the CAN interface, e.g. tcpdump -i can0 -w drive.pcap".to_owned();
-    io::Error::new(io::ErrorKind::InvalidData, NotRecording { reason, remedy })
-}
-
-/// Returns the error for a capture that cannot be read further.
-pub(super) fn damaged(reason: &'static str) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, reason)
+    refused(reason, "capture at the CAN interface, e.g. tcpdump -i can0 -w drive.pcap")
 }
 
 /// Order of the bytes of numbers; missing bytes read as 0.

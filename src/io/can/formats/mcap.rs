@@ -12,9 +12,10 @@ use mcap::parse_record;
 use mcap::records::{Channel, Record, op};
 
 use super::super::compression::decompressed;
+use super::super::exact::{append, skip};
 use super::entry::BadLine;
 use super::ros_frames::{FrameTopic, LISTED_TOPICS, without_frames};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
 use crate::core::time::WallStamp;
 
 pub(super) const FORMAT: ObjectFormat =
@@ -201,7 +202,7 @@ impl Content {
             }
         }
         self.read_body(source, length)?;
-        let record = parse_record(opcode, &self.record).map_err(|error| damaged(&error.to_string()))?;
+        let record = parse_record(opcode, &self.record).map_err(|error| damaged(error.to_string()))?;
         if let Record::Schema { header, .. } = record {
             self.schemas.insert(header.id, header.name);
         } else if let Record::Channel(channel) = record {
@@ -237,8 +238,7 @@ impl Content {
 
     fn read_body(&mut self, source: &mut impl Read, length: u64) -> io::Result<()> {
         self.record.clear();
-        let read = source.take(length).read_to_end(&mut self.record)?;
-        if read as u64 == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
+        append(source, length, &mut self.record)
     }
 
     /// The entry of the message that was read last.
@@ -247,15 +247,6 @@ impl Content {
         let topic = self.channels.get(&channel).and_then(Option::as_ref).ok_or(BadLine::NoInterface)?;
         topic.entry(&self.record, logged)
     }
-}
-
-fn skip(source: &mut impl Read, length: u64) -> io::Result<()> {
-    let skipped = io::copy(&mut source.take(length), &mut io::sink())?;
-    if skipped == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
-}
-
-fn damaged(reason: &str) -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, reason.to_owned())
 }
 
 #[cfg(test)]

@@ -193,6 +193,17 @@ pub struct NotRecording {
     pub remedy: String,
 }
 
+/// Returns the error for a file that is not a recording, or of a kind that is not supported.
+pub(super) fn refused(reason: impl Into<String>, remedy: impl Into<String>) -> io::Error {
+    let refusal = NotRecording { reason: reason.into(), remedy: remedy.into() };
+    io::Error::new(io::ErrorKind::InvalidData, refusal)
+}
+
+/// Returns the error for a file that cannot be read further.
+fn damaged(reason: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, reason.into())
+}
+
 /// Returns the error for a file that begins with `head` and fits no format.
 pub(super) fn not_recognised(head: &[u8]) -> io::Error {
     let (mut reason, mut remedy) = ("the file is empty".to_owned(), String::new());
@@ -205,7 +216,7 @@ pub(super) fn not_recognised(head: &[u8]) -> io::Error {
         };
         reason = format!("format not recognised: it looks like {looks}");
     }
-    io::Error::new(io::ErrorKind::InvalidData, NotRecording { reason, remedy })
+    refused(reason, remedy)
 }
 
 /// Shared by the tests of the formats.

@@ -5,10 +5,10 @@
 
 use std::io::{self, BufRead, Read};
 
-use super::can_packet::{ByteOrder, MAX_BYTES, Packet, carries_can, damaged, without_can};
+use super::can_packet::{ByteOrder, MAX_BYTES, Packet, carries_can, without_can};
 use super::clock::SECOND;
 use super::entry::LogEntry;
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "pcap",

@@ -6,10 +6,11 @@
 
 use std::io::{self, BufRead, Read};
 
-use super::can_packet::{ByteOrder, MAX_BYTES, Packet, carries_can, damaged, without_can};
+use super::super::exact::append;
+use super::can_packet::{ByteOrder, MAX_BYTES, Packet, carries_can, without_can};
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryInterface, LogEntry};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
 use crate::core::time::WallStamp;
 
 /// Type of a section header; reads the same in both byte orders.
@@ -62,10 +63,7 @@ impl PcapNg {
         }
         self.block.clear();
         self.block.extend(&head[8..]);
-        (&mut self.source).take(u64::from(length - 12)).read_to_end(&mut self.block)?;
-        if self.block.len() as u64 != u64::from(length - 8) {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
+        append(&mut self.source, u64::from(length - 12), &mut self.block)?;
         let content = self.block.len() - 4;
         if self.order.u32(&self.block, content) != length {
             return Err(damaged("a block has two lengths"));

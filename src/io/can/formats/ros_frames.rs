@@ -4,7 +4,7 @@
 //! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Frames of `to_can_bus` and the like
 //! were sent and not received, and are passed over.
 
-use super::{NotRecording, Outcome};
+use super::{Outcome, refused};
 use std::io;
 
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
@@ -64,8 +64,7 @@ pub(super) fn without_frames(topics: &[String]) -> io::Error {
         let more = if topics.len() > LISTED_TOPICS { ", …" } else { "" };
         format!("the recording has no topic with received CAN frames; it has {listed}{more}")
     };
-    let remedy = "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame".to_owned();
-    io::Error::new(io::ErrorKind::InvalidData, NotRecording { reason, remedy })
+    refused(reason, "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame")
 }
 
 fn frame(message: &[u8]) -> Result<(Time, EntryContent), BadLine> {

@@ -6,7 +6,7 @@
 //! ```
 //! `t` and `r` have three digits of identifier, `T` and `R` eight; `r` and `R` are remote requests. `d`, `D` (without a bit rate
 //! switch), `b` and `B` (with one) are CAN FD as `CANable` 2 and python-can write it. A digit is the DLC; data and, if the
-//! adapter was told so, a stamp of four digits follow. All numbers are hexadecimal.
+//! adapter is set so, a stamp of four digits follow. All numbers are hexadecimal.
 //!
 //! # Time
 //! Milliseconds of a counter that begins again after 60 s (`0000` to `EA5F`). Without stamps every stamp is the epoch.
@@ -19,20 +19,14 @@ use super::{LineFormat, LineReader, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "slcan",
     // A line of FD could also be a hexadecimal number.
-    claims: |line| begins(line, &["t", "r"]) && Slcan::default().read(line).is_ok(),
-    reader: || Box::<Slcan>::default(),
+    claims: |line| begins(line, &["t", "r"]) && text(line).and_then(parse).is_ok(),
+    reader: || Box::new(Slcan(TimeCounter::new(PERIOD))),
 };
 
 #[derive(Debug)]
 struct Slcan(TimeCounter);
 
 const PERIOD: i64 = 60 * SECOND;
-
-impl Default for Slcan {
-    fn default() -> Self {
-        Self(TimeCounter::new(PERIOD))
-    }
-}
 
 impl LineReader for Slcan {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::python_sqlite::PythonSqlite;
 use super::ros_sqlite::RosSqlite;
-use super::sqlite_file::{Database, MAGIC, refused};
-use super::{ObjectFormat, ObjectReader, ObjectSource};
+use super::sqlite_file::{Database, MAGIC};
+use super::{ObjectFormat, ObjectReader, ObjectSource, refused};
 
 pub(super) const FORMAT: ObjectFormat =
     ObjectFormat { name: "SQLite of python-can or rosbag2", magics: &[MAGIC], reader: open };

@@ -5,7 +5,7 @@
 
 use std::io::{self, ErrorKind, Read};
 
-use super::NotRecording;
+use super::refused;
 use super::sqlite_columns::column_names;
 
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
@@ -291,13 +291,6 @@ fn varint(bytes: &[u8]) -> Option<(u64, &[u8])> {
         }
     }
     None
-}
-
-pub(super) fn refused(reason: &str, remedy: &str) -> io::Error {
-    io::Error::new(
-        ErrorKind::InvalidData,
-        NotRecording { reason: reason.to_owned(), remedy: remedy.to_owned() },
-    )
 }
 
 /// Writes databases for tests, with pages of 512 bytes.
