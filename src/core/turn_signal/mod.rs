@@ -27,6 +27,7 @@ pub mod route;
 pub mod section;
 pub mod shift;
 pub mod side;
+pub mod signal_judge;
 pub mod subject;
 pub mod turn_lane;
 pub mod vehicle_state;

@@ -9,7 +9,8 @@ use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::side::Side;
 
 /// The subject of a section record. Turns and roundabouts are named by the lanelet at which their required section begins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SignalSubject {
     /// The subject of upstream's empty record.
     #[default]
