@@ -36,7 +36,7 @@ use crate::io::clock::Clock;
 use crate::io::mcap::recorder::McapRecorder;
 use crate::io::precise_timer::PreciseTimer;
 use crate::io::process_log;
-use crate::io::ros::inbox::Inbox;
+use crate::io::ros::inbox::{Arrival, Inbox};
 use crate::io::systemd::Supervisor;
 use crate::report::decision::reasons;
 use crate::report::gateway::JsonTimeline;
@@ -289,6 +289,13 @@ impl GatewayIo {
         self.mcap.iter().for_each(|mcap| mcap.received(input, at));
     }
 
+    /// Records a sample of ROS 2 that is handed to the gateway now.
+    pub(super) fn record_sample(&self, arrival: &Arrival, at: WallStamp) {
+        if let Some(mcap) = &self.mcap {
+            mcap.sample(arrival.subscription, arrival.bytes.clone(), arrival.endian, at);
+        }
+    }
+
     fn note(&mut self, outcome: Result<(), DaemonError>) {
         if let (Err(error), None) = (outcome, &self.failure) {
             self.failure = Some(error);
@@ -358,7 +365,7 @@ impl GatewayIo {
     pub(super) async fn wait_until(
         &mut self,
         wake: Instant,
-        received: impl Future<Output = Input>,
+        received: impl Future<Output = Arrival>,
     ) -> io::Result<Woken> {
         // Signals and timers are polled in between only, even when `wake` is past.
         tokio::task::yield_now().await;
@@ -369,7 +376,7 @@ impl GatewayIo {
                 () = self.stop.requested() => return Ok(Woken::Stopped),
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
                 () = self.watching.due() => return Ok(Woken::Watched),
-                input = &mut received => return Ok(Woken::Received(input)),
+                arrival = &mut received => return Ok(Woken::Received(arrival)),
                 due = self.timer.sleep_until(wake) => return due.map(|()| Woken::Due),
             }
         }
@@ -401,7 +408,7 @@ fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
 /// Why a wait has ended.
 pub(super) enum Woken {
     Stopped,
-    Received(Input),
+    Received(Arrival),
     /// A client needs a snapshot.
     Watched,
     Due,

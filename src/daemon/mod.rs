@@ -34,12 +34,11 @@ use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
 use crate::core::command::input::CommandInput;
-use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
 use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::SenderLock;
 use crate::io::clock::Clock;
-use crate::io::ros::inbox::Inbox;
+use crate::io::ros::inbox::{Arrival, Inbox};
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
@@ -225,7 +224,11 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
                 Ok(batch) => live.take(batch, clock.now()),
                 Err(error) => reason = Some(Err(error)),
             },
-            input = next_received(inbox.as_deref()) => live.take([input], clock.now()),
+            arrival = next_received(inbox.as_deref()) => {
+                let now = clock.now();
+                gateway_io.record_sample(&arrival, now.wall);
+                live.take([arrival.input], now);
+            }
             () = sleep_until(wake.into()) => {}
         }
         if let (Some(reason), None) = (reason, &ending) {
@@ -237,11 +240,11 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
     outcome
 }
 
-/// Returns the next input from ROS 2. Never completes without a source. Cancel safe.
-async fn next_received(inbox: Option<&Inbox>) -> Input {
+/// Returns the next sample of ROS 2. Never completes without a source. Cancel safe.
+async fn next_received(inbox: Option<&Inbox>) -> Arrival {
     let Some(inbox) = inbox else { return pending().await };
     match inbox.take().await {
-        Some((_, input)) => input,
+        Some(arrival) => arrival,
         // The end of a session is noticed when something is published.
         None => pending().await,
     }
@@ -297,9 +300,10 @@ async fn play_on(
             replay.set_wall_time(now.wall);
             match woken {
                 Woken::Stopped => return Ok(()),
-                Woken::Received(input) => {
+                Woken::Received(arrival) => {
+                    gateway_io.record_sample(&arrival, replay.now().wall);
                     let at = now.mono.since(MonoTime::ZERO).mul_f64(playback.speed);
-                    replay.receive(input, MonoTime::ZERO.after(at));
+                    replay.receive(arrival.input, MonoTime::ZERO.after(at));
                     continue;
                 }
                 Woken::Watched => continue,

@@ -236,7 +236,7 @@ fn with_log(settings: &Settings) -> Topics {
 }
 
 /// Returns the subscriptions by the names that ROS 2 knows.
-fn subscriptions(settings: &Settings) -> Vec<Subscription> {
+pub fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     let mut subscriptions = configured_subscriptions(settings);
     for topic in &mut subscriptions {
         topic.name = names(settings).resolve(&topic.name);
@@ -324,7 +324,10 @@ fn configured_subscriptions(settings: &Settings) -> Vec<Subscription> {
         .use_sim_time
         .then(|| Subscription::new(SubscriptionKind::Clock.row().default_name, SubscriptionKind::Clock));
     let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
-    let decider = settings.turn_signal.iter().filter(|decider| decider.runs).flat_map(decider_subscriptions);
+    let decider = settings.turn_signal.iter().filter(|decider| decider.runs);
+    // Autoware's own commands only for comparing: where we command they are ours.
+    let decider =
+        decider.flat_map(|decider| decider_subscriptions(&decider.inputs, !decider.publishes_commands()));
     let vehicle = settings.command.iter().flat_map(command_subscriptions);
     states.chain(camera).chain(clock).chain(commands).chain(decider).chain(vehicle).collect()
 }
@@ -344,23 +347,12 @@ fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
     kinds.filter_map(|kind| subscription(topics, kind)).collect()
 }
 
-/// Autoware's own commands only for comparing: where we command they are ours.
-fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
-    use SubscriptionKind as Kind;
-    let mut kinds = vec![
-        Kind::Odometry,
-        Kind::Route,
-        Kind::PlannedPath,
-        Kind::ModifiedGoal,
-        Kind::OperationMode,
-        Kind::Scenario,
-        Kind::HazardRequest,
-    ];
-    kinds.extend(FactorTopic::ALL.map(Kind::Factors));
-    if !decider.publishes_commands() {
-        kinds.extend([Kind::OwnTurnCommand, Kind::OwnHazardCommand]);
-    }
-    kinds.into_iter().filter_map(|kind| subscription(&decider.inputs, kind)).collect()
+/// The inputs of the decider, and for comparing Autoware's own commands.
+pub fn decider_subscriptions(inputs: &TopicNames, compares: bool) -> Vec<Subscription> {
+    let own = SubscriptionKind::OWN_COMMANDS.into_iter().filter(|_| compares);
+    let factors = FactorTopic::ALL.map(SubscriptionKind::Factors);
+    let kinds = SubscriptionKind::DECIDER.into_iter().chain(factors).chain(own);
+    kinds.filter_map(|kind| subscription(inputs, kind)).collect()
 }
 
 /// Returns the subscription to a topic of this kind; `None` if no topic is named.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::publisher::{durability, topics};
+use super::publisher::{durability, subscriptions, topics};
 use crate::config::Settings;
 use crate::io::mcap::bag::FileLimits;
 use crate::io::mcap::encoder::{Encoder, RecordedBus};
@@ -20,9 +20,15 @@ pub(super) fn start(settings: &Settings) -> Option<McapRecorder> {
         .ok()
 }
 
-/// Creates an encoder for the published topics and the frames of all buses.
+/// Creates an encoder for the published topics, the frames of all buses and the topics that are read.
 pub fn encoder(settings: &Settings) -> Encoder {
     let buses = settings.gateway.buses.iter();
     let buses = buses.map(|bus| RecordedBus { name: bus.name.clone(), interface: bus.interface.clone() });
-    Encoder::new(&topics(settings), durability(settings), &settings.hardware_id, &buses.collect::<Vec<_>>())
+    Encoder::new(
+        &topics(settings),
+        durability(settings),
+        &settings.hardware_id,
+        &buses.collect::<Vec<_>>(),
+        &subscriptions(settings),
+    )
 }

@@ -12,6 +12,7 @@ pub mod precise_timer;
 pub mod process_log;
 pub mod recorder;
 pub mod ros;
+pub mod sample_log;
 pub mod service_user;
 pub mod snapshots;
 pub mod standard_input;

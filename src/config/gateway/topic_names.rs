@@ -1,7 +1,8 @@
 //! Names of topics, as a section of the configuration gives them.
 
 use crate::config::reading::{ConfigKey, Fields, KeyRow, optional_topic, topic};
-use crate::io::ros::topics::{OUTGOING, OutgoingRow, TopicFlow};
+use crate::core::turn_signal::planner_input::FactorTopic;
+use crate::io::ros::topics::{OUTGOING, OutgoingRow, SubscriptionKind, TopicFlow};
 
 /// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,6 +22,16 @@ impl TopicNames {
     /// Returns the keys with their names.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {
         self.0.iter().map(|(key, name)| (*key, name.as_str()))
+    }
+}
+
+impl TopicNames {
+    /// Returns the default names of the decider's inputs.
+    pub fn of_decider() -> Self {
+        let kinds = SubscriptionKind::DECIDER.into_iter().chain(SubscriptionKind::OWN_COMMANDS);
+        let factors = FactorTopic::ALL.first().copied().map(SubscriptionKind::Factors);
+        let rows = kinds.chain(factors).map(SubscriptionKind::row);
+        rows.filter_map(|row| Some((row.key?.1, row.default_name.to_owned()))).collect()
     }
 }
 

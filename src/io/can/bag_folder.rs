@@ -12,7 +12,7 @@ use super::formats::{HEAD, is_in_bags};
 ///
 /// # Errors
 /// A folder or file that cannot be read.
-pub(super) fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
+pub(in crate::io) fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -24,7 +24,7 @@ pub(super) fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn begins_like_a_bag(path: &Path) -> io::Result<bool> {
+pub(in crate::io) fn begins_like_a_bag(path: &Path) -> io::Result<bool> {
     let file = io::BufReader::new(File::open(path)?);
     let mut head = Vec::new();
     // What can be unpacked of it tells.

@@ -264,7 +264,7 @@ impl Log {
 
 /// True for an error of the content of a file, and not of the disk.
 #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
-fn is_breakage(error: &io::Error) -> bool {
+pub(in crate::io) fn is_breakage(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         io::ErrorKind::UnexpectedEof

@@ -1,6 +1,6 @@
 //! CAN buses and recordings of them.
 
-mod bag_folder;
+pub(super) mod bag_folder;
 pub mod bus;
 mod compression;
 pub mod controller;

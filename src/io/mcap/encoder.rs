@@ -11,7 +11,8 @@ use crate::io::ros::messages::std_msgs::Header;
 use crate::io::ros::messages::{CdrBytes, TypeName};
 use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::io::ros::topics::{Durability, Topics};
+use crate::io::ros::reading::Endian;
+use crate::io::ros::topics::{Durability, Subscription, Topics};
 
 /// Samples that a player keeps of a bus.
 const CAN_DEPTH: i32 = 100;
@@ -47,8 +48,10 @@ pub struct RecordedMessage {
     pub log_time: WallStamp,
     /// Time at which it was sent: of a received frame the kernel's stamp, else as `log_time`.
     pub publish_time: WallStamp,
-    /// The message, as DDS carries it.
+    /// The message, as DDS carries it, without its encapsulation header.
     pub bytes: CdrBytes,
+    /// Byte order of `bytes`.
+    pub endian: Endian,
 }
 
 /// A CAN bus, for the names of its topics.
@@ -67,12 +70,20 @@ pub struct Encoder {
     channels: Vec<RecordedChannel>,
     encoders: LightsEncoders,
     interfaces: Vec<String>,
+    /// Position of the first channel of a topic that is read.
+    first_read: usize,
     hardware_id: String,
 }
 
 impl Encoder {
-    /// An encoder for the topics that are published, and for the frames of these buses.
-    pub fn new(topics: &Topics, durability: Durability, hardware_id: &str, buses: &[RecordedBus]) -> Self {
+    /// An encoder for the topics that are published, for the frames of these buses, and for the topics that are read.
+    pub fn new(
+        topics: &Topics,
+        durability: Durability,
+        hardware_id: &str,
+        buses: &[RecordedBus],
+        read: &[Subscription],
+    ) -> Self {
         let table = table(topics, durability);
         let published = table.iter().map(|outgoing| RecordedChannel {
             topic: outgoing.name.clone(),
@@ -89,12 +100,20 @@ impl Encoder {
                 depth: CAN_DEPTH,
             })
         });
-        let channels = published.chain(frames).collect();
+        let mut channels: Vec<RecordedChannel> = published.chain(frames).collect();
+        let first_read = channels.len();
+        channels.extend(read.iter().map(|subscription| RecordedChannel {
+            topic: subscription.name.clone(),
+            type_name: subscription.kind.row().type_name,
+            durability: subscription.durability,
+            depth: subscription.depth,
+        }));
         Self {
             table,
             channels,
             encoders: LightsEncoders::default(),
             interfaces: buses.iter().map(|bus| bus.interface.clone()).collect(),
+            first_read,
             hardware_id: hardware_id.to_owned(),
         }
     }
@@ -114,6 +133,24 @@ impl Encoder {
             | CanInput::Drops { .. }
             | CanInput::BadRecords { .. } => None,
         }
+    }
+
+    /// The message of a sample that was received, by the position of its subscription.
+    pub fn sample(
+        &self,
+        subscription: usize,
+        bytes: CdrBytes,
+        endian: Endian,
+        at: WallStamp,
+    ) -> Option<RecordedMessage> {
+        let channel = self.first_read + subscription;
+        (channel < self.channels.len()).then_some(RecordedMessage {
+            channel,
+            log_time: at,
+            publish_time: at,
+            bytes,
+            endian,
+        })
     }
 
     /// The messages of an output that was given out at `at`.
@@ -142,7 +179,13 @@ impl Encoder {
             // A withdrawal is no message; a message that cannot be encoded was not published either.
             Ok(Order::Withdraw) | Err(_) => None,
         });
-        let message = |channel, bytes| RecordedMessage { channel, log_time: at, publish_time: at, bytes };
+        let message = |channel, bytes| RecordedMessage {
+            channel,
+            log_time: at,
+            publish_time: at,
+            bytes,
+            endian: Endian::Little,
+        };
         samples
             .flat_map(|(channel, samples)| samples.into_iter().map(move |bytes| message(channel, bytes)))
             .collect()
@@ -169,7 +212,8 @@ impl Encoder {
             CdrBytes::encode(&can_msgs::Frame { header, id, is_rtr, is_extended, is_error, dlc: len, data })
         };
         let channel = self.can_channel(bus, kind + usize::from(frame.is_fd()));
-        Some(RecordedMessage { channel, log_time: at, publish_time: stamp, bytes: bytes.ok()? })
+        let endian = Endian::Little;
+        Some(RecordedMessage { channel, log_time: at, publish_time: stamp, bytes: bytes.ok()?, endian })
     }
 
     fn error_frame(&self, bus: BusIndex, error: ErrorFrame, at: WallStamp) -> Option<RecordedMessage> {
@@ -183,7 +227,8 @@ impl Encoder {
             data: error.data(),
         });
         let channel = self.can_channel(bus, 0);
-        Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes: bytes.ok()? })
+        let endian = Endian::Little;
+        Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes: bytes.ok()?, endian })
     }
 
     fn header(&self, bus: BusIndex, stamp: WallStamp) -> Option<Header> {
@@ -209,7 +254,7 @@ mod tests {
 
     fn encoder() -> Encoder {
         let bus = |name: &str| RecordedBus { name: name.to_owned(), interface: format!("if-{name}") };
-        Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus("body"), bus("0 ä")])
+        Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus("body"), bus("0 ä")], &[])
     }
 
     #[test]

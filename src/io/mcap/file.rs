@@ -20,8 +20,6 @@ use crate::io::ros::topics::Durability;
 
 /// A chunk is closed when it is larger than this, bytes.
 const CHUNK_BYTES: u64 = 768 * 1024;
-/// Begins each message: little-endian CDR.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// A file of messages in the format MCAP.
 pub struct McapFile {
@@ -79,8 +77,9 @@ impl McapFile {
         let Some(channel) = channels.get(message.channel) else { return Ok(()) };
         let id = self.channel_id(message.channel, channel)?;
         let payload = message.bytes.as_ref();
-        let mut data = Vec::with_capacity(ENCAPSULATION.len() + payload.len());
-        data.extend(ENCAPSULATION);
+        let encapsulation = message.endian.encapsulation();
+        let mut data = Vec::with_capacity(encapsulation.len() + payload.len());
+        data.extend(encapsulation);
         data.extend(payload);
         let nanos = |stamp: i64| u64::try_from(stamp).unwrap_or(0);
         let known = self.channels.entry(message.channel).or_insert(KnownChannel { id, messages: 0 });

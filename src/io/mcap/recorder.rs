@@ -17,6 +17,8 @@ use crate::core::can::CanInput;
 use crate::core::gateway::event::Output;
 use crate::core::gateway::process_status::McapState;
 use crate::core::time::WallStamp;
+use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::reading::Endian;
 
 /// Most events that wait for the thread; each needs some hundred bytes.
 const MAX_WAITING: usize = 50_000;
@@ -52,6 +54,7 @@ pub struct McapRecorder {
 enum RecordedEvent {
     Received(CanInput, WallStamp),
     GivenOut(Output, WallStamp),
+    Sample { subscription: usize, bytes: CdrBytes, endian: Endian, at: WallStamp },
 }
 
 #[derive(Debug, Default)]
@@ -105,6 +108,11 @@ impl McapRecorder {
     /// Records an output that was given out at `at`; never blocks.
     pub fn given_out(&self, output: Output, at: WallStamp) {
         self.push(RecordedEvent::GivenOut(output, at));
+    }
+
+    /// Records a sample of ROS 2 that was received, by the position of its subscription; never blocks.
+    pub fn sample(&self, subscription: usize, bytes: CdrBytes, endian: Endian, at: WallStamp) {
+        self.push(RecordedEvent::Sample { subscription, bytes, endian, at });
     }
 
     fn push(&self, event: RecordedEvent) {
@@ -194,6 +202,9 @@ impl BagWriter {
             let messages: Vec<RecordedMessage> = match event {
                 RecordedEvent::Received(input, at) => self.encoder.received(input, *at).into_iter().collect(),
                 RecordedEvent::GivenOut(output, at) => self.encoder.given_out(output, *at),
+                RecordedEvent::Sample { subscription, bytes, endian, at } => {
+                    self.encoder.sample(*subscription, bytes.clone(), *endian, *at).into_iter().collect()
+                }
             };
             for message in messages {
                 let added = self.add(&message);

@@ -18,7 +18,7 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 fn encoder() -> Encoder {
     let bus = RecordedBus { name: "body".to_owned(), interface: "can0".to_owned() };
-    Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus])
+    Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus], &[])
 }
 
 fn input(second: i64) -> (CanInput, WallStamp) {

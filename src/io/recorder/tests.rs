@@ -20,7 +20,7 @@ fn recording(seconds: i64) -> Recording {
 
 fn start(folder: &Path, keep: usize) -> BlackBoxRecorder {
     let bus = RecordedBus { name: "body".to_owned(), interface: "can0".to_owned() };
-    let encoder = Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus]);
+    let encoder = Encoder::new(&Topics::default(), Durability::Volatile, "car", &[bus], &[]);
     BlackBoxRecorder::start(folder, keep, |_, text| text.to_owned(), encoder).unwrap()
 }
 

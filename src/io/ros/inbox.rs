@@ -9,17 +9,31 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
+use super::messages::CdrBytes;
+use super::reading::Endian;
 use crate::core::gateway::event::Input;
 use crate::core::traffic_light::input::TrafficLightInput;
+
+/// A sample that was received, decoded and as it came.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arrival {
+    /// Its subscription, by position in the settings' list.
+    pub subscription: usize,
+    /// The decoded sample.
+    pub input: Input,
+    /// The sample without its encapsulation header, for a recording.
+    pub bytes: CdrBytes,
+    /// Byte order of `bytes`.
+    pub endian: Endian,
+}
 
 /// Text commands that may wait.
 const MAX_COMMANDS: usize = 256;
 
 #[derive(Debug, Default)]
 struct WaitingInputs {
-    /// In the order of their arrival, each with its subscription, by position in the settings' list; at
-    /// most one state for each subscription.
-    inputs: VecDeque<(usize, Input)>,
+    /// In the order of their arrival; at most one state for each subscription.
+    arrivals: VecDeque<Arrival>,
     commands: usize,
     is_closed: bool,
 }
@@ -33,34 +47,35 @@ pub struct Inbox {
 
 impl Inbox {
     /// Adds what was received for a subscription; never blocks.
-    pub fn put(&self, subscription: usize, input: Input) {
+    pub fn put(&self, arrival: Arrival) {
         let mut waiting = self.lock();
-        if !is_text_command(&input) {
-            waiting.inputs.retain(|(other, old)| *other != subscription || is_text_command(old));
+        if !is_text_command(&arrival) {
+            let subscription = arrival.subscription;
+            waiting.arrivals.retain(|old| old.subscription != subscription || is_text_command(old));
         } else if waiting.commands < MAX_COMMANDS {
             waiting.commands += 1;
-        } else if let Some(oldest) = waiting.inputs.iter().position(|(_, old)| is_text_command(old)) {
-            waiting.inputs.remove(oldest);
+        } else if let Some(oldest) = waiting.arrivals.iter().position(is_text_command) {
+            waiting.arrivals.remove(oldest);
         }
-        waiting.inputs.push_back((subscription, input));
+        waiting.arrivals.push_back(arrival);
         drop(waiting);
         self.arrived.notify_one();
     }
 
-    /// Takes the oldest input and its subscription, if there is one.
-    pub fn try_take(&self) -> Option<(usize, Input)> {
+    /// Takes the oldest sample, if there is one.
+    pub fn try_take(&self) -> Option<Arrival> {
         let mut waiting = self.lock();
-        let (subscription, input) = waiting.inputs.pop_front()?;
-        waiting.commands -= usize::from(is_text_command(&input));
-        Some((subscription, input))
+        let arrival = waiting.arrivals.pop_front()?;
+        waiting.commands -= usize::from(is_text_command(&arrival));
+        Some(arrival)
     }
 
-    /// Waits for the next input and its subscription; `None` once the inbox is closed and empty. For one task at a
+    /// Waits for the next sample; `None` once the inbox is closed and empty. For one task at a
     /// time. Cancellation loses nothing.
-    pub async fn take(&self) -> Option<(usize, Input)> {
+    pub async fn take(&self) -> Option<Arrival> {
         loop {
-            if let Some(input) = self.try_take() {
-                return Some(input);
+            if let Some(arrival) = self.try_take() {
+                return Some(arrival);
             }
             if self.lock().is_closed {
                 return None;
@@ -83,8 +98,8 @@ impl Inbox {
 }
 
 /// True for inputs of which every one counts; of all others only the newest does.
-const fn is_text_command(input: &Input) -> bool {
-    matches!(input, Input::TrafficLight(TrafficLightInput::Command(_)))
+const fn is_text_command(arrival: &Arrival) -> bool {
+    matches!(arrival.input, Input::TrafficLight(TrafficLightInput::Command(_)))
 }
 
 #[cfg(test)]
@@ -98,16 +113,18 @@ mod tests {
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 
-    type Arrival = (usize, Input);
+    fn arrival(subscription: usize, input: impl Into<Input>) -> Arrival {
+        Arrival { subscription, input: input.into(), bytes: CdrBytes::default(), endian: Endian::Little }
+    }
 
     fn command(number: usize) -> Arrival {
-        (9, TrafficLightInput::Command(number.to_string()).into())
+        arrival(9, TrafficLightInput::Command(number.to_string()))
     }
 
     fn state(subscription: usize, nanos: i64) -> Arrival {
         let store = StoreId { channel: LightChannel::V2i, layer: StoreLayer::GroundTruth };
         let (stamp, states) = (WallStamp::from_nanos(nanos), Vec::new());
-        (subscription, TrafficLightInput::States { store, stamp, states, rejected: 0 }.into())
+        arrival(subscription, TrafficLightInput::States { store, stamp, states, rejected: 0 })
     }
 
     fn all(inbox: &Inbox) -> Vec<Arrival> {
@@ -117,10 +134,8 @@ mod tests {
     #[test]
     fn the_newest_state_of_each_subscription_is_kept_and_commands_keep_their_order() {
         let inbox = Inbox::default();
-        for (subscription, input) in
-            [state(0, 1), command(1), state(1, 2), state(0, 3), command(2), state(0, 4)]
-        {
-            inbox.put(subscription, input);
+        for arrival in [state(0, 1), command(1), state(1, 2), state(0, 3), command(2), state(0, 4)] {
+            inbox.put(arrival);
         }
         assert_eq!(all(&inbox), [command(1), state(1, 2), command(2), state(0, 4)]);
         assert_eq!(all(&inbox), []);
@@ -132,10 +147,10 @@ mod tests {
         let turn = |number: u8, nanos| {
             let (command, stamp) = (number.into(), WallStamp::from_nanos(nanos));
             let origin = CommandOrigin::Topic(SampleId::default());
-            (3, CommandInput::Turn { origin, command, stamp }.into())
+            arrival(3, CommandInput::Turn { origin, command, stamp })
         };
-        for (subscription, input) in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
-            inbox.put(subscription, input);
+        for arrival in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
+            inbox.put(arrival);
         }
         assert_eq!(all(&inbox), [command(1), turn(1, 3), command(2)]);
     }
@@ -143,7 +158,7 @@ mod tests {
     #[test]
     fn the_oldest_commands_are_dropped_and_states_stay() {
         let inbox = Inbox::default();
-        let put = |(subscription, input)| inbox.put(subscription, input);
+        let put = |arrival| inbox.put(arrival);
         put(state(0, 1));
         (0..MAX_COMMANDS + 2).map(command).for_each(put);
         let kept: Vec<_> = std::iter::once(state(0, 1)).chain((2..MAX_COMMANDS + 2).map(command)).collect();
@@ -157,7 +172,7 @@ mod tests {
         let inbox = Arc::new(Inbox::default());
         let sender = Arc::clone(&inbox);
         let putting = thread::spawn(move || {
-            (0..100).map(command).for_each(|(subscription, input)| sender.put(subscription, input));
+            (0..100).map(command).for_each(|arrival| sender.put(arrival));
             sender.close();
         });
         for number in 0..100 {

@@ -29,6 +29,16 @@ pub enum Endian {
     Little,
 }
 
+impl Endian {
+    /// Returns the encapsulation header of a message in plain CDR.
+    pub const fn encapsulation(self) -> [u8; 4] {
+        match self {
+            Self::Big => [0, 0, 0, 0],
+            Self::Little => [0, 1, 0, 0],
+        }
+    }
+}
+
 /// Why bytes are not a message of the topic.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
@@ -124,6 +134,16 @@ pub fn read(
 /// Bytes of another layout.
 pub fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result<M, Unreadable> {
     CdrInput { bytes, endian }.whole()
+}
+
+/// Returns the byte order that the encapsulation header of a message names, and the bytes behind it; `None` for another encoding than
+/// plain CDR.
+pub const fn encapsulated(message: &[u8]) -> Option<(Endian, &[u8])> {
+    match message {
+        [0, 0, _, _, bytes @ ..] => Some((Endian::Big, bytes)),
+        [0, 1, _, _, bytes @ ..] => Some((Endian::Little, bytes)),
+        _ => None,
+    }
 }
 
 #[derive(Clone, Copy)]

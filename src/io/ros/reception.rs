@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::duplicate_filter::{DuplicateFilter, Receipt};
-use super::inbox::Inbox;
+use super::inbox::{Arrival, Inbox};
 use super::link::{FromNetwork, NetworkStatus, Sample, Violation};
 use super::reading::read;
 use super::topics::{Subscription, SubscriptionKind};
@@ -176,7 +176,8 @@ impl TopicReception {
                 }
                 status.received += 1;
                 status.rejected_groups += rejected(&input);
-                self.inbox.put(usize::from(sample.subscription), input);
+                let (subscription, bytes) = (usize::from(sample.subscription), sample.bytes.to_vec().into());
+                self.inbox.put(Arrival { subscription, input, bytes, endian });
                 if receipt == Receipt::TakenAnew {
                     self.note_taken_anew(1, now);
                 }

@@ -14,17 +14,21 @@ use mcap::records::{Channel, Record, op};
 use super::super::compression::decompressed;
 use super::super::exact::{append, skip};
 use super::entry::BadLine;
-use super::ros_frames::{FrameTopic, LISTED_TOPICS, without_frames};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
+use super::ros_frames::{Frames, choose_frames};
+use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
+use super::{ObjectFormat, ObjectSource, damaged};
 use crate::core::time::WallStamp;
 
-pub(super) const FORMAT: ObjectFormat =
-    ObjectFormat { name: "MCAP", magics: &[MAGIC], reader: |source| Ok(Box::new(Mcap::new(source)?)) };
+pub(super) const FORMAT: ObjectFormat = ObjectFormat {
+    name: "MCAP",
+    magics: &[MAGIC],
+    reader: |source| Ok(Box::new(Frames(Mcap::new(source, choose_frames())?))),
+};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Largest chunk, packed, bytes; writers fill chunks with some hundred KiB to some MiB.
 const MAX_CHUNK: u64 = 256 << 20;
-/// Largest schema, channel, or message with a frame, bytes.
+/// Largest schema, channel, or message of a topic that is read, bytes.
 const MAX_RECORD: u64 = 1 << 20;
 /// Length of the head of a message: channel, sequence, log time, publish time.
 const MESSAGE_HEAD: usize = 22;
@@ -33,22 +37,21 @@ const CHUNK_HEAD: usize = 32;
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
-struct Mcap {
+/// Reads the messages of topics that are chosen.
+pub(super) struct Mcap<T> {
     file: ObjectSource,
     chunk: Option<Chunk>,
-    content: Content,
+    content: Content<T>,
     is_ended: bool,
 }
 
 /// What the records say.
-#[derive(Default)]
-struct Content {
+struct Content<T> {
     /// Names of the schemas, by their numbers.
     schemas: BTreeMap<u16, String>,
-    /// `None` for a channel without frames.
-    channels: BTreeMap<u16, Option<FrameTopic>>,
-    /// Topics without frames.
-    others: Vec<String>,
+    /// `None` for a channel whose topic is not read.
+    channels: BTreeMap<u16, Option<T>>,
+    choice: TopicChoice<T>,
     record: Vec<u8>,
     /// Channel and log time of the message in `record`.
     message: Option<(u16, WallStamp)>,
@@ -78,9 +81,9 @@ impl<R: Read> Read for Checked<R> {
 
 /// A record that was read.
 enum Step {
-    /// A message with a frame, which [`Content`] holds.
-    Frame,
-    /// A message with a frame that is longer than any.
+    /// A message of a topic that is read, which [`Content`] holds.
+    Message,
+    /// Such a message that is longer than any.
     TooLong,
     /// The head of a chunk comes next.
     Chunk,
@@ -90,26 +93,27 @@ enum Step {
     Other,
 }
 
-impl Mcap {
-    fn new(mut file: ObjectSource) -> io::Result<Self> {
+impl<T> Mcap<T> {
+    /// Reads a file from its first byte on.
+    pub(super) fn new(mut file: ObjectSource, choose: Choose<T>) -> io::Result<Self> {
         let mut magic = [0; 8];
         file.read_exact(&mut magic)?;
-        Ok(Self { file, chunk: None, content: Content::default(), is_ended: false })
+        let (schemas, channels, record) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
+        let content = Content { schemas, channels, choice: TopicChoice::new(choose), record, message: None };
+        Ok(Self { file, chunk: None, content, is_ended: false })
     }
+}
 
-    /// Reads on to the next message with a frame. `Err` for a chunk that is damaged.
+impl<T: Send> MessageReader<T> for Mcap<T> {
     fn advance(&mut self) -> io::Result<Option<Result<(), BadLine>>> {
-        loop {
+        while !self.is_ended {
             let Some(chunk) = &mut self.chunk else {
                 match self.content.read_record(&mut self.file)? {
-                    Some(Step::Frame) => return Ok(Some(Ok(()))),
+                    Some(Step::Message) => return Ok(Some(Ok(()))),
                     Some(Step::TooLong) => return Ok(Some(Err(BadLine::TooLong))),
                     Some(Step::Chunk) => self.chunk = Some(Chunk::read(&mut self.file)?),
                     Some(Step::Other) => {}
-                    Some(Step::DataEnd) => {
-                        self.is_ended = true;
-                        return Ok(None);
-                    }
+                    Some(Step::DataEnd) => self.is_ended = true,
                     // Without its end it was cut.
                     None => return Err(ErrorKind::UnexpectedEof.into()),
                 }
@@ -117,7 +121,7 @@ impl Mcap {
             };
             let step = self.content.read_record(&mut chunk.records);
             match step {
-                Ok(Some(Step::Frame)) => return Ok(Some(Ok(()))),
+                Ok(Some(Step::Message)) => return Ok(Some(Ok(()))),
                 Ok(Some(Step::TooLong)) => return Ok(Some(Err(BadLine::TooLong))),
                 Ok(Some(Step::Other)) => continue,
                 Ok(None | Some(Step::Chunk | Step::DataEnd)) | Err(_) => {}
@@ -131,20 +135,17 @@ impl Mcap {
                 return Ok(Some(Err(BadLine::BadData)));
             }
         }
+        Ok(None)
     }
-}
 
-impl ObjectReader for Mcap {
-    fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
-        if self.is_ended {
-            return Ok(None);
-        }
-        match self.advance()? {
-            Some(Ok(())) => Ok(Some(self.content.entry())),
-            Some(Err(reason)) => Ok(Some(Err(reason))),
-            None if self.content.channels.values().any(Option::is_some) => Ok(None),
-            None => Err(without_frames(&self.content.others)),
-        }
+    fn message(&self) -> Option<LoggedMessage<'_, T>> {
+        let (channel, logged) = self.content.message?;
+        let topic = self.content.channels.get(&channel)?.as_ref()?;
+        Some(LoggedMessage { topic, logged, bytes: &self.content.record })
+    }
+
+    fn choice(&self) -> &TopicChoice<T> {
+        &self.content.choice
     }
 }
 
@@ -181,8 +182,8 @@ impl Chunk {
     }
 }
 
-impl Content {
-    /// Reads the next record, and keeps what tells of frames; `None` at the end of the source.
+impl<T> Content<T> {
+    /// Reads the next record, and keeps what tells of topics that are read; `None` at the end of the source.
     fn read_record(&mut self, source: &mut impl Read) -> io::Result<Option<Step>> {
         let mut head = [0; 9];
         if source.read(&mut head[..1])? == 0 {
@@ -206,18 +207,15 @@ impl Content {
         if let Record::Schema { header, .. } = record {
             self.schemas.insert(header.id, header.name);
         } else if let Record::Channel(channel) = record {
-            self.add_channel(channel);
+            self.add_channel(&channel);
         }
         Ok(Some(Step::Other))
     }
 
-    fn add_channel(&mut self, channel: Channel) {
+    fn add_channel(&mut self, channel: &Channel) {
         let type_name = self.schemas.get(&channel.schema_id).map_or("", String::as_str);
-        let topic = FrameTopic::new(&channel.topic, type_name, &channel.message_encoding);
-        if topic.is_none() && !self.others.contains(&channel.topic) && self.others.len() <= LISTED_TOPICS {
-            self.others.push(channel.topic);
-        }
-        self.channels.insert(channel.id, topic);
+        let topic = RecordedTopic { name: &channel.topic, type_name, encoding: &channel.message_encoding };
+        self.channels.insert(channel.id, self.choice.take(&topic));
     }
 
     fn read_message(&mut self, source: &mut impl Read, length: u64) -> io::Result<Step> {
@@ -225,27 +223,20 @@ impl Content {
         let rest = length.checked_sub(MESSAGE_HEAD as u64).ok_or_else(|| damaged("a message has no head"))?;
         source.read_exact(&mut head)?;
         let channel = u16::from_le_bytes([head[0], head[1]]);
-        let is_frame = self.channels.get(&channel).is_some_and(Option::is_some);
-        if !is_frame || rest > MAX_RECORD {
+        let is_read = self.channels.get(&channel).is_some_and(Option::is_some);
+        if !is_read || rest > MAX_RECORD {
             skip(source, rest)?;
-            return Ok(if is_frame { Step::TooLong } else { Step::Other });
+            return Ok(if is_read { Step::TooLong } else { Step::Other });
         }
         let logged = u64::from_le_bytes([6, 7, 8, 9, 10, 11, 12, 13].map(|at: usize| head[at]));
         self.message = Some((channel, WallStamp::from_nanos(i64::try_from(logged).unwrap_or(i64::MAX))));
         self.read_body(source, rest)?;
-        Ok(Step::Frame)
+        Ok(Step::Message)
     }
 
     fn read_body(&mut self, source: &mut impl Read, length: u64) -> io::Result<()> {
         self.record.clear();
         append(source, length, &mut self.record)
-    }
-
-    /// The entry of the message that was read last.
-    fn entry(&self) -> Outcome<'_> {
-        let (channel, logged) = self.message.ok_or(BadLine::NoFrame)?;
-        let topic = self.channels.get(&channel).and_then(Option::as_ref).ok_or(BadLine::NoInterface)?;
-        topic.entry(&self.record, logged)
     }
 }
 
@@ -336,7 +327,7 @@ mod tests {
 
     fn read(file: &[u8]) -> (Vec<Result<String, BadLine>>, io::Result<()>) {
         let mut entries = Vec::new();
-        let mut reader = match Mcap::new(Box::new(Cursor::new(file.to_vec()))) {
+        let mut reader = match (FORMAT.reader)(Box::new(Cursor::new(file.to_vec()))) {
             Ok(reader) => reader,
             Err(error) => return (entries, Err(error)),
         };

@@ -15,6 +15,7 @@
 //! PCAN from 1. Without a number it is `can0`.
 
 mod asc;
+mod bag;
 mod blf;
 mod busmaster;
 mod cabana;
@@ -35,6 +36,7 @@ mod plain;
 mod python_csv;
 mod python_sqlite;
 mod ros_frames;
+mod ros_messages;
 mod ros_sqlite;
 mod slcan;
 mod sqlite;
@@ -45,7 +47,9 @@ mod unrecognised;
 
 use std::io::{self, BufRead};
 
+pub use bag::open_messages;
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
+pub use ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 pub(super) use sqlite::refuse_pending_rows;
 pub use unrecognised::{Looks, known_magic};
 

@@ -4,17 +4,19 @@
 //! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Frames of `to_can_bus` and the like
 //! were sent and not received, and are passed over.
 
-use super::{Outcome, refused};
 use std::io;
+use std::sync::Arc;
 
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 use super::fields::{data_frame, id};
+use super::ros_messages::{Choose, MessageReader, RecordedTopic, TopicChoice};
+use super::{ObjectReader, Outcome, refused};
 use crate::core::can::ErrorFrame;
 use crate::core::time::WallStamp;
 use crate::io::ros::messages::builtin_interfaces::Time;
 use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
 use crate::io::ros::messages::{TypeName, can_msgs};
-use crate::io::ros::reading::{Endian, read_message};
+use crate::io::ros::reading::{encapsulated, read_message};
 
 /// Topics of received frames, by their last part.
 const RECEIVED: [&str; 2] = ["from_can_bus", "from_can_bus_fd"];
@@ -52,19 +54,34 @@ impl FrameTopic {
     }
 }
 
-/// Topics that a refusal lists.
-pub(super) const LISTED_TOPICS: usize = 8;
+/// Chooses the topics with frames that were received.
+pub(super) fn choose_frames() -> Choose<FrameTopic> {
+    Arc::new(|topic: &RecordedTopic<'_>| FrameTopic::new(topic.name, topic.type_name, topic.encoding))
+}
+
+/// The messages of a recording as frames.
+pub(super) struct Frames<R>(pub(super) R);
+
+impl<R: MessageReader<FrameTopic>> ObjectReader for Frames<R> {
+    fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
+        match self.0.advance()? {
+            Some(Ok(())) => {
+                let message = self.0.message();
+                Ok(message.map(|message| message.topic.entry(message.bytes, message.logged)))
+            }
+            Some(Err(reason)) => Ok(Some(Err(reason))),
+            None if self.0.choice().has_chosen() => Ok(None),
+            None => Err(without_frames(self.0.choice())),
+        }
+    }
+}
 
 /// Returns the error for a recording whose topics have no frames.
-pub(super) fn without_frames(topics: &[String]) -> io::Error {
-    let reason = if topics.is_empty() {
-        "the recording has no topic".to_owned()
-    } else {
-        let listed = topics.iter().take(LISTED_TOPICS).map(String::as_str).collect::<Vec<_>>().join(", ");
-        let more = if topics.len() > LISTED_TOPICS { ", …" } else { "" };
-        format!("the recording has no topic with received CAN frames; it has {listed}{more}")
-    };
-    refused(reason, "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame")
+pub(super) fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
+    refused(
+        format!("the recording has no topic with received CAN frames; {}", choice.others()),
+        "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame",
+    )
 }
 
 fn frame(message: &[u8]) -> Result<(Time, EntryContent), BadLine> {
@@ -90,13 +107,8 @@ fn fd_frame(message: &[u8]) -> Result<(Time, EntryContent), BadLine> {
     Ok((header.stamp, content))
 }
 
-/// Decodes CDR in the byte order that its header names.
 fn decoded<M: serde::de::DeserializeOwned>(message: &[u8]) -> Result<M, BadLine> {
-    let (endian, bytes) = match message {
-        [0, 0, _, _, bytes @ ..] => (Endian::Big, bytes),
-        [0, 1, _, _, bytes @ ..] => (Endian::Little, bytes),
-        _ => return Err(BadLine::NoFrame),
-    };
+    let (endian, bytes) = encapsulated(message).ok_or(BadLine::NoFrame)?;
     read_message(bytes, endian).map_err(|_| BadLine::BadData)
 }
 

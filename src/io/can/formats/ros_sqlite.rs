@@ -4,59 +4,82 @@ use std::collections::BTreeMap;
 use std::io;
 
 use super::entry::BadLine;
-use super::ros_frames::{FrameTopic, without_frames};
+use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 use super::sqlite_file::{Database, Rows, Table, Value};
-use super::{ObjectReader, Outcome};
 use crate::core::time::WallStamp;
 
 const COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
 
-pub(super) struct RosSqlite {
+/// Reads the messages of topics that are chosen.
+pub(super) struct RosSqlite<T> {
     database: Database,
     messages: Rows<3>,
-    /// The topics with frames, by their numbers.
-    topics: BTreeMap<i64, FrameTopic>,
+    /// The topics that are read, by their numbers.
+    topics: BTreeMap<i64, T>,
+    choice: TopicChoice<T>,
+    /// Topic and log time of the message in `content`.
+    message: Option<(i64, WallStamp)>,
+    content: Vec<u8>,
 }
 
-impl RosSqlite {
-    /// Returns the table of messages; `None` for a database that `rosbag2` has not written.
-    pub(super) fn table(database: &Database) -> io::Result<Option<Table<3>>> {
-        database.table("messages", COLUMNS)
-    }
+/// Returns the table of messages; `None` for a database that `rosbag2` has not written.
+pub(super) fn table(database: &Database) -> io::Result<Option<Table<3>>> {
+    database.table("messages", COLUMNS)
+}
 
-    /// Reads the topics. Fails if none has frames.
-    pub(super) fn new(database: Database, messages: Table<3>) -> io::Result<Self> {
-        let (mut topics, mut others) = (BTreeMap::new(), Vec::new());
+impl<T> RosSqlite<T> {
+    /// Reads the topics.
+    pub(super) fn new(database: Database, messages: Table<3>, choose: Choose<T>) -> io::Result<Self> {
+        let (mut topics, mut choice) = (BTreeMap::new(), TopicChoice::new(choose));
         if let Some(table) = database.table("topics", ["name", "type", "serialization_format"])? {
             let mut rows = Rows::new(table);
             while let Some(row) = rows.next(&database)? {
                 let Ok(texts) = row else { continue };
-                let [name, kind, encoding] = texts.map(text);
-                match FrameTopic::new(&name, &kind, &encoding) {
-                    Some(topic) => drop(topics.insert(rows.row_number(), topic)),
-                    None => others.push(name),
+                let [name, type_name, encoding] = &texts.map(text);
+                if let Some(topic) = choice.take(&RecordedTopic { name, type_name, encoding }) {
+                    topics.insert(rows.row_number(), topic);
                 }
             }
         }
-        if topics.is_empty() {
-            return Err(without_frames(&others));
-        }
-        Ok(Self { database, messages: Rows::new(messages), topics })
+        Ok(Self {
+            database,
+            messages: Rows::new(messages),
+            topics,
+            choice,
+            message: None,
+            content: Vec::new(),
+        })
     }
 }
 
-impl ObjectReader for RosSqlite {
-    fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
-        let Some(row) = self.messages.next(&self.database)? else { return Ok(None) };
-        let Ok([topic, logged, data]) = row else { return Ok(Some(Err(BadLine::NoFrame))) };
-        let Some(topic) = topic.integer().and_then(|topic| self.topics.get(&topic)) else {
-            return Ok(Some(Ok(None)));
-        };
-        Ok(Some(match (logged.integer(), data.bytes()) {
-            (Some(logged), Some(data)) => topic.entry(data, WallStamp::from_nanos(logged)),
-            (None, _) => Err(BadLine::NoTime),
-            (_, None) => Err(BadLine::BadData),
-        }))
+impl<T: Send> MessageReader<T> for RosSqlite<T> {
+    fn advance(&mut self) -> io::Result<Option<Result<(), BadLine>>> {
+        while let Some(row) = self.messages.next(&self.database)? {
+            let Ok([topic, logged, data]) = row else { return Ok(Some(Err(BadLine::NoFrame))) };
+            let Some(topic) = topic.integer().filter(|topic| self.topics.contains_key(topic)) else {
+                continue;
+            };
+            return Ok(Some(match (logged.integer(), data.bytes()) {
+                (Some(logged), Some(data)) => {
+                    self.message = Some((topic, WallStamp::from_nanos(logged)));
+                    self.content.clear();
+                    self.content.extend(data);
+                    Ok(())
+                }
+                (None, _) => Err(BadLine::NoTime),
+                (_, None) => Err(BadLine::BadData),
+            }));
+        }
+        Ok(None)
+    }
+
+    fn message(&self) -> Option<LoggedMessage<'_, T>> {
+        let (topic, logged) = self.message?;
+        Some(LoggedMessage { topic: self.topics.get(&topic)?, logged, bytes: &self.content })
+    }
+
+    fn choice(&self) -> &TopicChoice<T> {
+        &self.choice
     }
 }
 

@@ -5,7 +5,9 @@ use std::io;
 use std::path::Path;
 
 use super::python_sqlite::PythonSqlite;
-use super::ros_sqlite::RosSqlite;
+use super::ros_frames::{Frames, choose_frames, without_frames};
+use super::ros_messages::{Choose, MessageReader as _};
+use super::ros_sqlite::{self, RosSqlite};
 use super::sqlite_file::{Database, MAGIC};
 use super::{ObjectFormat, ObjectReader, ObjectSource, refused};
 
@@ -17,14 +19,28 @@ fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
     if let Some(table) = PythonSqlite::table(&database)? {
         return Ok(Box::new(PythonSqlite::new(database, table)));
     }
-    if let Some(table) = RosSqlite::table(&database)? {
-        return Ok(Box::new(RosSqlite::new(database, table)?));
+    if let Some(table) = ros_sqlite::table(&database)? {
+        let messages = RosSqlite::new(database, table, choose_frames())?;
+        // All topics are known before the first message.
+        if !messages.choice().has_chosen() {
+            return Err(without_frames(messages.choice()));
+        }
+        return Ok(Box::new(Frames(messages)));
     }
     Err(refused(
         "the SQLite database has no table messages of CAN frames",
         "python-can writes one with the columns ts, arbitration_id, extended, remote, error, dlc and data, rosbag2 one with \
          topic_id, timestamp and data",
     ))
+}
+
+/// Opens a database of `rosbag2` for the messages of chosen topics.
+pub(super) fn messages<T>(source: ObjectSource, choose: Choose<T>) -> io::Result<RosSqlite<T>> {
+    let database = Database::read(source)?;
+    match ros_sqlite::table(&database)? {
+        Some(table) => RosSqlite::new(database, table, choose),
+        None => Err(refused("the SQLite database is not one of rosbag2", "give the file or folder of a bag")),
+    }
 }
 
 /// Refuses a database whose newest rows are in a write-ahead log beside it.

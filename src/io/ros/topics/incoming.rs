@@ -127,6 +127,19 @@ const fn kept(row: IncomingRow) -> IncomingRow {
 }
 
 impl SubscriptionKind {
+    /// The inputs of the decider, planning factors left out.
+    pub const DECIDER: [Self; 7] = [
+        Self::Odometry,
+        Self::Route,
+        Self::PlannedPath,
+        Self::ModifiedGoal,
+        Self::OperationMode,
+        Self::Scenario,
+        Self::HazardRequest,
+    ];
+    /// The commands of Autoware's own decider.
+    pub const OWN_COMMANDS: [Self; 2] = [Self::OwnTurnCommand, Self::OwnHazardCommand];
+
     /// Returns the row of the topic.
     pub const fn row(self) -> IncomingRow {
         const BEHAVIOR_PATH: &str =
