@@ -21,6 +21,7 @@ mod process {
     mod mistakes;
     mod on_terminal;
     mod pictures;
+    mod recorded_drives;
     mod refusals;
     mod reload;
     mod status_command;

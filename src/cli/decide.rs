@@ -10,17 +10,21 @@ use clap::{Args, ValueEnum};
 use super::arguments::{Every, draw, file_name, svg_path};
 use super::failure::Failure;
 use super::progress::ProgressDisplay;
+use super::recorded_drive::{self, ReportForm};
 use super::{messages, survey};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
+use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::{Overrides, Problem, Refused, load};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::TurnSignalSettings;
+use crate::desk::drive::recorded::SignalSource;
 use crate::desk::drive::run::DriveRun;
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::drive::survey::{RouteChoice, Surveyor, Sweep};
 use crate::desk::drive::verdict::DriveVerdicts;
+use crate::io::sample_log::SampleLog;
 use crate::report::drive::chart::DriveChart;
 use crate::report::drive::{DriveForm, DriveWriter};
 
@@ -33,6 +37,7 @@ Examples:
   signal-gateway decide --map lanelet2_map.osm --from 125 --to 412
   signal-gateway decide --map lanelet2_map.osm --all-routes 500
   signal-gateway decide --map lanelet2_map.osm --all-routes 500 --sweep country
+  signal-gateway decide drive.mcap --map lanelet2_map.osm --picture drive.svg
 
 For each change of the signal a line gives the command, the position of the rear axle along
 the route (and the time, where the vehicle stands), and the reason.
@@ -64,26 +69,39 @@ With --all-routes each line is a turn whose signal is wrong:
 With --sweep there are only such lines, one for each value, which have two keys more:
 \"sweep\": KEY, \"value\": TEXT.
 
+With a recording (MCAP, or the file or folder of a bag) the decider runs over what Autoware sent, and
+each manoeuvre is a line with the verdict on the signal that was given: agrees, early, late, missing,
+wrong side or needless. With --json a line is one object:
+  {\"manoeuvre\": {\"what\": \"left turn on 111\", \"kind\": \"turn\", \"side\", \"verdict\": \"agree\" or
+   {\"late\": {\"by_ms\": 1400}}, \"received\", \"from_s\", \"required_s\", \"to_s\", \"at_m\", \"x_m\", \"y_m\",
+   \"speed_mps\", \"decider\": TEXT, \"reason\": {…}}}
+and the last one {\"summary\": {\"signal\", \"topic\", \"samples\", \"length_s\", \"driven_m\",
+   \"agreement_percent\", \"counts\": {\"by_kind\": {KIND: {VERDICT: NUMBER}}, \"unjudged\"}}}.
+Then the exit code is 5 when a signal does not agree.
+
 The exit code is 5 when an expectation failed, or with --all-routes when a signal is wrong, also
 by the map.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {
-    /// Drive scenario (.toml)
-    #[arg(required_unless_present = "map", conflicts_with = "map")]
+    /// Drive scenario (.toml), or recording of a drive: MCAP, or the file or folder of a bag
+    #[arg(value_name = "SCENARIO|RECORDING", required_unless_present = "map")]
     scenario: Option<PathBuf>,
-    /// lanelet2 map, instead of a scenario: the shortest way from one lanelet to another is driven, without a change of lane
-    #[arg(long, value_name = "MAP.osm", requires = "way")]
+    /// lanelet2 map of a recording; or instead of a scenario: the shortest way from one lanelet to another is driven, without a change of lane
+    #[arg(long, value_name = "MAP.osm")]
     map: Option<PathBuf>,
+    /// Signal of a recording that is judged; default: the first of which it has samples
+    #[arg(long, value_name = "SIGNAL", value_enum, requires = "scenario")]
+    signal: Option<SignalSource>,
     /// Lanelet at which the drive begins
-    #[arg(long, value_name = "LANELET", requires_all = ["map", "to"], group = "way")]
+    #[arg(long, value_name = "LANELET", requires_all = ["map", "to"], conflicts_with = "scenario", group = "way")]
     from: Option<LaneId>,
     /// Lanelet at whose end it ends
     #[arg(long, value_name = "LANELET", requires_all = ["map", "from"])]
     to: Option<LaneId>,
     /// Drive so many routes all over the map, the same each time, and list the turns whose signals are missed, short, opposite or flickering:
     /// by their tags, and by the geometry where it contradicts these, which is a fault of the map. Exit code 5 if there is one
-    #[arg(long, value_name = "NUMBER", requires = "map", group = "way")]
+    #[arg(long, value_name = "NUMBER", requires = "map", conflicts_with = "scenario", group = "way")]
     all_routes: Option<usize>,
     /// Use only routes that meet themselves: that come within 10 m of an earlier part, or whose last lanelet leads to one of theirs
     #[arg(long, requires = "all_routes", conflicts_with_all = ["from", "to"])]
@@ -131,20 +149,31 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
         return survey_map(args, map, routes);
     }
+    if let Some(recording) = &args.scenario
+        && SampleLog::is_for(recording).map_err(Failure::file(recording))?
+    {
+        return report_recording(args, recording);
+    }
     let reading = ProgressDisplay::spinner("reading the drive and its map");
     let (mut file, title) = match (&args.scenario, &args.map, args.from, args.to) {
-        (Some(scenario), ..) => (drive::read(&Disk, scenario)?, file_name(scenario)),
+        (Some(_), Some(_), ..) => {
+            let reason = "--map goes with a recording or with --from, --to or --all-routes; a scenario names its map itself";
+            return Err(Failure::Usage(reason.to_owned()));
+        }
+        (Some(scenario), None, ..) => (drive::read(&Disk, scenario)?, file_name(scenario)),
         (None, Some(map), Some(from), Some(to)) => (
             drive::way(&Disk, map, [from, to], args.speed)?,
             format!("{}, from {from} to {to}", file_name(map)),
         ),
         (None, ..) => {
-            return Err(Failure::Usage("give a drive scenario, or a map with --from and --to".to_owned()));
+            let reason =
+                "give a drive scenario, a recording, or a map with --from and --to or with --all-routes";
+            return Err(Failure::Usage(reason.to_owned()));
         }
     };
     drop(reading);
     if let Some(path) = &args.config {
-        take_settings(&mut file, path)?;
+        take_settings(&mut file, &turn_signal(path)?.flow);
     }
     let simulation = DriveSimulation::new(file)?;
     let compats = args.compat.map_or_else(|| simulation.file().compats.clone(), |compat| vec![compat]);
@@ -186,31 +215,55 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
+/// Runs the decider over a recording.
+fn report_recording(args: &DecideArgs, recording: &Path) -> Result<ExitCode, Failure> {
+    let config = args.config.as_ref().map(|path| turn_signal(path)).transpose()?;
+    let map = args.map.as_deref().or_else(|| config.as_ref().map(|config| config.map.as_path()));
+    let map = map.ok_or_else(|| {
+        Failure::Usage("a recording needs --map, or --config with the map of its [turn_signal]".to_owned())
+    })?;
+    let mut file = drive::anywhere(&Disk, map, args.speed)?;
+    if let Some(config) = &config {
+        take_settings(&mut file, &config.flow);
+    }
+    file.decider.compat = args.compat.unwrap_or(file.decider.compat);
+    let form = ReportForm {
+        is_json: args.json,
+        every: args.every,
+        picture: args.picture.as_deref(),
+        signal: args.signal,
+    };
+    recorded_drive::run(recording, &file, config.as_ref().map(|config| &config.inputs), &form)
+}
+
 /// Drives many routes over a map.
 fn survey_map(args: &DecideArgs, map: &Path, count: usize) -> Result<ExitCode, Failure> {
     let choice = if args.loops { RouteChoice::Loops(count) } else { RouteChoice::Any(count) };
     let surveyor = || {
         let mut file = drive::anywhere(&Disk, map, args.speed)?;
         if let Some(path) = &args.config {
-            take_settings(&mut file, path)?;
+            take_settings(&mut file, &turn_signal(path)?.flow);
         }
         Ok(Surveyor::new(file, choice))
     };
     survey::run(surveyor, args.compat, args.sweep.as_ref(), args.json)
 }
 
-/// Replaces the decider's settings of a drive by the settings of a gateway's configuration.
-fn take_settings(file: &mut DriveFile, path: &Path) -> Result<(), Refused> {
-    let turn_signal = load(&Disk, path, &Overrides::default())?.turn_signal.ok_or_else(|| {
+/// Reads the section of the decider of a gateway's configuration.
+fn turn_signal(path: &Path) -> Result<TurnSignalConfig, Refused> {
+    load(&Disk, path, &Overrides::default())?.turn_signal.ok_or_else(|| {
         Problem::whole_file(
             path,
             "it has no [turn_signal]",
             "give the configuration of a turn signal decider",
         )
-    })?;
-    let TurnSignalSettings { decider, period, .. } = turn_signal.flow;
-    file.compats = vec![decider.compat];
-    file.planning_hz = 1.0 / period.as_secs_f64();
-    file.decider = decider;
-    Ok(())
+        .into()
+    })
+}
+
+/// Replaces the decider's settings of a drive by the settings of a gateway's configuration.
+fn take_settings(file: &mut DriveFile, settings: &TurnSignalSettings) {
+    file.compats = vec![settings.decider.compat];
+    file.planning_hz = 1.0 / settings.period.as_secs_f64();
+    file.decider = settings.decider.clone();
 }

@@ -19,6 +19,7 @@ mod misuse;
 mod profiles;
 mod progress;
 mod questions;
+mod recorded_drive;
 mod reload;
 mod replay;
 mod ros_arguments;

@@ -13,6 +13,7 @@ use super::messages;
 use crate::config::drive::DriveFile;
 use crate::config::gateway::topic_names::TopicNames;
 use crate::core::time::MonoTime;
+use crate::core::turn_signal::decision::BasisKind;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
 use crate::core::turn_signal::signal_judge::JudgedManoeuvre;
 use crate::core::turn_signal::vehicle_state::VehicleUse;
@@ -56,6 +57,8 @@ pub(super) struct ReportForm<'a> {
 struct Notes {
     driven: Vec<(MonoTime, f64)>,
     sentences: Vec<(MonoTime, String)>,
+    /// The decider had what it needs.
+    has_decided: bool,
 }
 
 /// Runs the decider over a recording, with settings and map of `file`. The names of the topics are those of a configuration, or Autoware's.
@@ -82,6 +85,7 @@ pub(super) fn run(
     let (mut notes, mut drive, mut failed) = (Notes::default(), None, Ok(()));
     let mut on_cycle = |cycle: &RecordedCycle<'_>| {
         notes.driven.push((cycle.at, cycle.snapshot.at_m));
+        notes.has_decided |= cycle.snapshot.decision.basis.kind() != BasisKind::NoInputs;
         if let Some(sentence) = narrator.write(&cycle.snapshot, false) {
             notes.sentences.push((cycle.at, sentence.trim().to_owned()));
         }
@@ -106,7 +110,14 @@ pub(super) fn run(
     failed?;
     warn(recording, &log);
     let source = source(&log, form.signal, recording)?;
-    let Some(mut drive) = drive else { return Err(missing(recording, &log)) };
+    let Some(mut drive) = drive else {
+        let reason = format!("the recording has none of the topics of the decider; {}", log.other_topics());
+        return Err(unfit(recording, reason));
+    };
+    if !notes.has_decided {
+        let said = notes.sentences.last().map_or("", |(_, sentence)| sentence);
+        return Err(unfit(recording, format!("the decider could never decide; at the end: {said}")));
+    }
     drive.finish();
     let (judged, counts) = drive.judged(source);
     let manoeuvres: Vec<ShadowManoeuvre> = judged.iter().map(|judged| notes.described(judged)).collect();
@@ -187,12 +198,11 @@ fn source(log: &SampleLog, wanted: Option<SignalSource>, recording: &Path) -> Re
             log.other_topics(),
             names.join(", ")
         );
-        Failure::File(recording.to_owned(), io::Error::new(io::ErrorKind::InvalidData, reason))
+        unfit(recording, reason)
     })
 }
 
-fn missing(recording: &Path, log: &SampleLog) -> Failure {
-    let reason = format!("the recording has none of the topics of the decider; {}", log.other_topics());
+fn unfit(recording: &Path, reason: String) -> Failure {
     Failure::File(recording.to_owned(), io::Error::new(io::ErrorKind::InvalidData, reason))
 }
 

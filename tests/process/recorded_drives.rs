@@ -62,11 +62,11 @@ impl Recorded {
     }
 }
 
-/// The planner's signal in a cycle; a late one comes after 1.5 s.
+/// The planner's signal in a cycle; a late one comes after 7 s, when it has been required for a second.
 fn signal(decided: &[TurnCommand], index: usize, planner: Planner) -> TurnCommand {
     match (planner, decided[index]) {
-        (Planner::Late, _) => decided[index.saturating_sub(15)],
-        (Planner::Missing, _) => TurnCommand::Disable,
+        (Planner::Late, command) if decided[index.saturating_sub(70)] == command => command,
+        (Planner::Late | Planner::Missing, _) => TurnCommand::Disable,
         (Planner::WrongSide, TurnCommand::Left) => TurnCommand::Right,
         (Planner::WrongSide, TurnCommand::Right) => TurnCommand::Left,
         (Planner::Agrees | Planner::WrongSide, command) => command,
@@ -111,6 +111,10 @@ fn a_recording_without_what_is_needed_is_refused_with_what_it_has() {
     let recorded = Recorded::new(&writers, "crossing_left.toml", Planner::Agrees);
     let refused = run(&recorded.folder, &["decide", "drive.mcap"]);
     assert!(refused.error.contains("a recording needs --map"), "{}", refused.error);
+    let other_map = concat!(env!("CARGO_MANIFEST_DIR"), "/config/maps/helix/lanelet2_map.osm");
+    let refused = run(&recorded.folder, &["decide", "drive.mcap", "--map", other_map]);
+    assert!(refused.error.contains("the decider could never decide"), "{}", refused.error);
+    assert_eq!(refused.code, 1);
     let refused = recorded.report("drive.mcap", &["--signal", "report"]);
     assert!(refused.error.contains("the recording has no turn signal to judge"), "{}", refused.error);
     assert!(refused.error.contains("/vehicle/status/turn_indicators_status"), "{}", refused.error);

@@ -32,6 +32,11 @@ impl McapReaders {
         text.lines().map(str::to_owned).collect()
     }
 
+    /// Writes what Autoware publishes on a drive (`tests/support/drive_script.rs`) as `drive.mcap` and as the bag `rosbags_sqlite3`.
+    pub(crate) fn write_drive(&self, script: &Path, folder: &Path) {
+        self.run("drive_bag_writer.py", &[script.as_os_str(), folder.as_os_str()]);
+    }
+
     fn lines(&self, mode: &str, paths: &[&Path]) -> Vec<Value> {
         let arguments: Vec<_> =
             std::iter::once(OsStr::new(mode)).chain(paths.iter().map(|path| path.as_os_str())).collect();

@@ -8,11 +8,13 @@
 //! | `motion` | speed and stops: the next position of the vehicle |
 //! | `planner` | the manoeuvres as the planner publishes them |
 //! | [`run`] | the decider with one `compat`, cycle by cycle |
+//! | [`recorded`] | the decider over the messages of a recorded drive |
 //! | [`survey`] | many drives over a map, and the turns whose signals are wrong |
 //! | [`verdict`] | expectations met and failed |
 
 mod motion;
 mod planner;
+pub mod recorded;
 pub mod route_path;
 pub mod run;
 pub mod simulation;

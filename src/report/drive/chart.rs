@@ -30,6 +30,8 @@ struct CompatRun {
     compat: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Driven>,
+    /// What somebody else signalled.
+    received: Vec<Driven>,
     narrator: Narrator,
     /// A sentence for each change, with its position, metres.
     sentences: Vec<(f64, String)>,
@@ -72,7 +74,7 @@ impl<'a> DriveChart<'a> {
         }
         let front_m = self.file.decider.vehicle.front_m();
         let Some(run) = self.runs.last_mut() else { return };
-        run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
+        add_signal(&mut run.signals, at_m, indicator_of(decision.turn, decision.hazard));
         let (sentence, is_new) = run.narrator.next(snapshot);
         let rule = decision.case().map_or_else(String::new, |case| format!(" (rule {case})"));
         run.sentences.extend(is_new.then(|| (at_m, sentence + &rule)));
@@ -86,6 +88,21 @@ impl<'a> DriveChart<'a> {
                 desired: (front_at(distances.desired_start_m), at_m + distances.desired_end_m),
                 required: (front_at(distances.required_start_m), at_m + distances.required_end_m),
             });
+        }
+    }
+
+    /// Adds the signal that somebody else gave at the cycle that was added last; `None` while it is not known.
+    pub fn add_received(&mut self, at_m: f64, turn: Option<TurnCommand>) {
+        let indicator = indicator_of(turn.unwrap_or(TurnCommand::NoCommand), HazardCommand::Disable);
+        if let Some(run) = self.runs.last_mut() {
+            add_signal(&mut run.received, at_m, indicator);
+        }
+    }
+
+    /// Adds a mark with a sentence.
+    pub fn add_mark(&mut self, at_m: f64, sentence: String) {
+        if let Some(run) = self.runs.last_mut() {
+            run.sentences.push((at_m, sentence));
         }
     }
 
@@ -183,26 +200,9 @@ impl CompatRun {
             compat,
             records: Vec::new(),
             signals: Vec::new(),
+            received: Vec::new(),
             narrator: Narrator::default(),
             sentences: Vec::new(),
-        }
-    }
-
-    fn add_signal(&mut self, at_m: f64, indicator: IndicatorState) {
-        let begun = Driven { from_m: at_m, to_m: at_m, indicator };
-        let Some(last) = self.signals.last_mut() else {
-            self.signals.push(begun);
-            return;
-        };
-        // The signal holds up to the next cycle.
-        let held = *last;
-        if held.turns_around(at_m) {
-            self.signals.push(Driven { from_m: held.to_m, to_m: at_m, indicator: held.indicator });
-        } else {
-            last.to_m = at_m;
-        }
-        if held.indicator != indicator {
-            self.signals.push(begun);
         }
     }
 
@@ -248,13 +248,33 @@ impl CompatRun {
         }
         let (backing, forwards): (Vec<Driven>, Vec<Driven>) =
             self.signals.iter().partition(|driven| driven.to_m < driven.from_m);
-        for (label, driven) in [("backing", backing), ("signal", forwards)] {
+        for (label, driven) in
+            [("backing", backing), ("signal", forwards), ("received", self.received.clone())]
+        {
             rows.push(Row { label: label.to_owned(), bars: driven.into_iter().map(Driven::bar).collect() });
         }
         if !expected.is_empty() {
             rows.push(Row { label: "expected".to_owned(), bars: expected });
         }
         Lane { label: self.compat.name().to_owned(), rows }
+    }
+}
+
+/// Adds a signal at a position; it holds up to the next.
+fn add_signal(signals: &mut Vec<Driven>, at_m: f64, indicator: IndicatorState) {
+    let begun = Driven { from_m: at_m, to_m: at_m, indicator };
+    let Some(last) = signals.last_mut() else {
+        signals.push(begun);
+        return;
+    };
+    let held = *last;
+    if held.turns_around(at_m) {
+        signals.push(Driven { from_m: held.to_m, to_m: at_m, indicator: held.indicator });
+    } else {
+        last.to_m = at_m;
+    }
+    if held.indicator != indicator {
+        signals.push(begun);
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod chart;
 mod sentence;
+pub mod shadow;
 
 use std::fmt;
 
