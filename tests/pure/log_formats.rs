@@ -165,11 +165,12 @@ fn hyundai(recording: &Path, interface: &str) -> Replay {
 }
 
 #[test]
-fn mf4_is_refused_with_an_alternative() {
+fn mf4_has_the_frames_that_asammdf_counts() {
     let folder = require!(shared_data()).join("can-logs");
-    let error = Log::open(&folder.join("css-truck-j1939-00000001.MF4")).unwrap_err();
-    assert_eq!(error.kind(), std::io::ErrorKind::Unsupported);
-    assert!(error.to_string().contains("can.logconvert"), "{error}");
+    let recording = Recording::read(&folder.join("css-truck-j1939-00000001.MF4"));
+    let (frames, bad_lines, _) = recording.size();
+    assert_eq!((frames, bad_lines, recording.log.breakage()), (150_411, 0, None));
+    assert_eq!(recording.log.interfaces(), ["can1", "can9"]);
 }
 
 /// Number of frames in a random recording.

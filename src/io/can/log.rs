@@ -14,7 +14,7 @@ use super::bag_folder;
 use super::compression::decompressed;
 use super::formats::{
     BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, ObjectReader, Outcome,
-    not_recognised, not_supported, refuse_pending_rows, without_byte_order_mark,
+    not_recognised, refuse_pending_rows, without_byte_order_mark,
 };
 use super::lines::Lines;
 use crate::core::time::WallStamp;
@@ -350,7 +350,6 @@ impl FormatReader {
                 let source = Box::new(BufReader::with_capacity(BUFFER, source));
                 Self::Objects { reader: (format.reader)(source)?, number: 0 }
             }
-            Format::Mf4 => return Err(not_supported()),
         })
     }
 

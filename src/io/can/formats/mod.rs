@@ -30,6 +30,11 @@ mod entry;
 mod fields;
 mod hcrl;
 mod mcap;
+mod mf4;
+mod mf4_blocks;
+mod mf4_channels;
+mod mf4_data;
+mod mf4_records;
 mod pcap;
 mod pcapng;
 mod plain;
@@ -101,8 +106,8 @@ impl ObjectFormat {
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
-const OBJECT_FORMATS: [ObjectFormat; 5] =
-    [blf::FORMAT, mcap::FORMAT, pcap::FORMAT, pcapng::FORMAT, sqlite::FORMAT];
+const OBJECT_FORMATS: [ObjectFormat; 6] =
+    [blf::FORMAT, mcap::FORMAT, mf4::FORMAT, pcap::FORMAT, pcapng::FORMAT, sqlite::FORMAT];
 
 /// Returns true if a file that begins with `head` may be a part of a bag in a folder.
 pub(super) fn is_in_bags(head: &[u8]) -> bool {
@@ -145,8 +150,6 @@ fn begins(line: &[u8], marks: &[&str]) -> bool {
 pub(super) enum Format {
     Lines(LineFormat),
     Objects(ObjectFormat),
-    /// ASAM MDF 4, which is recognised but not supported.
-    Mf4,
 }
 
 /// Number of bytes by which a format is recognised.
@@ -159,9 +162,6 @@ impl Format {
     pub(super) fn of(head: &[u8]) -> Option<Self> {
         if let Some(format) = OBJECT_FORMATS.into_iter().find(|format| format.begins(head)) {
             return Some(Self::Objects(format));
-        }
-        if head.starts_with(b"MDF     ") || head.starts_with(b"UnFinMF ") {
-            return Some(Self::Mf4);
         }
         let text = without_byte_order_mark(head);
         text.split_inclusive(|byte| *byte == b'\n')
@@ -177,14 +177,6 @@ impl Format {
 /// Removes the byte order mark that some editors put before UTF-8.
 pub(super) fn without_byte_order_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
-}
-
-pub(super) fn not_supported() -> io::Error {
-    io::Error::new(
-        io::ErrorKind::Unsupported,
-        "ASAM MDF (MF4) is not supported: convert it with python-can, \
-         `pip install python-can asammdf` and `python -m can.logconvert recording.mf4 recording.log`",
-    )
 }
 
 /// Why a file is not a recording, and what to do about it.
@@ -316,15 +308,14 @@ mod tests {
             ("LOGG", Some("Vector BLF")),
             ("\n\r\r\n", Some("pcapng")),
             ("SQLite format 3\0", Some("SQLite of python-can or rosbag2")),
-            ("MDF     4.10", Some("MF4")),
-            ("UnFinMF 4.11", Some("MF4")),
+            ("MDF     4.10", Some("ASAM MDF 4 (MF4)")),
+            ("UnFinMF 4.11", Some("ASAM MDF 4 (MF4)")),
             ("(1.0) can0 123#", None),
             ("", None),
         ] {
             let name = Format::of(head.as_bytes()).map(|format| match format {
                 Format::Lines(format) => format.name,
                 Format::Objects(format) => format.name,
-                Format::Mf4 => "MF4",
             });
             assert_eq!(name, format, "{head}");
         }
