@@ -21,10 +21,12 @@ use signal_gateway::desk::drive::simulation::DriveSimulation;
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, FACTORS, Reader, SECTIONS};
 use crate::support::drive_script::{COMPATS, Script};
 use crate::support::json_process::Mark;
+use crate::support::mcap::only_entry;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{Folder, Process, ros_in};
 use crate::support::processor::waited;
+use crate::support::program::run;
 use crate::support::waiting::Bystander;
 use deviations::{DEVIATIONS, Deviation};
 use verdict::{Driven, Figures, Kind, summary};
@@ -330,7 +332,8 @@ fn shadow(bench: &Bench) -> bool {
     const TOLERANCE_S: f64 = 0.5;
     const SLACK: Duration = Duration::from_millis(600);
     let simulation = first_part("crossing_left.toml", 114.0);
-    let (_folder, mut process) = gateway(bench, simulation.file(), "shadow = true\n", LONG_AGE_LIMITS);
+    let sections = format!("{LONG_AGE_LIMITS}[mcap]\nfolder = \"bags\"\n");
+    let (folder, mut process) = gateway(bench, simulation.file(), "shadow = true\n", &sections);
     let reader = Reader::start(&bench.cyclone, bench.domain, &[ENDPOINTS, DIAGNOSTICS]);
     let mut script = Script::new(&simulation);
     script.add("own_turn", |index, step| {
@@ -382,7 +385,24 @@ fn shadow(bench: &Bench) -> bool {
     // Autoware's own, and no other.
     assert_eq!(commanding.len(), 2, "{commanding:?}");
     process.stop("TERM");
+    recorded_drive_is_judged(folder.path());
     true
+}
+
+/// The gateway's own recording has what the report on the drive needs.
+fn recorded_drive_is_judged(folder: &Path) {
+    let bag = only_entry(&folder.join("bags"));
+    let report = run(folder, &["decide", bag.to_str().unwrap(), "--config", "gateway.toml", "--json"]);
+    let lines = report.json();
+    println!("{}", report.out);
+    let [turn, summary] = lines.as_slice() else { panic!("{}{}", report.out, report.error) };
+    let turn = &turn["manoeuvre"];
+    assert_eq!(
+        (turn["what"].as_str(), turn["verdict"].as_str()),
+        (Some("left turn on 111"), Some("wrong_side"))
+    );
+    assert!(summary["summary"]["samples"].as_u64().unwrap() > 100, "{summary}");
+    assert_eq!(report.code, 5);
 }
 
 /// In shadow mode as well: nothing is commanded, but what would be is seen.

@@ -7,7 +7,7 @@ use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::io::ros::inbox::Inbox;
+use signal_gateway::io::ros::inbox::{Arrival, Inbox};
 use signal_gateway::io::ros::session::{
     Isolation, OutgoingTopic, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
 };
@@ -51,7 +51,7 @@ async fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Dura
     let (sent, restarts) = (Instant::now(), session.status().network.restarts);
     session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
     let arrival = async {
-        while let Some((_, input)) = inbox.take().await {
+        while let Some(Arrival { input, .. }) = inbox.take().await {
             if matches!(input, Input::Command(CommandInput::Turn { stamp: arrived, .. }) if arrived == stamp)
             {
                 return Some(sent.elapsed());

@@ -18,7 +18,7 @@ use signal_gateway::core::traffic_light::engine::LightObservation;
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::output::TrafficLightOutput;
 use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
-use signal_gateway::io::ros::inbox::Inbox;
+use signal_gateway::io::ros::inbox::{Arrival, Inbox};
 use signal_gateway::io::ros::messages::LightsType;
 use signal_gateway::io::ros::session::{
     Durability, LightsTopicSettings, Reliability, RosSession, Subscription, SubscriptionKind,
@@ -132,7 +132,7 @@ fn content(topic: &str, count: i64) -> (LightsTopic, LightsContent) {
 pub(crate) fn print_arrivals(inbox: &Inbox) {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {
-        while let Some((subscription, input)) = inbox.take().await {
+        while let Some(Arrival { subscription, input, .. }) = inbox.take().await {
             let at = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64();
             println!("{}", shown(subscription, &input, at));
         }
