@@ -68,7 +68,7 @@ fn config_help() -> String {
 fn log_help() -> String {
     let formats = formats::names().join(", ");
     format!(
-        "Recording, plain or as gzip, xz, zstd or lz4, - for standard input: {formats}; default: the configured recording"
+        "Recording, plain or as gzip, bzip2, xz, zstd or lz4, - for standard input: {formats}; default: the configured recording"
     )
 }
 

@@ -344,7 +344,7 @@ fn every_variant_has_the_frames_that_another_reader_counts() {
         println!("{name:<40} {} by us, {} by {reader}", counted(&recording)[0], peer[0]);
         assert_eq!((counted(&recording), recording.log.bad_lines()), (peer, 0), "{name}");
         assert!(data == expected, "{name}: other frames");
-        for (tool, ending) in [("gzip", "gz"), ("xz", "xz"), ("zstd", "zst")] {
+        for (tool, ending) in [("gzip", "gz"), ("bzip2", "bz2"), ("xz", "xz"), ("zstd", "zst")] {
             let packed = path.with_extension(ending);
             let output = Command::new(tool).arg("-c").arg(path).output();
             let Ok(output) = output else {

@@ -1,10 +1,11 @@
-//! Decompresses gzip, xz, Zstandard and LZ4 recordings with several members or frames, recognised by their first bytes.
+//! Decompresses gzip, bzip2, xz, Zstandard and LZ4 recordings with several members or frames, recognised by their first bytes.
 //! Memory is bounded whatever the file announces.
 
 use std::error::Error;
 use std::io::{self, BufRead, ErrorKind, Read};
 use std::iter;
 
+use bzip2::bufread::MultiBzDecoder;
 use flate2::bufread::MultiGzDecoder;
 use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 use lzma_rust2::XzReader;
@@ -14,6 +15,8 @@ use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 use super::exact::skip;
 
 const GZIP: &[u8] = &[0x1F, 0x8B];
+/// Followed by a digit.
+const BZIP2: &[u8] = b"BZh";
 const XZ: &[u8] = &[0xFD, b'7', b'z', b'X', b'Z', 0];
 const LZ4: &[u8] = &[0x04, 0x22, 0x4D, 0x18];
 const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
@@ -22,8 +25,8 @@ const ZSTD_SKIPPABLE: &[u8] = &[0x2A, 0x4D, 0x18];
 
 /// Memory limit of the xz decoder, KiB; `xz -9` needs 65 MiB.
 const MAX_XZ_KIB: u32 = 96 << 10;
-/// The xz decoder gives nothing of a read within which the file breaks off, bytes.
-const XZ_PIECE: usize = 1024;
+/// The decoders of xz and bzip2 give nothing of a read within which the file breaks off, bytes.
+const PIECE: usize = 1024;
 /// Largest Zstandard window, bytes; the `zstd` tool has the same default limit.
 const MAX_ZSTD_WINDOW: u64 = 128 << 20;
 
@@ -37,12 +40,15 @@ pub(super) fn decompressed(mut source: Box<dyn BufRead + Send>) -> io::Result<Bo
     let (gzip, xz, lz4) = (is(GZIP), is(XZ), is(LZ4));
     let zstd = is(ZSTD)
         || head.first().is_some_and(|first| first >> 4 == 5) && head[1..].starts_with(ZSTD_SKIPPABLE);
+    let bzip2 = is(BZIP2) && head.get(BZIP2.len()).is_some_and(u8::is_ascii_digit);
     let source = io::Cursor::new(head).chain(source);
     Ok(if gzip {
         Box::new(FusedDecoder::new(MultiGzDecoder::new(source)))
     } else if xz {
         let decoder = XzReader::new_mem_limit(source, true, MAX_XZ_KIB);
-        Box::new(FusedDecoder { piece: XZ_PIECE, ..FusedDecoder::new(decoder) })
+        Box::new(FusedDecoder { piece: PIECE, ..FusedDecoder::new(decoder) })
+    } else if bzip2 {
+        Box::new(FusedDecoder { piece: PIECE, ..FusedDecoder::new(MultiBzDecoder::new(source)) })
     } else if lz4 {
         Box::new(FusedDecoder::new(Lz4Decoder::new(source)))
     } else if zstd {
@@ -200,6 +206,7 @@ mod tests {
         assert_eq!(unpacked(&content).unwrap(), content, "nothing to unpack");
         for (tool, arguments) in [
             ("gzip", &["-c"][..]),
+            ("bzip2", &["-c"]),
             ("xz", &["-c"]),
             ("xz", &["-9c"]),
             ("zstd", &["-qc"]),
@@ -217,7 +224,9 @@ mod tests {
     #[test]
     fn damage_is_an_error_and_the_bytes_before_it_are_read() {
         let content = content();
-        for (tool, arguments) in [("gzip", &["-c"][..]), ("xz", &["-c"]), ("zstd", &["-qc"])] {
+        for (tool, arguments) in
+            [("gzip", &["-c"][..]), ("bzip2", &["-1c"]), ("xz", &["-c"]), ("zstd", &["-qc"])]
+        {
             let Some(whole) = packed(tool, arguments, &content) else {
                 println!("skipped: no {tool} here");
                 continue;
@@ -229,7 +238,7 @@ mod tests {
             assert!(content.starts_with(&read), "{tool}");
             let by_tool = packed(tool, &["-dc"], &whole[..whole.len() / 2]).unwrap();
             // Of Zstandard no block is given in part.
-            let most = if tool == "zstd" { 128 << 10 } else { XZ_PIECE };
+            let most = if tool == "zstd" { 128 << 10 } else { PIECE };
             assert!(read.len() + most >= by_tool.len(), "{tool}: {} of {} bytes", read.len(), by_tool.len());
             assert!(reader.read(&mut [0; 8]).is_err(), "{tool}: an error stays one");
             for at in [whole.len() / 2, whole.len() - 2] {

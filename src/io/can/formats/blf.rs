@@ -17,7 +17,7 @@ use super::super::exact::{append, skip};
 use super::clock::{DAY, days, nanos};
 use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id, length_of_dlc};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome};
 use crate::core::can::MAX_DATA;
 
 /// Largest valid size, bytes. Writers fill containers with 128 KiB, unpacked.
@@ -32,8 +32,11 @@ const HEADER: usize = 32;
 /// Maximum number of bytes read of an object, enough for a header and a CAN FD message.
 const MAX_READ: usize = 256;
 
-pub(super) const FORMAT: ObjectFormat =
-    ObjectFormat { name: "Vector BLF", magics: &[b"LOGG"], reader: |source| Ok(Box::new(Blf::new(source)?)) };
+pub(super) const FORMAT: ObjectFormat = ObjectFormat {
+    name: "Vector BLF",
+    mark: Mark::Magics(&[b"LOGG"]),
+    reader: |source| Ok(Box::new(Blf::new(source)?)),
+};
 
 /// Reads a BLF file.
 struct Blf {

@@ -16,12 +16,12 @@ use super::super::exact::{append, skip};
 use super::entry::BadLine;
 use super::ros_frames::{Frames, choose_frames};
 use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
-use super::{ObjectFormat, ObjectSource, damaged};
+use super::{Mark, ObjectFormat, ObjectSource, damaged};
 use crate::core::time::WallStamp;
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "MCAP",
-    magics: &[MAGIC],
+    mark: Mark::Magics(&[MAGIC]),
     reader: |source| Ok(Box::new(Frames(Mcap::new(source, choose_frames())?))),
 };
 

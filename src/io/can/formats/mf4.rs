@@ -10,11 +10,11 @@ use std::io;
 
 use super::mf4_blocks::{Blocks, u64_at};
 use super::mf4_records::{DataGroup, Entry};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, refused};
+use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome, refused};
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "ASAM MDF 4 (MF4)",
-    magics: &[b"MDF     ", b"UnFinMF "],
+    mark: Mark::Magics(&[b"MDF     ", b"UnFinMF "]),
     reader: |source| Ok(Box::new(Mf4::new(source)?)),
 };
 

@@ -23,18 +23,22 @@ mod can_packet;
 pub mod candump;
 mod canedge;
 mod canhacker;
+mod capnp;
+mod carbus;
 mod clock;
 mod crtd;
 mod csv;
 mod entry;
 mod fields;
 mod hcrl;
+mod ixxat;
 mod mcap;
 mod mf4;
 mod mf4_blocks;
 mod mf4_channels;
 mod mf4_data;
 mod mf4_records;
+mod openpilot;
 mod pcap;
 mod pcapng;
 mod plain;
@@ -71,7 +75,7 @@ pub(super) struct LineFormat {
 }
 
 /// Formats of lines, in the order in which they may claim one.
-const LINE_FORMATS: [LineFormat; 13] = [
+const LINE_FORMATS: [LineFormat; 14] = [
     candump::FORMAT,
     asc::FORMAT,
     trc::FORMAT,
@@ -85,29 +89,49 @@ const LINE_FORMATS: [LineFormat; 13] = [
     canedge::FORMAT,
     hcrl::FORMAT,
     slcan::FORMAT,
+    ixxat::FORMAT,
 ];
 
 /// A binary format.
 #[derive(Clone, Copy)]
 pub(super) struct ObjectFormat {
     pub(super) name: &'static str,
-    /// First bytes of its files, one of them.
-    pub(super) magics: &'static [&'static [u8]],
+    pub(super) mark: Mark,
     /// Creates a reader of a file from its first byte on. Fails if the source fails, or if the file is not supported.
     pub(super) reader: fn(ObjectSource) -> io::Result<Box<dyn ObjectReader>>,
 }
 
+/// By what the files of a binary format are recognised.
+#[derive(Clone, Copy)]
+pub(super) enum Mark {
+    /// Their first bytes, one of these.
+    Magics(&'static [&'static [u8]]),
+    /// What is true for the beginning of a file.
+    Content(fn(&[u8]) -> bool),
+}
+
 impl ObjectFormat {
     fn begins(&self, head: &[u8]) -> bool {
-        self.magics.iter().any(|magic| head.starts_with(magic))
+        match self.mark {
+            Mark::Magics(magics) => magics.iter().any(|magic| head.starts_with(magic)),
+            Mark::Content(is) => is(head),
+        }
     }
 }
 
 pub(super) type ObjectSource = Box<dyn BufRead + Send>;
 
 /// Binary formats.
-const OBJECT_FORMATS: [ObjectFormat; 6] =
-    [blf::FORMAT, mcap::FORMAT, mf4::FORMAT, pcap::FORMAT, pcapng::FORMAT, sqlite::FORMAT];
+const OBJECT_FORMATS: [ObjectFormat; 8] = [
+    blf::FORMAT,
+    mcap::FORMAT,
+    mf4::FORMAT,
+    pcap::FORMAT,
+    pcapng::FORMAT,
+    sqlite::FORMAT,
+    openpilot::FORMAT,
+    carbus::FORMAT,
+];
 
 /// Returns true if a file that begins with `head` may be a part of a bag in a folder.
 pub(super) fn is_in_bags(head: &[u8]) -> bool {
@@ -205,7 +229,8 @@ pub(super) fn not_recognised(head: &[u8]) -> io::Error {
     let (mut reason, mut remedy) = ("the file is empty".to_owned(), String::new());
     if !head.is_empty() {
         let (looks, first) = unrecognised::looks_like(head);
-        let formats = format!("these are read, plain or as gzip, xz, zstd or lz4: {}", names().join(", "));
+        let formats =
+            format!("these are read, plain or as gzip, bzip2, xz, zstd or lz4: {}", names().join(", "));
         remedy = match first {
             "" => formats,
             first => format!("{first}; {formats}"),
@@ -305,6 +330,8 @@ mod tests {
             ("1478198376.389427,0316,2,05,21,R\n", Some("HCRL data set")),
             ("t1A020102\r\n", Some("slcan")),
             ("b1230\n", None),
+            ("ASCII Trace IXXAT canAnalyser V2.8\n", Some("IXXAT CSV")),
+            ("@ TEXT @ 2 @ 64 @", Some("CARBUS Analyzer trace")),
             ("LOGG", Some("Vector BLF")),
             ("\n\r\r\n", Some("pcapng")),
             ("SQLite format 3\0", Some("SQLite of python-can or rosbag2")),
@@ -339,7 +366,8 @@ mod tests {
             bytes in proptest::collection::vec(any::<u8>(), 0..500),
         ) {
             for format in OBJECT_FORMATS {
-                for magic in format.magics {
+                let magics = if let Mark::Magics(magics) = format.mark { magics } else { &[&b""[..]] };
+                for magic in magics {
                     let _outcome = testing::objects(format, &[magic, &bytes[..]].concat());
                 }
             }

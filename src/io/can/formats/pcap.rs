@@ -5,19 +5,22 @@
 
 use std::io::{self, BufRead, Read};
 
+use super::super::exact::skip;
 use super::can_packet::{ByteOrder, MAX_BYTES, Packet, carries_can, without_can};
 use super::clock::SECOND;
 use super::entry::LogEntry;
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
+use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "pcap",
-    magics: &[
+    mark: Mark::Magics(&[
         &[0xD4, 0xC3, 0xB2, 0xA1],
         &[0x4D, 0x3C, 0xB2, 0xA1],
         &[0xA1, 0xB2, 0xC3, 0xD4],
         &[0xA1, 0xB2, 0x3C, 0x4D],
-    ],
+        &[0x34, 0xCD, 0xB2, 0xA1],
+        &[0xA1, 0xB2, 0xCD, 0x34],
+    ]),
     reader: |source| Ok(Box::new(Pcap::new(source)?)),
 };
 
@@ -27,6 +30,8 @@ struct Pcap {
     /// Unit of the fraction of a second, ns.
     unit_ns: i64,
     link: u16,
+    /// Length of what a patched libpcap of the nineties writes behind the header of a packet, bytes.
+    behind_header: u64,
     packet: Vec<u8>,
 }
 
@@ -36,13 +41,17 @@ impl Pcap {
         let mut header = [0; 24];
         source.read_exact(&mut header)?;
         let order = if header[0] == 0xA1 { ByteOrder::Big } else { ByteOrder::Little };
-        let unit_ns = if order.u32(&header, 0) == 0xA1B2_3C4D { 1 } else { 1000 };
+        let (unit_ns, behind_header) = match order.u32(&header, 0) {
+            0xA1B2_3C4D => (1, 0),
+            0xA1B2_CD34 => (1000, 8),
+            _ => (1000, 0),
+        };
         // The upper half has the length of checksums.
         let link = (order.u32(&header, 20) & 0xFFFF).try_into().unwrap_or(0);
         if !carries_can(link) {
             return Err(without_can(link));
         }
-        Ok(Self { source, order, unit_ns, link, packet: Vec::new() })
+        Ok(Self { source, order, unit_ns, link, behind_header, packet: Vec::new() })
     }
 }
 
@@ -58,6 +67,7 @@ impl ObjectReader for Pcap {
         if captured > MAX_BYTES {
             return Err(damaged("a packet is larger than any"));
         }
+        skip(&mut self.source, self.behind_header)?;
         self.packet.resize(captured.try_into().unwrap_or(0), 0);
         self.source.read_exact(&mut self.packet)?;
         let nanos = i64::from(number(0)) * SECOND + i64::from(number(4)) * self.unit_ns;
@@ -82,10 +92,13 @@ mod tests {
         };
         let header = [magic, 0x0002_0004, 0, 0, 10, link];
         let frame = [0, 0, 1, 0x23, 2, 0, 0, 0, 1, 2];
+        let patch: &[u8] = if magic == 0xA1B2_CD34 { &[7; 8] } else { &[] };
         let packets = [
             &[5, fraction, 10, 10].map(number).concat()[..],
+            patch,
             &frame,
             &[5, fraction, 10, 12].map(number).concat(),
+            patch,
             &[0, 0, 1, 0x23, 4, 0, 0, 0, 1, 2],
         ];
         [header.map(number).concat(), packets.concat()].concat()
@@ -95,7 +108,7 @@ mod tests {
     fn both_byte_orders_and_units_of_time_are_read() {
         let expected = [Ok("5000250 can0 123#0102".to_owned()), Err(BadLine::BadData)];
         for order in [ByteOrder::Little, ByteOrder::Big] {
-            for (magic, fraction) in [(0xA1B2_C3D4, 250), (0xA1B2_3C4D, 250_999)] {
+            for (magic, fraction) in [(0xA1B2_C3D4, 250), (0xA1B2_3C4D, 250_999), (0xA1B2_CD34, 250)] {
                 let file = capture(order, magic, fraction, 0x1000_00E3);
                 assert_eq!(objects(FORMAT, &file).unwrap(), expected, "{order:?} {magic:X}");
             }

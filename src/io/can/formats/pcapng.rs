@@ -10,7 +10,7 @@ use super::super::exact::append;
 use super::can_packet::{ByteOrder, MAX_BYTES, Packet, carries_can, without_can};
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryInterface, LogEntry};
-use super::{ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
+use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
 use crate::core::time::WallStamp;
 
 /// Type of a section header; reads the same in both byte orders.
@@ -26,8 +26,11 @@ const MAX_INTERFACES: usize = 1 << 16;
 /// Longest interface name that is kept, bytes.
 const MAX_NAME: usize = 64;
 
-pub(super) const FORMAT: ObjectFormat =
-    ObjectFormat { name: "pcapng", magics: &[&SECTION], reader: |source| Ok(Box::new(PcapNg::new(source))) };
+pub(super) const FORMAT: ObjectFormat = ObjectFormat {
+    name: "pcapng",
+    mark: Mark::Magics(&[&SECTION]),
+    reader: |source| Ok(Box::new(PcapNg::new(source))),
+};
 
 struct PcapNg {
     source: ObjectSource,

@@ -9,10 +9,10 @@ use super::ros_frames::{Frames, choose_frames, without_frames};
 use super::ros_messages::{Choose, MessageReader as _};
 use super::ros_sqlite::{self, RosSqlite};
 use super::sqlite_file::{Database, MAGIC};
-use super::{ObjectFormat, ObjectReader, ObjectSource, refused};
+use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, refused};
 
 pub(super) const FORMAT: ObjectFormat =
-    ObjectFormat { name: "SQLite of python-can or rosbag2", magics: &[MAGIC], reader: open };
+    ObjectFormat { name: "SQLite of python-can or rosbag2", mark: Mark::Magics(&[MAGIC]), reader: open };
 
 fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
     let database = Database::read(source)?;
