@@ -12,7 +12,7 @@ use std::path::Path;
 use sha2::{Digest as _, Sha256};
 
 /// Sequences that a reader refuses when they are longer, although their definition has no bound: message, field, elements.
-const BOUNDS: [(&str, &str, u32); 12] = [
+const BOUNDS: [(&str, &str, u32); 13] = [
     ("autoware_internal_planning_msgs/PathPointWithLaneId", "lane_ids", 1_000),
     ("autoware_internal_planning_msgs/PathWithLaneId", "left_bound", 100_000),
     ("autoware_internal_planning_msgs/PathWithLaneId", "points", 20_000),
@@ -25,6 +25,7 @@ const BOUNDS: [(&str, &str, u32); 12] = [
     ("autoware_perception_msgs/PredictedPath", "path", 100_000),
     ("autoware_planning_msgs/LaneletRoute", "segments", 10_000),
     ("autoware_planning_msgs/LaneletSegment", "primitives", 1_000),
+    ("autoware_planning_msgs/Trajectory", "points", 20_000),
 ];
 /// serde implements its traits for arrays up to this length; a longer one becomes a square.
 const MAX_ARRAY: u32 = 32;

@@ -13,7 +13,7 @@ use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput
 use signal_gateway::io::ros::reading::{Endian, read};
 use signal_gateway::io::ros::topics::SubscriptionKind;
 
-const KINDS: [SubscriptionKind; 17] = [
+const KINDS: [SubscriptionKind; 18] = [
     SubscriptionKind::Odometry,
     SubscriptionKind::Route,
     SubscriptionKind::PlannedPath,
@@ -31,6 +31,7 @@ const KINDS: [SubscriptionKind; 17] = [
     SubscriptionKind::Camera,
     SubscriptionKind::Clock,
     SubscriptionKind::ModifiedGoal,
+    SubscriptionKind::Trajectory,
 ];
 
 fuzz_target!(|bytes: &[u8]| {
@@ -42,6 +43,7 @@ fuzz_target!(|bytes: &[u8]| {
     let elements = match &input {
         Input::Planner(PlannerInput::Route(route)) => route.segments.len(),
         Input::Planner(PlannerInput::PlannedPath(points)) => points.len(),
+        Input::Planner(PlannerInput::Trajectory(points)) => points.len(),
         Input::Planner(PlannerInput::Factors { factors, .. }) => factors.len(),
         Input::TrafficLight(TrafficLightInput::States { states, rejected, .. }) => {
             states.len() + usize::try_from(*rejected).unwrap()

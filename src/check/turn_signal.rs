@@ -55,9 +55,16 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
         report.line("", format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
     }
     let (read, written) = (|key| decider.inputs.name(key), |key| decider.outputs.name(key));
-    for key in
-        ["odometry", "route", "planned_path", "modified_goal", "operation_mode", "scenario", "hazard_request"]
-    {
+    for key in [
+        "odometry",
+        "route",
+        "planned_path",
+        "trajectory",
+        "modified_goal",
+        "operation_mode",
+        "scenario",
+        "hazard_request",
+    ] {
         let name = if read(key).is_empty() { "no topic" } else { read(key) };
         report.line("", format!("{} from {name}", key.replace('_', " ")));
     }

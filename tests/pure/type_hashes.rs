@@ -34,7 +34,7 @@ fn everything_that_is_read_has_a_hash() {
         SubscriptionKind::Odometry, SubscriptionKind::Route, SubscriptionKind::PlannedPath,
         SubscriptionKind::Factors(FactorTopic::GoalPlanner), SubscriptionKind::ModifiedGoal,
         SubscriptionKind::OperationMode, SubscriptionKind::Scenario, SubscriptionKind::HazardRequest,
-        SubscriptionKind::OwnTurnCommand, SubscriptionKind::ControlMode,
+        SubscriptionKind::OwnTurnCommand, SubscriptionKind::ControlMode, SubscriptionKind::Trajectory,
     ];
     let lacks = |(package, name): &(&str, &str)| type_hash(package, name).is_none();
     assert_eq!(kinds.map(|kind| kind.row().type_name).into_iter().filter(lacks).collect::<Vec<_>>(), []);

@@ -12,12 +12,14 @@ use super::manoeuvre::Manoeuvre;
 use super::planner_input::{FactorTopic, PlanningFactor};
 pub use factor::FactorContext;
 use path_offsets::PathOffsets;
+pub use trajectory::{DrivenPath, trajectory_manoeuvres};
 
 mod avoidance;
 mod factor;
 mod lane_change;
 mod path_offsets;
 mod pulling;
+mod trajectory;
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use std::time::Duration;
 use super::compat::{DeciderCompat, DeciderQuirks};
 use super::decider::{Decider, DeciderSettings};
 use super::decision::{Basis, Decision};
-use super::factors::{FactorContext, manoeuvres};
+use super::factors::{FactorContext, manoeuvres, trajectory_manoeuvres};
 use super::headline::Headline;
 use super::inputs::{InputFinding, Inputs, Timed};
 use super::output::TurnSignalOutput;
@@ -260,6 +260,9 @@ impl TurnSignalFlow {
             modified_goal: self.latest.modified_goal(route.id()),
             operation_mode: self.latest.operation_mode,
         };
+        if let Some(trajectory) = self.latest.trajectory(path_limit, now, findings) {
+            return trajectory_manoeuvres(&context, &self.latest.driven, trajectory);
+        }
         let (manoeuvres, mut found) = manoeuvres(&context, &self.latest.factors);
         findings.append(&mut found);
         manoeuvres

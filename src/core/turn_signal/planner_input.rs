@@ -27,6 +27,8 @@ pub enum PlannerInput {
     Route(Arc<PlannerRoute>),
     /// The message `autoware_internal_planning_msgs/PathWithLaneId` of the behavior planner.
     PlannedPath(Arc<[PlannedPathPoint]>),
+    /// The message `autoware_planning_msgs/Trajectory`, of a planner that sends no planning factors.
+    Trajectory(Arc<[TrajectoryPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors {
         /// Module that sent them.
@@ -84,6 +86,15 @@ pub struct PlannedPathPoint {
     pub speed_mps: f64,
     /// The lanelets it belongs to.
     pub lanes: Vec<LaneId>,
+}
+
+/// A point of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrajectoryPoint {
+    /// Pose in the map frame.
+    pub pose: Pose,
+    /// Planned speed at the point, m/s, negative backwards.
+    pub speed_mps: f64,
 }
 
 /// Modules of the planner whose factors matter, by the last part of their topic (`/planning/planning_factors/…`), in the

@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::messages::autoware_adapi_v1_msgs::OperationModeState;
 use super::messages::autoware_internal_planning_msgs::{PathWithLaneId, PlanningFactorArray, Scenario};
 use super::messages::autoware_perception_msgs::TrafficLightGroupArray;
-use super::messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped};
+use super::messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped, Trajectory};
 use super::messages::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
 use super::messages::nav_msgs::Odometry;
 use super::messages::rosgraph_msgs::Clock;
@@ -84,6 +84,7 @@ pub fn read(
         SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
         SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),
         SubscriptionKind::PlannedPath => Input::Planner(bytes.whole::<PathWithLaneId>()?.into()),
+        SubscriptionKind::Trajectory => Input::Planner(bytes.whole::<Trajectory>()?.into()),
         SubscriptionKind::Factors(topic) => {
             Input::Planner(bytes.whole::<PlanningFactorArray>()?.into_input(topic))
         }

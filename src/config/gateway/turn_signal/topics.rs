@@ -11,10 +11,12 @@ const HAZARD_COMMAND: &str = "/planning/hazard_lights_cmd";
 const PATH: &str = "/planning/scenario_planning/lane_driving/behavior_planning/path_with_lane_id";
 
 /// The topics that are read.
-pub(in crate::config::gateway) static INPUTS: [ConfigKey<String>; 10] = [
+pub(in crate::config::gateway) static INPUTS: [ConfigKey<String>; 11] = [
     topic("odometry", "/localization/kinematic_state").doc("nav_msgs/Odometry"),
     topic("route", "/planning/mission_planning/route").doc("LaneletRoute"),
     optional_topic("planned_path", PATH).doc("PathWithLaneId"),
+    optional_topic("trajectory", "")
+        .doc("e.g. \"/planning/trajectory\": Trajectory of a planner that sends no planning factors"),
     optional_topic(FACTORS, "/planning/planning_factors").doc("prefix of the topics of the modules"),
     optional_topic("modified_goal", "/planning/scenario_planning/modified_goal").doc("PoseWithUuidStamped"),
     optional_topic("operation_mode", "/system/operation_mode/state").doc("OperationModeState"),

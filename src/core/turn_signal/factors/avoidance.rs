@@ -33,7 +33,19 @@ pub(super) fn around(
     let mut ramps: Vec<Ramp> =
         stretches.iter().flat_map(|interval| ramps(path_offsets, interval, threshold_m)).collect();
     ramps.sort_by_key(|ramp| path_offsets.nearest_index(ramp.start));
-    let Some(path) = path_offsets.ramped(&ramps) else { return Err(ManoeuvreKind::Avoidance) };
+    let is_approved = ramps.iter().any(|ramp| path_offsets.follows(ramp));
+    let avoidance = along(context, path_offsets, &ramps, is_approved).ok_or(ManoeuvreKind::Avoidance)?;
+    Ok(vec![Manoeuvre::Avoidance(avoidance)])
+}
+
+/// Returns the avoidance of these ramps, in order; `None` without a path.
+pub(super) fn along(
+    context: &FactorContext<'_>,
+    path_offsets: &PathOffsets,
+    ramps: &[Ramp],
+    approved: bool,
+) -> Option<Avoidance> {
+    let path = path_offsets.ramped(ramps)?;
     let line = |ramp: &Ramp| AvoidanceLine {
         id: id(ramp),
         line: path_offsets.line(ramp.start, ramp.end),
@@ -44,16 +56,15 @@ pub(super) fn around(
     let ego_index = path_offsets.nearest_index(ego);
     // Before its first line, what the path is shifted by belongs to another manoeuvre.
     let ahead = ramps.first().filter(|first| ego_index < path_offsets.nearest_index(first.start));
-    let avoidance = Avoidance {
+    Some(Avoidance {
         lines: ramps.iter().map(line).collect(),
         ego_index,
         deviation_m: path_offsets.beside_m(ego),
         current_shift_m: ahead.map_or_else(|| path_offsets.path_offset_m(ego), |first| first.before_m),
         lanes: path_offsets.lanes.clone(),
-        approved: ramps.iter().any(|ramp| path_offsets.follows(ramp)),
+        approved,
         path,
-    };
-    Ok(vec![Manoeuvre::Avoidance(avoidance)])
+    })
 }
 
 /// Returns the line of a batch of one; else those that the path shows.

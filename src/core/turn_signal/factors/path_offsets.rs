@@ -99,18 +99,31 @@ impl PathOffsets {
     /// one direction. A smooth path hardly moves at the ends of a ramp, so that these begin a little
     /// later and end a little earlier than they were planned.
     pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
-        let (first, last) = (self.nearest_index(from), self.nearest_index(to));
+        let within = (self.nearest_index(from), self.nearest_index(to));
+        let ramps = self.ramps_within(within, threshold_m, SAME_OFFSET_M).into_iter();
+        ramps.map(|(_, ramp)| ramp).collect()
+    }
+
+    /// Returns the ramps between two points of the path, each with the indices of its ends. An offset that moves back by no more than
+    /// `ripple_m` does not end a ramp.
+    pub(super) fn ramps_within(
+        &self,
+        (first, last): (usize, usize),
+        threshold_m: f64,
+        ripple_m: f64,
+    ) -> Vec<((usize, usize), Ramp)> {
         let within = self.offsets_m.get(first..=last).unwrap_or_default();
         let pose = |index: usize| self.poses.get(first + index).copied();
         let ramp = |(start, end): (usize, usize)| {
-            Some(Ramp {
+            let ramp = Ramp {
                 start: pose(start)?,
                 end: pose(end)?,
                 before_m: *within.get(start)?,
                 after_m: *within.get(end)?,
-            })
+            };
+            Some(((first + start, first + end), ramp))
         };
-        swings(within, threshold_m).into_iter().filter_map(ramp).collect()
+        swings(within, threshold_m, ripple_m).into_iter().filter_map(ramp).collect()
     }
 
     /// Returns whether the path follows a ramp for more than half of its offset.
@@ -173,7 +186,7 @@ fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> 
 
 /// Returns the offset to the left of the piece of a line that is nearest, metres. With `limits` of those that face alike, if there are:
 /// a line may come back by the lane beside.
-fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
+pub(super) fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
     let point = pose.position;
     let faces_alike = |piece: &[Point], yaw_rad: f64| {
         front_pose(piece).is_some_and(|front| wrapped(front.yaw_rad - pose.yaw_rad).abs() <= yaw_rad)
@@ -191,15 +204,15 @@ fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
     (point.y_m - on.y_m) * cos - (point.x_m - on.x_m) * sin
 }
 
-/// Returns the first and last index of every change in one direction of at least `threshold_m`.
-fn swings(offsets_m: &[f64], threshold_m: f64) -> Vec<(usize, usize)> {
+/// Returns the first and last index of every change in one direction of at least `threshold_m`, through ripples of at most `ripple_m`.
+fn swings(offsets_m: &[f64], threshold_m: f64, ripple_m: f64) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let Some(first) = offsets_m.first() else { return Vec::new() };
     let (mut pivot, mut extreme) = ((0, *first), (0, *first));
     for (index, offset_m) in offsets_m.iter().copied().enumerate() {
         let swing_m = extreme.1 - pivot.1;
         let turned = (offset_m - extreme.1) * swing_m < 0.0;
-        if turned && (offset_m - extreme.1).abs() > SAME_OFFSET_M {
+        if turned && (offset_m - extreme.1).abs() > ripple_m {
             found.push((pivot, extreme));
             (pivot, extreme) = (extreme, (index, offset_m));
         } else if !turned && (offset_m - extreme.1).abs() > 0.0 {
@@ -208,7 +221,7 @@ fn swings(offsets_m: &[f64], threshold_m: f64) -> Vec<(usize, usize)> {
     }
     found.push((pivot, extreme));
     found.retain(|((_, from_m), (_, to_m))| (to_m - from_m).abs() >= threshold_m);
-    let near = |one: f64, other: f64| (one - other).abs() <= SAME_OFFSET_M;
+    let near = |one: f64, other: f64| (one - other).abs() <= ripple_m;
     let trimmed = |((from, from_m), (to, to_m)): ((usize, f64), (usize, f64))| {
         let mut run = offsets_m.iter().enumerate().skip(from).take(to + 1 - from);
         let begins = run.clone().take_while(|(_, offset_m)| near(**offset_m, from_m)).last();
@@ -230,9 +243,13 @@ mod tests {
     #[test]
     fn a_profile_is_cut_into_its_swings() {
         let out_and_back = [0.0, 0.0, 0.02, 0.5, 1.0, 1.48, 1.5, 1.5, 1.49, 1.0, 0.4, 0.03, 0.0, 0.0];
-        assert_eq!(swings(&out_and_back, 0.3), [(2, 5), (8, 11)]);
-        assert_eq!(swings(&[0.0, 0.29, 0.29], 0.3), [], "too little");
-        assert_eq!(swings(&[0.0, -0.2, -0.17, -0.4], 0.3), [(0, 3)], "a ripple does not count");
-        assert_eq!(swings(&[], 0.3), []);
+        assert_eq!(swings(&out_and_back, 0.3, SAME_OFFSET_M), [(2, 5), (8, 11)]);
+        assert_eq!(swings(&[0.0, 0.29, 0.29], 0.3, SAME_OFFSET_M), [], "too little");
+        assert_eq!(
+            swings(&[0.0, -0.2, -0.17, -0.4], 0.3, SAME_OFFSET_M),
+            [(0, 3)],
+            "a ripple does not count"
+        );
+        assert_eq!(swings(&[], 0.3, SAME_OFFSET_M), []);
     }
 }

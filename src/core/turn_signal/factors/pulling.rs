@@ -3,7 +3,7 @@
 //! which the vehicle begins to slow down before its path to the roadside is decided comes from a factor to stop or slow
 //! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
 
-use super::factor::{Behavior, FactorContext, FactorInterval, Made, Ramp};
+use super::factor::{Behavior, FactorContext, Made, Ramp};
 use super::path_offsets::PathOffsets;
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
@@ -53,17 +53,28 @@ pub(super) fn out(
         refuse(FactorFlaw::NoStretch);
         return None;
     };
-    let near_start = ego.position.distance_m(interval.start().position) <= DEPARTED_M;
-    Some(Manoeuvre::PullOut(PullOut {
-        path: path_offsets.and_then(|path_offsets| path_offsets.ramped(&[interval.ramp()])),
-        start: interval.start(),
-        end: interval.end(),
+    Some(Manoeuvre::PullOut(forwards(context, path_offsets, &interval.ramp(), lanes)))
+}
+
+/// Returns the pull-out that drives forwards along a ramp.
+pub(super) fn forwards(
+    context: &FactorContext<'_>,
+    path_offsets: Option<&PathOffsets>,
+    ramp: &Ramp,
+    lanes: Vec<LaneId>,
+) -> PullOut {
+    let ego = context.odometry.pose;
+    let near_start = ego.position.distance_m(ramp.start.position) <= DEPARTED_M;
+    PullOut {
+        path: path_offsets.and_then(|path_offsets| path_offsets.ramped(&[*ramp])),
+        start: ramp.start,
+        end: ramp.end,
         current_shift_m: path_offsets.map_or(0.0, |path_offsets| path_offsets.offset_m(ego)),
         forward: true,
         standing_counts: near_start,
         before_start: near_start && (!context.is_engaged() || context.odometry.speed_mps < STOP_SPEED_MPS),
         lanes,
-    }))
+    }
 }
 
 /// Returns the pull-over of the module's factors: decided when one of them shifts, else announced by those
@@ -77,9 +88,9 @@ pub(super) fn over(
     let Some(first) = factors.first() else { return Ok(Vec::new()) };
     let Some(path_offsets) = path_offsets else { return Err(ManoeuvreKind::PullOver) };
     let pull_over = match factors.iter().find(|factor| !factor.is_about_speed()) {
-        Some(shifting) => {
-            shifting.interval().map(|interval| PullOver::Decided(decided(context, path_offsets, &interval)))
-        }
+        Some(shifting) => shifting
+            .interval()
+            .map(|interval| PullOver::Decided(decided(context, path_offsets, &interval.ramp()))),
         None => undecided(context, path_offsets, factors).map(PullOver::Undecided),
     };
     if pull_over.is_none() && !(first.control_points.len() == 1 && first.is_about_speed()) {
@@ -88,11 +99,12 @@ pub(super) fn over(
     Ok(pull_over.into_iter().map(Manoeuvre::PullOver).collect())
 }
 
-fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &FactorInterval) -> Decided {
-    let goal = context.modified_goal.unwrap_or(interval.end());
+/// Returns the pull-over along a ramp.
+pub(super) fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, ramp: &Ramp) -> Decided {
+    let goal = context.modified_goal.unwrap_or(ramp.end);
     Decided {
-        path: path_offsets.ramped(&[Ramp { end: goal, ..interval.ramp() }]),
-        start: interval.start(),
+        path: path_offsets.ramped(&[Ramp { end: goal, ..*ramp }]),
+        start: ramp.start,
         goal,
         current_shift_m: path_offsets.offset_m(context.odometry.pose),
         near_first_end: false,

@@ -6,16 +6,20 @@ use std::time::Duration;
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::time::{MonoTime, WallStamp};
-use crate::core::turn_signal::factors::Factors;
+use crate::core::turn_signal::factors::{DrivenPath, Factors};
 use crate::core::turn_signal::inputs::{InputFinding, Timed};
-use crate::core::turn_signal::planner_input::Odometry;
-use crate::core::turn_signal::planner_input::{OperationMode, PlannedPathPoint, PlannerInput};
+use crate::core::turn_signal::planner_input::{
+    Odometry, OperationMode, PlannedPathPoint, PlannerInput, TrajectoryPoint,
+};
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct LatestInputs {
     pub(super) odometry: Option<Timed<Odometry>>,
     odometry_stamp: Option<WallStamp>,
     path: Option<Timed<Arc<[PlannedPathPoint]>>>,
+    trajectory: Option<Timed<Arc<[TrajectoryPoint]>>>,
+    /// The way that the vehicle has come.
+    pub(super) driven: DrivenPath,
     pub(super) factors: Factors,
     modified_goal: Option<(u128, Pose)>,
     pub(super) operation_mode: Option<OperationMode>,
@@ -34,10 +38,12 @@ impl LatestInputs {
                 let is_repeated = self.odometry_stamp == Some(stamp) && stamp != WallStamp::default();
                 if !is_repeated {
                     self.odometry = Some(Timed { at, value: odometry });
+                    self.driven.update(odometry);
                 }
                 self.odometry_stamp = Some(stamp);
             }
             PlannerInput::PlannedPath(value) => self.path = Some(Timed { at, value }),
+            PlannerInput::Trajectory(value) => self.trajectory = Some(Timed { at, value }),
             PlannerInput::Factors { topic, factors } => {
                 self.factors.insert(topic, Timed { at, value: factors });
             }
@@ -70,6 +76,26 @@ impl LatestInputs {
         let path = self.path.as_ref().filter(|path| now.since(path.at) <= limit)?;
         if path.value.iter().all(|point| point.pose.is_finite()) {
             return Some(&path.value);
+        }
+        findings.push(InputFinding::PlannedPathNotFinite);
+        None
+    }
+
+    /// Returns the trajectory of a planner of which no planning factors were received, if it can be used.
+    pub(super) fn trajectory(
+        &self,
+        limit: Duration,
+        now: MonoTime,
+        findings: &mut Vec<InputFinding>,
+    ) -> Option<&Timed<Arc<[TrajectoryPoint]>>> {
+        let trajectory = self.trajectory.as_ref().filter(|_| self.factors.is_empty())?;
+        let age = now.since(trajectory.at);
+        if age > limit {
+            findings.push(InputFinding::OldPlannedPath(age));
+            return None;
+        }
+        if trajectory.value.iter().all(|point| point.pose.is_finite() && point.speed_mps.is_finite()) {
+            return Some(trajectory);
         }
         findings.push(InputFinding::PlannedPathNotFinite);
         None

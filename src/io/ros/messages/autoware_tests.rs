@@ -11,7 +11,8 @@ use super::autoware_internal_planning_msgs::{
 };
 use super::autoware_perception_msgs::PredictedPath;
 use super::autoware_planning_msgs::{
-    LaneletPrimitive, LaneletRoute, LaneletSegment, PathPoint, PoseWithUuidStamped,
+    LaneletPrimitive, LaneletRoute, LaneletSegment, PathPoint, PoseWithUuidStamped, Trajectory,
+    TrajectoryPoint,
 };
 use super::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
 use super::builtin_interfaces::Duration;
@@ -80,6 +81,12 @@ fn path() -> Vec<u8> {
     let wire = wire.doubles(&POSE).singles(&[4.5, 0.25, -0.5]).bytes(&[1]).count(2).id(100).id(-7);
     let wire = wire.doubles(&[9.0; 7]).singles(&[0.0; 3]).bytes(&[0]).count(0);
     wire.count(1).doubles(&[1.0, 2.0, 3.0]).count(2).doubles(&counting(6)).done()
+}
+
+fn trajectory() -> Vec<u8> {
+    let wire = Wire::with_header().count(2);
+    let wire = wire.count(1).count(500).doubles(&POSE).singles(&[4.5, 0.25, 0.5, -0.5, 0.125, 0.0]);
+    wire.count(2).count(0).doubles(&[9.0; 7]).singles(&[0.0; 6]).done()
 }
 
 fn safety(wire: Wire) -> Wire {
@@ -174,6 +181,29 @@ fn a_path_has_its_bytes_and_becomes_its_points() {
         planner_input::PlannedPathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
     ];
     assert_eq!(input(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
+}
+
+#[test]
+fn a_trajectory_has_its_bytes_and_becomes_poses_and_speeds() {
+    let far = Pose { position: [9.0; 3].into(), orientation: Quaternion { x: 9.0, y: 9.0, z: 9.0, w: 9.0 } };
+    let near = TrajectoryPoint {
+        time_from_start: Duration { sec: 1, nanosec: 500 },
+        pose: pose(),
+        longitudinal_velocity_mps: 4.5,
+        lateral_velocity_mps: 0.25,
+        acceleration_mps2: 0.5,
+        heading_rate_rps: -0.5,
+        front_wheel_angle_rad: 0.125,
+        rear_wheel_angle_rad: 0.0,
+    };
+    let time_from_start = Duration { sec: 2, nanosec: 0 };
+    let last = TrajectoryPoint { time_from_start, pose: far, ..TrajectoryPoint::default() };
+    assert_eq!(cdr(&Trajectory { header: header(), points: vec![near, last] }), trajectory());
+    let expected = [
+        planner_input::TrajectoryPoint { pose: PLANE_POSE, speed_mps: 4.5 },
+        planner_input::TrajectoryPoint { pose: far.into(), speed_mps: 0.0 },
+    ];
+    assert_eq!(input(Kind::Trajectory, &trajectory()), PlannerInput::Trajectory(expected.into()));
 }
 
 #[test]
@@ -355,6 +385,8 @@ fn sequences_have_a_greatest_length() {
         ],
         ..PathWithLaneId::default()
     };
+    let trajectory =
+        |points| Trajectory { points: vec![TrajectoryPoint::default(); points], ..Trajectory::default() };
     let route = |segments| LaneletRoute {
         segments: vec![LaneletSegment::default(); segments],
         ..LaneletRoute::default()
@@ -370,6 +402,11 @@ fn sequences_have_a_greatest_length() {
             cdr(&path(1, PathPointWithLaneId::MAX_LANE_IDS)),
             cdr(&path(1, PathPointWithLaneId::MAX_LANE_IDS + 1)),
         ),
+        (
+            Kind::Trajectory,
+            cdr(&trajectory(Trajectory::MAX_POINTS)),
+            cdr(&trajectory(Trajectory::MAX_POINTS + 1)),
+        ),
         (Kind::Route, cdr(&route(LaneletRoute::MAX_SEGMENTS)), cdr(&route(LaneletRoute::MAX_SEGMENTS + 1))),
     ];
     for (kind, longest, too_long) in cases {
@@ -380,7 +417,7 @@ fn sequences_have_a_greatest_length() {
         }
     }
     // Announced only: refused at once, without room being made.
-    for kind in [Kind::PlannedPath, Kind::Factors(FactorTopic::GoalPlanner)] {
+    for kind in [Kind::PlannedPath, Kind::Trajectory, Kind::Factors(FactorTopic::GoalPlanner)] {
         let bytes = Wire::with_header().count(u32::MAX).done();
         assert!(read(kind, &bytes, Endian::Little).is_err());
     }
@@ -392,6 +429,7 @@ fn samples() -> Vec<(Kind, Vec<u8>)> {
         (Kind::Odometry, odometry()),
         (Kind::Route, route()),
         (Kind::PlannedPath, path()),
+        (Kind::Trajectory, trajectory()),
         (Kind::Factors(FactorTopic::GoalPlanner), factors()),
         (Kind::OperationMode, with_stamp(&[2, 1, 0, 1, 1, 0, 0])),
         (Kind::Scenario, Wire::default().text("LaneDriving").count(1).text("Parking").done()),

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::autoware_adapi_v1_msgs::OperationModeState;
 use super::autoware_internal_planning_msgs::{PathPointWithLaneId, PathWithLaneId, Scenario};
-use super::autoware_planning_msgs::{LaneletPrimitive, LaneletRoute, LaneletSegment, PoseWithUuidStamped};
+use super::autoware_planning_msgs::{
+    LaneletPrimitive, LaneletRoute, LaneletSegment, PoseWithUuidStamped, Trajectory, TrajectoryPoint,
+};
 use super::nav_msgs::Odometry;
 use crate::core::turn_signal::planner_input::{self, OperationMode, PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
@@ -35,6 +37,16 @@ impl From<PathWithLaneId> for PlannerInput {
             lanes: lane_ids,
         };
         Self::PlannedPath(message.points.into_iter().map(point).collect())
+    }
+}
+
+impl From<Trajectory> for PlannerInput {
+    fn from(message: Trajectory) -> Self {
+        let point = |point: TrajectoryPoint| planner_input::TrajectoryPoint {
+            pose: point.pose.into(),
+            speed_mps: point.longitudinal_velocity_mps.into(),
+        };
+        Self::Trajectory(message.points.into_iter().map(point).collect())
     }
 }
 

@@ -9,7 +9,7 @@ use crate::io::ros::messages::autoware_internal_planning_msgs::{
     PathWithLaneId, PlanningFactorArray, Scenario,
 };
 use crate::io::ros::messages::autoware_perception_msgs::TrafficLightGroupArray;
-use crate::io::ros::messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped};
+use crate::io::ros::messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped, Trajectory};
 use crate::io::ros::messages::autoware_vehicle_msgs::{
     ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand,
 };
@@ -57,6 +57,8 @@ pub enum SubscriptionKind {
     Route,
     /// The path for the decider.
     PlannedPath,
+    /// The trajectory of a planner without planning factors, for the decider.
+    Trajectory,
     /// Planning factors of one module for the decider.
     Factors(FactorTopic),
     /// The goal that the goal planner has moved, for the decider.
@@ -128,10 +130,11 @@ const fn kept(row: IncomingRow) -> IncomingRow {
 
 impl SubscriptionKind {
     /// The inputs of the decider, planning factors left out.
-    pub const DECIDER: [Self; 7] = [
+    pub const DECIDER: [Self; 8] = [
         Self::Odometry,
         Self::Route,
         Self::PlannedPath,
+        Self::Trajectory,
         Self::ModifiedGoal,
         Self::OperationMode,
         Self::Scenario,
@@ -162,6 +165,7 @@ impl SubscriptionKind {
                 kept(decider("route", "/planning/mission_planning/route", LaneletRoute::TYPE_NAME))
             }
             Self::PlannedPath => decider("planned_path", BEHAVIOR_PATH, PathWithLaneId::TYPE_NAME),
+            Self::Trajectory => decider("trajectory", "", Trajectory::TYPE_NAME),
             // The name is a folder, in which each module has its topic.
             Self::Factors(_) => {
                 decider("planning_factors", "/planning/planning_factors", PlanningFactorArray::TYPE_NAME)
