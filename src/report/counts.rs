@@ -56,12 +56,20 @@ pub(super) const FUNCTION: [Count<FunctionSnapshot>; 3] = [
     ),
 ];
 
-pub(super) const DECIDER: [Count<DeciderSnapshot>; 3] = [
+pub(super) const DECIDER: [Count<DeciderSnapshot>; 5] = [
     row("decider_cycles", "Cycles of the turn signal decider", |decider| decider.cycles),
     row("decider_changes", "Decisions that differed from the one before", |decider| decider.changes),
     row(
         "decider_shortened_signals",
         "Signals that waited until a junction was passed which offers their side",
         |decider| decider.shortened_signals,
+    ),
+    row("decider_judged_signals", "Turn signals of another planner that were judged", |decider| {
+        decider.signal_verdicts.judged()
+    }),
+    row(
+        "decider_wrong_signals",
+        "Turn signals of another planner that did not agree with the rules",
+        |decider| decider.signal_verdicts.judged() - decider.signal_verdicts.agree,
     ),
 ];

@@ -25,6 +25,7 @@ WAIT_MS = 150_000
 DECIDER = {
     "role": "command", "level": "OK", "message": "LEFT: left turn on 111", "route": "0" * 31 + "1", "odometry_age_ms": 20,
     "cycles": 1200, "changes": 4, "turn_agreement_percent": 98.2, "hazard_agreement_percent": None,
+    "signal_agreement_percent": None, "last_wrong_signal": None,
     "decision": None,
 }
 DECISION = {

@@ -17,13 +17,15 @@ use super::inputs::{InputFinding, Inputs, Timed};
 use super::output::TurnSignalOutput;
 use super::planner_input::{Odometry, PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
+use super::signal_judge::{AskedSignal, JudgeSettings, JudgedCycle, SignalJudge, SignalVerdict};
 use super::vehicle_state::{VehicleState, VehicleUse};
 use crate::core::diagnostics::{Level, Status};
-use crate::core::light_command::{HazardCommand, TurnCommand};
+use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
 use latest_inputs::LatestInputs;
 use shadow_comparison::ShadowComparison;
+use snapshot::WrongSignal;
 
 mod latest_inputs;
 mod shadow_comparison;
@@ -76,6 +78,8 @@ pub struct TurnSignalFlow {
     headline: Option<Headline>,
     turn_comparison: ShadowComparison<TurnCommand>,
     hazard_comparison: ShadowComparison<HazardCommand>,
+    judge: SignalJudge,
+    last_wrong: Option<WrongSignal>,
     last_summary: Option<(Level, String)>,
     ready: VecDeque<TurnSignalOutput>,
 }
@@ -96,6 +100,8 @@ impl TurnSignalFlow {
             headline: None,
             turn_comparison: ShadowComparison::default(),
             hazard_comparison: ShadowComparison::default(),
+            judge: SignalJudge::new(JudgeSettings::DEFAULT),
+            last_wrong: None,
             last_summary: None,
             ready: VecDeque::new(),
         }
@@ -323,5 +329,21 @@ impl TurnSignalFlow {
         let hazard = self.latest.own_hazard.filter(|own| counts(own.at)).map(|own| own.value);
         self.turn_comparison.compare(decision.turn, turn, tolerance, now);
         self.hazard_comparison.compare(decision.hazard, hazard, tolerance, now);
+        self.judge(decision, now);
+    }
+
+    /// Judges the turn signal that Autoware commands, manoeuvre by manoeuvre.
+    fn judge(&mut self, decision: &Decision, now: MonoTime) {
+        let limit = self.settings.decider.age_limits.own_command;
+        let own = self.latest.own_turn.filter(|own| now.since(own.at) <= limit);
+        let received = own.and_then(|own| match own.value {
+            EnumOrUnknown::Known(command) => Some(command),
+            EnumOrUnknown::Unknown(_) => None,
+        });
+        let odometry = self.latest.odometry.map(|odometry| odometry.value).unwrap_or_default();
+        let asked = AskedSignal::of(decision);
+        let judged = self.judge.on_cycle(JudgedCycle { now, odometry, asked, received });
+        let wrong = judged.iter().rfind(|judged| judged.verdict != SignalVerdict::Agree);
+        self.last_wrong = wrong.map(WrongSignal::of).or(self.last_wrong.take());
     }
 }

@@ -123,6 +123,8 @@ const drawDecider = (snapshot) => {
     ["decisions changed", String(decider.changes)],
     ["agreement with Autoware, turn", agreement(decider.turn_agreement_percent)],
     ["agreement with Autoware, hazard", agreement(decider.hazard_agreement_percent)],
+    ["signals by the rules", agreement(decider.signal_agreement_percent)],
+    ["last wrong signal", decider.last_wrong_signal?.subject ?? null],
   ]));
   replace(by("decision"), content);
 };

@@ -1,5 +1,6 @@
 //! The present state of the decider, for people and programs that watch the gateway.
 
+use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,7 @@ use crate::core::turn_signal::decision::{BasisKind, Decision};
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
 use crate::core::turn_signal::min_duration::Held;
 use crate::core::turn_signal::resolve::{CandidateOutcome, CandidateSource, Case, EvaluatedCandidate};
+use crate::core::turn_signal::signal_judge::{JudgedManoeuvre, SignalVerdict, VerdictCounts};
 
 /// The decider.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,6 +40,26 @@ pub struct DeciderSnapshot {
     pub turn_agreement_percent: Option<f64>,
     /// Agreement of hazard commands with Autoware's own, percent; `None` unless compared.
     pub hazard_agreement_percent: Option<f64>,
+    /// Verdicts on the turn signals of another planner, by the rules of the decider; all zero unless in shadow.
+    pub signal_verdicts: VerdictCounts,
+    /// Share of these signals that agree with the rules, percent; `None` when none was judged.
+    pub signal_agreement_percent: Option<f64>,
+    /// The last signal that does not agree with them; `None` without one.
+    pub last_wrong_signal: Option<WrongSignal>,
+}
+
+/// A signal that does not agree with the rules.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema, Display)]
+#[display("{subject}: {verdict}, at ({x_m:.1}, {y_m:.1})")]
+pub struct WrongSignal {
+    /// What is wrong with it.
+    pub verdict: SignalVerdict,
+    /// What it was asked for, e.g. `lane change to the left`; of a needless signal, `left`.
+    pub subject: String,
+    /// Where the vehicle was when it was asked for, or when the needless signal began: x on the map, m to the millimetre.
+    pub x_m: f64,
+    /// The same: y on the map.
+    pub y_m: f64,
 }
 
 /// The use of the decider's decisions.
@@ -105,6 +127,7 @@ impl TurnSignalFlow {
     /// The present state.
     pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
         let (level, message) = self.summary();
+        let verdicts = self.judge.counts().total();
         DeciderSnapshot {
             role: self.role(),
             level,
@@ -117,6 +140,23 @@ impl TurnSignalFlow {
             shortened_signals: self.decider.shortened(),
             turn_agreement_percent: self.turn_comparison.percent().map(|percent| rounded(percent, 1e2)),
             hazard_agreement_percent: self.hazard_comparison.percent().map(|percent| rounded(percent, 1e2)),
+            signal_verdicts: verdicts,
+            signal_agreement_percent: verdicts.agreement_percent().map(|percent| rounded(percent, 1e2)),
+            last_wrong_signal: self.last_wrong.clone(),
+        }
+    }
+}
+
+impl WrongSignal {
+    /// Returns what is shown of a judged signal.
+    pub(super) fn of(judged: &JudgedManoeuvre) -> Self {
+        let subject = judged.subject.and_then(|subject| subject.name(judged.side.into()));
+        let position = judged.odometry.pose.position;
+        Self {
+            verdict: judged.verdict,
+            subject: subject.unwrap_or_else(|| judged.side.name().to_owned()),
+            x_m: rounded(position.x_m, 1e3),
+            y_m: rounded(position.y_m, 1e3),
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::core::time::MonoTime;
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Impact;
 use crate::core::turn_signal::resolve::Resolution;
+use crate::core::turn_signal::signal_judge::VerdictKind;
 
 type Value = (&'static str, String);
 
@@ -63,6 +64,16 @@ impl TurnSignalFlow {
             compared(&self.turn_comparison, keys, now, &mut values);
             let keys = ["hazard_agreement_percent", "hazard_disagreement", "hazard_compared"];
             compared(&self.hazard_comparison, keys, now, &mut values);
+            let verdicts = self.judge.counts().total();
+            let percent = verdicts.agreement_percent();
+            values.push((
+                "signal_agreement_percent",
+                percent.map_or("nothing judged".to_owned(), |percent| format!("{percent:.2}")),
+            ));
+            let counts = VerdictKind::ALL.map(|kind| format!("{} {kind}", verdicts.of(kind)));
+            values.push(("signal_verdicts", counts.join(", ")));
+            let last = self.last_wrong.as_ref().map(ToString::to_string);
+            values.push(("last_wrong_signal", last.unwrap_or("none".to_owned())));
         }
         values
     }
