@@ -32,7 +32,7 @@ const MAX_JUMP_M: f64 = 5.0;
 /// Points of a trajectory that are nearer to each other are one, metres: a vehicle that stands has many.
 const SAME_POINT_M: f64 = 0.1;
 /// An offset may move back by so much within a manoeuvre, metres: positions are measured, and trajectories not smoothed.
-const RIPPLE_M: f64 = 0.12;
+const RIPPLE_M: f64 = 0.2;
 /// A ramp that ends at most this far before the end of a trajectory may go on, metres.
 const BEYOND_M: f64 = 5.0;
 /// So many short lanelets can lie between two points of a path.
