@@ -46,6 +46,42 @@ pub(super) struct RecordingArgs {
     /// when both have only one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = |text: &str| pair::<String>(text, "write INTERFACE=BUS"))]
     pub(super) map: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(super) time: TimeArgs,
+}
+
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(super) struct TimeArgs {
+    /// Unit of the stamps in the recording, if its writer used another one than is usual in its format
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<TimeUnit>,
+}
+
+/// Unit of the stamps in a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TimeUnit {
+    /// Seconds
+    S,
+    /// Milliseconds
+    Ms,
+    /// Microseconds
+    Us,
+    /// Nanoseconds
+    Ns,
+}
+
+impl TimeArgs {
+    /// Applies the unit to a recording that was opened.
+    pub(super) fn apply(self, log: Log) -> io::Result<Log> {
+        let unit_ns = match self.time_unit {
+            None => return Ok(log),
+            Some(TimeUnit::S) => 1_000_000_000,
+            Some(TimeUnit::Ms) => 1_000_000,
+            Some(TimeUnit::Us) => 1_000,
+            Some(TimeUnit::Ns) => 1,
+        };
+        log.in_time_unit(unit_ns)
+    }
 }
 
 /// When a command on virtual time prints.
@@ -131,9 +167,9 @@ pub(super) enum ShowProgress {
 }
 
 /// Opens a recording or the folder of a bag; `-` is standard input. Its progress is shown until it is closed.
-pub(super) fn open(path: &Path, shown: ShowProgress) -> Result<Log, Failure> {
+pub(super) fn open(path: &Path, time: TimeArgs, shown: ShowProgress) -> Result<Log, Failure> {
     if path.is_dir() || shown == ShowProgress::WithoutOutput && io::stdout().is_terminal() {
-        return Log::open(path).map_err(Failure::file(path));
+        return Log::open(path).and_then(|log| time.apply(log)).map_err(Failure::file(path));
     }
     let open = || {
         if standard_input::is_named(path) {
@@ -149,7 +185,7 @@ pub(super) fn open(path: &Path, shown: ShowProgress) -> Result<Log, Failure> {
             Box::new(ProgressDisplay::reading(file, length, file_name(path)))
         })
     };
-    open().map_err(Failure::file(path))
+    open().and_then(|log| time.apply(log)).map_err(Failure::file(path))
 }
 
 /// Parses the path of a picture, which must end in `.svg`.

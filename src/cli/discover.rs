@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::arguments::{ShowProgress, open, seconds};
+use super::arguments::{ShowProgress, TimeArgs, open, seconds};
 use super::failure::Failure;
 use super::{inspect, messages};
 use crate::config::draft::VehicleDraft;
@@ -49,6 +49,8 @@ pub(super) struct DiscoverArgs {
     /// Recording with marks
     #[arg(required_unless_present = "live")]
     log: Option<PathBuf>,
+    #[command(flatten)]
+    time: TimeArgs,
     /// Discover on a CAN interface instead of a recording; repeatable
     #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["log", "marks"])]
     live: Vec<String>,
@@ -80,7 +82,18 @@ impl DiscoverArgs {
     pub(super) fn live(interface: String, output: PathBuf, force: bool) -> Self {
         let SessionSettings { quiet: quiet_s, hold: hold_s, rest: rest_s, .. } = SessionSettings::default();
         let (live, name) = (vec![interface], "New car".to_owned());
-        Self { log: None, live, marks: None, name, output: Some(output), force, quiet_s, hold_s, rest_s }
+        Self {
+            time: TimeArgs::default(),
+            log: None,
+            live,
+            marks: None,
+            name,
+            output: Some(output),
+            force,
+            quiet_s,
+            hold_s,
+            rest_s,
+        }
     }
 }
 
@@ -107,8 +120,8 @@ fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCo
         }
         None => Vec::new(),
     };
-    let session =
-        RecordedSession::read(open(log, ShowProgress::Always)?, &given).map_err(Failure::file(log))?;
+    let session = RecordedSession::read(open(log, args.time, ShowProgress::Always)?, &given)
+        .map_err(Failure::file(log))?;
     if session.marks.is_empty() {
         return Err(Failure::Usage(format!(
             "{}: no mark says what the driver did: name a file with --marks, or record with discover --live",
@@ -195,7 +208,7 @@ fn finish(
     }
     writeln!(out, "written: {}\n", names.join(", "))?;
     drop(out);
-    inspect::check_files(&new.path("gateway.toml"), log)
+    inspect::check_files(&new.path("gateway.toml"), log, args.time)
 }
 
 struct LiveSession {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use super::arguments::{ShowProgress, open, seconds};
+use super::arguments::{ShowProgress, TimeArgs, open, seconds};
 use super::failure::Failure;
 use super::messages;
 use super::progress::ProgressDisplay;
@@ -34,6 +34,8 @@ pub(super) struct IdentifyArgs {
     /// Recording in any format that `check` reads, - for standard input
     #[arg(required_unless_present = "live")]
     log: Option<PathBuf>,
+    #[command(flatten)]
+    time: TimeArgs,
     /// Listen to INTERFACE instead of reading a recording; nothing is sent
     #[arg(long, value_name = "INTERFACE", conflicts_with = "log")]
     live: Option<String>,
@@ -52,7 +54,7 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
     let identifier = match (&args.live, &args.log) {
         (Some(interface), _) => listen(interface, args.seconds)?,
-        (None, log) => read(log.as_deref().unwrap_or(Path::new("-")))?,
+        (None, log) => read(log.as_deref().unwrap_or(Path::new("-")), args.time)?,
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let text = if args.json {
@@ -65,9 +67,9 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-pub(super) fn read(path: &Path) -> Result<Identifier, Failure> {
+pub(super) fn read(path: &Path, time: TimeArgs) -> Result<Identifier, Failure> {
     let unreadable = Failure::file(path);
-    let mut log = open(path, ShowProgress::Always)?;
+    let mut log = open(path, time, ShowProgress::Always)?;
     let mut identifier = Identifier::new()?;
     while let Some(record) = log.next_record().map_err(&unreadable)? {
         if let EntryContent::Data(frame) = record.content {

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 
+use super::arguments::TimeArgs;
 use super::discover::{self, DiscoverArgs};
 use super::failure::Failure;
 use super::questions::ask;
@@ -275,7 +276,7 @@ fn identified(interface: &str) -> Result<(Vec<Proposal>, bool), Failure> {
     let (identifier, log) =
         ask(&question, LISTEN, "--profile with the name of a profile", |answer| match answer {
             LISTEN => Ok((identify::listen(interface, LISTENING)?, None)),
-            file => Ok((identify::read(Path::new(file))?, Some(PathBuf::from(file)))),
+            file => Ok((identify::read(Path::new(file), TimeArgs::default())?, Some(PathBuf::from(file)))),
         })?;
     let layout = messages::layout(&io::stdout());
     write!(io::stdout().lock(), "\n{}", identify_text::text(&identifier, log.as_deref(), false, layout))?;

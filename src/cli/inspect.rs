@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::against_running;
 use super::arguments::{
-    ConfigArgs, DEFAULT_CONFIG, RecordingArgs, ShowProgress, open, recording, settings, settings_in,
+    ConfigArgs, DEFAULT_CONFIG, RecordingArgs, ShowProgress, TimeArgs, open, recording, settings, settings_in,
 };
 use super::failure::Failure;
 use super::messages;
@@ -88,7 +88,7 @@ pub(super) struct DecodeArgs {
     #[command(flatten)]
     recording: RecordingArgs,
     /// From the configured interfaces instead of a recording
-    #[arg(long, conflicts_with_all = ["log", "map"])]
+    #[arg(long, conflicts_with_all = ["log", "map", "time_unit"])]
     live: bool,
     /// A signal only when its value changes
     #[arg(long)]
@@ -118,7 +118,9 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     }
     let files = ListedDisk::default();
     let settings = match settings_in(&files, &recorded.config) {
-        Err(Failure::Refused(refused)) if args.fix => return mend(refused, recorded.log.as_deref()),
+        Err(Failure::Refused(refused)) if args.fix => {
+            return mend(refused, recorded.log.as_deref(), recorded.time);
+        }
         settings => settings?,
     };
     let mut report = check::binding(&settings);
@@ -136,8 +138,12 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         let (path, routes) = recording(recorded, &settings)?;
         judged = Some(path.clone());
         let unreadable = Failure::file(&path);
-        let replay = Replay::surveying(settings.gateway.clone(), open(&path, ShowProgress::Always)?, routes)
-            .map_err(&unreadable)?;
+        let replay = Replay::surveying(
+            settings.gateway.clone(),
+            open(&path, recorded.time, ShowProgress::Always)?,
+            routes,
+        )
+        .map_err(&unreadable)?;
         let (surveyed, read) = check::recording(&settings, replay);
         report.append(surveyed);
         outcome = read.map_err(unreadable);
@@ -151,11 +157,12 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Proposes missing timeouts of a refused profile that the recording shows, and fails with the refusal.
-fn mend(refused: Refused, log: Option<&Path>) -> Result<ExitCode, Failure> {
+fn mend(refused: Refused, log: Option<&Path>, time: TimeArgs) -> Result<ExitCode, Failure> {
     let missing: Vec<_> = refused.0.iter().filter_map(|problem| problem.missing_timeout.as_deref()).collect();
     let profile = refused.0.iter().find_map(|problem| Some((problem, problem.missing_timeout.as_deref()?)));
     if let (Some((problem, MissingTimeout { profile_key, .. })), Some(log)) = (profile, log) {
-        let fixes = timeouts(&mut open(log, ShowProgress::Always)?, &missing).map_err(Failure::file(log))?;
+        let fixes =
+            timeouts(&mut open(log, time, ShowProgress::Always)?, &missing).map_err(Failure::file(log))?;
         print_patch(&problem.file, profile_key, &fixes.iter().collect::<Vec<_>>())?;
         messages::note("with these lines in the profile, run it again: only then the recording is checked");
     }
@@ -201,9 +208,9 @@ fn print(
 }
 
 /// Checks new files on a recording, as `check LOG --config CONFIG` does.
-pub(super) fn check_files(config: &Path, log: &Path) -> Result<ExitCode, Failure> {
+pub(super) fn check_files(config: &Path, log: &Path, time: TimeArgs) -> Result<ExitCode, Failure> {
     let config = ConfigArgs { config: Some(config.to_owned()), profile: None };
-    let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new() };
+    let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new(), time };
     judge(&CheckArgs { recording, strict: false, fix: false, json: false, against_running: None })
 }
 
@@ -226,8 +233,9 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     }
     let (path, routes) = recording(&args.recording, &settings)?;
     let unreadable = Failure::file(&path);
-    let mut replay = Replay::new(settings.gateway, open(&path, ShowProgress::WithoutOutput)?, routes)
-        .map_err(&unreadable)?;
+    let mut replay =
+        Replay::new(settings.gateway, open(&path, args.recording.time, ShowProgress::WithoutOutput)?, routes)
+            .map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {

@@ -90,7 +90,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     if args.ros || args.speed.is_some() || args.web.is_on() {
         return replay_in_time(args, settings, &path, routes, json);
     }
-    let log = open(&path, ShowProgress::WithoutOutput)?;
+    let log = open(&path, args.recording.time, ShowProgress::WithoutOutput)?;
     let unreadable = Failure::file(&path);
     let mut mcap =
         args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?;
@@ -187,7 +187,7 @@ fn replay_in_time(
     let title = format!("replay · {}, {}", settings.vehicle, file_name(path));
     let url = settings.http.url();
     let view = if json.is_some() { View::lines()? } else { args.view.open(title, url, View::lines)? };
-    let reopen = || Log::open(path);
+    let reopen = || args.recording.time.apply(Log::open(path)?);
     daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)
 }

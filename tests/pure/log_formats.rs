@@ -173,6 +173,38 @@ fn mf4_has_the_frames_that_asammdf_counts() {
     assert_eq!(recording.log.interfaces(), ["can1", "can9"]);
 }
 
+#[test]
+fn stamps_are_taken_in_another_unit_where_the_format_leaves_it_open() {
+    let first_two = |text: &str, unit_ns| {
+        let mut log = Log::new(Box::new(std::io::Cursor::new(text.to_owned())))?;
+        if let Some(unit_ns) = unit_ns {
+            log = log.in_time_unit(unit_ns)?;
+        }
+        let mut stamp = || Ok::<_, std::io::Error>(log.next_record()?.map(|record| record.stamp.as_nanos()));
+        Ok::<_, std::io::Error>([stamp()?, stamp()?].map(Option::unwrap_or_default))
+    };
+    for (text, usual, in_ms) in [
+        (
+            "Time Stamp,ID,Extended,Bus,LEN\n5,123,0,0,0\n7,123,0,0,0\n",
+            [5_000, 7_000],
+            [5_000_000, 7_000_000],
+        ),
+        ("5.5,0123,0,R\n7,0123,0,R\n", [5_500_000_000, 7_000_000_000], [5_500_000, 7_000_000]),
+        ("time,addr,bus,data\n5,1,0,00\n7,1,0,00\n", [5_000_000_000, 7_000_000_000], [5_000_000, 7_000_000]),
+        ("1R11 1\n5 1R11 1A0 00\n7 1R11 1A0 00\n", [5_000_000_000, 7_000_000_000], [5_000_000, 7_000_000]),
+        ("5 0x085: 7C\n7 0x085: 7C\n", [5_000_000, 7_000_000], [5_000_000, 7_000_000]),
+    ] {
+        assert_eq!(first_two(text, None).unwrap(), usual, "{text}");
+        assert_eq!(first_two(text, Some(1_000_000)).unwrap(), in_ms, "{text}");
+    }
+    // Milliseconds since 1970, as a format of seconds cannot have them.
+    let far = "timestamp,arbitration_id,extended,remote,error,dlc,data\n1700000000000,0x1,0,0,0,0,\n1700000000001.5,0x1,0,0,0,0,\n";
+    let expected = [1_700_000_000_000_000_000, 1_700_000_000_001_500_000];
+    assert_eq!(first_two(far, Some(1_000_000)).unwrap(), expected);
+    let refused = first_two("(1.0) can0 123#01\n", Some(1_000_000)).unwrap_err().to_string();
+    assert!(refused.contains("leave out --time-unit"), "{refused}");
+}
+
 /// Number of frames in a random recording.
 const RANDOM_FRAMES: usize = 10_000;
 

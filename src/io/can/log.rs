@@ -13,8 +13,8 @@ use derive_more::Display;
 use super::bag_folder;
 use super::compression::decompressed;
 use super::formats::{
-    BadLine, EntryContent, EntryInterface, Format, HEAD, LineReader, LogEntry, ObjectReader, Outcome,
-    not_recognised, refuse_pending_rows, without_byte_order_mark,
+    BadLine, EntryContent, EntryInterface, Format, HEAD, LineFormat, LineReader, LogEntry, ObjectReader,
+    Outcome, not_recognised, refuse_pending_rows, refused, without_byte_order_mark,
 };
 use super::lines::Lines;
 use crate::core::time::WallStamp;
@@ -50,8 +50,8 @@ pub struct Breakage {
 /// More frames than a bus can carry, by their stamps.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
 #[display(
-    "the stamps of {interface} are not believable: {frames} frames in {:.3} s, and a bus carries at most {} a second; check \
-     the unit of the stamps",
+    "the stamps of {interface} are not believable: {frames} frames in {:.3} s, and a bus carries at most {} a second; if \
+     their unit is another one, give it with --time-unit",
     span.as_secs_f64(), MAX_RATE_HZ)]
 pub struct Crowd {
     /// Name of the interface.
@@ -98,7 +98,7 @@ const MAX_INTERFACES: usize = 64;
 
 /// Counts lines or objects.
 enum FormatReader {
-    Lines { lines: Lines<Source>, format: Box<dyn LineReader>, number: u64 },
+    Lines { lines: Lines<Source>, format: LineFormat, reader: Box<dyn LineReader>, number: u64 },
     Objects { reader: Box<dyn ObjectReader>, number: u64 },
 }
 
@@ -154,6 +154,23 @@ impl Log {
             rest,
             is_ended,
         })
+    }
+
+    /// Takes the stamps in a unit, ns, instead of the usual one of the format. Call it before the first entry is read. Fails if
+    /// the format leaves no doubt about its unit.
+    pub fn in_time_unit(mut self, unit_ns: i64) -> io::Result<Self> {
+        match &mut self.reader {
+            FormatReader::Lines { format, reader, .. } if format.unit_ns.is_some() => {
+                *reader = (format.reader)(unit_ns);
+            }
+            FormatReader::Lines { .. } | FormatReader::Objects { .. } => {
+                return Err(refused(
+                    "the format of this recording says in which unit its stamps are",
+                    "leave out --time-unit",
+                ));
+            }
+        }
+        Ok(self)
     }
 
     /// Returns the interface names at the beginning of a file; none if it cannot be read twice.
@@ -344,7 +361,7 @@ impl FormatReader {
         let source = head.chain(source);
         Ok(match format {
             Format::Lines(format) => {
-                Self::Lines { lines: Lines::new(source), format: (format.reader)(), number: 0 }
+                Self::Lines { lines: Lines::new(source), format, reader: format.usual_reader(), number: 0 }
             }
             Format::Objects(format) => {
                 let source = Box::new(BufReader::with_capacity(BUFFER, source));
@@ -360,12 +377,12 @@ impl FormatReader {
                 *number += 1;
                 Ok(reader.next_object()?.map(|entry| (*number, entry)))
             }
-            Self::Lines { lines, format, number } => {
+            Self::Lines { lines, reader, number, .. } => {
                 let Some(line) = lines.next_line()? else { return Ok(None) };
                 *number += 1;
                 let entry = line.and_then(|line| match line.trim_ascii() {
                     [] => Ok(None),
-                    text => format.read(text),
+                    text => reader.read(text),
                 });
                 Ok(Some((*number, entry)))
             }
@@ -435,8 +452,8 @@ mod tests {
         assert_eq!((crowd.frames, crowd.span), (2_000, Duration::from_micros(1_999)));
         assert_eq!(
             crowd.to_string(),
-            "the stamps of can0 are not believable: 2000 frames in 0.002 s, and a bus carries at most 21000 a second; check the \
-             unit of the stamps"
+            "the stamps of can0 are not believable: 2000 frames in 0.002 s, and a bus carries at most 21000 a second; if their \
+             unit is another one, give it with --time-unit"
         );
         assert_eq!(densest(text(0)), None);
         let burst: String = text(1).lines().take(999).map(|line| format!("{line}\n")).collect();

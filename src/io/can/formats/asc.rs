@@ -27,7 +27,8 @@ use crate::core::can::{CanId, ControllerReport, ControllerState, ErrorCounters, 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "Vector ASC",
     claims: |line| begins(line, &["date ", "base ", "// version", "begin triggerblock"]),
-    reader: || Box::<Asc>::default(),
+    unit_ns: None,
+    reader: |_| Box::<Asc>::default(),
 };
 
 /// State from the headings, and the time.

@@ -20,7 +20,8 @@ use super::{LineFormat, LineReader, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "BUSMASTER",
     claims: |line| begins(line, &["***BUSMASTER"]),
-    reader: || Box::<Busmaster>::default(),
+    unit_ns: None,
+    reader: |_| Box::<Busmaster>::default(),
 };
 
 /// State from the headings, and the time.

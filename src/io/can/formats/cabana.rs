@@ -15,11 +15,18 @@ use super::entry::{BadLine, LogEntry};
 use super::fields::{columns, id, number, packed_frame, text};
 use super::{LineFormat, LineReader};
 
-pub(super) const FORMAT: LineFormat =
-    LineFormat { name: "cabana CSV", claims: is_heading, reader: || Box::new(Cabana) };
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "cabana CSV",
+    claims: is_heading,
+    unit_ns: Some(SECOND),
+    reader: |unit_ns| Box::new(Cabana { unit_ns }),
+};
 
 /// A format with fixed columns.
-struct Cabana;
+struct Cabana {
+    /// Unit of the stamps, ns.
+    unit_ns: i64,
+}
 
 fn is_heading(line: &[u8]) -> bool {
     line.eq_ignore_ascii_case(b"time,addr,bus,data")
@@ -31,7 +38,7 @@ impl LineReader for Cabana {
             return Ok(None);
         }
         let mut fields = columns(text(line)?, 0);
-        let nanos = fields.time(SECOND)?;
+        let nanos = fields.time(self.unit_ns)?;
         let identifier = fields.text(BadLine::NoFrame)?;
         let number = match identifier.strip_prefix("0x") {
             Some(digits) => number(digits, 16),

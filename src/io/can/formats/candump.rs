@@ -22,7 +22,8 @@ use crate::core::time::WallStamp;
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "candump (-L, -ta)",
     claims: |line| text(line).ok().and_then(stamped).is_some() || parse_note(line).is_some(),
-    reader: || Box::new(Candump),
+    unit_ns: None,
+    reader: |_| Box::new(Candump),
 };
 
 /// Longest line, bytes; a CAN FD frame needs 200.

@@ -16,7 +16,8 @@ use super::{LineFormat, LineReader, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "CANedge CSV",
     claims: |line| begins(line, &[MARK]),
-    reader: || Box::<CanEdge>::default(),
+    unit_ns: Some(SECOND),
+    reader: |unit_ns| Box::new(CanEdge { unit_ns, ..CanEdge::default() }),
 };
 
 const MARK: &str = "TimestampEpoch;BusChannel;ID;IDE;";
@@ -31,16 +32,18 @@ struct CanEdge {
     remote: Option<usize>,
     /// Number of columns, 0 before the heading.
     count: usize,
+    /// Unit of the stamps, ns.
+    unit_ns: i64,
 }
 
 impl CanEdge {
-    fn of_heading(heading: &str) -> Option<Self> {
+    fn of_heading(heading: &str, unit_ns: i64) -> Option<Self> {
         let position = |name: &str| heading.split(';').position(|column| column.eq_ignore_ascii_case(name));
         let mut columns = [0; COLUMNS.len()];
         for (column, name) in columns.iter_mut().zip(COLUMNS) {
             *column = position(name)?;
         }
-        Some(Self { columns, remote: position("RTR"), count: heading.split(';').count() })
+        Some(Self { columns, remote: position("RTR"), count: heading.split(';').count(), unit_ns })
     }
 }
 
@@ -48,7 +51,7 @@ impl LineReader for CanEdge {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let line = text(line)?;
         if begins(line.as_bytes(), &[MARK]) {
-            *self = Self::of_heading(line).ok_or(BadLine::NoFrame)?;
+            *self = Self::of_heading(line, self.unit_ns).ok_or(BadLine::NoFrame)?;
             return Ok(None);
         }
         if self.count == 0 || line.split(';').count() != self.count {
@@ -61,7 +64,7 @@ impl LineReader for CanEdge {
             _ => Err(BadLine::NoFrame),
         };
         let [time, bus, identifier, extended, length, fd, data] = self.columns;
-        let nanos = decimal(field(time), SECOND).ok_or(BadLine::NoTime)?;
+        let nanos = decimal(field(time), self.unit_ns).ok_or(BadLine::NoTime)?;
         let bus = number(field(bus), 10).ok_or(BadLine::NoInterface)?;
         let id = id(number(field(identifier), 16).ok_or(BadLine::BadId)?, flag(extended)?)?;
         let is_remote = self.remote.map(flag).transpose()?.unwrap_or_default();

@@ -17,8 +17,12 @@ use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{decimal, fields, id, number, text, text_before_comment};
 use super::{LineFormat, LineReader};
 
-pub(super) const FORMAT: LineFormat =
-    LineFormat { name: "CANHacker", claims: is_heading, reader: || Box::<CanHacker>::default() };
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "CANHacker",
+    claims: is_heading,
+    unit_ns: None,
+    reader: |_| Box::<CanHacker>::default(),
+};
 
 #[derive(Debug)]
 struct CanHacker(TimeCounter);

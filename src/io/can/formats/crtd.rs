@@ -14,16 +14,23 @@ use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{fields, id, number, text, text_before_comment};
 use super::{LineFormat, LineReader};
 
-pub(super) const FORMAT: LineFormat =
-    LineFormat { name: "CRTD", claims: |line| Crtd.read(line).is_ok(), reader: || Box::new(Crtd) };
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "CRTD",
+    claims: |line| Crtd { unit_ns: SECOND }.read(line).is_ok(),
+    unit_ns: Some(SECOND),
+    reader: |unit_ns| Box::new(Crtd { unit_ns }),
+};
 
 /// A format without headings.
-struct Crtd;
+struct Crtd {
+    /// Unit of the stamps, ns.
+    unit_ns: i64,
+}
 
 impl LineReader for Crtd {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let mut fields = fields(text_before_comment(line), 16);
-        let nanos = fields.time(SECOND)?;
+        let nanos = fields.time(self.unit_ns)?;
         let kind = fields.text(BadLine::NoFrame)?;
         if kind.len() == 3 && kind.starts_with('C') && kind.bytes().all(|byte| byte.is_ascii_uppercase()) {
             return Ok(None);
@@ -67,7 +74,11 @@ mod tests {
             "1542473901500000 can3 1A0##0000102030405060708090A0B",
         ];
         assert_eq!(lines, expected);
-        assert_eq!(Crtd.read(b"1.0 CXX caf\xE9"), Ok(None), "a comment in another character set");
+        assert_eq!(
+            Crtd { unit_ns: SECOND }.read(b"1.0 CXX caf\xE9"),
+            Ok(None),
+            "a comment in another character set"
+        );
     }
 
     #[test]
@@ -86,6 +97,6 @@ mod tests {
             ("1.0 1R11 1A0 1 2 3 4 5 6 7 8 9", BadLine::BadLength),
         ];
         assert_refused(FORMAT, &[], &cases);
-        assert_eq!(Crtd.read(b"1.0 1R11 1A0 \xFF"), Err(BadLine::NotText));
+        assert_eq!(Crtd { unit_ns: SECOND }.read(b"1.0 1R11 1A0 \xFF"), Err(BadLine::NotText));
     }
 }

@@ -21,18 +21,21 @@ use super::{LineFormat, LineReader, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "SavvyCAN or GVRET CSV",
     claims: |line| begins(line, &["Time Stamp,ID,"]),
-    reader: || Box::<Csv>::default(),
+    unit_ns: Some(1000),
+    reader: |unit_ns| Box::new(Csv::new(unit_ns)),
 };
 
 #[derive(Debug)]
 struct Csv {
     columns: CsvColumns,
     counter: TimeCounter,
+    /// Unit of the counter, ns.
+    unit_ns: i64,
 }
 
-impl Default for Csv {
-    fn default() -> Self {
-        Self { columns: CsvColumns::default(), counter: TimeCounter::new(NARROW * 1000) }
+impl Csv {
+    fn new(unit_ns: i64) -> Self {
+        Self { columns: CsvColumns::default(), counter: TimeCounter::new(NARROW * unit_ns), unit_ns }
     }
 }
 
@@ -75,12 +78,16 @@ impl LineReader for Csv {
             self.columns = CsvColumns::of_heading(line).ok_or(BadLine::NoFrame)?;
             return Ok(None);
         }
-        let (micros, bus, content) = parse(line, self.columns)?;
-        Ok(Some(LogEntry::numbered(self.counter.since_start(micros.saturating_mul(1000)), bus, content)))
+        let (count, bus, content) = parse(line, self.columns)?;
+        Ok(Some(LogEntry::numbered(
+            self.counter.since_start(count.saturating_mul(self.unit_ns)),
+            bus,
+            content,
+        )))
     }
 }
 
-/// Reads one line: the counter's value in µs, the bus, and the content.
+/// Reads one line: the counter's value, the bus, and the content.
 fn parse(line: &str, at: CsvColumns) -> Result<(i64, u32, EntryContent), BadLine> {
     let field = |column| columns(line, column).next().unwrap_or_default();
     // A sign only where it says something.

@@ -13,18 +13,25 @@ use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{LineFields, columns, fields, id, number, text};
 use super::{LineFormat, LineReader};
 
-pub(super) const FORMAT: LineFormat =
-    LineFormat { name: "HCRL data set", claims: |line| Hcrl.read(line).is_ok(), reader: || Box::new(Hcrl) };
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "HCRL data set",
+    claims: |line| Hcrl { unit_ns: SECOND }.read(line).is_ok(),
+    unit_ns: Some(SECOND),
+    reader: |unit_ns| Box::new(Hcrl { unit_ns }),
+};
 
 /// A format without headings.
-struct Hcrl;
+struct Hcrl {
+    /// Unit of the stamps, ns.
+    unit_ns: i64,
+}
 
 impl LineReader for Hcrl {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let line = text(line)?;
         let (nanos, content) = match line.strip_prefix("Timestamp:") {
-            Some(rest) => named(fields(rest, 16))?,
-            None => labelled(columns(line, 0))?,
+            Some(rest) => named(fields(rest, 16), self.unit_ns)?,
+            None => labelled(columns(line, 0), self.unit_ns)?,
         };
         Ok(Some(LogEntry::numbered(nanos, 0, content)))
     }
@@ -32,8 +39,9 @@ impl LineReader for Hcrl {
 
 fn labelled<'a>(
     mut fields: LineFields<impl Iterator<Item = &'a str>>,
+    unit_ns: i64,
 ) -> Result<(i64, EntryContent), BadLine> {
-    let nanos = fields.time(SECOND)?;
+    let nanos = fields.time(unit_ns)?;
     let content =
         frame(&mut fields, |_, is_extended| if is_extended { Err(BadLine::BadId) } else { Ok(()) })?;
     if !matches!(fields.next(), Some("R" | "T")) {
@@ -43,8 +51,11 @@ fn labelled<'a>(
     Ok((nanos, content))
 }
 
-fn named<'a>(mut fields: LineFields<impl Iterator<Item = &'a str>>) -> Result<(i64, EntryContent), BadLine> {
-    let nanos = fields.time(SECOND)?;
+fn named<'a>(
+    mut fields: LineFields<impl Iterator<Item = &'a str>>,
+    unit_ns: i64,
+) -> Result<(i64, EntryContent), BadLine> {
+    let nanos = fields.time(unit_ns)?;
     expect(&mut fields, "ID:")?;
     let content = frame(&mut fields, |fields, is_extended| {
         expect(fields, if is_extended { "010" } else { "000" })?;

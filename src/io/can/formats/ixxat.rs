@@ -17,7 +17,8 @@ use super::{LineFormat, LineReader, Outcome, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "IXXAT CSV",
     claims: |line| begins(line, &["ASCII Trace IXXAT"]),
-    reader: || Box::new(Ixxat(WrappingClock::new(DAY, 0))),
+    unit_ns: None,
+    reader: |_| Box::new(Ixxat(WrappingClock::new(DAY, 0))),
 };
 
 struct Ixxat(WrappingClock);

@@ -70,8 +70,17 @@ pub(super) struct LineFormat {
     pub(super) name: &'static str,
     /// Returns true for a line by which this format is recognised, without its line end.
     pub(super) claims: fn(&[u8]) -> bool,
-    /// Creates a reader.
-    pub(super) reader: fn() -> Box<dyn LineReader>,
+    /// Unit of the stamps, ns, where writers do not agree on it; `None` if the format leaves no doubt.
+    pub(super) unit_ns: Option<i64>,
+    /// Creates a reader of stamps in a unit, ns, which only a format with a unit uses.
+    pub(super) reader: fn(i64) -> Box<dyn LineReader>,
+}
+
+impl LineFormat {
+    /// Creates a reader of stamps in the usual unit.
+    pub(super) fn usual_reader(&self) -> Box<dyn LineReader> {
+        (self.reader)(self.unit_ns.unwrap_or(clock::SECOND))
+    }
 }
 
 /// Formats of lines, in the order in which they may claim one.
@@ -247,7 +256,7 @@ mod testing {
 
     /// Reads lines; the entries are shown as microseconds, interface and content.
     pub(super) fn read(format: LineFormat, lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        let mut reader = (format.reader)();
+        let mut reader = format.usual_reader();
         let entries = lines.iter().filter_map(|line| reader.read(line.as_bytes()).transpose());
         entries.map(|entry| entry.map(|entry| shown(&entry, 0))).collect()
     }
@@ -354,7 +363,7 @@ mod tests {
             lines in proptest::collection::vec(proptest::collection::vec(any::<u8>(), 0..200), 0..10),
         ) {
             for format in LINE_FORMATS {
-                let mut reader = (format.reader)();
+                let mut reader = format.usual_reader();
                 for line in &lines {
                     let _outcome = reader.read(line);
                 }
@@ -380,7 +389,7 @@ mod tests {
             separator in prop::sample::select(vec![" ", ",", ":"]),
         ) {
             for format in LINE_FORMATS {
-                let mut reader = (format.reader)();
+                let mut reader = format.usual_reader();
                 for line in &lines {
                     let _outcome = reader.read(line.join(separator).as_bytes());
                 }

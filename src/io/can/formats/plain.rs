@@ -16,27 +16,31 @@ use super::{LineFormat, LineReader};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "serial sniffer",
-    claims: |line| Plain.read(line).is_ok(),
-    reader: || Box::new(Plain),
+    claims: |line| Plain { unit_ns: SECOND }.read(line).is_ok(),
+    unit_ns: Some(SECOND / 1000),
+    reader: |unit_ns| Box::new(Plain { unit_ns }),
 };
 
 /// Formats without headings.
-struct Plain;
+struct Plain {
+    /// Unit of the stamps, ns.
+    unit_ns: i64,
+}
 
 impl LineReader for Plain {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let text = text(line)?;
         let (nanos, content) = match text.split_once(':') {
-            Some((start, data)) => timed(start, fields(data, 16))?,
+            Some((start, data)) => timed(start, self.unit_ns, fields(data, 16))?,
             None => (0, serial(fields(text, 16))?),
         };
         Ok(Some(LogEntry::numbered(nanos, 0, content)))
     }
 }
 
-fn timed(start: &str, mut data: SpacedFields<'_>) -> Result<(i64, EntryContent), BadLine> {
+fn timed(start: &str, unit_ns: i64, mut data: SpacedFields<'_>) -> Result<(i64, EntryContent), BadLine> {
     let (time, identifier) = start.split_once([' ', '\t']).ok_or(BadLine::NoTime)?;
-    let nanos = decimal(time, SECOND / 1000).ok_or(BadLine::NoTime)?;
+    let nanos = decimal(time, unit_ns).ok_or(BadLine::NoTime)?;
     let digits = identifier.trim().strip_prefix("0x").ok_or(BadLine::NoFrame)?;
     let id = id(number(digits, 16).ok_or(BadLine::BadId)?, digits.len() > 3)?;
     let length = data.clone().count();

@@ -21,11 +21,15 @@ const HEADING: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "python-can CSV",
     claims: |line| begins(line, &[HEADING]),
-    reader: || Box::new(PythonCsv),
+    unit_ns: Some(SECOND),
+    reader: |unit_ns| Box::new(PythonCsv { unit_ns }),
 };
 
 /// A format with fixed columns.
-struct PythonCsv;
+struct PythonCsv {
+    /// Unit of the stamps, ns.
+    unit_ns: i64,
+}
 
 impl LineReader for PythonCsv {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
@@ -33,7 +37,7 @@ impl LineReader for PythonCsv {
             return Ok(None);
         }
         let mut fields = columns(text(line)?, 0);
-        let nanos = fields.time(SECOND)?;
+        let nanos = fields.time(self.unit_ns)?;
         let identifier = fields.text(BadLine::NoFrame)?;
         let number = identifier.strip_prefix("0x").and_then(|digits| number(digits, 16));
         let mut flag = || match fields.next() {

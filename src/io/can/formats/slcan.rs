@@ -20,7 +20,8 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     name: "slcan",
     // A line of FD could also be a hexadecimal number.
     claims: |line| begins(line, &["t", "r"]) && text(line).and_then(parse).is_ok(),
-    reader: || Box::new(Slcan(TimeCounter::new(PERIOD))),
+    unit_ns: None,
+    reader: |_| Box::new(Slcan(TimeCounter::new(PERIOD))),
 };
 
 #[derive(Debug)]

@@ -28,7 +28,8 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     claims: |line| {
         begins(line, &[";"]) || text(line).is_ok_and(|line| csv_row(line).is_some_and(|row| row.is_ok()))
     },
-    reader: || Box::<Trc>::default(),
+    unit_ns: None,
+    reader: |_| Box::<Trc>::default(),
 };
 
 #[derive(Debug, Default)]
