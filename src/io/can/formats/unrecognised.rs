@@ -18,12 +18,11 @@ const fn plain(name: &'static str) -> Looks {
 const UTF_16: Looks = Looks { name: "text in UTF-16", remedy: "save it as UTF-8" };
 
 /// First bytes of files that are not recordings.
-const MAGIC: [(&[u8], Looks); 22] = [
+const MAGIC: [(&[u8], Looks); 21] = [
     (b"PK\x03\x04", plain("a zip archive")),
     (b"PK\x05\x06", plain("an empty zip archive")),
     (b"Rar!", plain("a RAR archive")),
     (b"7z\xBC\xAF\x27\x1C", plain("a 7z archive")),
-    (b"BZh", plain("a bzip2 file")),
     (b"\x1F\x9D", plain("a compress (.Z) file")),
     (b"\xFF\xFE", UTF_16),
     (b"\xFE\xFF", UTF_16),
