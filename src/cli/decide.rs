@@ -69,9 +69,9 @@ With --all-routes each line is a turn whose signal is wrong:
 With --sweep there are only such lines, one for each value, which have two keys more:
 \"sweep\": KEY, \"value\": TEXT.
 
-With a recording (MCAP, or the file or folder of a bag) the decider runs over what Autoware sent, and
-each manoeuvre is a line with the verdict on the signal that was given: agrees, early, late, missing,
-wrong side or needless. With --json a line is one object:
+With a recording (MCAP, or the file or folder of a bag) the decider runs over what Autoware sent,
+and each manoeuvre is a line with the verdict on the signal that was given: agrees, early, late,
+missing, wrong side or needless. With --json a line is one object:
   {\"manoeuvre\": {\"what\": \"left turn on 111\", \"kind\": \"turn\", \"side\", \"verdict\": \"agree\" or
    {\"late\": {\"by_ms\": 1400}}, \"received\", \"from_s\", \"required_s\", \"to_s\", \"at_m\", \"x_m\", \"y_m\",
    \"speed_mps\", \"decider\": TEXT, \"reason\": {…}}}

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::files::Files;
 use super::reading::location::Text;
 use super::reading::problem::Problem;
-use crate::io::can::formats::{Looks, known_magic};
+use crate::io::can::formats::{Looks, begins_like_binary, known_magic};
 use crate::io::can::log::Log;
 
 /// The length of a file's beginning by which it is recognised, bytes. A TOML file is looked at as a whole.
@@ -225,9 +225,9 @@ fn of_toml(content: &[u8]) -> Vec<FileKind> {
 /// True for the beginning of a recording: with a frame in it, where it is not binary.
 fn is_recording(head: &[u8]) -> bool {
     match Log::new(Box::new(io::Cursor::new(head.to_vec()))) {
-        Ok(mut log) => head.starts_with(b"LOGG") || matches!(log.next_record(), Ok(Some(_))),
-        // A format that is known and not read.
-        Err(error) => error.kind() == io::ErrorKind::Unsupported,
+        Ok(mut log) => begins_like_binary(head) || matches!(log.next_record(), Ok(Some(_))),
+        // A binary file of which more is needed than its beginning.
+        Err(error) => begins_like_binary(head) && error.kind() == io::ErrorKind::UnexpectedEof,
     }
 }
 

@@ -149,6 +149,11 @@ pub(super) fn is_in_bags(head: &[u8]) -> bool {
     mcap::FORMAT.begins(head) || sqlite::FORMAT.begins(head) && has_topics()
 }
 
+/// Returns true if a file that begins with `head` is a recording in a binary format, as far as its first bytes tell.
+pub fn begins_like_binary(head: &[u8]) -> bool {
+    OBJECT_FORMATS.iter().any(|format| format.begins(head))
+}
+
 /// Returns the names of all readable formats.
 pub fn names() -> Vec<&'static str> {
     let lines = LINE_FORMATS.iter().map(|format| format.name);
