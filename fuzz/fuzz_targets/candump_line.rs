@@ -7,7 +7,7 @@ use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::simulated_vehicle::request;
-use signal_gateway::io::can::formats::EntryContent;
+use signal_gateway::io::can::formats::{EntryContent, begins_like_binary};
 use signal_gateway::io::can::formats::candump::parse_line;
 use signal_gateway::io::can::log::Log;
 
@@ -29,27 +29,12 @@ fuzz_target!(|bytes: &[u8]| {
     let lines = bytes.split(|byte| *byte == b'\n').count() as u64;
     // Packed: the content may be much larger. Binary formats: no lines, and they may end within a record.
     let zstd = bytes.get(1..4) == Some(&[0xB5, 0x2F, 0xFD]) || bytes.get(1..4) == Some(&[0x2A, 0x4D, 0x18]);
-    let lz4 = [0x04, 0x22, 0x4D, 0x18];
-    let pcaps = [
-        [0xD4, 0xC3, 0xB2, 0xA1],
-        [0x4D, 0x3C, 0xB2, 0xA1],
-        [0xA1, 0xB2, 0xC3, 0xD4],
-        [0xA1, 0xB2, 0x3C, 0x4D],
-    ];
-    let marks = [
-        &[0x1F, 0x8B][..],
-        b"\xFD7zXZ",
-        b"LOGG",
-        b"MDF ",
-        b"UnFinMF ",
-        b"\x89MCAP",
-        b"\n\r\r\n",
-        b"SQLite format 3\0",
-        &lz4,
-    ];
+    let packed = [&[0x1F, 0x8B][..], b"\xFD7zXZ", b"BZh", &[0x04, 0x22, 0x4D, 0x18]];
+    // The beginning is looked at piece by piece.
+    let begins_like_binary = |length: usize| begins_like_binary(&bytes[..bytes.len().min(length)]);
     if zstd
-        || pcaps.iter().any(|mark| bytes.starts_with(mark))
-        || marks.iter().any(|mark| bytes.starts_with(mark))
+        || packed.iter().any(|mark| bytes.starts_with(mark))
+        || (512..=4096).step_by(512).any(begins_like_binary)
     {
         return;
     }
