@@ -392,7 +392,11 @@ fn shadow(bench: &Bench) -> bool {
 /// The gateway's own recording has what the report on the drive needs.
 fn recorded_drive_is_judged(folder: &Path) {
     let bag = only_entry(&folder.join("bags"));
-    let report = run(folder, &["decide", bag.to_str().unwrap(), "--config", "gateway.toml", "--json"]);
+    // A busy machine leaves gaps between the commands that are recorded.
+    let text = std::fs::read_to_string(folder.join("gateway.toml")).unwrap();
+    let patient = text.replace("odometry_ms = 60000", "odometry_ms = 60000\nown_command_ms = 60000");
+    std::fs::write(folder.join("patient.toml"), patient).unwrap();
+    let report = run(folder, &["decide", bag.to_str().unwrap(), "--config", "patient.toml", "--json"]);
     let lines = report.json();
     println!("{}", report.out);
     let [turn, summary] = lines.as_slice() else { panic!("{}{}", report.out, report.error) };
