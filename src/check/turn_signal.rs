@@ -7,6 +7,7 @@ use crate::core::turn_signal::flow::DeciderRole;
 use crate::core::turn_signal::parameters::VehicleInfo;
 use crate::core::turn_signal::parameters::table::PARAMETERS;
 use crate::core::turn_signal::planner_input::FactorTopic;
+use crate::io::ros::topics::SubscriptionKind;
 use crate::report::text::plain_path;
 
 pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
@@ -55,16 +56,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
         report.line("", format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
     }
     let (read, written) = (|key| decider.inputs.name(key), |key| decider.outputs.name(key));
-    for key in [
-        "odometry",
-        "route",
-        "planned_path",
-        "trajectory",
-        "modified_goal",
-        "operation_mode",
-        "scenario",
-        "hazard_request",
-    ] {
+    for key in SubscriptionKind::DECIDER.into_iter().filter_map(|kind| Some(kind.row().key?.1)) {
         let name = if read(key).is_empty() { "no topic" } else { read(key) };
         report.line("", format!("{} from {name}", key.replace('_', " ")));
     }

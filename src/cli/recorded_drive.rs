@@ -19,14 +19,11 @@ use crate::core::turn_signal::signal_judge::JudgedManoeuvre;
 use crate::core::turn_signal::vehicle_state::VehicleUse;
 use crate::daemon::publisher::decider_subscriptions;
 use crate::desk::drive::recorded::{RecordedCycle, RecordedDrive, SignalSource};
-use crate::io::ros::topics::SubscriptionKind;
+use crate::io::ros::topics::{OutgoingTopic, SubscriptionKind};
 use crate::io::sample_log::{SampleKind, SampleLog, SampleTopic};
 use crate::report::drive::chart::DriveChart;
 use crate::report::drive::shadow::{ShadowManoeuvre, ShadowSummary};
 use crate::report::drive::{DriveForm, DriveWriter};
-
-/// Where the vehicle reports its turn indicators.
-const REPORT: &str = "/vehicle/status/turn_indicators_status";
 
 impl ValueEnum for SignalSource {
     fn value_variants<'a>() -> &'a [Self] {
@@ -178,7 +175,8 @@ fn topics(names: Option<&TopicNames>) -> Vec<(String, SampleKind)> {
         inputs.into_iter().map(|topic| (topic.name, SampleKind::Input(topic.kind))).collect();
     let command = SubscriptionKind::TurnCommand;
     topics.push((command.row().default_name.to_owned(), SampleKind::Input(command)));
-    topics.push((REPORT.to_owned(), SampleKind::TurnReport));
+    let report = OutgoingTopic::TurnIndicatorsReport.row().default_name;
+    topics.push((report.to_owned(), SampleKind::TurnReport));
     topics
 }
 

@@ -50,6 +50,16 @@ pub enum EnumOrUnknown<T> {
     Unknown(u8),
 }
 
+impl<T> EnumOrUnknown<T> {
+    /// Returns the value, if the message defines it.
+    pub fn known(self) -> Option<T> {
+        match self {
+            Self::Known(value) => Some(value),
+            Self::Unknown(_) => None,
+        }
+    }
+}
+
 /// A type whose values are numbered from 0 without a gap.
 pub trait Numbered: Copy + 'static {
     /// All values in the order of their numbers, from 0.

@@ -20,7 +20,7 @@ use super::route::{Route, RouteError};
 use super::signal_judge::{AskedSignal, JudgeSettings, JudgedCycle, SignalJudge, SignalVerdict};
 use super::vehicle_state::{VehicleState, VehicleUse};
 use crate::core::diagnostics::{Level, Status};
-use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
 use latest_inputs::LatestInputs;
@@ -336,10 +336,7 @@ impl TurnSignalFlow {
     fn judge(&mut self, decision: &Decision, now: MonoTime) {
         let limit = self.settings.decider.age_limits.own_command;
         let own = self.latest.own_turn.filter(|own| now.since(own.at) <= limit);
-        let received = own.and_then(|own| match own.value {
-            EnumOrUnknown::Known(command) => Some(command),
-            EnumOrUnknown::Unknown(_) => None,
-        });
+        let received = own.and_then(|own| own.value.known());
         let odometry = self.latest.odometry.map(|odometry| odometry.value).unwrap_or_default();
         let asked = AskedSignal::of(decision);
         let judged = self.judge.on_cycle(JudgedCycle { now, odometry, asked, received });

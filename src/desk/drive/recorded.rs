@@ -6,7 +6,6 @@ use std::time::Duration;
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::light_command::{EnumOrUnknown, TurnCommand};
-use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::turn_signal::decision::Decision;
@@ -174,10 +173,7 @@ impl RecordedDrive {
         let mut received = [None; SignalSource::ALL.len()];
         for (signal, received) in self.signals.iter_mut().zip(&mut received) {
             let fresh = signal.received.filter(|received| at.since(received.at) <= limit);
-            *received = fresh.and_then(|received| match received.value {
-                EnumOrUnknown::Known(command) => Some(command),
-                EnumOrUnknown::Unknown(_) => None,
-            });
+            *received = fresh.and_then(|received| received.value.known());
             let asked = AskedSignal::of(decision);
             let cycle = JudgedCycle { now: at, odometry, asked, received: *received };
             signal.judged.extend(signal.judge.on_cycle(cycle));
@@ -205,7 +201,7 @@ impl RecordedDrive {
             return;
         }
         if let Some(before) = self.odometry.replace(odometry) {
-            let step_m = distance_m(before.pose, odometry.pose);
+            let step_m = before.pose.position.distance_m(odometry.pose.position);
             if step_m < JUMP_M {
                 self.driven_m += if odometry.speed_mps < 0.0 { -step_m } else { step_m };
             }
@@ -219,8 +215,4 @@ impl RecordedDrive {
 
 fn lanes(route: &PlannerRoute) -> Vec<LaneId> {
     route.segments.iter().flat_map(|segment| segment.lanes.iter().copied()).collect()
-}
-
-fn distance_m(one: Pose, other: Pose) -> f64 {
-    (one.position.x_m - other.position.x_m).hypot(one.position.y_m - other.position.y_m)
 }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use super::super::seconds;
 use super::super::text::counted;
-use crate::core::time::MonoTime;
 use crate::core::turn_signal::side::Side;
 use crate::core::turn_signal::signal_judge::{
     DeciderReason, JudgedCounts, JudgedKind, JudgedManoeuvre, SignalVerdict, VerdictKind,
@@ -177,8 +177,4 @@ fn kind_name(kind: JudgedKind) -> &'static str {
         JudgedKind::Unnamed => "other signals of the decider",
         JudgedKind::Nothing => "signals for nothing",
     }
-}
-
-fn seconds(at: MonoTime) -> f64 {
-    at.since(MonoTime::ZERO).as_secs_f64()
 }

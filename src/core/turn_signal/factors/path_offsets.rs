@@ -11,7 +11,7 @@ use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 /// Offsets that differ by less are one offset, metres: planned paths are smoothed.
 const SAME_OFFSET_M: f64 = 0.05;
 /// So many short lanelets can lie between two points of a path.
-const MAX_LANES_BETWEEN: u32 = 4;
+pub(super) const MAX_LANES_BETWEEN: u32 = 4;
 
 /// A planned path, measured against the lanelets it follows.
 #[derive(Debug, Clone)]

@@ -18,7 +18,7 @@ use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::side::Side;
 
 /// A straight lane of 3.5 m.
-fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lanelet {
+pub(super) fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lanelet {
     let line = |y_m: f64| vec![Point::new(from_m, y_m), Point::new(to_m, y_m)];
     Lanelet {
         id,

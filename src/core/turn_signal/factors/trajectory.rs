@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::avoidance;
 use super::factor::{FactorContext, Ramp};
-use super::path_offsets::{PathOffsets, crossing, offset_m};
+use super::path_offsets::{MAX_LANES_BETWEEN, PathOffsets, crossing, offset_m};
 use super::pulling;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::nearest_visit;
@@ -35,8 +35,6 @@ const SAME_POINT_M: f64 = 0.1;
 const RIPPLE_M: f64 = 0.2;
 /// A ramp that ends at most this far before the end of a trajectory may go on, metres.
 const BEYOND_M: f64 = 5.0;
-/// So many short lanelets can lie between two points of a path.
-const MAX_LANES_BETWEEN: u32 = 4;
 /// Lanelets at most this far from the one before are looked for first, metres.
 const AROUND_M: f64 = 20.0;
 

@@ -1,8 +1,7 @@
 //! Manoeuvres of a trajectory, driven along on a straight road of two lanes.
 
+use super::super::tests::lane;
 use super::*;
-use crate::core::map::geometry::Point;
-use crate::core::map::lane_network::Lanelet;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::manoeuvre::ManoeuvreKind;
 use crate::core::turn_signal::parameters::DeciderParameters;
@@ -10,17 +9,6 @@ use crate::core::turn_signal::route::{Route, Segment};
 
 /// Lanes 1 and 2 one behind the other along y = 0, 11 and 12 to their left, each 3.5 m wide.
 fn road() -> LaneNetwork {
-    let lane = |id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]| {
-        let line = |y_m: f64| vec![Point::new(from_m, y_m), Point::new(to_m, y_m)];
-        Lanelet {
-            id,
-            centerline: line(y_m),
-            left_bound: line(y_m + 1.75),
-            right_bound: line(y_m - 1.75),
-            followers: followers.to_vec(),
-            ..Lanelet::default()
-        }
-    };
     let lanes = [
         lane(1, 0.0, 100.0, 0.0, &[2]),
         lane(2, 100.0, 300.0, 0.0, &[]),
