@@ -22,6 +22,7 @@ mod pure {
     mod lamp_reports;
     mod layering;
     mod link_findings;
+    mod live_and_replay;
     mod log_formats;
     mod msrv;
     mod no_allocation;

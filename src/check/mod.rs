@@ -39,7 +39,7 @@ pub use map::map;
 pub use provenance::records;
 pub use report::{CheckReport, ReportedFinding};
 pub use service::service_files;
-pub use survey_text::{log_faults, recording, recording_faults};
+pub use survey_text::{log_faults, recording, recording_faults, sample_faults};
 
 /// Lists the bindings of a configuration, and what was not read of its DBCs.
 pub fn binding(settings: &Settings) -> CheckReport {

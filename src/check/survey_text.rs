@@ -23,6 +23,7 @@ use crate::core::vehicle_lights::Task;
 use crate::core::vehicle_lights::binding::HazardBinding;
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::io::can::log::{Breakage, Log, no_frame};
+use crate::io::sample_log::SampleLog;
 use crate::replay::Replay;
 use crate::report::text::{counted, times};
 
@@ -34,7 +35,9 @@ const MAX_INSTEAD: usize = 4;
 pub fn recording(settings: &Settings, mut replay: Replay) -> (CheckReport, io::Result<()>) {
     let mut survey = RecordingSurvey::new(settings, &replay);
     let outcome = loop {
-        if let Some((input, at)) = replay.upcoming() {
+        if let Some((input, at)) = replay.upcoming()
+            && let Some(input) = input.can()
+        {
             survey.frame(settings, input, at);
         }
         let before = replay.now().mono;
@@ -235,6 +238,17 @@ pub fn log_faults(log: &Log) -> impl Iterator<Item = String> {
     bad_lines.into_iter().chain(breakage).chain(log.densest().map(|crowd| crowd.to_string()))
 }
 
+/// Describes what could not be read of the samples of ROS 2 in a recording.
+pub fn sample_faults(log: &SampleLog) -> impl Iterator<Item = String> {
+    let (losses, first) = log.losses();
+    let lost = first.map(|reason| format!("{losses} parts could not be read, the first one: {reason}"));
+    let undecodable = log.topics().iter().filter_map(|topic| {
+        let (count, reason) = (topic.undecodable, topic.reason.as_ref()?);
+        Some(format!("{}: {count} samples are not of the topic's type: {reason}", topic.name))
+    });
+    lost.into_iter().chain(undecodable)
+}
+
 /// Describes the faults of a replayed recording.
 pub fn recording_faults(replay: &Replay) -> Vec<String> {
     let counts = replay.counts();
@@ -250,7 +264,9 @@ pub fn recording_faults(replay: &Replay) -> Vec<String> {
             )
         }),
     ];
-    log_faults(replay.log()).chain(of_times.into_iter().flatten()).collect()
+    // The frames of a file that was cut tell of it as well.
+    let of_samples = replay.samples().into_iter().flat_map(sample_faults);
+    log_faults(replay.log()).chain(of_times.into_iter().flatten()).chain(of_samples).collect()
 }
 
 /// Describes frames that came instead of a missing message: on another interface, with another identifier length, or from

@@ -26,7 +26,7 @@ use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::rehearsal::{Rehearsal, Surroundings};
 use crate::io::can::log::Log;
 use crate::io::clock::Clock;
-use crate::replay::Routes;
+use crate::replay::{Recording, Routes};
 use crate::report::story;
 use crate::report::view::View;
 
@@ -116,7 +116,7 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     let title = format!("demo · {}, built-in recording", settings.vehicle);
     let view = args.view.open(title, settings.http.url(), View::lines)?;
     let view = view.with_story(story::DEMO, TRY_NEXT, messages::layout(&io::stdout()).width);
-    let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
+    let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?))).map(Recording::from);
     let routes = Routes::by_interface(&settings.gateway);
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
     Ok(daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?)

@@ -239,7 +239,9 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {
-            Ok(Some(input)) => decoder.print(&input, replay.now(), &mut out)?,
+            Ok(Some(input)) => {
+                input.can().map_or(Ok(()), |input| decoder.print(input, replay.now(), &mut out))?;
+            }
             Ok(None) => break Ok(ExitCode::SUCCESS),
             Err(error) => break Err(unreadable(error)),
         }

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
 use crate::core::can::CanInput;
+use crate::core::gateway::call::TimedCall;
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;
 use crate::io::mcap::bag::{Bag, FileLimits};
 use crate::io::mcap::encoder::{Encoder, RecordedMessage};
 use crate::io::mcap::file::McapFile;
+use crate::io::sample_log::LoggedSample;
 
 /// Number of bytes that are collected before they are written.
 const WRITE_BYTES: usize = 1 << 20;
@@ -37,6 +39,18 @@ impl McapExport {
 
     pub(super) fn received(&mut self, input: &CanInput, at: WallStamp) -> Result<(), Failure> {
         let message = self.encoder.received(input, at);
+        message.iter().try_for_each(|message| self.add(message))
+    }
+
+    /// Adds a sample of ROS 2, by the position of its subscription.
+    pub(super) fn sample(&mut self, subscription: usize, sample: &LoggedSample) -> Result<(), Failure> {
+        let LoggedSample { bytes, endian, logged, .. } = sample;
+        let message = self.encoder.sample(subscription, bytes.clone(), *endian, *logged);
+        message.iter().try_for_each(|message| self.add(message))
+    }
+
+    pub(super) fn call(&mut self, call: &TimedCall) -> Result<(), Failure> {
+        let message = self.encoder.call(call);
         message.iter().try_for_each(|message| self.add(message))
     }
 

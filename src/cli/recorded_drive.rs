@@ -10,6 +10,7 @@ use clap::builder::PossibleValue;
 use super::arguments::{Every, draw, file_name};
 use super::failure::Failure;
 use super::messages;
+use crate::check::sample_faults;
 use crate::config::drive::DriveFile;
 use crate::config::gateway::topic_names::TopicNames;
 use crate::core::time::MonoTime;
@@ -207,13 +208,10 @@ fn unfit(recording: &Path, reason: String) -> Failure {
 /// Tells what the recording lacks, and what of it could not be read.
 fn warn(recording: &Path, log: &SampleLog) {
     let name = file_name(recording);
-    if let (count @ 1.., Some(reason)) = log.losses() {
-        tracing::warn!("{name}: {count} parts could not be read, the first one: {reason}");
+    for text in sample_faults(log) {
+        tracing::warn!("{name}: {text}");
     }
     for topic in log.topics() {
-        if let (count @ 1.., Some(reason)) = (topic.undecodable, &topic.reason) {
-            tracing::warn!("{}: {count} samples are not of the topic's type: {reason}", topic.name);
-        }
         let is_needed = matches!(
             topic.kind,
             SampleKind::Input(

@@ -16,19 +16,22 @@ use super::messages;
 use super::unreadable::expect_recording;
 use super::view::ViewArgs;
 use super::web::WebArgs;
-use crate::check::recording_faults;
 use crate::check::timeline::TimelineCollector;
+use crate::check::{recording_faults, sample_faults};
 use crate::config::Settings;
 use crate::config::gateway::Stamps;
+use crate::core::can::CanInput;
+use crate::core::gateway::call::TimedCall;
 use crate::core::gateway::event::Output;
-use crate::core::time::{MonoTime, Now};
-use crate::daemon::publisher::topics;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::daemon::publisher::{subscriptions, topics};
 use crate::daemon::recording::encoder;
 use crate::daemon::{self, Playback};
 use crate::io::can::log::{Log, no_frame};
 use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
-use crate::replay::{Replay, Routes};
+use crate::io::sample_log::{LoggedSample, SampleKind, SampleLog};
+use crate::replay::{Departures, RecordedInput, RecordedRun, Recording, Replay, Routes, RunSink};
 use crate::report::gateway::{Changes, JsonTimeline};
 use crate::report::view::{View, time_text};
 
@@ -90,49 +93,179 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     if args.ros || args.speed.is_some() || args.web.is_on() {
         return replay_in_time(args, settings, &path, routes, json);
     }
-    let log = open(&path, args.recording.time, ShowProgress::WithoutOutput)?;
+    let mut results = Results {
+        out: io::BufWriter::new(io::stdout().lock()),
+        json,
+        changes: Changes::default(),
+        mcap: args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?,
+        timeline: (args.report.is_some() || args.picture.is_some())
+            .then(|| TimelineCollector::new(&settings)),
+        failed: Ok(()),
+    };
     let unreadable = Failure::file(&path);
-    let mut mcap =
-        args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?;
-    let mut timeline =
-        (args.report.is_some() || args.picture.is_some()).then(|| TimelineCollector::new(&settings));
+    let run = if args.recording.map.is_empty() && SampleLog::is_for(&path).map_err(&unreadable)? {
+        let log = SampleLog::open(&path, inputs(&settings)).map_err(&unreadable)?;
+        RecordedRun::begin(settings.gateway.clone(), log, &mut results).map_err(&unreadable)?
+    } else {
+        None
+    };
     let vehicle = settings.vehicle.clone();
-    let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut changes = Changes::default();
+    let (length, outcome) = match run {
+        Some(mut run) => {
+            let outcome = call_by_call(&mut run, &mut results, &unreadable);
+            let end = run.now().mono;
+            (end, outcome.map(|()| ExitCode::SUCCESS))
+        }
+        None => {
+            let log = open(&path, args.recording.time, ShowProgress::WithoutOutput)?;
+            let recording = with_samples(log, &path, &inputs(&settings)).map_err(&unreadable)?;
+            let mut replay = Replay::new(settings.gateway, recording, routes).map_err(&unreadable)?;
+            let outcome = by_stamps(&mut replay, &mut results, &unreadable);
+            mention_losses(&replay);
+            (replay.length(), outcome.and_then(|()| has_frames(&replay, ExitCode::SUCCESS, &unreadable)))
+        }
+    };
+    results.finish(args, (&path, vehicle, length))?;
+    outcome
+}
+
+/// Returns the topics of all inputs in a recording of the gateway itself, samples first, by the positions of their subscriptions.
+fn inputs(settings: &Settings) -> Vec<(String, SampleKind)> {
+    encoder(settings).inputs(&subscriptions(settings))
+}
+
+/// Adds to the frames of a recording the samples of ROS 2, if it is a bag.
+fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::Result<Recording> {
+    let is_sample = |(_, kind): &&(String, SampleKind)| !matches!(kind, SampleKind::Frames { .. });
+    let topics = || inputs.iter().filter(is_sample).cloned().collect();
+    let samples = SampleLog::is_for(path)?.then(|| SampleLog::open(path, topics())).transpose()?;
+    Ok(Recording { log, samples })
+}
+
+/// Makes the calls of a recorded run, and tells where it could not.
+fn call_by_call(
+    run: &mut RecordedRun,
+    results: &mut Results<'_>,
+    unreadable: impl Fn(io::Error) -> Failure,
+) -> Result<(), Failure> {
     let outcome = loop {
-        let now = replay.now();
-        while let Some(output) = replay.poll_output() {
-            write_output(&mut out, json.as_ref(), &mut changes, &output, now.mono)?;
-            mcap.iter_mut().try_for_each(|mcap| mcap.given_out(&output, now.wall))?;
-            if let Some(timeline) = &mut timeline {
-                timeline.given_out(&output, now.mono);
-            }
-        }
-        if let Some((input, at)) = replay.upcoming() {
-            let at = Now { mono: at, wall: now.wall.after(at.since(now.mono)) };
-            mcap.iter_mut().try_for_each(|mcap| mcap.received(input, at.wall))?;
-            if let Some(timeline) = &mut timeline {
-                timeline.received(input, at);
-            }
-        }
-        match replay.step() {
-            Ok(true) => {}
-            Ok(false) => break Ok(ExitCode::SUCCESS),
+        match run.step(results) {
+            Ok(true) => std::mem::replace(&mut results.failed, Ok(()))?,
+            Ok(false) => break Ok(()),
             Err(error) => break Err(unreadable(error)),
         }
     };
-    out.flush()?;
-    mcap.map_or(Ok(()), McapExport::finish)?;
-    if let Some(timeline) = timeline {
-        let timeline = timeline.finish(file_name(&path), vehicle, replay.length());
-        if let Some(path) = &args.report {
-            write_new(path, &timeline.to_html(), true).map_err(Failure::written(path))?;
-        }
-        args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
+    for text in sample_faults(run.log()).chain(run.departures().map(Departures::to_string)) {
+        messages::warn(&text);
     }
-    mention_losses(&replay);
-    outcome.and_then(|code| has_frames(&replay, code, &unreadable))
+    outcome
+}
+
+/// Replays a recording by its stamps.
+fn by_stamps(
+    replay: &mut Replay,
+    results: &mut Results<'_>,
+    unreadable: impl Fn(io::Error) -> Failure,
+) -> Result<(), Failure> {
+    loop {
+        let now = replay.now();
+        while let Some(output) = replay.poll_output() {
+            results.decided(&output, now.mono);
+            results.published(&output, now.wall);
+        }
+        if let Some((input, at)) = replay.upcoming() {
+            match input {
+                RecordedInput::Can(input) => {
+                    let at = Now { mono: at, wall: now.wall.after(at.since(now.mono)) };
+                    results.received(input, at);
+                    results.handles(input, at);
+                }
+                RecordedInput::Sample(sample) => results.sample(sample),
+            }
+        }
+        std::mem::replace(&mut results.failed, Ok(()))?;
+        if !replay.step().map_err(&unreadable)? {
+            return Ok(());
+        }
+    }
+}
+
+/// Where a replay on virtual time goes.
+struct Results<'a> {
+    out: io::BufWriter<io::StdoutLock<'a>>,
+    json: Option<JsonTimeline>,
+    changes: Changes,
+    mcap: Option<McapExport>,
+    timeline: Option<TimelineCollector>,
+    failed: Result<(), Failure>,
+}
+
+impl Results<'_> {
+    /// Does something with the file of the export, unless something has failed before.
+    fn export(&mut self, write: impl FnOnce(&mut McapExport) -> Result<(), Failure>) {
+        if let (Some(mcap), Ok(())) = (&mut self.mcap, &self.failed) {
+            self.failed = write(mcap);
+        }
+    }
+
+    fn finish(
+        mut self,
+        args: &ReplayArgs,
+        (path, vehicle, length): (&Path, String, MonoTime),
+    ) -> Result<(), Failure> {
+        self.out.flush()?;
+        self.mcap.map_or(Ok(()), McapExport::finish)?;
+        if let Some(timeline) = self.timeline {
+            let timeline = timeline.finish(file_name(path), vehicle, length);
+            if let Some(path) = &args.report {
+                write_new(path, &timeline.to_html(), true).map_err(Failure::written(path))?;
+            }
+            args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
+        }
+        Ok(())
+    }
+}
+
+impl RunSink for Results<'_> {
+    fn call(&mut self, call: &TimedCall) {
+        self.export(|mcap| mcap.call(call));
+    }
+
+    fn received(&mut self, input: &CanInput, at: Now) {
+        self.export(|mcap| mcap.received(input, at.wall));
+    }
+
+    fn handles(&mut self, input: &CanInput, at: Now) {
+        if let Some(timeline) = &mut self.timeline {
+            timeline.received(input, at);
+        }
+    }
+
+    fn sample(&mut self, sample: &LoggedSample) {
+        // The subscriptions come first among the topics.
+        self.export(|mcap| mcap.sample(sample.topic, sample));
+    }
+
+    fn decided(&mut self, output: &Output, at: MonoTime) {
+        let Self { out, json, changes, .. } = self;
+        let written = match json {
+            Some(json) => json.line(output, at).map_or(Ok(()), |line| writeln!(out, "{line}")),
+            None => {
+                let changes = changes.of(output);
+                changes.iter().try_for_each(|event| writeln!(out, "{} {event}", time_text(at)))
+            }
+        };
+        if let (Err(error), Ok(())) = (written, &self.failed) {
+            self.failed = Err(error.into());
+        }
+        if let Some(timeline) = &mut self.timeline {
+            timeline.given_out(output, at);
+        }
+    }
+
+    fn published(&mut self, output: &Output, at: WallStamp) {
+        self.export(|mcap| mcap.given_out(output, at));
+    }
 }
 
 /// Returns `code`, or an error if the recording has no frame.
@@ -141,20 +274,7 @@ pub(super) fn has_frames(
     code: ExitCode,
     unreadable: impl Fn(io::Error) -> Failure,
 ) -> Result<ExitCode, Failure> {
-    if replay.counts().records == 0 { Err(unreadable(no_frame())) } else { Ok(code) }
-}
-
-fn write_output(
-    out: &mut impl Write,
-    json: Option<&JsonTimeline>,
-    changes: &mut Changes,
-    output: &Output,
-    at: MonoTime,
-) -> io::Result<()> {
-    match json {
-        Some(json) => json.line(output, at).map_or(Ok(()), |line| writeln!(out, "{line}")),
-        None => changes.of(output).iter().try_for_each(|event| writeln!(out, "{} {event}", time_text(at))),
-    }
+    if replay.counts().is_empty() { Err(unreadable(no_frame())) } else { Ok(code) }
 }
 
 /// Warns about faults of the replayed log.
@@ -187,7 +307,9 @@ fn replay_in_time(
     let title = format!("replay · {}, {}", settings.vehicle, file_name(path));
     let url = settings.http.url();
     let view = if json.is_some() { View::lines()? } else { args.view.open(title, url, View::lines)? };
-    let reopen = || args.recording.time.apply(Log::open(path)?);
+    // On ROS 2 they come from there.
+    let inputs = if args.ros { Vec::new() } else { inputs(&settings) };
+    let reopen = || with_samples(args.recording.time.apply(Log::open(path)?)?, path, &inputs);
     daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)
 }

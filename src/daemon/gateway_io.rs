@@ -10,22 +10,22 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 
 use super::error::DaemonError;
 use super::fault_recorder::FaultRecorder;
-use super::late_reports::LateReports;
-use super::live::Live;
 use super::publisher::Publisher;
 use super::recording;
 use super::signals::{ReloadSignal, StopSignals};
 use super::watching::{Process, Watching};
 use crate::config::Settings;
-use crate::core::can::{CanInput, LinkState};
+use crate::core::can::{CanInput, LinkState, LogNote};
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::Gateway;
+use crate::core::gateway::call::GatewayCall;
 use crate::core::gateway::configuration::ConfigurationState;
 use crate::core::gateway::event::{Input, Output};
+use crate::core::gateway::live::{Edges, GivenOut, Live};
 use crate::core::gateway::process_status::LostLines;
 use crate::core::gateway::snapshot::ProcessSnapshot;
 use crate::core::time::{Now, WallStamp};
@@ -58,7 +58,6 @@ pub(super) struct GatewayIo {
     timer: PreciseTimer,
     faults: Option<FaultRecorder>,
     mcap: Option<McapRecorder>,
-    late_reports: LateReports,
     /// `None` if the configuration cannot be reloaded.
     pub(super) configuration: Option<ConfigurationState>,
     /// Node name for statuses of the process; `None` leaves them out.
@@ -96,7 +95,6 @@ impl GatewayIo {
             timer: PreciseTimer::new()?,
             faults: None,
             mcap: recording::start(settings),
-            late_reports: LateReports::default(),
             configuration: None,
             node: None,
             given_out: Vec::new(),
@@ -134,36 +132,39 @@ impl GatewayIo {
         self.publisher.inbox()
     }
 
-    /// Handles the steps that are due and passes on their outputs; frames to the vehicle go to `transmitters`, one
-    /// for each bus. Errors of destinations are kept for [`Self::take_failure`].
+    /// Handles what is due and passes on its outputs; frames to the vehicle go to `transmitters`, one for each bus. Errors of
+    /// destinations are kept for [`Self::take_failure`].
     pub(super) fn emit_live(&mut self, live: &mut Live, transmitters: &[Transmitter], clock: &Clock) {
-        let (read, started) = (clock.now(), live.now());
-        // The outputs from before the first step belong to the start.
-        self.emit_and_send(live, transmitters, clock, read, started);
-        while let Some(at) = live.step(read.mono, |input, at| {
-            let Input::Can(input) = input else { return };
-            if let CanInput::Frame { bus, frame, .. } = input {
-                tracing::debug!("received on bus {}: {frame}", bus.0);
-            }
-            if let Some(faults) = &mut self.faults {
-                faults.keep(*input, at);
-            }
-            if let Some(mcap) = &self.mcap {
-                mcap.received(*input, at.wall);
-            }
-        }) {
-            if let Some(faults) = &mut self.faults {
-                faults.save_if_over(at);
-            }
-            self.emit_and_send(live, transmitters, clock, read, at);
-        }
-        // All that was due at `read` is decided: what is held now is current.
-        for output in self.late_reports.take() {
-            self.publish(&output, read);
-        }
-        live.settle_commands(read);
-        self.emit_and_send(live, transmitters, clock, read, read);
+        let read = clock.now();
+        self.record_call(GatewayCall::Look, read);
+        live.look(read, &mut LiveEdges { io: self, transmitters, clock });
         self.announce_process(read);
+    }
+
+    /// Passes a batch of a bus to the gateway, and records it.
+    pub(super) fn receive(&self, live: &mut Live, batch: Vec<CanInput>, read: Now) {
+        self.record_call(GatewayCall::Read(u32::try_from(batch.len()).unwrap_or(u32::MAX)), read);
+        live.take(batch, read, |input, at| {
+            let Input::Can(input) = input else { return };
+            match LogNote::of(input) {
+                Some((bus, note)) => self.record_call(GatewayCall::Note(bus, note), read),
+                None => self.record_received(*input, at.wall),
+            }
+        });
+    }
+
+    /// Passes a sample of ROS 2 to the gateway, and records it.
+    pub(super) fn receive_sample(&self, live: &mut Live, arrival: Arrival, read: Now) {
+        self.record_call(GatewayCall::of_sample(&arrival.input), read);
+        self.record_sample(&arrival, read.wall);
+        live.take([arrival.input], read, |_, _| ());
+    }
+
+    /// Records a call of the gateway, which is made next.
+    pub(super) fn record_call(&self, call: GatewayCall, at: Now) {
+        if let Some(mcap) = &self.mcap {
+            mcap.call(call, at);
+        }
     }
 
     /// Publishes the statuses of the process whose level or message has changed.
@@ -178,30 +179,8 @@ impl GatewayIo {
         self.given_out = statuses;
         let Some(node) = self.node.clone().filter(|_| !changed.is_empty()) else { return };
         let diagnostics = Diagnostics { node, statuses: changed, refresh: false };
-        self.hand_on(&Output::Diagnostics { diagnostics, stamp: now.wall }, now, Duration::ZERO);
-    }
-
-    /// Passes on the outputs of a decision at `now` that was made at `read`. The result of sending a frame to the
-    /// vehicle goes back as an input.
-    fn emit_and_send(
-        &mut self,
-        live: &mut Live,
-        transmitters: &[Transmitter],
-        clock: &Clock,
-        read: Now,
-        now: Now,
-    ) {
-        while let Some(output) = live.poll_output() {
-            if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
-                let result = transmit(frame, transmitters);
-                if let CommandInput::Sent(_) = &result {
-                    self.record_given_out(&output, read);
-                }
-                live.take([result], clock.now());
-            }
-            self.emit_output(output, now, read.mono.since(now.mono));
-        }
-        self.refresh(now);
+        let output = Output::Diagnostics { diagnostics, stamp: now.wall };
+        self.hand_on(&GivenOut { output, at: now, lag: Duration::ZERO, is_held: false });
     }
 
     /// Returns the first error of a destination since the last call.
@@ -215,32 +194,35 @@ impl GatewayIo {
         now: Now,
     ) -> Result<(), DaemonError> {
         while let Some(output) = poll() {
-            self.emit_output(output, now, Duration::ZERO);
+            let (at, lag, is_held) = (now, Duration::ZERO, false);
+            self.emit_output(GivenOut { output, at, lag, is_held });
         }
         self.refresh(now);
         self.take_failure().map_or(Ok(()), Err)
     }
 
-    /// Passes on an output that was decided at `now` and is published `lag` later.
-    fn emit_output(&mut self, mut output: Output, now: Now, lag: Duration) {
+    /// Passes on an output.
+    fn emit_output(&mut self, mut given_out: GivenOut) {
+        let GivenOut { output, at, .. } = &mut given_out;
         if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
             tracing::warn!("a command was refused: {error}");
         }
         // Before the statuses of the process are added, which a replay does not have.
         if let Some(faults) = &mut self.faults {
-            faults.decided(&output, now);
+            faults.decided(output, *at);
         }
-        if let Output::Diagnostics { diagnostics, .. } = &mut output
+        if let Output::Diagnostics { diagnostics, .. } = output
             && diagnostics.refresh
         {
             self.given_out = self.process_statuses();
             diagnostics.statuses.extend(self.given_out.iter().cloned());
         }
-        self.hand_on(&output, now, lag);
+        self.hand_on(&given_out);
     }
 
     /// Publishes and shows an output.
-    fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) {
+    fn hand_on(&mut self, given_out: &GivenOut) {
+        let GivenOut { output, at, lag, is_held } = given_out;
         match output {
             Output::VehicleLights(report) => {
                 tracing::debug!("{report:?}, {lag:?} after its decision was due");
@@ -257,30 +239,30 @@ impl GatewayIo {
             | Output::Command(_)
             | Output::Diagnostics { .. } => {}
         }
-        if !self.late_reports.holds(output, lag) {
-            self.publish(output, Now { wall: now.wall.after(lag), ..now });
+        if !is_held {
+            self.publish(output, Now { wall: at.wall.after(*lag), ..*at });
         }
         let shown = match &self.json {
-            Some(json) => json.line(output, now.mono).map_or(Ok(()), |line| write_line(&line)),
-            None => self.view.show(output, now.mono),
+            Some(json) => json.line(output, at.mono).map_or(Ok(()), |line| write_line(&line)),
+            None => self.view.show(output, at.mono),
         };
         self.note(shown.map_err(DaemonError::from));
     }
 
     /// Publishes an output and records it. Frames to the vehicle are recorded when they are sent.
-    fn publish(&mut self, output: &Output, now: Now) {
+    fn publish(&mut self, output: &Output, at: Now) {
         self.publisher.send(output);
         if !matches!(output, Output::Command(CommandOutput::Transmit { .. })) {
-            self.record_given_out(output, now);
+            self.record_given_out(output, at);
         }
     }
 
-    fn record_given_out(&mut self, output: &Output, now: Now) {
+    fn record_given_out(&mut self, output: &Output, at: Now) {
         if let Some(faults) = &mut self.faults {
-            faults.given_out(output, now);
+            faults.given_out(output, at);
         }
         if let Some(mcap) = &self.mcap {
-            mcap.given_out(output.clone(), now.wall);
+            mcap.given_out(output.clone(), at.wall);
         }
     }
 
@@ -391,6 +373,51 @@ impl GatewayIo {
         faults.iter_mut().for_each(FaultRecorder::stop);
         self.mcap.iter().for_each(|mcap| mcap.stop(recording::STOP_PATIENCE));
         tracing::info!("stopped");
+    }
+}
+
+/// The edges of a live gateway.
+struct LiveEdges<'a> {
+    io: &'a mut GatewayIo,
+    transmitters: &'a [Transmitter],
+    clock: &'a Clock,
+}
+
+impl Edges for LiveEdges<'_> {
+    fn handles(&mut self, input: &Input, at: Now) {
+        if let Input::Can(CanInput::Frame { bus, frame, .. }) = input {
+            tracing::debug!("received on bus {}: {frame}", bus.0);
+        }
+        if let Some(faults) = &mut self.io.faults {
+            if let Input::Can(input) = input {
+                faults.keep(*input, at);
+            }
+            faults.save_if_over(at);
+        }
+    }
+
+    fn transmit(&mut self, output: &Output, frame: &CommandFrame, read: Now) -> (CommandInput, Now) {
+        let result = transmit(frame, self.transmitters);
+        if let CommandInput::Sent(_) = &result {
+            self.io.record_given_out(output, read);
+        }
+        let known = self.clock.now();
+        if let Some(call) = GatewayCall::of_result(&result) {
+            self.io.record_call(call, known);
+        }
+        (result, known)
+    }
+
+    fn give_out(&mut self, given_out: GivenOut) {
+        self.io.emit_output(given_out);
+    }
+
+    fn publish_late(&mut self, output: &Output, read: Now) {
+        self.io.publish(output, read);
+    }
+
+    fn end_moment(&mut self, at: Now) {
+        self.io.refresh(at);
     }
 }
 

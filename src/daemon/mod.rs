@@ -7,8 +7,6 @@ pub mod discover;
 mod error;
 mod fault_recorder;
 mod gateway_io;
-mod late_reports;
-pub mod live;
 mod pages;
 pub mod publisher;
 mod receivers;
@@ -34,16 +32,17 @@ use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
 use crate::core::command::input::CommandInput;
+use crate::core::gateway::call::GatewayCall;
+use crate::core::gateway::live::Live;
 use crate::core::time::MonoTime;
 use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::SenderLock;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::{Arrival, Inbox};
-use crate::replay::{Replay, Routes};
+use crate::replay::{RecordedInput, Recording, Replay, Routes};
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 use gateway_io::{GatewayIo, Woken};
-use live::Live;
 use receivers::Receivers;
 use reload::{ReadConfiguration, Reloader};
 use signals::StopSignals;
@@ -62,7 +61,7 @@ pub struct Playback {
 }
 
 /// Opens the recording, first at the start and again for each repetition.
-pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
+pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Recording>;
 
 /// Longest wait for the last frames to the vehicle when the queue of the bus is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
@@ -86,7 +85,7 @@ pub fn run(settings: Settings, view: View, read: ReadConfiguration) -> Result<()
                 stamps: recording.stamps,
                 stay: true,
             };
-            let reopen = || Log::open(&recording.file);
+            let reopen = || Log::open(&recording.file).map(Recording::from);
             let name = recording.file.display().to_string();
             let mut routes = Routes::by_interface(&settings.gateway);
             routes.adopt_only_interface(&recording.file);
@@ -184,8 +183,10 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
     let mut reloader = Reloader::new(read);
     let inbox = gateway_io.inbox();
     let clock = Clock::start();
-    let mut live = Live::new(settings.gateway, &links, clock.now());
-    live.take(early, clock.now());
+    let started = clock.now();
+    gateway_io.record_call(GatewayCall::Start(links.clone()), started);
+    let mut live = Live::new(settings.gateway, &links, started);
+    gateway_io.receive(&mut live, early, clock.now());
     gateway_io.ready(live.gateway(), clock.now());
     // Deadline for the last frames to the vehicle, and the outcome, after a stop request or a failure.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
@@ -221,18 +222,18 @@ async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Re
                 }
             }
             batch = receivers.recv(), if is_receiving => match batch {
-                Ok(batch) => live.take(batch, clock.now()),
+                Ok(batch) => gateway_io.receive(&mut live, batch, clock.now()),
                 Err(error) => reason = Some(Err(error)),
             },
             arrival = next_received(inbox.as_deref()) => {
-                let now = clock.now();
-                gateway_io.record_sample(&arrival, now.wall);
-                live.take([arrival.input], now);
+                gateway_io.receive_sample(&mut live, arrival, clock.now());
             }
             () = sleep_until(wake.into()) => {}
         }
         if let (Some(reason), None) = (reason, &ending) {
-            live.take([CommandInput::Stop], clock.now());
+            let now = clock.now();
+            gateway_io.record_call(GatewayCall::Stop, now);
+            live.take([CommandInput::Stop], now, |_, _| ());
             ending = Some((Instant::now() + LAST_FRAMES, reason));
         }
     };
@@ -258,10 +259,10 @@ async fn play_on(
 ) -> Result<(), DaemonError> {
     let unreadable = |error| DaemonError::Recording { file: name.to_owned(), error };
     let clock = Clock::start();
-    let (log, gateway) = (reopen().map_err(unreadable)?, settings.gateway);
+    let (recording, gateway) = (reopen().map_err(unreadable)?, settings.gateway);
     let replay = match playback.stamps {
-        Stamps::Recorded => Replay::new(gateway, log, routes),
-        Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, log, routes),
+        Stamps::Recorded => Replay::new(gateway, recording, routes),
+        Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, recording, routes),
     };
     let mut replay = replay.map_err(unreadable)?.in_real_time();
     gateway_io.ready(replay.gateway(), replay.now());
@@ -280,7 +281,7 @@ async fn play_on(
             }
             // A recording without a frame of ours has nothing to repeat.
             if replay.next_time().is_none() {
-                if replay.counts().records == 0 {
+                if replay.counts().is_empty() {
                     return Err(unreadable(no_frame()));
                 }
                 if !playback.stay {
@@ -311,7 +312,7 @@ async fn play_on(
             }
         }
         replay.set_wall_time(clock.now().wall);
-        if let Some((input, at)) = replay.upcoming() {
+        if let Some((RecordedInput::Can(input), at)) = replay.upcoming() {
             let (mut input, recorded) = (*input, replay.now().wall.after(at.since(replay.now().mono)));
             let is_present = playback.stamps == Stamps::Now;
             let wall = if is_present { clock.now().wall } else { recorded };

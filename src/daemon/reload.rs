@@ -7,12 +7,13 @@ use std::thread;
 use tokio::sync::oneshot;
 
 use super::gateway_io::GatewayIo;
-use super::live::Live;
 use super::receivers::Receivers;
 use crate::config::Settings;
+use crate::core::gateway::call::GatewayCall;
 use crate::core::gateway::configuration::{
     Change, ConfigurationState, EffectiveConfiguration, changes_text, plan,
 };
+use crate::core::gateway::live::Live;
 use crate::core::time::Now;
 use crate::io::process_log;
 
@@ -89,7 +90,7 @@ pub(super) fn apply(
     edges: (&mut Live, &Receivers, &mut GatewayIo),
     now: Now,
 ) {
-    match take_over(read, &state.in_effect, edges) {
+    match take_over(read, &state.in_effect, edges, now) {
         Ok((parts, changes)) => {
             let text = changes_text(&changes);
             let text = if text.is_empty() { "nothing is different" } else { &text };
@@ -112,6 +113,7 @@ fn take_over(
     read: Read,
     in_effect: &EffectiveConfiguration,
     (live, receivers, gateway_io): (&mut Live, &Receivers, &mut GatewayIo),
+    now: Now,
 ) -> Result<(EffectiveConfiguration, Vec<Change>), ReloadRefusal> {
     let settings = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
     let plan = plan(in_effect, &settings.in_effect);
@@ -125,6 +127,7 @@ fn take_over(
         return Err(ReloadRefusal { reason, changes: plan.reloadable });
     }
     gateway_io.reconfigure(&settings);
+    gateway_io.record_call(GatewayCall::Reconfigure, now);
     live.reconfigure(settings.gateway);
     Ok((settings.in_effect, plan.reloadable))
 }

@@ -1,5 +1,5 @@
 //! The samples of ROS 2 topics in a recording, decoded: MCAP, and the sqlite3 files of `rosbag2`, a file or the folder of a
-//! bag.
+//! bag. They are inputs of the gateway and, in a recording of its own, its calls.
 
 use std::collections::VecDeque;
 use std::io;
@@ -7,13 +7,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::can::bag_folder;
-use super::can::formats::{Choose, MessageReader, RecordedTopic, open_messages};
+use super::can::formats::{
+    Choose, EntryContent, MessageReader, RecordedTopic, open_messages, received_frame,
+};
 use super::can::log::is_breakage;
-use super::ros::messages::TypeName;
 use super::ros::messages::autoware_vehicle_msgs::TurnIndicatorsReport;
-use super::ros::reading::{Unreadable, encapsulated, read, read_message};
+use super::ros::messages::ros2_socketcan_msgs::FdFrame;
+use super::ros::messages::signal_gateway_msgs::GatewayCall as CallMessage;
+use super::ros::messages::{CdrBytes, TypeName, can_msgs};
+use super::ros::reading::{Endian, Unreadable, encapsulated, read, read_message};
 use super::ros::topics::SubscriptionKind;
+use crate::core::can::{BusIndex, CanInput};
 use crate::core::command::origin::{SampleId, WriterId};
+use crate::core::gateway::call::{GatewayCall, TimedCall};
 use crate::core::gateway::event::Input;
 use crate::core::time::WallStamp;
 
@@ -24,6 +30,8 @@ pub struct SampleLog {
     topics: Vec<SampleTopic>,
     /// The files of a bag that follow.
     rest: VecDeque<PathBuf>,
+    /// Identity of the next sample, as a call before it tells.
+    next_id: Option<SampleId>,
     losses: u64,
     first_loss: Option<String>,
     is_ended: bool,
@@ -36,6 +44,15 @@ pub enum SampleKind {
     Input(SubscriptionKind),
     /// `TurnIndicatorsReport`: what the vehicle shows.
     TurnReport,
+    /// Frames that were received on a bus.
+    Frames {
+        /// The bus.
+        bus: BusIndex,
+        /// They are of CAN FD.
+        is_fd: bool,
+    },
+    /// Calls of the gateway.
+    Calls,
 }
 
 impl SampleKind {
@@ -43,6 +60,9 @@ impl SampleKind {
         match self {
             Self::Input(kind) => kind.row().type_name,
             Self::TurnReport => TurnIndicatorsReport::TYPE_NAME,
+            Self::Frames { is_fd: true, .. } => FdFrame::TYPE_NAME,
+            Self::Frames { is_fd: false, .. } => can_msgs::Frame::TYPE_NAME,
+            Self::Calls => CallMessage::TYPE_NAME,
         }
     }
 }
@@ -69,6 +89,8 @@ pub enum SampleContent {
     Input(Input),
     /// The number of a `TurnIndicatorsReport`, as sent.
     TurnReport(u8),
+    /// A call of the gateway.
+    Call(TimedCall),
 }
 
 /// A sample, with the topic that it is of.
@@ -80,6 +102,10 @@ pub struct LoggedSample {
     pub logged: WallStamp,
     /// The sample.
     pub content: SampleContent,
+    /// The sample of an [`Input`](SampleKind::Input) as it came, without its encapsulation header; empty for others.
+    pub bytes: CdrBytes,
+    /// Byte order of `bytes`.
+    pub endian: Endian,
 }
 
 impl SampleLog {
@@ -115,6 +141,7 @@ impl SampleLog {
             choose,
             topics: topics.into_iter().map(topic).collect(),
             rest,
+            next_id: None,
             losses: 0,
             first_loss: None,
             is_ended: false,
@@ -186,20 +213,37 @@ impl SampleLog {
         let message = self.reader.message()?;
         let (index, logged) = (*message.topic, message.logged);
         let topic = self.topics.get_mut(index)?;
-        // The writers of a recording are not known; their messages are in the order of the file.
-        let sequence = i64::try_from(topic.received + 1).unwrap_or(i64::MAX);
-        let id = SampleId { writer: WriterId::default(), sequence };
         let decoded = encapsulated(message.bytes)
             .ok_or_else(|| Unreadable::Layout("it is not encapsulated as plain CDR".to_owned()))
-            .and_then(|(endian, bytes)| match topic.kind {
-                SampleKind::Input(kind) => read(kind, id, bytes, endian).map(SampleContent::Input),
-                SampleKind::TurnReport => read_message::<TurnIndicatorsReport>(bytes, endian)
-                    .map(|report| SampleContent::TurnReport(report.report)),
+            .and_then(|(endian, bytes)| {
+                let content = match topic.kind {
+                    SampleKind::Input(kind) => {
+                        let id = self.next_id.take().unwrap_or_else(|| next_of_unknown(topic.received));
+                        SampleContent::Input(read(kind, id, bytes, endian)?)
+                    }
+                    SampleKind::TurnReport => {
+                        SampleContent::TurnReport(read_message::<TurnIndicatorsReport>(bytes, endian)?.report)
+                    }
+                    SampleKind::Frames { bus, is_fd } => {
+                        SampleContent::Input(received(message.bytes, bus, is_fd, logged)?.into())
+                    }
+                    SampleKind::Calls => {
+                        let call = read_message::<CallMessage>(bytes, endian)?.call();
+                        let layout = || Unreadable::Layout("it is no call of this version".to_owned());
+                        SampleContent::Call(call.ok_or_else(layout)?)
+                    }
+                };
+                let is_input = matches!(topic.kind, SampleKind::Input(_));
+                let bytes = CdrBytes::from(if is_input { bytes.to_vec() } else { Vec::new() });
+                Ok(LoggedSample { topic: index, logged, content, bytes, endian })
             });
         match decoded {
-            Ok(content) => {
+            Ok(sample) => {
                 topic.received += 1;
-                Some(LoggedSample { topic: index, logged, content })
+                if let SampleContent::Call(TimedCall { call: GatewayCall::Sample(id), .. }) = sample.content {
+                    self.next_id = Some(id);
+                }
+                Some(sample)
             }
             Err(reason) => {
                 topic.undecodable += 1;
@@ -207,6 +251,23 @@ impl SampleLog {
                 None
             }
         }
+    }
+}
+
+/// Returns the identity of a sample whose writer is not recorded: the samples of a topic are in the order of the file.
+fn next_of_unknown(received: u64) -> SampleId {
+    SampleId { writer: WriterId::default(), sequence: i64::try_from(received + 1).unwrap_or(i64::MAX) }
+}
+
+/// Returns a frame as the input of a bus.
+fn received(message: &[u8], bus: BusIndex, is_fd: bool, logged: WallStamp) -> Result<CanInput, Unreadable> {
+    let layout = |reason: String| Unreadable::Layout(reason);
+    let (stamp, content) =
+        received_frame(message, is_fd, logged).map_err(|reason| layout(reason.to_string()))?;
+    match content {
+        EntryContent::Data(frame) => Ok(CanInput::Frame { bus, frame, stamp }),
+        EntryContent::Error(error) => Ok(CanInput::ErrorFrame { bus, error }),
+        EntryContent::Note(_) | EntryContent::Remote => Err(layout("it is a remote frame".to_owned())),
     }
 }
 
@@ -260,12 +321,29 @@ mod tests {
         (samples, log)
     }
 
-    fn expected() -> [LoggedSample; 2] {
-        [(1, TurnCommand::Left), (2, TurnCommand::Right)].map(|(second, turn)| LoggedSample {
-            topic: 0,
-            logged: WallStamp::from_nanos(second * 1_000_000_000),
-            content: own(turn),
-        })
+    fn expected() -> [(usize, WallStamp, SampleContent, &'static [u8], Endian); 2] {
+        let little: &[u8] = &[1, 0, 0, 0, 0, 0, 0, 0, 2];
+        let big: &[u8] = &[0, 0, 0, 1, 0, 0, 0, 0, 3];
+        let at = |second: i64| WallStamp::from_nanos(second * 1_000_000_000);
+        [
+            (0, at(1), own(TurnCommand::Left), little, Endian::Little),
+            (0, at(2), own(TurnCommand::Right), big, Endian::Big),
+        ]
+    }
+
+    fn are_expected(samples: &[LoggedSample]) -> bool {
+        let parts = |sample: &LoggedSample| {
+            (
+                sample.topic,
+                sample.logged,
+                sample.content.clone(),
+                sample.bytes.as_ref().to_vec(),
+                sample.endian,
+            )
+        };
+        let expected = expected()
+            .map(|(topic, at, content, bytes, endian)| (topic, at, content, bytes.to_vec(), endian));
+        samples.iter().map(parts).collect::<Vec<_>>() == expected
     }
 
     #[test]
@@ -274,7 +352,7 @@ mod tests {
         let path = folder.path().join("drive_0.mcap");
         write(&path);
         let (samples, log) = read_all(&path);
-        assert_eq!(samples, expected());
+        assert!(are_expected(&samples), "{samples:?}");
         let topic = &log.topics()[0];
         assert_eq!((topic.received, topic.undecodable), (2, 1));
         assert!(matches!(topic.reason, Some(Unreadable::Layout(_))), "{:?}", topic.reason);
@@ -293,7 +371,7 @@ mod tests {
         fs::write(&first, &bytes[..bytes.len() / 2]).unwrap();
         fs::write(folder.path().join("drive_2.mcap"), &bytes[..10]).unwrap();
         let (samples, log) = read_all(folder.path());
-        assert!(samples.ends_with(&expected()), "{samples:?}");
+        assert!(are_expected(&samples[samples.len() - 2..]), "{samples:?}");
         assert_eq!(log.losses().0, 2);
     }
 

@@ -4,6 +4,7 @@
 //! the stamps, never backwards. Deadlines that lie before the next frame come first, so the same
 //! recording gives the same outputs byte for byte, however fast it is played.
 
+mod recorded_run;
 mod routes;
 mod tape;
 
@@ -15,12 +16,13 @@ use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::log::{InterfaceIndex, Log};
+use crate::io::sample_log::SampleLog;
+pub use recorded_run::{Departures, RecordedRun, RunSink};
 pub use routes::Routes;
 use tape::Tape;
-pub use tape::{MAX_SILENCE, RecordCounts};
+pub use tape::{MAX_SILENCE, RecordCounts, RecordedInput, Recording};
 
 /// A gateway with a recording as its input.
-#[derive(Debug)]
 pub struct Replay {
     gateway: Gateway,
     tape: Tape,
@@ -42,8 +44,12 @@ impl Replay {
     ///
     /// # Errors
     /// When the recording cannot be read.
-    pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
-        Self::begin(settings, Tape::new(log, routes), None)
+    pub fn new(
+        settings: GatewaySettings,
+        recording: impl Into<Recording>,
+        routes: Routes,
+    ) -> io::Result<Self> {
+        Self::begin(settings, Tape::new(recording.into(), routes), None)
     }
 
     /// As [`new`](Self::new), and counts the frames that resemble bound messages for [`seen`](Self::seen).
@@ -51,7 +57,7 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read.
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
-        let mut tape = Tape::new(log, routes);
+        let mut tape = Tape::new(log.into(), routes);
         let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);
         tape.counted = bound.map(|message| message.ids).collect();
         Self::begin(settings, tape, None)
@@ -65,10 +71,10 @@ impl Replay {
     pub fn in_the_present(
         start: WallStamp,
         settings: GatewaySettings,
-        log: Log,
+        recording: Recording,
         routes: Routes,
     ) -> io::Result<Self> {
-        Self::begin(settings, Tape::new(log, routes), Some(start))
+        Self::begin(settings, Tape::new(recording, routes), Some(start))
     }
 
     fn begin(settings: GatewaySettings, mut tape: Tape, wall: Option<WallStamp>) -> io::Result<Self> {
@@ -91,8 +97,9 @@ impl Replay {
     /// filled.
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
-        let comes_first =
-            |(_, at): &(CanInput, Now)| at.mono < deadline || deadline > self.last_input.after(self.filled);
+        let comes_first = |(_, at): &(RecordedInput, Now)| {
+            at.mono < deadline || deadline > self.last_input.after(self.filled)
+        };
         (!self.tape.next.as_ref().is_some_and(comes_first)).then_some(deadline)
     }
 
@@ -111,18 +118,28 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read on; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
-        match (self.deadline_before_input(), &mut self.tape.next) {
-            (None, Some((input, at))) => {
-                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
+        match (self.deadline_before_input(), self.tape.next.take()) {
+            (None, Some((mut input, at))) => {
+                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..at };
                 self.last_input = at.mono;
-                if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut *input, self.wall) {
+                if let (RecordedInput::Can(CanInput::Frame { stamp, .. }), Some(wall)) =
+                    (&mut input, self.wall)
+                {
                     *stamp = wall;
                 }
-                self.gateway.handle_can(input, self.now);
+                match input {
+                    RecordedInput::Can(input) => self.gateway.handle_can(&input, self.now),
+                    RecordedInput::Sample(_) => {
+                        if let Some(input) = input.into_input() {
+                            self.gateway.handle(input, self.now);
+                        }
+                    }
+                }
                 self.tape.read_next()?;
                 Ok(true)
             }
             (Some(deadline), next) if next.is_some() || self.ended => {
+                self.tape.next = next;
                 self.advance(deadline);
                 self.gateway.handle(Input::Tick, self.now);
                 Ok(true)
@@ -160,8 +177,8 @@ impl Replay {
     ///
     /// # Errors
     /// When the recording cannot be read.
-    pub fn rewind(&mut self, log: Log) -> io::Result<()> {
-        self.tape.rewind(log);
+    pub fn rewind(&mut self, recording: Recording) -> io::Result<()> {
+        self.tape.rewind(recording);
         self.tape.read_next()
     }
 
@@ -181,7 +198,7 @@ impl Replay {
     }
 
     /// Returns the next input of the recording and its virtual time, if no deadline lies before it.
-    pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
+    pub fn upcoming(&self) -> Option<(&RecordedInput, MonoTime)> {
         let (input, at) = self.tape.next.as_ref()?;
         self.deadline_before_input().is_none().then_some((input, at.mono))
     }
@@ -190,7 +207,7 @@ impl Replay {
     ///
     /// # Errors
     /// When the recording cannot be read on.
-    pub fn skim(&mut self) -> io::Result<Option<CanInput>> {
+    pub fn skim(&mut self) -> io::Result<Option<RecordedInput>> {
         let Some((input, at)) = self.tape.next.take() else { return Ok(None) };
         self.now = at;
         self.tape.read_next()?;
@@ -216,6 +233,11 @@ impl Replay {
     /// Returns the counts of the entries read so far.
     pub fn counts(&self) -> RecordCounts {
         self.tape.counts
+    }
+
+    /// Returns the samples of ROS 2 in the recording, with what could not be read of them.
+    pub fn samples(&self) -> Option<&SampleLog> {
+        self.tape.samples.as_ref()
     }
 
     /// Returns the recording, with its interfaces and bad lines.
@@ -277,7 +299,7 @@ mod tests {
         let log = Log::new(Box::new(io::Cursor::new(bytes))).unwrap();
         let start = WallStamp::from_nanos(1_900_000_000_000_000_000);
         let routes = Routes::by_interface(&settings.gateway);
-        let mut replay = Replay::in_the_present(start, settings.gateway, log, routes).unwrap();
+        let mut replay = Replay::in_the_present(start, settings.gateway, log.into(), routes).unwrap();
         let mut stamps = Vec::new();
         while let Some(next) = replay.next_time().filter(|next| *next < MonoTime::from_millis(10_000)) {
             let wall = start.after(next.since(MonoTime::ZERO) / 2);

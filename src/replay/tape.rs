@@ -8,9 +8,12 @@ use std::time::Duration;
 use super::FILLED_GAP;
 use super::routes::Routes;
 use crate::core::can::{BusIndex, CanId, CanInput, IdMatch};
+use crate::core::gateway::call::{GatewayCall, TimedCall};
+use crate::core::gateway::event::Input;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::formats::EntryContent;
-use crate::io::can::log::{InterfaceIndex, Log, LogRecord};
+use crate::io::can::log::{InterfaceIndex, Log, LogRecord, is_without_frames};
+use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
 
 /// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
 /// time then moves on by just this much. Everything is stale long before.
@@ -23,11 +26,49 @@ const LATE_LINE: Duration = Duration::from_secs(1);
 /// The largest number of identifiers whose frames are counted: a J1939 group may come with half a million.
 const MAX_COUNTED_IDS: usize = 4096;
 
+/// What is replayed: frames, and with a bag the samples of ROS 2 in it.
+pub struct Recording {
+    /// The frames; it may have none if there are samples.
+    pub log: Log,
+    /// The samples, of the topics that the gateway reads.
+    pub samples: Option<SampleLog>,
+}
+
+impl From<Log> for Recording {
+    fn from(log: Log) -> Self {
+        Self { log, samples: None }
+    }
+}
+
+/// An input of a recording.
+#[derive(Debug)]
+pub enum RecordedInput {
+    /// Of a bus.
+    Can(CanInput),
+    /// Of ROS 2.
+    Sample(Box<LoggedSample>),
+}
+
+impl RecordCounts {
+    /// Returns true if nothing was read.
+    pub fn is_empty(&self) -> bool {
+        self.records + self.samples == 0
+    }
+}
+
+/// What a recording holds next.
+enum TapeEntry {
+    Record(LogRecord),
+    Sample(Box<LoggedSample>),
+}
+
 /// Counts of the entries read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordCounts {
-    /// Entries of any kind.
+    /// Entries of any kind, but for samples of ROS 2.
     pub records: u64,
+    /// Samples of ROS 2.
+    pub samples: u64,
     /// Entries of interfaces that no bus is configured for.
     pub foreign: u64,
     /// Stamps that lay before an earlier one.
@@ -40,9 +81,12 @@ pub struct RecordCounts {
     pub longest_gap: Duration,
 }
 
-#[derive(Debug)]
 pub(super) struct Tape {
     pub(super) log: Log,
+    pub(super) samples: Option<SampleLog>,
+    /// The record and the sample that were read and not taken.
+    record: Option<LogRecord>,
+    sample: Option<Box<LoggedSample>>,
     pub(super) routes: Routes,
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
@@ -50,7 +94,7 @@ pub(super) struct Tape {
     /// Stamp for the next record, when the recording begins again.
     start: Option<WallStamp>,
     /// The input that was read last; `None` when it was taken, and at the end.
-    pub(super) next: Option<(CanInput, Now)>,
+    pub(super) next: Option<(RecordedInput, Now)>,
     /// An input that follows the bad lines before it.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
@@ -68,11 +112,38 @@ struct TapeClock {
     stamp: WallStamp,
 }
 
+impl RecordedInput {
+    /// Returns the input of a bus; `None` for a sample.
+    pub fn can(&self) -> Option<&CanInput> {
+        match self {
+            Self::Can(input) => Some(input),
+            Self::Sample(_) => None,
+        }
+    }
+
+    /// Returns the input as the gateway takes it; `None` for a sample that is none, such as a call of the gateway that recorded it.
+    pub fn into_input(self) -> Option<Input> {
+        match self {
+            Self::Can(input) => Some(input.into()),
+            Self::Sample(sample) => match sample.content {
+                SampleContent::Input(input) => Some(input),
+                SampleContent::Call(TimedCall { call: GatewayCall::Note(bus, note), .. }) => {
+                    note.input(bus).map(Input::from)
+                }
+                SampleContent::Call(_) | SampleContent::TurnReport(_) => None,
+            },
+        }
+    }
+}
+
 impl Tape {
-    pub(super) fn new(log: Log, routes: Routes) -> Self {
+    pub(super) fn new(Recording { log, samples }: Recording, routes: Routes) -> Self {
         let counts = RecordCounts::default();
         Self {
             log,
+            samples,
+            record: None,
+            sample: None,
             routes,
             clock: None,
             shift: 0,
@@ -91,19 +162,28 @@ impl Tape {
         self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
     }
 
-    pub(super) fn rewind(&mut self, log: Log) {
-        self.log = log;
+    pub(super) fn rewind(&mut self, Recording { log, samples }: Recording) {
+        (self.log, self.samples) = (log, samples);
         self.bad_reported = 0;
         self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
     /// Reads the next input, which replaces the one before.
     pub(super) fn read_next(&mut self) -> io::Result<()> {
-        self.next = self.held.take();
+        self.next = self.held.take().map(|(input, now)| (RecordedInput::Can(input), now));
         if self.next.is_some() {
             return Ok(());
         }
-        while let Some(record) = self.log.next_record()? {
+        while let Some(entry) = self.next_entry()? {
+            let record = match entry {
+                TapeEntry::Record(record) => record,
+                TapeEntry::Sample(sample) => {
+                    self.counts.samples += 1;
+                    let (_, now) = self.advance(sample.logged);
+                    self.next = Some((RecordedInput::Sample(sample), now));
+                    return Ok(());
+                }
+            };
             self.counts.records += 1;
             if let EntryContent::Data(frame) = &record.content
                 && self.counted.iter().any(|ids| ids.resembles(frame.id()))
@@ -120,17 +200,41 @@ impl Tape {
             self.counts.foreign += u64::from(input.is_none());
             if let Some(bad) = self.new_bad_lines() {
                 self.held = input.map(|input| (input, now));
-                self.next = Some((bad, now));
+                self.next = Some((RecordedInput::Can(bad), now));
                 return Ok(());
             }
             if let Some(input) = input {
-                self.next = Some((input, now));
+                self.next = Some((RecordedInput::Can(input), now));
                 return Ok(());
             }
         }
         let last = self.clock.map(|clock| Now { mono: clock.mono, wall: clock.stamp });
-        self.next = self.new_bad_lines().zip(last);
+        self.next = self.new_bad_lines().map(RecordedInput::Can).zip(last);
         Ok(())
+    }
+
+    /// Returns what was recorded next: the record or the sample, whichever was received first.
+    fn next_entry(&mut self) -> io::Result<Option<TapeEntry>> {
+        let Some(samples) = &mut self.samples else {
+            return Ok(self.log.next_record()?.map(TapeEntry::Record));
+        };
+        if self.sample.is_none() {
+            self.sample = samples.next_sample()?.map(Box::new);
+        }
+        if self.record.is_none() {
+            self.record = match self.log.next_record() {
+                Err(error) if is_without_frames(&error) && self.sample.is_some() => None,
+                read => read?,
+            };
+        }
+        let nanos = |stamp: WallStamp| stamp.as_nanos();
+        let (record, sample) = (&self.record, &self.sample);
+        let is_sample = match (record, sample) {
+            (Some(record), Some(sample)) => nanos(sample.logged) < nanos(record.stamp),
+            (record, _) => record.is_none(),
+        };
+        let sample = |sample| TapeEntry::Sample(sample);
+        Ok(if is_sample { self.sample.take().map(sample) } else { self.record.take().map(TapeEntry::Record) })
     }
 
     /// Returns the bad lines since the last call. They count for the first bus, since a bad line names none.
@@ -184,20 +288,21 @@ mod tests {
 
     fn tape(text: &str) -> Tape {
         let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
-        Tape::new(log, Routes(vec![("can0".into(), BusIndex(0))]))
+        Tape::new(log.into(), Routes(vec![("can0".into(), BusIndex(0))]))
     }
 
     fn all(tape: &mut Tape) -> Vec<(u64, String)> {
         let read_next = || {
             tape.read_next().unwrap();
-            tape.next
+            tape.next.take()
         };
         std::iter::from_fn(read_next)
             .map(|(input, now)| (now.mono.as_nanos() / 1_000_000, text(&input)))
             .collect()
     }
 
-    fn text(input: &CanInput) -> String {
+    fn text(input: &RecordedInput) -> String {
+        let RecordedInput::Can(input) = input else { return format!("{input:?}") };
         match input {
             CanInput::Frame { frame, stamp, .. } => format!("{frame} {}", stamp.as_nanos() / 1_000_000),
             other @ (CanInput::Link { .. }
@@ -237,7 +342,7 @@ mod tests {
         let text = "(5.0) can0 001#\n(5.1) can0 002#\n";
         let mut tape = tape(text);
         all(&mut tape);
-        tape.rewind(Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap());
+        tape.rewind(Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap().into());
         assert_eq!(all(&mut tape), [(101, "001# 5101".to_owned()), (201, "002# 5201".to_owned())]);
     }
 }

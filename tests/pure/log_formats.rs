@@ -138,7 +138,11 @@ fn two_buses_of_one_file_do_not_mix() {
         let mut replay = hyundai(&path, interface);
         let mut frames = Vec::new();
         while let Some(input) = replay.skim().unwrap() {
-            frames.extend(if let CanInput::Frame { frame, .. } = input { Some(frame) } else { None });
+            frames.extend(if let Some(CanInput::Frame { frame, .. }) = input.can() {
+                Some(*frame)
+            } else {
+                None
+            });
         }
         assert!(frames == recording.frames(interface), "{interface}: frames of the other bus came in");
         let mut replay = hyundai(&path, interface);

@@ -2,6 +2,7 @@
 
 #![allow(dead_code)] // each program uses its part
 
+pub(crate) mod bag;
 pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod command_vehicle;

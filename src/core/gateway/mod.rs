@@ -45,9 +45,12 @@ pub use wall_clock::WALL_CLOCK_TASK;
 use wall_clock::WallClock;
 
 pub mod black_box;
+pub mod call;
 pub mod configuration;
 pub mod confinement;
 pub mod event;
+mod late_reports;
+pub mod live;
 pub mod live_time;
 pub mod network;
 mod perception;

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::configuration::{ConfigurationState, changes_text};
 use crate::core::diagnostics::{Level, Status};
 
+/// Tasks of the statuses of the process itself, which the daemon adds to those of the gateway. A replay has none of them.
+pub const PROCESS_TASKS: [&str; 5] = ["black_box", "configuration", "mcap", "log", "ros"];
+
 /// State of the black-box files.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RecorderState {

@@ -114,7 +114,7 @@ impl RecordedDrive {
                 Input::Command(CommandInput::Turn { command, .. })
                 | Input::Planner(PlannerInput::OwnTurnCommand(command)),
             ) => Some(*command),
-            SampleContent::Input(_) => None,
+            SampleContent::Input(_) | SampleContent::Call(_) => None,
         };
         let source = SignalSource::ALL.iter().position(|source| source.sample_kind() == kind);
         if let Some((signal, value)) = source.and_then(|source| self.signals.get_mut(source)).zip(turn) {

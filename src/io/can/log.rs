@@ -198,6 +198,8 @@ impl Log {
                     return Ok(Some(record));
                 }
                 Ok(None) => {}
+                // Another file of the bag may have some.
+                Err(error) if is_without_frames(&error) && (self.records > 0 || !self.rest.is_empty()) => {}
                 Err(error) if self.records > 0 && is_breakage(&error) => {
                     let (records, bytes) = (self.records, self.consumed.load(Ordering::Relaxed));
                     self.breakage.get_or_insert(Breakage { records, bytes, reason: error.to_string() });
@@ -277,6 +279,11 @@ impl Log {
     pub fn breakage(&self) -> Option<&Breakage> {
         self.breakage.as_ref()
     }
+}
+
+/// True for the error about a bag whose topics have no frames.
+pub fn is_without_frames(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::NotFound
 }
 
 /// True for an error of the content of a file, and not of the disk.

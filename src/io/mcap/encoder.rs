@@ -2,17 +2,20 @@
 
 use crate::core::can::{BusIndex, CanId, CanInput, ErrorFrame, Frame};
 use crate::core::command::output::CommandOutput;
+use crate::core::gateway::call::TimedCall;
 use crate::core::gateway::event::Output;
 use crate::core::time::WallStamp;
 use crate::io::ros::link::Order;
 use crate::io::ros::messages::can_msgs;
 use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
+use crate::io::ros::messages::signal_gateway_msgs::GatewayCall;
 use crate::io::ros::messages::std_msgs::Header;
 use crate::io::ros::messages::{CdrBytes, TypeName};
 use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::io::ros::reading::Endian;
 use crate::io::ros::topics::{Durability, Subscription, Topics};
+use crate::io::sample_log::SampleKind;
 
 /// Samples that a player keeps of a bus.
 const CAN_DEPTH: i32 = 100;
@@ -25,6 +28,9 @@ const CAN_CHANNELS: [(&str, TypeName); 6] = [
     ("to_can_bus_dry_run", can_msgs::Frame::TYPE_NAME),
     ("to_can_bus_dry_run_fd", FdFrame::TYPE_NAME),
 ];
+
+/// The topic of the gateway's calls.
+const CALLS_TOPIC: &str = "/signal_gateway/calls";
 
 /// A topic in a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -108,6 +114,12 @@ impl Encoder {
             durability: subscription.durability,
             depth: subscription.depth,
         }));
+        channels.push(RecordedChannel {
+            topic: CALLS_TOPIC.to_owned(),
+            type_name: GatewayCall::TYPE_NAME,
+            durability: Durability::Volatile,
+            depth: CAN_DEPTH,
+        });
         Self {
             table,
             channels,
@@ -121,6 +133,21 @@ impl Encoder {
     /// The channels, to which messages refer by their position.
     pub fn channels(&self) -> &[RecordedChannel] {
         &self.channels
+    }
+
+    /// Returns the topics of all that the gateway received and was called for, by which a run is replayed: those of the
+    /// subscriptions first, in their order.
+    pub fn inputs(&self, subscriptions: &[Subscription]) -> Vec<(String, SampleKind)> {
+        let samples = subscriptions.iter().map(|topic| (topic.name.clone(), SampleKind::Input(topic.kind)));
+        let buses = (0..=u8::MAX).map(BusIndex).zip(&self.interfaces);
+        let frames = buses.flat_map(|(bus, _)| {
+            [false, true].map(|is_fd| {
+                let channel = &self.channels[self.can_channel(bus, usize::from(is_fd))];
+                (channel.topic.clone(), SampleKind::Frames { bus, is_fd })
+            })
+        });
+        let calls = (CALLS_TOPIC.to_owned(), SampleKind::Calls);
+        samples.chain(frames).chain([calls]).collect()
     }
 
     /// The message of something received; `None` for what is not a frame.
@@ -144,13 +171,20 @@ impl Encoder {
         at: WallStamp,
     ) -> Option<RecordedMessage> {
         let channel = self.first_read + subscription;
-        (channel < self.channels.len()).then_some(RecordedMessage {
+        (channel < self.calls_channel()).then_some(RecordedMessage {
             channel,
             log_time: at,
             publish_time: at,
             bytes,
             endian,
         })
+    }
+
+    /// The message of a call.
+    pub fn call(&self, call: &TimedCall) -> Option<RecordedMessage> {
+        let (channel, at) = (self.calls_channel(), call.at.wall);
+        let bytes = CdrBytes::encode(&GatewayCall::from(call)).ok()?;
+        Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes, endian: Endian::Little })
     }
 
     /// The messages of an output that was given out at `at`.
@@ -234,6 +268,11 @@ impl Encoder {
     fn header(&self, bus: BusIndex, stamp: WallStamp) -> Option<Header> {
         let frame_id = self.interfaces.get(usize::from(bus.0))?.clone();
         Some(Header { stamp: stamp.into(), frame_id })
+    }
+
+    /// Position of the channel of calls, which is the last one.
+    fn calls_channel(&self) -> usize {
+        self.channels.len() - 1
     }
 
     fn can_channel(&self, bus: BusIndex, kind: usize) -> usize {

@@ -6,6 +6,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -14,9 +15,10 @@ use std::time::{Duration, Instant};
 use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedMessage};
 use crate::core::can::CanInput;
+use crate::core::gateway::call::{GatewayCall, TimedCall};
 use crate::core::gateway::event::Output;
 use crate::core::gateway::process_status::McapState;
-use crate::core::time::WallStamp;
+use crate::core::time::{Now, WallStamp};
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::reading::Endian;
 
@@ -47,6 +49,8 @@ pub struct RecorderLimits {
 pub struct McapRecorder {
     queue: Arc<RecorderQueue>,
     ended: Receiver<()>,
+    /// Number of calls so far.
+    calls: AtomicU64,
 }
 
 /// Something to record, with its log time.
@@ -55,6 +59,7 @@ enum RecordedEvent {
     Received(CanInput, WallStamp),
     GivenOut(Output, WallStamp),
     Sample { subscription: usize, bytes: CdrBytes, endian: Endian, at: WallStamp },
+    Call(TimedCall),
 }
 
 #[derive(Debug, Default)]
@@ -97,7 +102,7 @@ impl McapRecorder {
             let _end: std::sync::mpsc::Sender<()> = end;
             writer.run();
         })?;
-        Ok(Self { queue, ended })
+        Ok(Self { queue, ended, calls: AtomicU64::new(0) })
     }
 
     /// Records what was received on a bus. Never blocks: what finds the queue full is lost and counted.
@@ -113,6 +118,12 @@ impl McapRecorder {
     /// Records a sample of ROS 2 that was received, by the position of its subscription; never blocks.
     pub fn sample(&self, subscription: usize, bytes: CdrBytes, endian: Endian, at: WallStamp) {
         self.push(RecordedEvent::Sample { subscription, bytes, endian, at });
+    }
+
+    /// Records a call of the gateway; never blocks. One that is lost leaves a gap in the numbers.
+    pub fn call(&self, call: GatewayCall, at: Now) {
+        let number = self.calls.fetch_add(1, Ordering::Relaxed) + 1;
+        self.push(RecordedEvent::Call(TimedCall { number, at, call }));
     }
 
     fn push(&self, event: RecordedEvent) {
@@ -205,6 +216,7 @@ impl BagWriter {
                 RecordedEvent::Sample { subscription, bytes, endian, at } => {
                     self.encoder.sample(*subscription, bytes.clone(), *endian, *at).into_iter().collect()
                 }
+                RecordedEvent::Call(call) => self.encoder.call(call).into_iter().collect(),
             };
             for message in messages {
                 let added = self.add(&message);

@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn the_ros_side_does_not_speak_of_itself_to_its_readers() {
         for (target, expected) in [
-            ("signal_gateway::daemon::live", true),
+            ("signal_gateway::daemon::reload", true),
             ("signal_gateway::io::recorder", true),
             ("signal_gateway::io::ros::session::exchange", false),
             ("rustdds::rtps::writer", false),

@@ -7,8 +7,8 @@ use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::gateway::live::Live;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::daemon::live::Live;
 
 use crate::pure::command_model::bench::{mode, settings, turn};
 use crate::support::clock::at_ms;
@@ -24,18 +24,22 @@ fn frames(until_ms: u64, full: std::ops::Range<u64>) -> Vec<(u64, Frame)> {
         let stamp = at_ms(ms.saturating_sub(7)).wall;
         let frame = Frame::classic(CanId::Standard(560), &[0; 4]).unwrap();
         if ms % 13 == 0 {
-            live.take([CanInput::Frame { bus: BusIndex(0), frame, stamp }], read);
+            live.take([CanInput::Frame { bus: BusIndex(0), frame, stamp }], read, |_, _| ());
         }
         if ms % 90 == 0 {
             let raw = u8::try_from(1 + ms / 450 % 3).unwrap();
-            live.take([mode(1, stamp), turn(raw, read.wall)], read);
+            live.take([mode(1, stamp), turn(raw, read.wall)], read, |_, _| ());
         }
         while live.step(read.mono, |_, _| ()).is_some() {}
         live.settle_commands(read);
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = output {
                 if full.contains(&ms) {
-                    live.take([CommandInput::SendFailed { frame, failure: SendFailure::QueueFull }], read);
+                    live.take(
+                        [CommandInput::SendFailed { frame, failure: SendFailure::QueueFull }],
+                        read,
+                        |_, _| (),
+                    );
                 } else {
                     sent.push((ms, *frame.frame()));
                 }
@@ -82,7 +86,7 @@ fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
         let wall = WallStamp::from_nanos(at_ms(ms).wall.as_nanos() + ahead_ns);
         let read = Now { wall, ..at_ms(ms) };
         if ms % 100 == 0 {
-            live.take([mode(1, wall), turn(2, wall)], read);
+            live.take([mode(1, wall), turn(2, wall)], read, |_, _| ());
         }
         while live.step(read.mono, |_, _| ()).is_some() {}
         live.settle_commands(read);
@@ -105,7 +109,7 @@ fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
 #[test]
 fn a_stop_among_live_inputs_ends() {
     let mut live = Live::new(settings("tx = \"on\"", PROFILE).gateway, &[LinkState::Up], at_ms(0));
-    live.take([CommandInput::Stop], at_ms(1));
+    live.take([CommandInput::Stop], at_ms(1), |_, _| ());
     let mut ms = 1;
     while !live.is_finished() {
         assert!(ms < 300, "it never ends");

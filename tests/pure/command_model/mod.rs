@@ -10,5 +10,6 @@ mod days;
 mod gateway;
 mod live;
 mod model;
+mod recorded_run;
 mod signalled_mode;
 mod wire;

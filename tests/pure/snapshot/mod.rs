@@ -47,7 +47,7 @@ fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
     let (mut last, mut seen, mut steps) = (None, BTreeSet::new(), 0);
     loop {
         let next = replay.upcoming().and_then(|(input, at)| {
-            let CanInput::Frame { frame, .. } = input else { return None };
+            let CanInput::Frame { frame, .. } = input.can()? else { return None };
             Some((turn_state(frame)?, at))
         });
         if !replay.step().unwrap() {

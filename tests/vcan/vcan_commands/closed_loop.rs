@@ -16,12 +16,12 @@ use super::vehicles::{Change, PACMOD};
 use crate::support::drive_script::Script;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
-use crate::support::process::{self, Process};
+use crate::support::process::{self, Folder, Process};
 use crate::support::vcan::Vcan;
 
 /// A scenario, and how far to drive it; all with the parameters that Autoware is deployed with.
 type Drive = (&'static str, Option<f64>);
-const CROSSING: Drive = ("crossing_left", Some(125.0));
+pub(super) const CROSSING: Drive = ("crossing_left", Some(125.0));
 
 /// What a busy machine holds up is not too old: here, for commands and for the vehicle.
 const PATIENT: &str = "[turn_signal.age_limits]\nodometry_ms = 10000\nplanned_path_ms = 10000\n\
@@ -84,35 +84,15 @@ fn drive_all(cyclone: &Cyclone, vcan: &Vcan, drives: &[Drive]) {
 
 /// One drive. Every change of the decider's command is looked for in each of the stages.
 fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spans) {
-    let file = file(name);
-    let simulation = DriveSimulation::new(DriveFile { until_m: until_m.or(file.until_m), ..file })
-        .unwrap_or_else(|refused| panic!("{refused}"));
-    assert_eq!(simulation.file().decider.parameters, DeciderParameters::DEPLOYED, "{name}");
+    let simulation = simulation((name, until_m));
     let domain = domain();
-    let ros = process::ros_in(domain);
-    let keys = format!(
-        "{ros}[command]\ntx = \"on\"\nsource = \"decider\"\nturn_timeout_ms = 60000\n\
-         hazard_timeout_ms = 60000\ncontrol_mode_timeout_ms = 60000\n[turn_signal]\nenabled = true\nmap = \"{}\"\n{PATIENT}",
-        simulation.file().map.display()
-    );
-    let folder = PACMOD.folder(vcan.name, &keys, &Change::NONE);
-    let seen_by_vehicle = folder.path().join("vehicle.jsonl");
+    let folder = folder(vcan, domain, &simulation);
     let mut bus = Recording::of(vcan.name);
-    let mut vehicle = Process::start(folder.path(), |command| {
-        command.args(["vehicle", "--json", "--command-timeout-ms", "10000", "--config"]);
-        command.arg(folder.path().join("gateway.toml"));
-        command.stdout(std::fs::File::create(&seen_by_vehicle).unwrap());
-    });
+    let mut vehicle = vehicle(&folder);
+    let seen_by_vehicle = folder.path().join(SEEN_BY_VEHICLE);
     let mut gateway = Process::run(&folder);
     gateway.wait_for_log("turn_indicators: publishing");
-
-    let mut script = Script::new(&simulation);
-    script.add("control_mode", |_, _| Some(1));
-    let path = folder.path().join("drive.jsonl");
-    std::fs::write(&path, script.text()).unwrap();
-    let topics = ["turn=/planning/turn_indicators_cmd", "report=/vehicle/status/turn_indicators_status"];
-    let args = [path.to_str().unwrap(), "1", "paced", topics[0], topics[1]];
-    let line = cyclone.run("autoware_drive.py", domain, &args);
+    let line = drive_by_script(cyclone, domain, &simulation, &folder);
     gateway.stop("TERM");
     vehicle.stop("TERM");
     bus.finish();
@@ -145,6 +125,53 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
         spans.add("decision to report", report.arrived.saturating_sub(change.stamp));
     }
     println!("{name}: {:?}", values(&decided).into_iter().map(word).collect::<Vec<_>>());
+}
+
+/// The file in which the simulated vehicle notes what it does.
+const SEEN_BY_VEHICLE: &str = "vehicle.jsonl";
+
+pub(super) fn simulation((name, until_m): Drive) -> DriveSimulation {
+    let file = file(name);
+    let simulation = DriveSimulation::new(DriveFile { until_m: until_m.or(file.until_m), ..file })
+        .unwrap_or_else(|refused| panic!("{refused}"));
+    assert_eq!(simulation.file().decider.parameters, DeciderParameters::DEPLOYED, "{name}");
+    simulation
+}
+
+/// A gateway that decides, and commands a vehicle.
+pub(super) fn folder(vcan: &Vcan, domain: u16, simulation: &DriveSimulation) -> Folder {
+    let ros = process::ros_in(domain);
+    let keys = format!(
+        "{ros}[command]\ntx = \"on\"\nsource = \"decider\"\nturn_timeout_ms = 60000\n\
+         hazard_timeout_ms = 60000\ncontrol_mode_timeout_ms = 60000\n[turn_signal]\nenabled = true\nmap = \"{}\"\n{PATIENT}",
+        simulation.file().map.display()
+    );
+    PACMOD.folder(vcan.name, &keys, &Change::NONE)
+}
+
+/// Starts the simulated vehicle.
+pub(super) fn vehicle(folder: &Folder) -> Process {
+    Process::start(folder.path(), |command| {
+        command.args(["vehicle", "--json", "--command-timeout-ms", "10000", "--config"]);
+        command.arg(folder.path().join("gateway.toml"));
+        command.stdout(std::fs::File::create(folder.path().join(SEEN_BY_VEHICLE)).unwrap());
+    })
+}
+
+/// Lets Autoware drive; returns its output at the end.
+pub(super) fn drive_by_script(
+    cyclone: &Cyclone,
+    domain: u16,
+    simulation: &DriveSimulation,
+    folder: &Folder,
+) -> Value {
+    let mut script = Script::new(simulation);
+    script.add("control_mode", |_, _| Some(1));
+    let path = folder.path().join("drive.jsonl");
+    std::fs::write(&path, script.text()).unwrap();
+    let topics = ["turn=/planning/turn_indicators_cmd", "report=/vehicle/status/turn_indicators_status"];
+    let args = [path.to_str().unwrap(), "1", "paced", topics[0], topics[1]];
+    cyclone.run("autoware_drive.py", domain, &args)
 }
 
 fn file(name: &str) -> DriveFile {

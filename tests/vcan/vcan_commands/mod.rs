@@ -15,6 +15,7 @@ mod killed;
 mod queue;
 pub(crate) mod recording;
 mod rhythm;
+mod round_trip;
 mod stops;
 pub(crate) mod vehicles;
 

@@ -58,6 +58,7 @@ use std::io::{self, BufRead};
 
 pub use bag::open_messages;
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
+pub use ros_frames::received_frame;
 pub use ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 pub(super) use sqlite::refuse_pending_rows;
 pub use unrecognised::{Looks, known_magic};

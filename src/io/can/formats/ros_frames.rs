@@ -48,8 +48,7 @@ impl FrameTopic {
 
     /// Reads a message with its encapsulation header. A message without a stamp has the time of its record.
     pub(super) fn entry(&self, message: &[u8], logged: WallStamp) -> Outcome<'_> {
-        let (stamp, content) = if self.is_fd { fd_frame(message)? } else { frame(message)? };
-        let stamp = if stamp == Time::default() { logged } else { stamp.into() };
+        let (stamp, content) = received_frame(message, self.is_fd, logged)?;
         Ok(Some(LogEntry { stamp, interface: EntryInterface::Named(&self.interface), content }))
     }
 }
@@ -76,12 +75,30 @@ impl<R: MessageReader<FrameTopic>> ObjectReader for Frames<R> {
     }
 }
 
-/// Returns the error for a recording whose topics have no frames.
-pub(super) fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
-    refused(
+/// Returns the error for a recording whose topics have no frames, of its own kind.
+fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
+    let refusal = refused(
         format!("the recording has no topic with received CAN frames; {}", choice.others()),
         "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame",
-    )
+    );
+    match refusal.into_inner() {
+        Some(inner) => io::Error::new(io::ErrorKind::NotFound, inner),
+        None => io::ErrorKind::NotFound.into(),
+    }
+}
+
+/// Reads a message with its encapsulation header: when it was received, and what. A message without a stamp has the time of its
+/// record.
+///
+/// # Errors
+/// Bytes that are no such message.
+pub fn received_frame(
+    message: &[u8],
+    is_fd: bool,
+    logged: WallStamp,
+) -> Result<(WallStamp, EntryContent), BadLine> {
+    let (stamp, content) = if is_fd { fd_frame(message)? } else { frame(message)? };
+    Ok((if stamp == Time::default() { logged } else { stamp.into() }, content))
 }
 
 fn frame(message: &[u8]) -> Result<(Time, EntryContent), BadLine> {

@@ -5,8 +5,8 @@ use std::io;
 use std::path::Path;
 
 use super::python_sqlite::PythonSqlite;
-use super::ros_frames::{Frames, choose_frames, without_frames};
-use super::ros_messages::{Choose, MessageReader as _};
+use super::ros_frames::{Frames, choose_frames};
+use super::ros_messages::Choose;
 use super::ros_sqlite::{self, RosSqlite};
 use super::sqlite_file::{Database, MAGIC};
 use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, refused};
@@ -20,12 +20,7 @@ fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
         return Ok(Box::new(PythonSqlite::new(database, table)));
     }
     if let Some(table) = ros_sqlite::table(&database)? {
-        let messages = RosSqlite::new(database, table, choose_frames())?;
-        // All topics are known before the first message.
-        if !messages.choice().has_chosen() {
-            return Err(without_frames(messages.choice()));
-        }
-        return Ok(Box::new(Frames(messages)));
+        return Ok(Box::new(Frames(RosSqlite::new(database, table, choose_frames())?)));
     }
     Err(refused(
         "the SQLite database has no table messages of CAN frames",

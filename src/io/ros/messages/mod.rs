@@ -9,6 +9,7 @@ mod bounded;
 mod cdr_bytes;
 mod diagnostics;
 mod element;
+mod gateway_call;
 mod generated;
 mod geometry;
 mod lights;

@@ -6,7 +6,7 @@
 use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
 
-use crate::core::gateway::event::Output;
+use super::event::Output;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::core::vehicle_status::output::VehicleStatusOutput;
 

@@ -1,0 +1,309 @@
+//! A recorded run of the gateway, call by call: what it received, when it looked, and what became of its frames are in the
+//! recording, so that it decides the same again, to the byte and at the same times.
+
+use std::io;
+
+use derive_more::Display;
+
+use crate::core::can::CanInput;
+use crate::core::command::allow_list::CommandFrame;
+use crate::core::command::input::CommandInput;
+use crate::core::command::output::CommandOutput;
+use crate::core::gateway::GatewaySettings;
+use crate::core::gateway::call::{GatewayCall, TimedCall};
+use crate::core::gateway::event::{Input, Output};
+use crate::core::gateway::live::{Edges, GivenOut, Live};
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
+
+/// Most inputs of a batch; the gateway reads far fewer.
+const MAX_BATCH: u32 = 1 << 16;
+
+/// What takes part in a recorded run.
+pub trait RunSink {
+    /// A call is made, at the time that it has.
+    fn call(&mut self, call: &TimedCall);
+
+    /// An input of a bus is queued for this time.
+    fn received(&mut self, input: &CanInput, at: Now);
+
+    /// An input of a bus is handled next, at this time.
+    fn handles(&mut self, input: &CanInput, at: Now);
+
+    /// A sample of ROS 2 is passed to the gateway.
+    fn sample(&mut self, sample: &LoggedSample);
+
+    /// An output was decided at this time.
+    fn decided(&mut self, output: &Output, at: MonoTime);
+
+    /// An output was published, or the frame of one sent.
+    fn published(&mut self, output: &Output, at: WallStamp);
+}
+
+/// Where a replay could not do as the recorded run did.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("the replay departs from the recorded run {times} times, first at {:.3} s: {reason}", at.since(MonoTime::ZERO).as_secs_f64())]
+pub struct Departures {
+    /// How often.
+    pub times: u64,
+    /// The first time, since the start of the run.
+    pub at: MonoTime,
+    /// What happened there.
+    pub reason: &'static str,
+}
+
+/// A gateway with the calls of a recorded run.
+pub struct RecordedRun {
+    live: Live,
+    settings: GatewaySettings,
+    calls: Calls,
+}
+
+/// The recording, read to the next sample.
+struct Calls {
+    log: SampleLog,
+    next: Option<LoggedSample>,
+    /// Number of the call that was taken last.
+    number: u64,
+    /// Its time.
+    at: Now,
+    departures: Option<Departures>,
+}
+
+impl RecordedRun {
+    /// Begins a run with settings; `None` if the recording does not begin with the start of a gateway that has as many buses.
+    ///
+    /// # Errors
+    /// A recording that cannot be read.
+    pub fn begin(
+        settings: GatewaySettings,
+        mut log: SampleLog,
+        sink: &mut impl RunSink,
+    ) -> io::Result<Option<Self>> {
+        let Some(first) = log.next_sample()? else { return Ok(None) };
+        let SampleContent::Call(start @ TimedCall { number: 1, at, call: GatewayCall::Start(links) }) =
+            &first.content
+        else {
+            return Ok(None);
+        };
+        if links.len() != settings.buses.len() {
+            return Ok(None);
+        }
+        let (number, at, departures) = (1, *at, None);
+        let next = log.next_sample()?;
+        sink.call(start);
+        let live = Live::new(settings.clone(), links, at);
+        Ok(Some(Self { live, settings, calls: Calls { log, next, number, at, departures } }))
+    }
+
+    /// Makes the next call; false at the end of the recording.
+    ///
+    /// # Errors
+    /// A recording that cannot be read on.
+    pub fn step(&mut self, sink: &mut impl RunSink) -> io::Result<bool> {
+        let Some(sample) = self.calls.take()? else { return Ok(false) };
+        match sample.content {
+            SampleContent::Call(timed) => {
+                self.calls.accept(&timed, sink);
+                self.make(timed, sink)?;
+            }
+            SampleContent::Input(Input::Can(input)) => {
+                self.calls.depart("a frame is not where it was read");
+                self.receive(vec![input], sink);
+            }
+            SampleContent::Input(_) => {
+                self.calls.depart("a sample is not where it was read");
+                self.receive_sample(sample, sink);
+            }
+            SampleContent::TurnReport(_) => {}
+        }
+        Ok(true)
+    }
+
+    fn make(&mut self, TimedCall { at, call, .. }: TimedCall, sink: &mut impl RunSink) -> io::Result<()> {
+        match call {
+            GatewayCall::Start(_) => self.calls.depart("the gateway was started again"),
+            GatewayCall::Read(count) => {
+                let batch = self.calls.batch(count, sink)?;
+                self.receive(batch, sink);
+            }
+            GatewayCall::Note(bus, note) => {
+                self.calls.depart("a note is not where it was read");
+                self.receive(note.input(bus).into_iter().collect(), sink);
+            }
+            GatewayCall::Sample(_) => match self.calls.next_if(is_sample)? {
+                Some(sample) => self.receive_sample(sample, sink),
+                None => self.calls.depart("a sample is missing in the recording"),
+            },
+            GatewayCall::Look => {
+                let mut edges = RunEdges { calls: &mut self.calls, sink, failed: Ok(()) };
+                self.live.look(at, &mut edges);
+                edges.failed?;
+            }
+            GatewayCall::Sent | GatewayCall::SendFailed(_) => {
+                self.calls.depart("a frame was sent then that is not given out now");
+            }
+            GatewayCall::Reconfigure => self.live.reconfigure(self.settings.clone()),
+            GatewayCall::Stop => self.live.take([CommandInput::Stop], at, |_, _| ()),
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, batch: Vec<CanInput>, sink: &mut impl RunSink) {
+        self.live.take(batch, self.calls.at, |input, at| {
+            if let Input::Can(input) = input {
+                sink.received(input, at);
+            }
+        });
+    }
+
+    fn receive_sample(&mut self, sample: LoggedSample, sink: &mut impl RunSink) {
+        sink.sample(&sample);
+        if let SampleContent::Input(input) = sample.content {
+            self.live.take([input], self.calls.at, |_, _| ());
+        }
+    }
+
+    /// Returns the time of the last call.
+    pub fn now(&self) -> Now {
+        self.calls.at
+    }
+
+    /// Returns the departures from the recorded run; `None` if there was none.
+    pub fn departures(&self) -> Option<&Departures> {
+        self.calls.departures.as_ref()
+    }
+
+    /// Returns the recording, with what could not be read of it.
+    pub fn log(&self) -> &SampleLog {
+        &self.calls.log
+    }
+}
+
+impl Calls {
+    fn take(&mut self) -> io::Result<Option<LoggedSample>> {
+        match self.next.take() {
+            Some(next) => {
+                self.next = self.log.next_sample()?;
+                Ok(Some(next))
+            }
+            None => Ok(None),
+        }
+    }
+
+    fn next_if(&mut self, is_wanted: impl FnOnce(&LoggedSample) -> bool) -> io::Result<Option<LoggedSample>> {
+        if self.next.as_ref().is_some_and(is_wanted) { self.take() } else { Ok(None) }
+    }
+
+    /// Goes on to a call that was taken.
+    fn accept(&mut self, timed: &TimedCall, sink: &mut impl RunSink) {
+        self.at = timed.at;
+        if timed.number != self.number + 1 {
+            self.depart("calls are missing in the recording");
+        }
+        self.number = timed.number;
+        sink.call(timed);
+    }
+
+    /// Takes the inputs of a batch.
+    fn batch(&mut self, count: u32, sink: &mut impl RunSink) -> io::Result<Vec<CanInput>> {
+        let mut batch = Vec::new();
+        for _ in 0..count.min(MAX_BATCH) {
+            let next = self.next_if(|next| {
+                let is_note = |call: &TimedCall| matches!(call.call, GatewayCall::Note(..));
+                match &next.content {
+                    SampleContent::Input(Input::Can(_)) => true,
+                    SampleContent::Call(call) => is_note(call),
+                    SampleContent::Input(_) | SampleContent::TurnReport(_) => false,
+                }
+            })?;
+            match next.map(|next| next.content) {
+                Some(SampleContent::Input(Input::Can(input))) => batch.push(input),
+                Some(SampleContent::Call(timed)) => {
+                    self.accept(&timed, sink);
+                    if let GatewayCall::Note(bus, note) = timed.call {
+                        batch.extend(note.input(bus));
+                    }
+                }
+                _ => {
+                    self.depart("frames are missing in the recording");
+                    break;
+                }
+            }
+        }
+        Ok(batch)
+    }
+
+    fn depart(&mut self, reason: &'static str) {
+        let at = self.at.mono;
+        self.departures.get_or_insert(Departures { times: 0, at, reason }).times += 1;
+    }
+}
+
+fn is_sample(next: &LoggedSample) -> bool {
+    matches!(&next.content, SampleContent::Input(input) if !matches!(input, Input::Can(_)))
+}
+
+fn is_result(next: &LoggedSample) -> bool {
+    let is_result = |call: &GatewayCall| matches!(call, GatewayCall::Sent | GatewayCall::SendFailed(_));
+    matches!(&next.content, SampleContent::Call(timed) if is_result(&timed.call))
+}
+
+/// The edges of a recorded run: what became of each frame is the next call of the recording.
+struct RunEdges<'a, S> {
+    calls: &'a mut Calls,
+    sink: &'a mut S,
+    failed: io::Result<()>,
+}
+
+impl<S: RunSink> Edges for RunEdges<'_, S> {
+    fn handles(&mut self, input: &Input, at: Now) {
+        if let Input::Can(input) = input {
+            self.sink.handles(input, at);
+        }
+    }
+
+    fn transmit(&mut self, output: &Output, frame: &CommandFrame, read: Now) -> (CommandInput, Now) {
+        let sample = self.calls.next_if(is_result).unwrap_or_else(|error| {
+            self.failed = Err(error);
+            None
+        });
+        let timed = sample.and_then(|sample| match sample.content {
+            SampleContent::Call(timed) => Some(timed),
+            SampleContent::Input(_) | SampleContent::TurnReport(_) => None,
+        });
+        let failure = match timed.as_ref().map(|timed| &timed.call) {
+            Some(GatewayCall::SendFailed(failure)) => Some(*failure),
+            Some(_) => None,
+            None => {
+                self.calls.depart("a frame is given out now that was not sent then");
+                None
+            }
+        };
+        if failure.is_none() {
+            self.sink.published(output, read.wall);
+        }
+        let known = timed.as_ref().map_or(read, |timed| timed.at);
+        if let Some(timed) = &timed {
+            self.calls.accept(timed, self.sink);
+        }
+        let result = match failure {
+            Some(failure) => CommandInput::SendFailed { frame: frame.clone(), failure },
+            None => CommandInput::Sent(frame.clone()),
+        };
+        (result, known)
+    }
+
+    fn give_out(&mut self, GivenOut { output, at, lag, is_held }: GivenOut) {
+        self.sink.decided(&output, at.mono);
+        if !is_held && !matches!(output, Output::Command(CommandOutput::Transmit { .. })) {
+            self.sink.published(&output, at.wall.after(lag));
+        }
+    }
+
+    fn publish_late(&mut self, output: &Output, read: Now) {
+        self.sink.published(output, read.wall);
+    }
+
+    fn end_moment(&mut self, _: Now) {}
+}
