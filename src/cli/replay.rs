@@ -43,11 +43,13 @@ Examples:
   signal-gateway replay drive.log -c gateway.toml --open
   signal-gateway replay drive.log --config gateway.toml --map can1=body \\
     --speed 1 --ros
+  signal-gateway replay bags/gateway_000001_20261122T230000Z -c gateway.toml --mcap drive
 
 With --json every published message is one line
   {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
 and /diagnostics is a line whenever a status changes, holding the statuses that changed.
-t is virtual time since the first frame of the recording; stamps come from the recording
+t is virtual time since the first frame of the recording, with a bag of run --record since the start
+of the gateway, whose run is repeated to the byte; stamps come from the recording
 (with --ros the present, unless [recording] stamps = \"recorded\").";
 
 #[derive(Debug, Args)]
@@ -134,12 +136,15 @@ fn inputs(settings: &Settings) -> Vec<(String, SampleKind)> {
     encoder(settings).inputs(&subscriptions(settings))
 }
 
-/// Adds to the frames of a recording the samples of ROS 2, if it is a bag.
+/// Adds to the frames of a recording the samples of ROS 2, if it is a bag and any of `inputs` are.
 fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::Result<Recording> {
+    let is_used = inputs.iter().any(|(_, kind)| matches!(kind, SampleKind::Input(_)));
+    if !is_used || !SampleLog::is_for(path)? {
+        return Ok(log.into());
+    }
     let is_sample = |(_, kind): &&(String, SampleKind)| !matches!(kind, SampleKind::Frames { .. });
-    let topics = || inputs.iter().filter(is_sample).cloned().collect();
-    let samples = SampleLog::is_for(path)?.then(|| SampleLog::open(path, topics())).transpose()?;
-    Ok(Recording { log, samples })
+    let samples = SampleLog::open(path, inputs.iter().filter(is_sample).cloned().collect())?;
+    Ok(Recording { log, samples: Some(samples) })
 }
 
 /// Makes the calls of a recorded run, and tells where it could not.

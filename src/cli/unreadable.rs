@@ -51,14 +51,16 @@ fn texts(path: &Path, error: &io::Error) -> (String, String) {
         io::ErrorKind::UnexpectedEof => {
             ("it breaks off before its first frame".to_owned(), "copy it again".to_owned())
         }
-        io::ErrorKind::InvalidData => match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
-            Some((reason, "")) => (reason, format!("these are read: {}", formats::names().join(", "))),
-            Some((reason, remedy)) => (reason, remedy.to_owned()),
-            None => match error.get_ref().and_then(|inner| inner.downcast_ref::<NotRecording>()) {
-                Some(NotRecording { reason, remedy }) => (reason.clone(), remedy.clone()),
-                None => (error.to_string(), String::new()),
-            },
-        },
+        io::ErrorKind::InvalidData | io::ErrorKind::Unsupported => {
+            match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
+                Some((reason, "")) => (reason, format!("these are read: {}", formats::names().join(", "))),
+                Some((reason, remedy)) => (reason, remedy.to_owned()),
+                None => match error.get_ref().and_then(|inner| inner.downcast_ref::<NotRecording>()) {
+                    Some(NotRecording { reason, remedy }) => (reason.clone(), remedy.clone()),
+                    None => (error.to_string(), String::new()),
+                },
+            }
+        }
         _ => (error.to_string(), String::new()),
     }
 }

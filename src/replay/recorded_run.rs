@@ -5,6 +5,7 @@ use std::io;
 
 use derive_more::Display;
 
+use super::tape::MAX_SILENCE;
 use crate::core::can::CanInput;
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
@@ -103,8 +104,8 @@ impl RecordedRun {
     pub fn step(&mut self, sink: &mut impl RunSink) -> io::Result<bool> {
         let Some(sample) = self.calls.take()? else { return Ok(false) };
         match sample.content {
-            SampleContent::Call(timed) => {
-                self.calls.accept(&timed, sink);
+            SampleContent::Call(mut timed) => {
+                self.calls.accept(&mut timed, sink);
                 self.make(timed, sink)?;
             }
             SampleContent::Input(Input::Can(input)) => {
@@ -195,8 +196,13 @@ impl Calls {
         if self.next.as_ref().is_some_and(is_wanted) { self.take() } else { Ok(None) }
     }
 
-    /// Goes on to a call that was taken.
-    fn accept(&mut self, timed: &TimedCall, sink: &mut impl RunSink) {
+    /// Goes on to a call that was taken. Its clock cannot run back, nor so far ahead that the deadlines until then never end.
+    fn accept(&mut self, timed: &mut TimedCall, sink: &mut impl RunSink) {
+        let (from, to) = (self.at.mono, self.at.mono.after(MAX_SILENCE));
+        if !(from..=to).contains(&timed.at.mono) {
+            self.depart("a call has an impossible time");
+            timed.at.mono = timed.at.mono.clamp(from, to);
+        }
         self.at = timed.at;
         if timed.number != self.number + 1 {
             self.depart("calls are missing in the recording");
@@ -219,8 +225,8 @@ impl Calls {
             })?;
             match next.map(|next| next.content) {
                 Some(SampleContent::Input(Input::Can(input))) => batch.push(input),
-                Some(SampleContent::Call(timed)) => {
-                    self.accept(&timed, sink);
+                Some(SampleContent::Call(mut timed)) => {
+                    self.accept(&mut timed, sink);
                     if let GatewayCall::Note(bus, note) = timed.call {
                         batch.extend(note.input(bus));
                     }
@@ -283,10 +289,10 @@ impl<S: RunSink> Edges for RunEdges<'_, S> {
         if failure.is_none() {
             self.sink.published(output, read.wall);
         }
-        let known = timed.as_ref().map_or(read, |timed| timed.at);
-        if let Some(timed) = &timed {
-            self.calls.accept(timed, self.sink);
-        }
+        let known = timed.map_or(read, |mut timed| {
+            self.calls.accept(&mut timed, self.sink);
+            timed.at
+        });
         let result = match failure {
             Some(failure) => CommandInput::SendFailed { frame: frame.clone(), failure },
             None => CommandInput::Sent(frame.clone()),

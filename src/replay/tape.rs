@@ -87,6 +87,8 @@ pub(super) struct Tape {
     /// The record and the sample that were read and not taken.
     record: Option<LogRecord>,
     sample: Option<Box<LoggedSample>>,
+    /// The recording has no frames.
+    has_only_samples: bool,
     pub(super) routes: Routes,
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
@@ -144,6 +146,7 @@ impl Tape {
             samples,
             record: None,
             sample: None,
+            has_only_samples: false,
             routes,
             clock: None,
             shift: 0,
@@ -221,9 +224,12 @@ impl Tape {
         if self.sample.is_none() {
             self.sample = samples.next_sample()?.map(Box::new);
         }
-        if self.record.is_none() {
+        if self.record.is_none() && !self.has_only_samples {
             self.record = match self.log.next_record() {
-                Err(error) if is_without_frames(&error) && self.sample.is_some() => None,
+                Err(error) if is_without_frames(&error) && self.sample.is_some() => {
+                    self.has_only_samples = true;
+                    None
+                }
                 read => read?,
             };
         }

@@ -119,3 +119,24 @@ fn a_recording_without_what_is_needed_is_refused_with_what_it_has() {
     assert!(refused.error.contains("the recording has no turn signal to judge"), "{}", refused.error);
     assert!(refused.error.contains("/vehicle/status/turn_indicators_status"), "{}", refused.error);
 }
+
+#[test]
+fn a_bag_of_autoware_alone_drives_the_decider_in_a_replay() {
+    let writers = require!(McapReaders::find());
+    let recorded = Recorded::new(&writers, DRIVES[1], Planner::Missing);
+    let config = format!("[turn_signal]\nenabled = true\nmap = \"{}\"\n", recorded.map.display());
+    fs::write(recorded.folder.path().join("gateway.toml"), config).unwrap();
+    let replayed = |recording: &str| {
+        let ran = run(&recorded.folder, &["replay", recording, "--config", "gateway.toml", "--json"]);
+        assert_eq!((ran.code, ran.error.as_str()), (0, ""), "{recording}");
+        ran.json()
+    };
+    let lines = replayed("drive.mcap");
+    let command = |line: &Value| {
+        (line["topic"] == "/planning/turn_indicators_cmd").then(|| line["data"]["command"].as_u64().unwrap())
+    };
+    let mut commands: Vec<_> = lines.iter().filter_map(command).collect();
+    commands.dedup();
+    assert_eq!(commands, [1, 2, 1], "a turn to the left");
+    assert_eq!(replayed("rosbags_sqlite3"), lines);
+}

@@ -33,7 +33,7 @@ impl LiveTime {
     /// When an input with this stamp, read at `read`, happened, in whole microseconds: not before inputs and
     /// deadlines already placed, not after it was read.
     pub fn arrival(&mut self, stamp: WallStamp, read: Now) -> Now {
-        if (offset(read) - self.offset).abs() > STEP {
+        if offset(read).saturating_sub(self.offset).saturating_abs() > STEP {
             self.offset = offset(read);
         }
         let placed = stamp.as_nanos().saturating_add(self.offset);

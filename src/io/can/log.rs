@@ -283,7 +283,7 @@ impl Log {
 
 /// True for the error about a bag whose topics have no frames.
 pub fn is_without_frames(error: &io::Error) -> bool {
-    error.kind() == io::ErrorKind::NotFound
+    error.kind() == io::ErrorKind::Unsupported
 }
 
 /// True for an error of the content of a file, and not of the disk.

@@ -1,6 +1,10 @@
 //! A run on live inputs, recorded as the daemon does it, and replayed call by call.
 
 use std::path::Path;
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use proptest::test_runner::Config;
 
 use signal_gateway::config::Settings;
 use signal_gateway::core::can::{BusIndex, CanId, CanInput, Frame, LinkState, LogNote};
@@ -11,21 +15,23 @@ use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::gateway::call::{GatewayCall, TimedCall};
 use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::live::{Edges, GivenOut, Live};
+use signal_gateway::core::gateway::process_status::PROCESS_TASKS;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::daemon::publisher::subscriptions;
 use signal_gateway::daemon::recording::encoder;
+use signal_gateway::io::can::log::Log;
 use signal_gateway::io::mcap::encoder::{Encoder, RecordedMessage};
 use signal_gateway::io::mcap::file::McapFile;
 use signal_gateway::io::ros::messages::CdrBytes;
 use signal_gateway::io::ros::messages::autoware_vehicle_msgs::{ControlModeReport, TurnIndicatorsCommand};
 use signal_gateway::io::ros::reading::{Endian, read};
 use signal_gateway::io::ros::topics::{Subscription, SubscriptionKind};
-use signal_gateway::io::sample_log::{LoggedSample, SampleLog};
-use signal_gateway::replay::{Departures, RecordedRun, RunSink};
+use signal_gateway::io::sample_log::{LoggedSample, SampleKind, SampleLog};
+use signal_gateway::replay::{Departures, RecordedRun, Recording, Replay, Routes, RunSink};
 
 use super::bench::settings;
 use crate::support::clock::at_ns;
-use crate::support::command_vehicle::{PROFILE, next_sample};
+use crate::support::command_vehicle::{PROFILE, next_sample, request_text};
 
 const LENGTH_MS: u64 = 3_000;
 
@@ -75,9 +81,14 @@ impl Recorded {
     }
 
     fn write(&self, path: &Path, without: Option<usize>) {
+        self.write_those(path, |position, _| Some(position) != without);
+    }
+
+    /// Writes the messages that are chosen by position and topic.
+    fn write_those(&self, path: &Path, is_written: impl Fn(usize, &str) -> bool) {
         let mut file = McapFile::create(path, true).unwrap();
         for (position, message) in self.messages.iter().enumerate() {
-            if Some(position) != without {
+            if is_written(position, &self.encoder.channels()[message.channel].topic) {
                 file.add(message, self.encoder.channels()).unwrap();
             }
         }
@@ -268,4 +279,93 @@ fn a_recording_that_was_cut_is_replayed_up_to_there() {
     assert_eq!(departures, None);
     assert!(run.published.starts_with(&seen.published), "the same as far as it goes");
     assert!(seen.published.len() > 20, "{}", seen.published.len());
+}
+
+#[test]
+fn what_another_recorder_received_is_replayed_by_its_stamps() {
+    let run = recorded();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let requested = |is_written: &dyn Fn(&str) -> bool| {
+        run.write_those(&path, |_, topic| is_written(topic));
+        let settings = car();
+        let topics = encoder(&settings).inputs(&subscriptions(&settings));
+        let topics = topics.into_iter().filter(|(_, kind)| !matches!(kind, SampleKind::Frames { .. }));
+        let samples = Some(SampleLog::open(&path, topics.collect()).unwrap());
+        let routes = Routes::by_interface(&settings.gateway);
+        let recording = Recording { log: Log::open(&path).unwrap(), samples };
+        let mut replay = Replay::new(settings.gateway, recording, routes).unwrap();
+        let (mut requests, mut is_told_down) = (Vec::new(), false);
+        loop {
+            while let Some(output) = replay.poll_output() {
+                if let Output::Command(CommandOutput::WouldTransmit { frame, .. }) = &output {
+                    requests.push(request_text(frame.data()));
+                } else if let Output::Diagnostics { diagnostics, .. } = &output {
+                    is_told_down |=
+                        diagnostics.statuses.iter().any(|status| status.message.contains("can0 is down"));
+                }
+            }
+            if !replay.step().unwrap() {
+                break;
+            }
+        }
+        requests.dedup();
+        (requests, is_told_down, replay.counts())
+    };
+    let (requests, is_told_down, counts) = requested(&|topic| !topic.ends_with("/calls"));
+    assert!(counts.records > 400 && counts.samples == 68, "{counts:?}");
+    for request in ["off", "left", "right"] {
+        assert!(requests.iter().any(|text| text.starts_with(request)), "{request}: {requests:?}");
+    }
+    assert!(!is_told_down, "what a bus did tells the gateway alone");
+    let (_, is_told_down, _) = requested(&|_| true);
+    assert!(is_told_down);
+    let (requests, _, counts) =
+        requested(&|topic| topic.ends_with("_cmd") || topic.ends_with("control_mode"));
+    assert!(counts.records == 0 && counts.samples == 68, "without frames: {counts:?}");
+    assert!(!requests.is_empty());
+}
+
+#[test]
+fn the_documents_list_what_no_replay_has() {
+    let text = include_str!("../../../docs/recordings.md");
+    let listed =
+        text.split_once("the statuses of the process itself").unwrap().1.split_once(".\n").unwrap().0;
+    let names: Vec<_> = listed.split('`').skip(1).step_by(2).skip(1).collect();
+    assert_eq!(names, PROCESS_TASKS);
+}
+
+proptest! {
+    #![proptest_config(Config { cases: 64, failure_persistence: None, ..Config::default() })]
+
+    /// Times of centuries, other numbers and kinds, calls without what belongs to them: the replay comes to its end.
+    #[test]
+    fn calls_of_any_content_and_order_end_nothing(
+        changes in prop::collection::vec((0..400_usize, 0..64_usize, any::<u8>()), 1..20),
+        swaps in prop::collection::vec((0..400_usize, 0..400_usize), 0..10),
+    ) {
+        static RUN: LazyLock<Recorded> = LazyLock::new(recorded);
+        let mut messages = RUN.messages[..400].to_vec();
+        for (position, byte, value) in changes {
+            let message = &mut messages[position];
+            let mut bytes = message.bytes.as_ref().to_vec();
+            let place = byte % bytes.len();
+            bytes[place] = value;
+            message.bytes = CdrBytes::from(bytes);
+        }
+        for (one, other) in swaps {
+            messages.swap(one, other);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut file = McapFile::create(&path, true).unwrap();
+        for message in &messages {
+            file.add(message, RUN.encoder.channels()).unwrap();
+        }
+        file.finish().unwrap();
+        if let Some((seen, departures)) = replayed(&path) {
+            prop_assert!(seen.calls <= 400);
+            prop_assert!(departures.is_none_or(|departures| departures.times <= 2_000));
+        }
+    }
 }

@@ -82,8 +82,8 @@ fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
         "record a topic of can_msgs/msg/Frame or ros2_socketcan_msgs/msg/FdFrame",
     );
     match refusal.into_inner() {
-        Some(inner) => io::Error::new(io::ErrorKind::NotFound, inner),
-        None => io::ErrorKind::NotFound.into(),
+        Some(inner) => io::Error::new(io::ErrorKind::Unsupported, inner),
+        None => io::ErrorKind::Unsupported.into(),
     }
 }
 
