@@ -137,6 +137,6 @@ fn a_bag_of_autoware_alone_drives_the_decider_in_a_replay() {
     };
     let mut commands: Vec<_> = lines.iter().filter_map(command).collect();
     commands.dedup();
-    assert_eq!(commands, [1, 2, 1], "a turn to the left");
+    assert_eq!(commands, [0, 1, 2, 1], "nothing before the first inputs, then a turn to the left");
     assert_eq!(replayed("rosbags_sqlite3"), lines);
 }

@@ -336,7 +336,7 @@ fn the_documents_list_what_no_replay_has() {
 }
 
 proptest! {
-    #![proptest_config(Config { cases: 64, failure_persistence: None, ..Config::default() })]
+    #![proptest_config(Config { cases: 16, failure_persistence: None, ..Config::default() })]
 
     /// Times of centuries, other numbers and kinds, calls without what belongs to them: the replay comes to its end.
     #[test]
