@@ -6,12 +6,13 @@
 //! ```
 //! The heading names the columns (some have no `ESI` and `RTR`). Time is in seconds since 1970, identifier and data are
 //! hexadecimal. `IDE` is 1 for 29 bits, `EDL` for CAN FD, `RTR` for a remote request. The layout is the one that CSS Electronics'
-//! python-can-cansub writes and reads.
+//! python-can-cansub writes and reads; its channel may also be a name, or nothing, which is `can0`.
 
 use super::clock::SECOND;
-use super::entry::{BadLine, EntryContent, LogEntry};
+use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 use super::fields::{decimal, id, number, packed_frame, text};
 use super::{LineFormat, LineReader, begins};
+use crate::core::time::WallStamp;
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "CANedge CSV",
@@ -65,7 +66,10 @@ impl LineReader for CanEdge {
         };
         let [time, bus, identifier, extended, length, fd, data] = self.columns;
         let nanos = decimal(field(time), self.unit_ns).ok_or(BadLine::NoTime)?;
-        let bus = number(field(bus), 10).ok_or(BadLine::NoInterface)?;
+        let interface = match field(bus) {
+            "" => EntryInterface::Numbered(0),
+            bus => number(bus, 10).map_or(EntryInterface::Named(bus), EntryInterface::Numbered),
+        };
         let id = id(number(field(identifier), 16).ok_or(BadLine::BadId)?, flag(extended)?)?;
         let is_remote = self.remote.map(flag).transpose()?.unwrap_or_default();
         let (fd, data) = (flag(fd)?, field(data));
@@ -74,7 +78,7 @@ impl LineReader for CanEdge {
         if !is_remote && length != Some(data.len() / 2) {
             return Err(BadLine::BadLength);
         }
-        Ok(Some(LogEntry::numbered(nanos, bus, content)))
+        Ok(Some(LogEntry { stamp: WallStamp::from_nanos(nanos), interface, content }))
     }
 }
 
@@ -98,6 +102,8 @@ mod tests {
                 "2.5;1;1A0;0;1;1;0;1;0;0;0;01",
                 SHORT,
                 "3.0;2;1A0;0;2;2;0;0;0;0102",
+                "4.0;vcan0;1A0;0;0;0;0;0;0;",
+                "5.0;;1A0;0;0;0;0;0;0;",
             ],
         );
         let expected = [
@@ -106,6 +112,8 @@ mod tests {
             "2000000 can1 Remote",
             "2500000 can1 1A0##001",
             "3000000 can2 1A0#0102",
+            "4000000 vcan0 1A0#",
+            "5000000 can0 1A0#",
         ];
         assert_eq!(lines, expected);
     }
@@ -116,7 +124,6 @@ mod tests {
             ("TimestampEpoch;BusChannel;ID;IDE;DLC", BadLine::NoFrame),
             ("1.0;1;1A0;0", BadLine::NoFrame),
             ("x;1;1A0;0;0;0;0;0;0;", BadLine::NoTime),
-            ("1.0;x;1A0;0;0;0;0;0;0;", BadLine::NoInterface),
             ("1.0;1;800;0;0;0;0;0;0;", BadLine::BadId),
             ("1.0;1;1A0;2;0;0;0;0;0;", BadLine::NoFrame),
             ("1.0;1;1A0;0;0;0;0;x;0;", BadLine::NoFrame),
