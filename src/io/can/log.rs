@@ -355,9 +355,10 @@ impl FormatReader {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }
-            format = Format::of(&head);
+            format = Format::of(&head, true);
         }
         let last = head.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
+        let format = format.or_else(|| Format::of(&head, false));
         let format = format.or_else(|| Format::of_line(without_byte_order_mark(last).trim_ascii()));
         let Some(format) = format else { return Err(not_recognised(&head)) };
         let text = head.len() - without_byte_order_mark(&head).len();
@@ -426,6 +427,17 @@ mod tests {
         assert_eq!(order, [0, 1, 0]);
         assert_eq!(log.interfaces(), ["can0", "can1"]);
         assert_eq!((log.bad_lines(), log.first_bad()), (1, Some((3, BadLine::NoTime))));
+    }
+
+    #[test]
+    fn differences_are_recognised_behind_a_beginning_that_rises() {
+        let stamps =
+            [(0..10_u32).collect::<Vec<_>>(), vec![3; 10], (0..60).map(|at| at * 7 % 5).collect()].concat();
+        let text: String = stamps.iter().map(|ms| format!(" (000.{ms:03}000)  can0  123   [0] \n")).collect();
+        let (log, records) = read_all(text.into());
+        assert_eq!((log.bad_lines(), records.len()), (0, 80));
+        let millis = records.last().unwrap().stamp.as_nanos() / 1_000_000;
+        assert_eq!(millis, i64::from(stamps.iter().sum::<u32>()), "the sum of all");
     }
 
     #[test]

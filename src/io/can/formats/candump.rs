@@ -6,16 +6,21 @@
 //! ```
 //! Of `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
 //! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length of two digits),
-//! a raw DLC (`{F}`), `remote request`, and the flags of `-x`; letters behind the data do not count. CAN XL is counted as
+//! a raw DLC (`{F}`), `remote request`, and the flags of `-x`; bytes may be binary (`-i`) or in reverse order (`-S`). Colours
+//! (`-c`), letters behind the data (`-a`) and the explanation of an error frame (`-e`) are passed over. CAN XL is counted as
 //! not supported. Lines that begin with `#` are comments, or notes of the black box.
 //!
 //! Stamps may be padded and have a date (`-tA`). Stamps of `-tz` count from the start of the recording, so its epoch is
-//! 1970. Stamps of `-td` cannot be distinguished from these, and all lie near 1970.
+//! 1970. Stamps of `-td` are the time since the frame before, cut to microseconds, and are added up. They look like those of
+//! `-tz`, but fall again and again, so that the beginning of a recording tells the two apart.
 
-use super::clock::{SECOND, days, nanos, time_of_day};
+use memchr::memmem;
+
+use super::candump_stamps::{stamped, uncoloured};
+use super::clock::SECOND;
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
-use super::fields::{SpacedFields, data_frame, decimal, fields, length_of_dlc, number, text};
-use super::{LineFormat, LineReader};
+use super::fields::{SpacedFields, data_frame, fields, length_of_dlc, number, text};
+use super::{LineFormat, LineReader, Outcome};
 use crate::core::can::{CanId, ErrorFrame, Frame, LogNote, MAX_DATA};
 use crate::core::time::WallStamp;
 
@@ -23,28 +28,53 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     name: "candump (-L, -ta)",
     claims: |line| text(line).ok().and_then(stamped).is_some() || parse_note(line).is_some(),
     unit_ns: None,
-    reader: |_| Box::new(Candump),
+    reader: |_| Box::new(Candump::default()),
+};
+
+/// The same with the stamps of `-td`, which no single line shows.
+pub(super) const DIFFERENCES: LineFormat = LineFormat {
+    name: "candump -td",
+    claims: |_| false,
+    unit_ns: None,
+    reader: |_| Box::new(Candump { sum: Some(WallStamp::default()), ..Candump::default() }),
 };
 
 /// Longest line, bytes; a CAN FD frame needs 200.
 const MAX_LINE: usize = 512;
 
-/// A format without headings.
-struct Candump;
+#[derive(Default)]
+struct Candump {
+    /// The sum of all stamps, if they are differences.
+    sum: Option<WallStamp>,
+    /// True if the next line may explain an error frame (`-e`).
+    is_explained: bool,
+}
 
 impl LineReader for Candump {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
-        match common_line(line) {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a> {
+        let is_explanation = std::mem::take(&mut self.is_explained);
+        let outcome = match common_line(line) {
             Some(entry) => Ok(Some(entry)),
             None if line.starts_with(b"#") => Ok(parse_note(line)),
-            None => any_line(line).map(Some),
+            None => match any_line(line) {
+                Err(BadLine::NoTime) if is_explanation => Ok(None),
+                outcome => {
+                    self.is_explained = memmem::find(line, b"ERRORFRAME").is_some();
+                    outcome.map(Some)
+                }
+            },
+        };
+        let Some(sum) = &mut self.sum else { return outcome };
+        if let Some((difference, _)) = text(line).ok().and_then(stamped) {
+            *sum = WallStamp::from_nanos(sum.as_nanos().saturating_add(difference.as_nanos()));
         }
+        outcome.map(|entry| entry.map(|entry| LogEntry { stamp: *sum, ..entry }))
     }
 }
 
 /// Reads one line that is a frame or a note, without its line end.
 pub fn parse_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
-    Candump.read(line)?.ok_or(BadLine::NoTime)
+    Candump::default().read(line)?.ok_or(BadLine::NoTime)
 }
 
 /// Reads a classic data frame as `-L` writes it, much faster than [`any_line`]: long recordings have hardly anything
@@ -115,7 +145,8 @@ fn any_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
     }
     let (stamp, rest) = stamped(text(line)?).ok_or(BadLine::NoTime)?;
     let mut fields = fields(rest, 16);
-    let interface = EntryInterface::Named(fields.text(BadLine::NoInterface)?);
+    let interface = fields.next().map(uncoloured).filter(|interface| !interface.is_empty());
+    let interface = EntryInterface::Named(interface.ok_or(BadLine::NoInterface)?);
     let first = fields.text(BadLine::NoFrame)?;
     let content = match first.split_once('#') {
         Some((id, rest)) => content(id, rest)?,
@@ -130,27 +161,6 @@ fn parse_note(line: &[u8]) -> Option<LogEntry<'_>> {
     let mut fields = fields(rest, 16);
     let interface = EntryInterface::Named(fields.next()?);
     Some(LogEntry { stamp, interface, content: EntryContent::Note(LogNote::parse(fields)?) })
-}
-
-/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the rest.
-fn stamped(line: &str) -> Option<(WallStamp, &str)> {
-    let (time, rest) = line.trim_start().strip_prefix('(')?.split_once(')')?;
-    let (_, fraction) = time.trim().split_once('.')?;
-    if fraction.len() > 9 || !(rest.is_empty() || rest.starts_with([' ', '\t'])) {
-        return None;
-    }
-    let nanos = match time.trim().split_once(' ') {
-        Some((date, time)) => date_and_time(date, time),
-        None => decimal(time.trim(), SECOND),
-    };
-    Some((nanos.map(WallStamp::from_nanos)?, rest))
-}
-
-/// Reads `2015-07-10` and `06:17:32.249713`, not before 1970.
-fn date_and_time(date: &str, time: &str) -> Option<i64> {
-    let mut parts = date.splitn(3, '-').map(|part| number(part, 10));
-    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
-    nanos(days(year, month, day), time_of_day(time)).filter(|nanos| *nanos >= 0)
 }
 
 const EFF_FLAG: u32 = 0x8000_0000;
@@ -194,12 +204,29 @@ fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<EntryConten
     let length = length.ok_or(BadLine::BadLength)?;
     match identifier {
         FrameOrError::Frame(_) if fields.clone().next() == Some("remote") => Ok(EntryContent::Remote),
-        FrameOrError::Frame(id) => fields.data_frame(id, fd, length),
-        FrameOrError::Error(class) => match fields.data_frame(CanId::Standard(0), false, length)? {
-            EntryContent::Data(frame) => Ok(EntryContent::Error(ErrorFrame::new(class, frame.data()))),
-            other @ (EntryContent::Remote | EntryContent::Error(_) | EntryContent::Note(_)) => Ok(other),
-        },
+        FrameOrError::Frame(id) => data_frame(id, fd, &long_data(fields, length)?[..length]),
+        FrameOrError::Error(class) => {
+            Ok(EntryContent::Error(ErrorFrame::new(class, &long_data(fields, length)?[..length])))
+        }
     }
+}
+
+/// Reads `length` bytes of two hexadecimal digits, or eight binary ones; back quotes separate bytes in reverse order.
+fn long_data(fields: SpacedFields<'_>, length: usize) -> Result<[u8; MAX_DATA], BadLine> {
+    let is_reversed = fields.clone().next().is_some_and(|field| field.contains('`'));
+    let mut digits = fields.flat_map(|field| field.split('`')).map(uncoloured);
+    let mut bytes = [0; MAX_DATA];
+    let data = bytes.get_mut(..length).ok_or(BadLine::BadLength)?;
+    for byte in &mut *data {
+        let digits = digits.next().unwrap_or_default();
+        let value = number(digits, if digits.len() == 8 { 2 } else { 16 });
+        let value = value.filter(|_| matches!(digits.len(), 1 | 2 | 8));
+        *byte = value.and_then(|value| u8::try_from(value).ok()).ok_or(BadLine::BadData)?;
+    }
+    if is_reversed {
+        data.reverse();
+    }
+    Ok(bytes)
 }
 
 /// Reads the content that `-L` writes on both sides of the `#`.
@@ -253,7 +280,7 @@ fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{assert_refused, good};
+    use super::super::testing::{assert_refused, good, read};
     use super::*;
     use crate::core::can::Frame;
     use proptest::prelude::*;
@@ -299,6 +326,65 @@ mod tests {
         assert_eq!(lines, expected);
     }
 
+    /// Lines of candump 2020.11 on a virtual bus, as each of its options shapes them.
+    #[test]
+    fn output_for_terminals_is_read_without_what_adorns_it() {
+        let swapped = " (1.5)  vcan0  20000204   [8]  7F`60`00`00`00`00`08`00   ERRORFRAME";
+        let lines = good(
+            FORMAT,
+            &[
+                " (1.5)  vcan0  123   [2]  00000010 11101111                                  '..'",
+                " (1.5)  vcan0  TX - -  123   [5]  DE AD BE EF 11            '.....'",
+                " (1.5)  vcan0  123   [3]  11`EF`BE   'AB`'",
+                swapped,
+                " (1.5)  \x1B[1m\x1B[34mvcan0\x1B[0m  123   [1]  11",
+                " (1.5)  \x1B[1m\x1B[34mvcan0  123   [1]  11\x1B[0m",
+                " \x1B[34m(1.5)  vcan0  123   [1]  11\x1B[0m",
+                " (1.5)  vcan0  20000204   [1]  00   ERRORFRAME",
+                "controller-problem{rx-error-warning}",
+                "(0000000001.500000000) vcan0 123#11",
+                "(001.500000)   can0 123#11",
+                "(1.5) can1 7A8 [1] F4",
+            ],
+        );
+        let error = "Error(ErrorFrame { class: 516, data: [0, 8, 0, 0, 0, 0, 96, 127] })";
+        let expected = [
+            "1500000 vcan0 123#02EF",
+            "1500000 vcan0 123#DEADBEEF11",
+            "1500000 vcan0 123#BEEF11",
+            &format!("1500000 vcan0 {error}"),
+            "1500000 vcan0 123#11",
+            "1500000 vcan0 123#11",
+            "1500000 vcan0 123#11",
+            &format!("1500000 vcan0 {}", error.replace("8, 0, 0, 0, 0, 96, 127", "0, 0, 0, 0, 0, 0, 0")),
+            "1500000 vcan0 123#11",
+            "1500000 can0 123#11",
+            "1500000 can1 7A8#F4",
+        ];
+        assert_eq!(lines, expected);
+        let text = "controller-problem{rx-error-warning}";
+        assert_eq!(parse_line(text.as_bytes()), Err(BadLine::NoTime), "without an error frame before it");
+    }
+
+    #[test]
+    fn differences_are_added_up_whatever_else_is_in_their_lines() {
+        let lines = [
+            " (000.000000)  vcan0  123   [1]  11",
+            " (000.125026)  vcan0  123   [0]  remote request",
+            "(000.052722) vcan0 123#22",
+            "(001.000001) vcan0 123#2",
+            " (000.009470)  vcan0  123   [1]  33",
+        ];
+        let expected = [
+            Ok("0 vcan0 123#11"),
+            Ok("125026 vcan0 Remote"),
+            Ok("177748 vcan0 123#22"),
+            Err(BadLine::BadData),
+            Ok("1187219 vcan0 123#33"),
+        ];
+        assert_eq!(read(DIFFERENCES, &lines), expected.map(|entry| entry.map(str::to_owned)));
+    }
+
     #[test]
     fn every_kind_of_line_is_read() {
         let line = parse_line(b"(1436509052.249713) vcan0 044#2A366C").unwrap();
@@ -336,7 +422,10 @@ mod tests {
             ("(1.0) can0 123 {G} 00", BadLine::BadLength),
             ("(1.0) can0 123 [2] 00", BadLine::BadData),
             ("(1.0) can0 123 [1] 100", BadLine::BadData),
-            ("(1.0) can0 123 [2] 00`00", BadLine::BadData),
+            ("(1.0) can0 123 [2] 00`", BadLine::BadData),
+            ("(1.0) can0 123 [1] 00000002", BadLine::BadData),
+            ("(1.0) can0 123 [1] 001", BadLine::BadData),
+            ("(1.0) \x1B[34m\x1B[0m 123 [0]", BadLine::NoInterface),
             ("(1.0) can0 123 [0001] 00", BadLine::CanXl),
             ("(1.0) can0 12#00", BadLine::BadId),
             ("(1.0) can0 800#00", BadLine::BadId),

@@ -21,6 +21,7 @@ mod busmaster;
 mod cabana;
 mod can_packet;
 pub mod candump;
+mod candump_stamps;
 mod canedge;
 mod canhacker;
 mod capnp;
@@ -85,8 +86,9 @@ impl LineFormat {
 }
 
 /// Formats of lines, in the order in which they may claim one.
-const LINE_FORMATS: [LineFormat; 14] = [
+const LINE_FORMATS: [LineFormat; 15] = [
     candump::FORMAT,
+    candump::DIFFERENCES,
     asc::FORMAT,
     trc::FORMAT,
     csv::FORMAT,
@@ -197,15 +199,21 @@ pub(super) const HEAD: usize = 4096;
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl Format {
-    /// Returns the format of a recording that begins with `head`; `None` if no whole line fits one.
-    pub(super) fn of(head: &[u8]) -> Option<Self> {
+    /// Returns the format of a recording that begins with `head`; `None` if no whole line fits one, or if more of the beginning
+    /// `may_follow` and decides.
+    pub(super) fn of(head: &[u8], may_follow: bool) -> Option<Self> {
         if let Some(format) = OBJECT_FORMATS.into_iter().find(|format| format.begins(head)) {
             return Some(Self::Objects(format));
         }
-        let text = without_byte_order_mark(head);
-        text.split_inclusive(|byte| *byte == b'\n')
-            .filter(|line| line.ends_with(b"\n"))
-            .find_map(|line| Self::of_line(line.trim_ascii()))
+        let lines = without_byte_order_mark(head).split_inclusive(|byte| *byte == b'\n');
+        let lines = lines.filter(|line| line.ends_with(b"\n")).map(<[u8]>::trim_ascii);
+        let (line, format) = lines.clone().find_map(|line| Some((line, Self::of_line(line)?)))?;
+        if candump_stamps::difference(line).is_none() {
+            return Some(format);
+        }
+        let format =
+            if candump_stamps::are_differences(lines) { Self::Lines(candump::DIFFERENCES) } else { format };
+        (!may_follow).then_some(format)
     }
 
     pub(super) fn of_line(line: &[u8]) -> Option<Self> {
@@ -325,6 +333,14 @@ mod tests {
         for (head, format) in [
             ("(1.0) can0 123#\n", Some("candump (-L, -ta)")),
             (" (1.000000)  can0  123   [0]\n", Some("candump (-L, -ta)")),
+            (
+                " (000.0)  can0  1   [0]\n (002.5)  can0  1   [0]\n (002.4)  can0  1   [0]\n",
+                Some("candump -td"),
+            ),
+            (
+                " (000.0)  can0  1   [0]\n (002.5)  can0  1   [0]\n (002.6)  can0  1   [0]\n",
+                Some("candump (-L, -ta)"),
+            ),
             ("# (1.0) can0 link down\n", Some("candump (-L, -ta)")),
             ("Time   ID     DLC Data                    Comment\r\n", Some("CANHacker")),
             ("1542473901.020305 1R11 1A0 00\n", Some("CRTD")),
@@ -355,7 +371,7 @@ mod tests {
             ("(1.0) can0 123#", None),
             ("", None),
         ] {
-            let name = Format::of(head.as_bytes()).map(|format| match format {
+            let name = Format::of(head.as_bytes(), false).map(|format| match format {
                 Format::Lines(format) => format.name,
                 Format::Objects(format) => format.name,
             });

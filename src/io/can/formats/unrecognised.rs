@@ -80,8 +80,10 @@ pub(super) fn looks_like(head: &[u8]) -> (String, &'static str) {
 
 /// Returns true for a line of candump without a time: `can0  123   [8]  01 02`, or `can0 123#0102`.
 fn is_without_times(line: &str) -> bool {
+    // Colours of a terminal may stand before the interface, and three flags behind it.
     let mut words = line.split_ascii_whitespace();
-    let (Some(_), Some(id)) = (words.next(), words.next()) else { return false };
+    let (Some(_), Some(first)) = (words.next(), words.next()) else { return false };
+    let id = if matches!(first, "RX" | "TX") { words.nth(2).unwrap_or_default() } else { first };
     let is_hex = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_hexdigit());
     match id.split_once('#') {
         Some((id, data)) => is_hex(id) && (data.is_empty() || is_hex(data)) && words.next().is_none(),
@@ -124,6 +126,9 @@ mod tests {
             (&tar, "a tar archive"),
             (b"\n  speed,\x1B[31mtime  \nmore", "text that begins with \"speed,\\u{1b}[31mtime\""),
             (b"  can0  123   [2]  01 02\n", "the output of candump without times"),
+            (b"  can0  RX - -  123  [12]  01\n", "the output of candump without times"),
+            (b"  \x1B[1m\x1B[34mcan0\x1B[0m  123   [0] \n", "the output of candump without times"),
+            (b"can0 18FEF100#\n", "the output of candump without times"),
             (b"\x00\x01\xFF\xFE\xFD", "binary data"),
             (b"\xC3\x28", "binary data"),
         ] {
