@@ -80,7 +80,12 @@ impl<R: Read> Read for FusedDecoder<R> {
         let length = buffer.len().min(self.piece);
         let outcome = self.decoder.read(&mut buffer[..length]);
         self.failed = outcome.as_ref().is_err_and(|error| error.kind() != ErrorKind::Interrupted);
-        outcome
+        outcome.map_err(|error| {
+            if error.kind() == ErrorKind::UnexpectedEof {
+                return io::Error::new(error.kind(), "the file ends within compressed data");
+            }
+            error
+        })
     }
 }
 
@@ -231,16 +236,18 @@ mod tests {
                 println!("skipped: no {tool} here");
                 continue;
             };
-            let mut reader =
-                decompressed(Box::new(io::Cursor::new(whole[..whole.len() / 2].to_vec()))).unwrap();
-            let mut read = Vec::new();
-            assert!(reader.read_to_end(&mut read).is_err(), "{tool}: cut");
-            assert!(content.starts_with(&read), "{tool}");
-            let by_tool = packed(tool, &["-dc"], &whole[..whole.len() / 2]).unwrap();
             // Of Zstandard no block is given in part.
-            let most = if tool == "zstd" { 128 << 10 } else { PIECE };
-            assert!(read.len() + most >= by_tool.len(), "{tool}: {} of {} bytes", read.len(), by_tool.len());
-            assert!(reader.read(&mut [0; 8]).is_err(), "{tool}: an error stays one");
+            let most_lost = if tool == "zstd" { 128 << 10 } else { PIECE };
+            for place in 1..=20 {
+                let cut = whole.len() / 21 * place + place;
+                let mut reader = decompressed(Box::new(io::Cursor::new(whole[..cut].to_vec()))).unwrap();
+                let mut read = Vec::new();
+                assert!(reader.read_to_end(&mut read).is_err(), "{tool}: cut");
+                assert!(content.starts_with(&read), "{tool}");
+                let by_tool = packed(tool, &["-dc"], &whole[..cut]).unwrap().len();
+                assert!(read.len() + most_lost >= by_tool, "{tool} at {cut}: {} of {by_tool}", read.len());
+                assert!(reader.read(&mut [0; 8]).is_err(), "{tool}: an error stays one");
+            }
             for at in [whole.len() / 2, whole.len() - 2] {
                 let mut damaged = whole.clone();
                 damaged[at] ^= 0x55;

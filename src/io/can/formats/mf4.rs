@@ -6,7 +6,7 @@
 //! used, and the last block of data reaches to the end of the file.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, ErrorKind};
 
 use super::mf4_blocks::{Blocks, u64_at};
 use super::mf4_records::{DataGroup, Entry};
@@ -44,12 +44,17 @@ impl Mf4 {
             }
         }
         if groups.is_empty() {
-            return Err(failure.unwrap_or_else(|| {
-                refused(
+            return Err(match failure {
+                None => refused(
                     "the MDF file has no frames of a CAN bus (CAN_DataFrame), only signals or other buses",
                     "record the traffic of the bus, not decoded signals",
-                )
-            }));
+                ),
+                Some(error) if error.kind() == ErrorKind::UnexpectedEof => refused(
+                    "the MDF file was cut, and its descriptions of the data, which stand behind the data, are lost",
+                    "copy the whole file again; a logger that writes descriptions first, as a CANedge does, loses only the end",
+                ),
+                Some(error) => error,
+            });
         }
         let mut this = Self { file, groups, queue: BTreeMap::new(), failure };
         (0..this.groups.len()).for_each(|position| this.advance(position));
@@ -81,12 +86,14 @@ impl ObjectReader for Mf4 {
 #[cfg(test)]
 mod tests {
     use super::super::BadLine;
-    use super::super::testing::{assert_survives_damage, objects};
+    use super::super::testing::{
+        assert_parts_give_the_beginning, assert_survives_damage, objects, until_failure,
+    };
     use super::*;
     use flate2::Compression;
     use flate2::write::ZlibEncoder;
     use proptest::prelude::*;
-    use std::io::{ErrorKind, Write};
+    use std::io::Write;
 
     /// Writes blocks one behind the other.
     struct Writer(Vec<u8>);
@@ -227,32 +234,26 @@ mod tests {
         assert_eq!(objects(FORMAT, &unsorted(&records())).unwrap(), shown(&EXPECTED));
     }
 
-    /// Reads entries up to the error that ends them.
-    fn until_failure(file: &[u8]) -> (Vec<Result<String, BadLine>>, ErrorKind) {
-        let mut reader = (FORMAT.reader)(Box::new(io::Cursor::new(file.to_vec()))).unwrap();
-        let mut entries = Vec::new();
-        loop {
-            match reader.next_object() {
-                Ok(Some(entry)) => entries.extend(
-                    entry.map(|entry| entry.map(|entry| super::super::testing::shown(&entry, 0))).transpose(),
-                ),
-                Ok(None) => panic!("no failure"),
-                Err(error) => return (entries, error.kind()),
-            }
-        }
-    }
-
     #[test]
     fn a_cut_file_gives_the_whole_records_before_the_cut() {
         let whole = unsorted(&records());
-        let (entries, failure) = until_failure(&whole[..whole.len() - 1]);
+        let failure = |(entries, outcome): (_, io::Result<()>)| (entries, outcome.unwrap_err().kind());
         assert_eq!(
-            (entries, failure),
+            failure(until_failure(FORMAT, &whole[..whole.len() - 1])),
             (shown(&[&EXPECTED[..3], &EXPECTED[4..]].concat()), ErrorKind::UnexpectedEof)
         );
         let unknown = unsorted(&[records(), vec![9, 1, 2, 3]].concat());
-        let (entries, failure) = until_failure(&unknown);
-        assert_eq!((entries, failure), (shown(&EXPECTED), ErrorKind::InvalidData));
+        assert_eq!(failure(until_failure(FORMAT, &unknown)), (shown(&EXPECTED), ErrorKind::InvalidData));
+        let records = |micros: u32| match micros % 3 {
+            0 => record(1, micros, 0x123, 8, &micros.to_le_bytes().repeat(2)),
+            1 => record(2, micros, 0x123, 9, &[0; 4]),
+            _ => record(4, micros, 0x124, 0, &[0; 8]),
+        };
+        let records: Vec<u8> = (0..3000).flat_map(records).collect();
+        let length = vec![3, 12, 0, 0, 0];
+        let values = [length, vec![7; 12]].concat();
+        let head = unsorted(&values).len();
+        assert_parts_give_the_beginning(FORMAT, &unsorted(&[values, records].concat()), head, 2);
     }
 
     fn packed(of: &str, columns: Option<usize>, content: &[u8]) -> Vec<u8> {
@@ -328,6 +329,8 @@ mod tests {
         }
         let refusal = |file: &[u8]| objects(FORMAT, file).unwrap_err().to_string();
         assert!(refusal(&other).contains("no frames of a CAN bus"), "{}", refusal(&other));
+        let cut = refusal(&sorted()[..200]);
+        assert!(cut.contains("its descriptions of the data, which stand behind the data, are lost"), "{cut}");
         let old = [&b"MDF     3.30    "[..], &[0; 60]].concat();
         assert!(refusal(&old).contains("MDF 3.30 is not supported"), "{}", refusal(&old));
     }

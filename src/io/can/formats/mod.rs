@@ -277,12 +277,44 @@ mod testing {
 
     /// Reads a file to its end; the entries are shown as those of lines.
     pub(super) fn objects(format: ObjectFormat, file: &[u8]) -> io::Result<Vec<Result<String, BadLine>>> {
-        let mut reader = (format.reader)(Box::new(io::Cursor::new(file.to_vec())))?;
+        let (entries, outcome) = until_failure(format, file);
+        outcome.map(|()| entries)
+    }
+
+    /// Reads a file to its end, or to the error behind which nothing can be read.
+    pub(super) fn until_failure(
+        format: ObjectFormat,
+        file: &[u8],
+    ) -> (Vec<Result<String, BadLine>>, io::Result<()>) {
         let mut entries = Vec::new();
-        while let Some(object) = reader.next_object()? {
-            entries.extend(object.map(|entry| entry.map(|entry| shown(&entry, 0))).transpose());
+        let outcome = (format.reader)(Box::new(io::Cursor::new(file.to_vec()))).and_then(|mut reader| {
+            while let Some(object) = reader.next_object()? {
+                entries.extend(object.map(|entry| entry.map(|entry| shown(&entry, 0))).transpose());
+            }
+            Ok(())
+        });
+        (entries, outcome)
+    }
+
+    /// Cuts a file at 20 places behind its first `head` bytes: each part gives the first entries of the whole file, at most
+    /// `most_lost` less than its share, and then fails unless the cut is between two objects.
+    pub(super) fn assert_parts_give_the_beginning(
+        format: ObjectFormat,
+        file: &[u8],
+        head: usize,
+        most_lost: usize,
+    ) {
+        let whole = objects(format, file).unwrap();
+        for place in 0..20 {
+            // Steps of a prime number, so that the cuts are anywhere within objects.
+            let cut = head + place * 7919 % (file.len() - head);
+            let (part, outcome) = until_failure(format, &file[..cut]);
+            let share = (cut - head) * whole.len() / (file.len() - head);
+            assert!(whole.starts_with(&part), "{cut}: not the beginning");
+            assert!(part.len() + most_lost >= share, "{cut}: {} of {share} entries", part.len());
+            let kind = outcome.map_err(|error| error.kind());
+            assert!(matches!(kind, Ok(()) | Err(io::ErrorKind::UnexpectedEof)), "{cut}: {kind:?}");
         }
-        Ok(entries)
     }
 
     /// Reads a file with bytes replaced, and cut at each of them: it ends or fails, without a panic.

@@ -76,7 +76,7 @@ fn entry(nanos: i64, frame: &Struct<'_>) -> Result<LogEntry<'static>, BadLine> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{assert_survives_damage, objects};
+    use super::super::testing::{assert_parts_give_the_beginning, assert_survives_damage, objects};
     use super::*;
     use proptest::prelude::*;
 
@@ -193,6 +193,11 @@ mod tests {
             let error = objects(FORMAT, &whole[..whole.len() - cut]).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
         }
+        let second =
+            |at: u64| can(at * SECOND, CAN, &[(0x123, 0, &at.to_le_bytes()[..]), (0x456, 1, &[7; 12])]);
+        let long = [init_data(0, SECOND), (1..2000).flat_map(second).collect()].concat();
+        let head = init_data(0, 1).len();
+        assert_parts_give_the_beginning(FORMAT, &long, head, 2);
         let endless = [&log()[..], &[0, 0, 0, 0, 0, 0, 0, 0x7F]].concat();
         assert!(objects(FORMAT, &endless).unwrap_err().to_string().contains("too large"));
     }
