@@ -27,6 +27,7 @@ mod pure {
     mod msrv;
     mod no_allocation;
     mod reconfigure;
+    mod recording_formats;
     mod recording_variants;
     mod repetition;
     mod report_model;

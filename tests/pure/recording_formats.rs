@@ -1,0 +1,62 @@
+//! The table of formats of recordings in the documents, made of rows of data: every format that is read has one.
+
+use serde::Deserialize;
+
+use signal_gateway::io::can::formats;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    format: Vec<Row>,
+}
+
+/// What the documents state of a format; see `recording_formats.toml`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    of: Vec<String>,
+    title: String,
+    read: String,
+    special: String,
+    judge: String,
+}
+
+const EDGES: [&str; 2] = [
+    "<!-- Made by `UPDATE_DOCS=1 cargo test --test pure recording_formats` from tests/pure/recording_formats.toml. -->\n",
+    "<!-- The end of the table of formats. -->\n",
+];
+
+fn rows() -> Vec<Row> {
+    toml::from_str::<Document>(include_str!("recording_formats.toml")).unwrap().format
+}
+
+#[test]
+fn every_format_has_one_row_and_a_judge() {
+    let rows = rows();
+    let mut named: Vec<_> = rows.iter().flat_map(|row| row.of.iter().map(String::as_str)).collect();
+    let mut names = formats::names();
+    named.sort_unstable();
+    names.sort_unstable();
+    assert_eq!(named, names);
+    assert!(rows.iter().all(|row| !row.read.is_empty() && !row.judge.is_empty()));
+}
+
+#[test]
+fn documentation_has_the_formats_and_who_judged_them() {
+    let line = |Row { title, read, special, judge, .. }: Row| {
+        format!("| {title} | {read} | {special} | {judge} |\n")
+    };
+    let lines: String = rows().into_iter().map(line).collect();
+    let table = format!(
+        "| format | what is read | what is special | compared with (frames) |\n|---|---|---|---|\n{lines}"
+    );
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/vehicle-lights.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let (before, rest) = text.split_once(EDGES[0]).unwrap();
+    let (shown, after) = rest.split_once(EDGES[1]).unwrap();
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(path, [before, EDGES[0], &table, EDGES[1], after].concat()).unwrap();
+    } else {
+        assert_eq!(shown, table, "renew it: UPDATE_DOCS=1 cargo test --test pure recording_formats");
+    }
+}
