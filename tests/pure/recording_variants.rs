@@ -29,7 +29,7 @@ struct Form {
 }
 
 /// A frame of a candump log with classic data frames only, as it may be written, in the notation of the forms.
-fn parts(line: &str, start_us: &mut Option<i64>) -> [(&'static str, String); 22] {
+fn parts(line: &str, start_us: &mut Option<i64>, last_us: &mut i64) -> [(&'static str, String); 29] {
     let mut fields = line.split(' ');
     let time = fields.next().unwrap().trim_matches(['(', ')']).replace('.', "");
     let bus: usize = fields.next().unwrap().trim_start_matches("can").parse().unwrap();
@@ -37,19 +37,27 @@ fn parts(line: &str, start_us: &mut Option<i64>) -> [(&'static str, String); 22]
     let bytes: Vec<_> = data.as_bytes().chunks(2).map(|pair| str::from_utf8(pair).unwrap()).collect();
     let micros: i64 = time.parse().unwrap();
     let offset = micros - *start_us.get_or_insert(micros);
+    let difference = offset - std::mem::replace(last_us, offset);
     let is_extended = id.len() == 8;
+    let of_kind = |[standard, extended]: [&str; 2]| if is_extended { extended } else { standard }.to_owned();
     let thousandths = |number: i64, digits: usize| {
         let one = 10_i64.pow(u32::try_from(digits).unwrap());
         format!("{}.{:0digits$}", number / one, number % one)
     };
     let seconds = thousandths(micros, 6);
     let of_minute = offset % 60_000_000 / 1000;
+    let of_day = [offset / 3_600_000_000, offset / 60_000_000 % 60].map(|part| part.to_string()).join(":");
+    let of_day = format!("{of_day}:{}", thousandths(offset % 60_000_000, 6));
+    let binary = |byte: &&str| format!("{:08b}", u8::from_str_radix(byte, 16).unwrap());
     [
         ("{seconds:blanks}", format!("{seconds:>20}")),
         ("{seconds:zeros}", format!("{seconds:0>20}")),
         ("{seconds}", seconds),
         ("{second:minute}", format!("{:02}.{:03}", of_minute / 1000, of_minute % 1000)),
         ("{offset_s}", thousandths(offset, 6)),
+        ("{offset_s,}", thousandths(offset, 6).replace('.', ",")),
+        ("{difference_s}", thousandths(difference, 6)),
+        ("{time_of_day}", of_day),
         ("{offset_ms}", thousandths(offset, 3)),
         ("{offset_us}", offset.to_string()),
         ("{offset_us:negative}", (offset - 1_000_000_000).to_string()),
@@ -59,8 +67,12 @@ fn parts(line: &str, start_us: &mut Option<i64>) -> [(&'static str, String); 22]
         ("{id:4}", format!("{id:0>4}")),
         ("{id:8}", format!("{id:0>8}")),
         ("{id:left}", format!("{id:<8}")),
-        ("{kind}", if is_extended { "29" } else { "11" }.to_owned()),
-        ("{x}", if is_extended { "x" } else { "" }.to_owned()),
+        ("{kind}", of_kind(["11", "29"])),
+        ("{x}", of_kind(["", "x"])),
+        ("{0|1}", of_kind(["0", "1"])),
+        ("{t|T}", of_kind(["t", "T"])),
+        ("{Std|Ext}", of_kind(["Std", "Ext"])),
+        ("{bytes:binary}", bytes.iter().map(binary).collect::<Vec<_>>().join(" ")),
         ("{extended}", is_extended.to_string()),
         ("{length}", bytes.len().to_string()),
         ("{digits}", bytes.concat()),
@@ -74,8 +86,8 @@ fn parts(line: &str, start_us: &mut Option<i64>) -> [(&'static str, String); 22]
 pub(super) fn variants(candump: &str) -> Vec<Variant> {
     let document: Document = toml::from_str(include_str!("recording_variants.toml")).unwrap();
     assert!(!document.variant.is_empty());
-    let mut start = None;
-    let frames: Vec<_> = candump.lines().map(|line| parts(line, &mut start)).collect();
+    let (mut start, mut last) = (None, 0);
+    let frames: Vec<_> = candump.lines().map(|line| parts(line, &mut start, &mut last)).collect();
     let written = |Form { name, file, reader, head, line }: Form| {
         let lines = frames.iter().map(|parts| {
             let text = parts.iter().fold(line.clone(), |text, (name, value)| text.replace(name, value));
