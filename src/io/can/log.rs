@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
+use std::io::{self, BufReader, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,6 +12,7 @@ use derive_more::Display;
 
 use super::bag_folder;
 use super::compression::decompressed;
+use super::counted_source::CountedSource;
 use super::formats::{
     BadLine, EntryContent, EntryInterface, Format, HEAD, LineFormat, LineReader, LogEntry, ObjectReader,
     Outcome, not_recognised, refuse_pending_rows, refused, without_byte_order_mark,
@@ -296,31 +297,6 @@ pub(in crate::io) fn is_breakage(error: &io::Error) -> bool {
             | io::ErrorKind::InvalidInput
             | io::ErrorKind::Other
     )
-}
-
-/// Counts the bytes that are taken from a source.
-struct CountedSource {
-    source: BufReader<Box<dyn Read + Send>>,
-    consumed: Arc<AtomicU64>,
-}
-
-impl Read for CountedSource {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let read = self.source.read(buffer)?;
-        self.consumed.fetch_add(read as u64, Ordering::Relaxed);
-        Ok(read)
-    }
-}
-
-impl BufRead for CountedSource {
-    fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        self.source.fill_buf()
-    }
-
-    fn consume(&mut self, amount: usize) {
-        self.consumed.fetch_add(amount as u64, Ordering::Relaxed);
-        self.source.consume(amount);
-    }
 }
 
 /// Returns the position of an interface, which is added if it is new.

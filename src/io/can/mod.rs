@@ -4,6 +4,7 @@ pub(super) mod bag_folder;
 pub mod bus;
 mod compression;
 pub mod controller;
+mod counted_source;
 mod exact;
 pub mod formats;
 pub mod id_filter;
