@@ -7,6 +7,8 @@ pub(super) struct Variant {
     pub(super) name: String,
     pub(super) file: String,
     pub(super) reader: String,
+    /// True if the times are not those of the recording.
+    pub(super) is_untimed: bool,
     pub(super) text: String,
 }
 
@@ -23,6 +25,8 @@ struct Form {
     name: String,
     file: String,
     reader: String,
+    #[serde(default)]
+    is_untimed: bool,
     #[serde(default)]
     head: String,
     line: String,
@@ -88,14 +92,14 @@ pub(super) fn variants(candump: &str) -> Vec<Variant> {
     assert!(!document.variant.is_empty());
     let (mut start, mut last) = (None, 0);
     let frames: Vec<_> = candump.lines().map(|line| parts(line, &mut start, &mut last)).collect();
-    let written = |Form { name, file, reader, head, line }: Form| {
+    let written = |Form { name, file, reader, is_untimed, head, line }: Form| {
         let lines = frames.iter().map(|parts| {
             let text = parts.iter().fold(line.clone(), |text, (name, value)| text.replace(name, value));
             assert!(!text.contains(['{', '}']), "{name}: {text}");
             text + "\n"
         });
         let text = head + &lines.collect::<String>();
-        Variant { name, file, reader, text }
+        Variant { name, file, reader, is_untimed, text }
     };
     document.variant.into_iter().map(written).collect()
 }
