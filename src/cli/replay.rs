@@ -31,7 +31,7 @@ use crate::io::can::log::{Log, no_frame};
 use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
 use crate::io::sample_log::{LoggedSample, SampleKind, SampleLog};
-use crate::replay::{Departures, RecordedInput, RecordedRun, Recording, Replay, Routes, RunSink};
+use crate::replay::{Departures, NoRun, RecordedInput, RecordedRun, Recording, Replay, Routes, RunSink};
 use crate::report::gateway::{Changes, JsonTimeline};
 use crate::report::view::{View, time_text};
 
@@ -105,20 +105,24 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         failed: Ok(()),
     };
     let unreadable = Failure::file(&path);
-    let run = if args.recording.map.is_empty() && SampleLog::is_for(&path).map_err(&unreadable)? {
+    let is_bag = SampleLog::is_for(&path).map_err(&unreadable)?;
+    let run = if is_bag && args.recording.map.is_empty() {
         let log = SampleLog::open(&path, inputs(&settings)).map_err(&unreadable)?;
         RecordedRun::begin(settings.gateway.clone(), log, &mut results).map_err(&unreadable)?
     } else {
-        None
+        Err(NoRun::NoCalls)
     };
+    if let Err(reason @ (NoRun::NoStart | NoRun::OtherBuses | NoRun::OtherOrder)) = &run {
+        messages::warn(&format!("the recorded run is replayed by stamps and not call by call: {reason}"));
+    }
     let vehicle = settings.vehicle.clone();
     let (length, outcome) = match run {
-        Some(mut run) => {
+        Ok(mut run) => {
             let outcome = call_by_call(&mut run, &mut results, &unreadable);
             let end = run.now().mono;
             (end, outcome.map(|()| ExitCode::SUCCESS))
         }
-        None => {
+        Err(_) => {
             let log = open(&path, args.recording.time, ShowProgress::WithoutOutput)?;
             let recording = with_samples(log, &path, &inputs(&settings)).map_err(&unreadable)?;
             let mut replay = Replay::new(settings.gateway, recording, routes).map_err(&unreadable)?;

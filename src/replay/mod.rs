@@ -17,7 +17,7 @@ use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::log::{InterfaceIndex, Log};
 use crate::io::sample_log::SampleLog;
-pub use recorded_run::{Departures, RecordedRun, RunSink};
+pub use recorded_run::{Departures, NoRun, RecordedRun, RunSink};
 pub use routes::Routes;
 use tape::Tape;
 pub use tape::{MAX_SILENCE, RecordCounts, RecordedInput, Recording};

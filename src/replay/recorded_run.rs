@@ -1,6 +1,7 @@
 //! A recorded run of the gateway, call by call: what it received, when it looked, and what became of its frames are in the
 //! recording, so that it decides the same again, to the byte and at the same times.
 
+use std::collections::VecDeque;
 use std::io;
 
 use derive_more::Display;
@@ -19,6 +20,8 @@ use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
 
 /// Most inputs of a batch; the gateway reads far fewer.
 const MAX_BATCH: u32 = 1 << 16;
+/// Messages that are read ahead, to see whether they are in the order in which the gateway read them.
+const AHEAD: usize = 256;
 
 /// What takes part in a recorded run.
 pub trait RunSink {
@@ -53,6 +56,23 @@ pub struct Departures {
     pub reason: &'static str,
 }
 
+/// Why a recording is not replayed call by call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+pub enum NoRun {
+    /// It has no calls, as those of other recorders.
+    #[display("it has no calls of the gateway")]
+    NoCalls,
+    /// Its first part is missing.
+    #[display("it does not begin with the start of the gateway")]
+    NoStart,
+    /// The configuration has another number of buses.
+    #[display("its gateway had another number of buses")]
+    OtherBuses,
+    /// A tool has put the messages in another order.
+    #[display("its messages are not in the order in which the gateway read them")]
+    OtherOrder,
+}
+
 /// A gateway with the calls of a recorded run.
 pub struct RecordedRun {
     live: Live,
@@ -60,10 +80,10 @@ pub struct RecordedRun {
     calls: Calls,
 }
 
-/// The recording, read to the next sample.
+/// The recording, read to some samples ahead.
 struct Calls {
     log: SampleLog,
-    next: Option<LoggedSample>,
+    ahead: VecDeque<LoggedSample>,
     /// Number of the call that was taken last.
     number: u64,
     /// Its time.
@@ -72,7 +92,7 @@ struct Calls {
 }
 
 impl RecordedRun {
-    /// Begins a run with settings; `None` if the recording does not begin with the start of a gateway that has as many buses.
+    /// Begins a run with settings, or tells why the recording is none.
     ///
     /// # Errors
     /// A recording that cannot be read.
@@ -80,21 +100,30 @@ impl RecordedRun {
         settings: GatewaySettings,
         mut log: SampleLog,
         sink: &mut impl RunSink,
-    ) -> io::Result<Option<Self>> {
-        let Some(first) = log.next_sample()? else { return Ok(None) };
-        let SampleContent::Call(start @ TimedCall { number: 1, at, call: GatewayCall::Start(links) }) =
-            &first.content
-        else {
-            return Ok(None);
+    ) -> io::Result<Result<Self, NoRun>> {
+        let mut ahead = VecDeque::new();
+        while ahead.len() < AHEAD
+            && let Some(sample) = log.next_sample()?
+        {
+            ahead.push_back(sample);
+        }
+        let has_calls = ahead.iter().any(|sample| matches!(sample.content, SampleContent::Call(_)));
+        let Some(SampleContent::Call(start)) = ahead.pop_front().map(|first| first.content) else {
+            return Ok(Err(if has_calls { NoRun::NoStart } else { NoRun::NoCalls }));
+        };
+        let TimedCall { number: 1, at, call: GatewayCall::Start(links) } = &start else {
+            return Ok(Err(NoRun::NoStart));
         };
         if links.len() != settings.buses.len() {
-            return Ok(None);
+            return Ok(Err(NoRun::OtherBuses));
         }
-        let (number, at, departures) = (1, *at, None);
-        let next = log.next_sample()?;
-        sink.call(start);
-        let live = Live::new(settings.clone(), links, at);
-        Ok(Some(Self { live, settings, calls: Calls { log, next, number, at, departures } }))
+        if !is_in_order(&ahead) {
+            return Ok(Err(NoRun::OtherOrder));
+        }
+        sink.call(&start);
+        let live = Live::new(settings.clone(), links, *at);
+        let calls = Calls { log, ahead, number: 1, at: *at, departures: None };
+        Ok(Ok(Self { live, settings, calls }))
     }
 
     /// Makes the next call; false at the end of the recording.
@@ -183,17 +212,15 @@ impl RecordedRun {
 
 impl Calls {
     fn take(&mut self) -> io::Result<Option<LoggedSample>> {
-        match self.next.take() {
-            Some(next) => {
-                self.next = self.log.next_sample()?;
-                Ok(Some(next))
-            }
-            None => Ok(None),
+        let next = self.ahead.pop_front();
+        if next.is_some() {
+            self.ahead.extend(self.log.next_sample()?);
         }
+        Ok(next)
     }
 
     fn next_if(&mut self, is_wanted: impl FnOnce(&LoggedSample) -> bool) -> io::Result<Option<LoggedSample>> {
-        if self.next.as_ref().is_some_and(is_wanted) { self.take() } else { Ok(None) }
+        if self.ahead.front().is_some_and(is_wanted) { self.take() } else { Ok(None) }
     }
 
     /// Goes on to a call that was taken. Its clock cannot run back, nor so far ahead that the deadlines until then never end.
@@ -215,14 +242,7 @@ impl Calls {
     fn batch(&mut self, count: u32, sink: &mut impl RunSink) -> io::Result<Vec<CanInput>> {
         let mut batch = Vec::new();
         for _ in 0..count.min(MAX_BATCH) {
-            let next = self.next_if(|next| {
-                let is_note = |call: &TimedCall| matches!(call.call, GatewayCall::Note(..));
-                match &next.content {
-                    SampleContent::Input(Input::Can(_)) => true,
-                    SampleContent::Call(call) => is_note(call),
-                    SampleContent::Input(_) | SampleContent::TurnReport(_) => false,
-                }
-            })?;
+            let next = self.next_if(is_of_bus)?;
             match next.map(|next| next.content) {
                 Some(SampleContent::Input(Input::Can(input))) => batch.push(input),
                 Some(SampleContent::Call(mut timed)) => {
@@ -243,6 +263,40 @@ impl Calls {
     fn depart(&mut self, reason: &'static str) {
         let at = self.at.mono;
         self.departures.get_or_insert(Departures { times: 0, at, reason }).times += 1;
+    }
+}
+
+/// Returns true if each frame and sample is where a call says that it was read, as far as the messages go.
+fn is_in_order(ahead: &VecDeque<LoggedSample>) -> bool {
+    let mut messages = ahead.iter();
+    let is_next = |next: Option<&LoggedSample>, is: fn(&LoggedSample) -> bool| next.is_none_or(is);
+    while let Some(message) = messages.next() {
+        let SampleContent::Call(timed) = &message.content else { return false };
+        let is_right = match timed.call {
+            GatewayCall::Read(count) => {
+                (0..count.min(MAX_BATCH)).all(|_| is_next(messages.next(), is_of_bus))
+            }
+            GatewayCall::Sample(_) => is_next(messages.next(), is_sample),
+            GatewayCall::Note(..) => false,
+            GatewayCall::Start(_)
+            | GatewayCall::Look
+            | GatewayCall::Sent
+            | GatewayCall::SendFailed(_)
+            | GatewayCall::Reconfigure
+            | GatewayCall::Stop => true,
+        };
+        if !is_right {
+            return false;
+        }
+    }
+    true
+}
+
+fn is_of_bus(next: &LoggedSample) -> bool {
+    match &next.content {
+        SampleContent::Input(Input::Can(_)) => true,
+        SampleContent::Call(timed) => matches!(timed.call, GatewayCall::Note(..)),
+        SampleContent::Input(_) | SampleContent::TurnReport(_) => false,
     }
 }
 

@@ -27,7 +27,7 @@ use signal_gateway::io::ros::messages::autoware_vehicle_msgs::{ControlModeReport
 use signal_gateway::io::ros::reading::{Endian, read};
 use signal_gateway::io::ros::topics::{Subscription, SubscriptionKind};
 use signal_gateway::io::sample_log::{LoggedSample, SampleKind, SampleLog};
-use signal_gateway::replay::{Departures, RecordedRun, Recording, Replay, Routes, RunSink};
+use signal_gateway::replay::{Departures, NoRun, RecordedRun, Recording, Replay, Routes, RunSink};
 
 use super::bench::settings;
 use crate::support::clock::at_ns;
@@ -216,15 +216,15 @@ impl RunSink for Seen {
     }
 }
 
-/// The run in a file; `None` if it does not begin with the start.
-fn replayed(path: &Path) -> Option<(Seen, Option<Departures>)> {
+/// The run in a file.
+fn replayed(path: &Path) -> Result<(Seen, Option<Departures>), NoRun> {
     let settings = car();
     let topics = encoder(&settings).inputs(&subscriptions(&settings));
     let mut seen = Seen::default();
     let log = SampleLog::open(path, topics).unwrap();
     let mut run = RecordedRun::begin(settings.gateway, log, &mut seen).unwrap()?;
     while run.step(&mut seen).unwrap() {}
-    Some((seen, run.departures().cloned()))
+    Ok((seen, run.departures().cloned()))
 }
 
 #[test]
@@ -259,12 +259,24 @@ fn a_message_that_is_missing_is_told_and_ends_nothing() {
         assert!(seen.calls + 1 >= run.calls, "{topic}");
         departures.unwrap_or_else(|| panic!("{topic} {nth}")).reason
     };
-    assert_eq!(told("from_can_bus", 20), "frames are missing in the recording");
-    assert_eq!(told("turn_indicators_cmd", 3), "a sample is missing in the recording");
-    let reasons: std::collections::BTreeSet<_> = (1..40).map(|nth| told("/calls", nth * 11)).collect();
+    assert_eq!(told("from_can_bus", 200), "frames are missing in the recording");
+    assert_eq!(told("turn_indicators_cmd", 20), "a sample is missing in the recording");
+    let reasons: std::collections::BTreeSet<_> = (30..60).map(|nth| told("/calls", nth * 11)).collect();
     assert!(reasons.contains("calls are missing in the recording"), "{reasons:?}");
     run.write(&path, Some(0));
-    assert!(replayed(&path).is_none(), "without its start");
+    assert_eq!(replayed(&path).err(), Some(NoRun::NoStart));
+}
+
+#[test]
+fn messages_that_were_sorted_by_their_times_are_no_run() {
+    let mut run = recorded();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    run.messages.sort_by_key(|message| message.log_time.as_nanos());
+    run.write(&path, None);
+    assert_eq!(replayed(&path).err(), Some(NoRun::NoStart), "the first frames were received before it");
+    run.write_those(&path, |position, topic| position > 2 || topic.ends_with("/calls"));
+    assert_eq!(replayed(&path).err(), Some(NoRun::OtherOrder));
 }
 
 #[test]
@@ -363,7 +375,7 @@ proptest! {
             file.add(message, RUN.encoder.channels()).unwrap();
         }
         file.finish().unwrap();
-        if let Some((seen, departures)) = replayed(&path) {
+        if let Ok((seen, departures)) = replayed(&path) {
             prop_assert!(seen.calls <= 400);
             prop_assert!(departures.is_none_or(|departures| departures.times <= 2_000));
         }
