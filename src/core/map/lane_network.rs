@@ -230,8 +230,20 @@ impl LaneNetwork {
         pose: Pose,
         limits: NearestLimits,
     ) -> Option<&Lanelet> {
-        let near = lanes.into_iter().filter_map(|id| self.near(id, pose, limits));
-        near.filter(|near| near.is_level).min_by(Near::by_distance).map(|near| near.lane)
+        let lanes: Vec<LaneId> = lanes.into_iter().collect();
+        let level = |lanes: &mut dyn Iterator<Item = LaneId>| {
+            let near = lanes.filter_map(|id| self.near(id, pose, limits));
+            near.filter(|near| near.is_level).min_by(Near::by_distance).map(|near| near.lane)
+        };
+        // Nothing is nearer than what it is in.
+        let around = lanes.iter().copied().filter(|id| self.contains(*id, pose.position));
+        level(&mut around.into_iter()).or_else(|| level(&mut lanes.iter().copied()))
+    }
+
+    fn contains(&self, id: LaneId, point: Point) -> bool {
+        self.lanes
+            .get(&id)
+            .is_some_and(|(lane, extent)| extent.distances_m(point).0 <= 0.0 && lane.contains(point))
     }
 
     /// Returns a lanelet within the limits of a pose; `None` beyond them.

@@ -19,6 +19,7 @@ mod factor;
 mod lane_change;
 mod path_offsets;
 mod pulling;
+mod reference_line;
 mod trajectory;
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use super::inputs::{InputFinding, Inputs, Timed};
 use super::output::TurnSignalOutput;
 use super::planner_input::{Odometry, PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
-use super::signal_judge::{AskedSignal, JudgeSettings, JudgedCycle, SignalJudge, SignalVerdict};
+use super::signal_judge::{JudgeSettings, JudgedCycle, SignalJudge, SignalVerdict};
 use super::vehicle_state::{VehicleState, VehicleUse};
 use crate::core::diagnostics::{Level, Status};
 use crate::core::light_command::{HazardCommand, TurnCommand};
@@ -335,11 +335,9 @@ impl TurnSignalFlow {
     /// Judges the turn signal that Autoware commands, manoeuvre by manoeuvre.
     fn judge(&mut self, decision: &Decision, now: MonoTime) {
         let limit = self.settings.decider.age_limits.own_command;
-        let own = self.latest.own_turn.filter(|own| now.since(own.at) <= limit);
-        let received = own.and_then(|own| own.value.known());
         let odometry = self.latest.odometry.map(|odometry| odometry.value).unwrap_or_default();
-        let asked = AskedSignal::of(decision);
-        let judged = self.judge.on_cycle(JudgedCycle { now, odometry, asked, received });
+        let cycle = JudgedCycle::of(decision, odometry, self.latest.own_turn, limit, now);
+        let judged = self.judge.on_cycle(cycle);
         let wrong = judged.iter().rfind(|judged| judged.verdict != SignalVerdict::Agree);
         self.last_wrong = wrong.map(WrongSignal::of).or(self.last_wrong.take());
     }

@@ -9,13 +9,15 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::decision::{Basis, BasisKind, Decision};
-use super::manoeuvre::ManoeuvreOutcome;
+use super::decision_context::STOP_SPEED_MPS;
+use super::inputs::Timed;
+use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome};
 use super::min_duration::Held;
 use super::planner_input::Odometry;
 use super::resolve::{CandidateOutcome, CandidateSource, Case};
 use super::side::Side;
 use super::subject::SignalSubject;
-use crate::core::light_command::TurnCommand;
+use crate::core::light_command::{EnumOrUnknown, TurnCommand};
 use crate::core::time::MonoTime;
 pub use counts::{JudgedCounts, JudgedKind, SignalVerdict, VerdictCounts, VerdictKind};
 use stretch::{ReceivedSignal, Stretch};
@@ -31,6 +33,9 @@ mod tests;
 pub struct JudgeSettings {
     /// A signal may begin this long before the decider asks for it.
     pub early: Duration,
+    /// A signal of a planner's manoeuvre may begin this long before it is required, even if the decider asks for it later: the
+    /// planner knows its manoeuvre before its trajectory shows it.
+    pub ahead: Duration,
     /// A signal may begin this long after the vehicle has reached the required section.
     pub late: Duration,
     /// The signal may be missing for this long while it is required, once it was on.
@@ -150,12 +155,18 @@ impl JudgeSettings {
     /// Generous towards a signal that is early by no more than a driver's habit, strict once the vehicle steers.
     pub const DEFAULT: Self = Self {
         early: Duration::from_secs(2),
+        ahead: Duration::from_secs(5),
         late: Duration::from_millis(700),
         gap: Duration::from_secs(1),
         wrong_side: Duration::from_millis(700),
         linger: Duration::from_secs(3),
         needless: Duration::from_secs(1),
     };
+
+    /// Returns the settings for a signal that may belong to a manoeuvre which is asked for next.
+    fn before_manoeuvre(self) -> Self {
+        Self { needless: self.needless.max(self.early), ..self }
+    }
 }
 
 impl DeciderReason {
@@ -193,6 +204,21 @@ impl AskedSignal {
     }
 }
 
+impl JudgedCycle {
+    /// Returns the cycle of a decision, beside the command that was received last, unless that is older than `limit`.
+    pub fn of(
+        decision: &Decision,
+        odometry: Odometry,
+        received: Option<Timed<EnumOrUnknown<TurnCommand>>>,
+        limit: Duration,
+        now: MonoTime,
+    ) -> Self {
+        let fresh = received.filter(|received| now.since(received.at) <= limit);
+        let received = fresh.and_then(|received| received.value.known());
+        Self { now, odometry, asked: AskedSignal::of(decision), received }
+    }
+}
+
 impl SignalJudge {
     /// Creates a judge before its first cycle.
     pub fn new(settings: JudgeSettings) -> Self {
@@ -215,7 +241,13 @@ impl SignalJudge {
             over.extend(ended.needless(&self.settings, now).filter(|_| received.is_some()));
         }
         if let Some(ended) = self.open.take_if(|open| !open.continues(&asked)) {
-            over.extend(self.judged(ended, now));
+            let judged = self.judged(ended, now);
+            let wrong = judged.as_ref().filter(|judged| judged.verdict == SignalVerdict::WrongSide);
+            let wrong = wrong.and_then(|judged| judged.received);
+            if let Some(signal) = self.signal.as_mut().filter(|signal| Some(signal.side) == wrong) {
+                signal.note_judged();
+            }
+            over.extend(judged);
         }
         if let Some(side) = shown {
             self.signal.get_or_insert(ReceivedSignal::new(side));
@@ -229,9 +261,10 @@ impl SignalJudge {
             }
             AskedSignal::Side { side, subject, is_required, reason } => {
                 if let Some(signal) = self.signal.as_mut().filter(|signal| signal.side != side) {
-                    over.extend(signal.needless(&self.settings, now));
+                    over.extend(signal.needless(&self.settings.before_manoeuvre(), now));
                     signal.note_other_side(now);
                 }
+                let is_required = is_required && !waits_to_pull_out(subject, odometry);
                 let signal = self.signal.as_ref();
                 let open = self.open.get_or_insert_with(|| {
                     let unasked =
@@ -252,8 +285,7 @@ impl SignalJudge {
     /// have become an early signal is left out.
     pub fn finish(&mut self) -> Vec<JudgedManoeuvre> {
         let now = self.last;
-        let settings =
-            JudgeSettings { needless: self.settings.needless.max(self.settings.early), ..self.settings };
+        let settings = self.settings.before_manoeuvre();
         let needless = self.signal.take().and_then(|signal| signal.needless(&settings, now));
         let open = self.open.take();
         let open = open.and_then(|open| self.judged(open, now));
@@ -278,4 +310,10 @@ impl SignalJudge {
         }
         over
     }
+}
+
+/// Returns whether the vehicle stands before it pulls out: its signal may be on, and must be once it moves.
+fn waits_to_pull_out(subject: Option<SignalSubject>, odometry: Odometry) -> bool {
+    subject == Some(SignalSubject::Manoeuvre(ManoeuvreKind::PullOut))
+        && odometry.speed_mps.abs() < STOP_SPEED_MPS
 }

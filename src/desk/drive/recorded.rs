@@ -13,7 +13,7 @@ use crate::core::turn_signal::flow::{TurnSignalFlow, TurnSignalSettings};
 use crate::core::turn_signal::inputs::Timed;
 use crate::core::turn_signal::planner_input::{Odometry, PlannerInput, PlannerRoute};
 use crate::core::turn_signal::signal_judge::{
-    AskedSignal, JudgeSettings, JudgedCounts, JudgedCycle, JudgedManoeuvre, SignalJudge,
+    JudgeSettings, JudgedCounts, JudgedCycle, JudgedManoeuvre, SignalJudge,
 };
 use crate::core::turn_signal::vehicle_state::VehicleState;
 use crate::io::ros::topics::SubscriptionKind;
@@ -172,10 +172,8 @@ impl RecordedDrive {
         let odometry = self.odometry.unwrap_or_default();
         let mut received = [None; SignalSource::ALL.len()];
         for (signal, received) in self.signals.iter_mut().zip(&mut received) {
-            let fresh = signal.received.filter(|received| at.since(received.at) <= limit);
-            *received = fresh.and_then(|received| received.value.known());
-            let asked = AskedSignal::of(decision);
-            let cycle = JudgedCycle { now: at, odometry, asked, received: *received };
+            let cycle = JudgedCycle::of(decision, odometry, signal.received, limit, at);
+            *received = cycle.received;
             signal.judged.extend(signal.judge.on_cycle(cycle));
         }
         each(&RecordedCycle { at, snapshot: self.snapshot(at, decision), received });

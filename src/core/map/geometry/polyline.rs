@@ -83,25 +83,35 @@ pub struct Projection {
 
 /// Returns the position on the line through `points` that is nearest to `query`; the first of equally near ones. `None` without points.
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
-    let first = points.first()?;
-    let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
-    let distance_m = first.distance_m(query);
-    let mut best = Projection { piece: 0, arc_m: 0.0, distance_m, yaw_rad, z_m: first.z_m };
-    let mut start_m = 0.0;
-    for (piece, (from, to)) in points.iter().zip(points.iter().skip(1)).enumerate() {
-        let length_m = from.distance_m(*to);
+    let first = *points.first()?;
+    let mut best = (first.squared_distance(query), None, first);
+    let (mut start_m, mut from) = (0.0, first);
+    for (piece, to) in points.iter().copied().skip(1).enumerate() {
+        let length_m = from.distance_m(to);
         if length_m > 0.0 {
-            let along_m = projection_m(*from, *to, query).clamp(0.0, length_m);
-            let here = from.toward(*to, along_m / length_m);
-            let distance_m = here.distance_m(query);
-            if distance_m < best.distance_m {
-                let (arc_m, yaw_rad) = (start_m + along_m, from.heading_to_rad(*to));
-                best = Projection { piece, arc_m, distance_m, yaw_rad, z_m: here.z_m };
+            let (dx_m, dy_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
+            let along_m = ((query.x_m - from.x_m) * dx_m + (query.y_m - from.y_m) * dy_m) / length_m;
+            let along_m = along_m.clamp(0.0, length_m);
+            let here = from.toward(to, along_m / length_m);
+            let squared = here.squared_distance(query);
+            if squared < best.0 {
+                best = (squared, Some((piece, start_m + along_m, from, to)), here);
             }
         }
         start_m += length_m;
+        from = to;
     }
-    Some(best)
+    let (_, on, here) = best;
+    let (distance_m, z_m) = (here.distance_m(query), here.z_m);
+    Some(match on {
+        Some((piece, arc_m, from, to)) => {
+            Projection { piece, arc_m, distance_m, yaw_rad: from.heading_to_rad(to), z_m }
+        }
+        None => {
+            let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
+            Projection { piece: 0, arc_m: 0.0, distance_m, yaw_rad, z_m }
+        }
+    })
 }
 
 /// Returns whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of the bend is what

@@ -5,11 +5,9 @@ use super::{Point, Pose, cross};
 /// Returns whether `point` lies inside the closed ring `ring` or on its edge (to within rounding). A ring of
 /// fewer than three points has no inside.
 pub fn contains(ring: &[Point], point: Point) -> bool {
-    if ring.len() < 3 {
-        return false;
-    }
-    let mut inside = false;
-    for (from, to) in edges(ring) {
+    let Some(last) = ring.last().filter(|_| ring.len() >= 3) else { return false };
+    let (mut inside, mut from) = (false, *last);
+    for to in ring.iter().copied() {
         if on_segment(from, to, point) {
             return true;
         }
@@ -17,6 +15,7 @@ pub fn contains(ring: &[Point], point: Point) -> bool {
             let x_m = from.x_m + (point.y_m - from.y_m) / (to.y_m - from.y_m) * (to.x_m - from.x_m);
             inside ^= point.x_m < x_m;
         }
+        from = to;
     }
     inside
 }

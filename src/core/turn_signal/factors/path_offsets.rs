@@ -1,9 +1,10 @@
 //! The planned path beside the middle of its lanelets: how far it is off, where it crosses a bound.
 
 use super::factor::{FactorContext, Ramp};
+use super::reference_line::ReferenceLine;
 use crate::core::map::geometry::path::{NearestLimits, nearest_visit};
-use crate::core::map::geometry::polyline::{at_arc, front_pose, nearest, nearest_index};
-use crate::core::map::geometry::{Point, Pose, wrapped};
+use crate::core::map::geometry::polyline::nearest_index;
+use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 use crate::core::turn_signal::planner_input::PlannedPathPoint;
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
@@ -22,7 +23,7 @@ pub(super) struct PathOffsets {
     /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
     /// is in, also while the path leads beside it.
     pub(super) lanes: Vec<LaneId>,
-    middle: Vec<Point>,
+    middle: ReferenceLine,
     /// Offset of each point of the path to the left of it, metres.
     offsets_m: Vec<f64>,
 }
@@ -35,19 +36,32 @@ impl PathOffsets {
         // A path that is not a line is of no use for anything.
         ShiftedPath::new(poses.clone(), Vec::new()).ok()?;
         let lanes = lanes(context, path);
-        let middle: Vec<Point> = lanes
-            .iter()
-            .filter_map(|id| context.road.lane(*id))
-            .flat_map(|lane| lane.centerline.clone())
-            .collect();
+        let middle = lanes.iter().filter_map(|id| context.road.lane(*id)).flat_map(|lane| &lane.centerline);
+        let middle = ReferenceLine::new(middle.copied());
         let limits = context.looks_at_height.then_some(context.parameters.nearest);
-        let offsets_m = poses.iter().map(|pose| offset_m(&middle, *pose, limits)).collect();
+        let offsets_m = middle.offsets_m(&poses, limits);
         Some(Self { poses, limits, lanes, middle, offsets_m })
+    }
+
+    /// Returns the path with the mean of the offsets around each of its points, of as many before as after it, within a distance.
+    pub(super) fn smoothed(mut self, within_m: f64) -> Self {
+        let mean_m = |(index, here): (usize, &Pose)| {
+            let is_near = |pose: &&Pose| pose.position.distance_m(here.position) <= within_m;
+            let (before, after) = self.poses.split_at(index);
+            let reach = before.iter().rev().take_while(is_near).count();
+            let reach = reach.min(after.iter().skip(1).take_while(is_near).count());
+            let near = self.offsets_m.iter().skip(index - reach).take(2 * reach + 1);
+            let (sum_m, count) =
+                near.fold((0.0, 0.0), |(sum_m, count), offset_m| (sum_m + offset_m, count + 1.0));
+            sum_m / count
+        };
+        self.offsets_m = self.poses.iter().enumerate().map(mean_m).collect();
+        self
     }
 
     /// Returns the offset of a pose to the left of the middle, metres; 0 where there is no lane.
     pub(super) fn offset_m(&self, pose: Pose) -> f64 {
-        offset_m(&self.middle, pose, self.limits)
+        self.middle.offset_m(pose, self.limits)
     }
 
     /// Returns the offset of the point of the path next to a pose, metres.
@@ -70,8 +84,8 @@ impl PathOffsets {
 
     /// Returns the offset of a pose to the left of the path, metres.
     pub(super) fn beside_m(&self, pose: Pose) -> f64 {
-        let line: Vec<Point> = self.poses.iter().map(|pose| pose.position).collect();
-        offset_m(&line, pose, self.limits)
+        let line = ReferenceLine::new(self.poses.iter().map(|pose| pose.position));
+        line.offset_m(pose, self.limits)
     }
 
     /// Returns the path with the offsets that these ramps, in order, make: linear within a ramp.
@@ -184,26 +198,6 @@ fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> 
     chain
 }
 
-/// Returns the offset to the left of the piece of a line that is nearest, metres. With `limits` of those that face alike, if there are:
-/// a line may come back by the lane beside.
-pub(super) fn offset_m(line: &[Point], pose: Pose, limits: Option<NearestLimits>) -> f64 {
-    let point = pose.position;
-    let faces_alike = |piece: &[Point], yaw_rad: f64| {
-        front_pose(piece).is_some_and(|front| wrapped(front.yaw_rad - pose.yaw_rad).abs() <= yaw_rad)
-    };
-    let near = |line: &[Point]| {
-        let nearest = nearest(line, point)?;
-        Some((nearest, at_arc(line, nearest.arc_m)?))
-    };
-    let alike = limits.and_then(|limits| {
-        let pieces = line.windows(2).filter(|piece| faces_alike(piece, limits.yaw_rad));
-        pieces.filter_map(near).min_by(|(one, _), (other, _)| one.distance_m.total_cmp(&other.distance_m))
-    });
-    let Some((nearest, on)) = alike.or_else(|| near(line)) else { return 0.0 };
-    let (sin, cos) = nearest.yaw_rad.sin_cos();
-    (point.y_m - on.y_m) * cos - (point.x_m - on.x_m) * sin
-}
-
 /// Returns the first and last index of every change in one direction of at least `threshold_m`, through ripples of at most `ripple_m`.
 fn swings(offsets_m: &[f64], threshold_m: f64, ripple_m: f64) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
@@ -239,6 +233,20 @@ fn share(part: usize, whole: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn offsets_are_smoothed_over_a_distance() {
+        let poses: Vec<Pose> = [0.0, 1.0, 2.0, 6.0].map(|x_m| Pose::new(x_m, 0.0, 0.0)).to_vec();
+        let (lanes, middle) = (Vec::new(), ReferenceLine::new([]));
+        let offsets = PathOffsets { poses, limits: None, lanes, middle, offsets_m: vec![0.0, 0.3, 0.9, 5.0] };
+        for (within_m, expected) in
+            [(0.5, [0.0, 0.3, 0.9, 5.0]), (1.5, [0.0, 0.4, 0.9, 5.0]), (5.0, [0.0, 0.4, 6.2 / 3.0, 5.0])]
+        {
+            let smoothed = offsets.clone().smoothed(within_m).offsets_m;
+            let is_near = |(one, other): (&f64, &f64)| (one - other).abs() < 1e-9;
+            assert!(smoothed.iter().zip(&expected).all(is_near), "{within_m} m: {smoothed:?}");
+        }
+    }
 
     #[test]
     fn a_profile_is_cut_into_its_swings() {

@@ -10,11 +10,12 @@ use std::sync::Arc;
 
 use super::avoidance;
 use super::factor::{FactorContext, Ramp};
-use super::path_offsets::{MAX_LANES_BETWEEN, PathOffsets, crossing, offset_m};
+use super::path_offsets::{MAX_LANES_BETWEEN, PathOffsets, crossing};
 use super::pulling;
+use super::reference_line::ReferenceLine;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::nearest_visit;
-use crate::core::map::lane_network::{LaneId, LaneNetwork};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 use crate::core::turn_signal::decision_context::STOP_SPEED_MPS;
 use crate::core::turn_signal::inputs::Timed;
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
@@ -23,16 +24,25 @@ use crate::core::turn_signal::manoeuvre::pull_over::PullOver;
 use crate::core::turn_signal::planner_input::{Odometry, PlannedPathPoint, TrajectoryPoint};
 use crate::core::turn_signal::side::Side;
 
-/// Points of the driven path are this far apart, metres.
-const DRIVEN_STEP_M: f64 = 0.5;
-/// So many points are kept: more than a lane change at the speed of a city.
-const MAX_DRIVEN: usize = 240;
+/// Points of the path are at least this far apart, metres; a trajectory may have many more.
+const STEP_M: f64 = 1.0;
+/// So many points of the driven path are kept: more than a lane change at the speed of a city.
+const MAX_DRIVEN: usize = 120;
 /// A position farther from the one before than this is another drive, metres.
 const MAX_JUMP_M: f64 = 5.0;
-/// Points of a trajectory that are nearer to each other are one, metres: a vehicle that stands has many.
+/// Points that are nearer to each other are one, metres: a vehicle that stands has many.
 const SAME_POINT_M: f64 = 0.1;
+/// A vehicle that begins to leave the roadside within this distance of where it stood pulls out from there, metres: a smooth path
+/// hardly moves at the ends of a ramp.
+const PULLS_OUT_WITHIN_M: f64 = 20.0;
+/// A vehicle that stands this near to the end of its trajectory has arrived, metres.
+const ARRIVED_M: f64 = 1.0;
 /// An offset may move back by so much within a manoeuvre, metres: positions are measured, and trajectories not smoothed.
 const RIPPLE_M: f64 = 0.2;
+/// A ramp may have crossed a bound of its lane up to so many points before it is seen to begin: a ripple hides its begin.
+const TRIMMED: usize = 5;
+/// Offsets are the mean of those within this distance, metres: positions and trajectories are noisy.
+const SMOOTHED_M: f64 = 4.0;
 /// A ramp that ends at most this far before the end of a trajectory may go on, metres.
 const BEYOND_M: f64 = 5.0;
 /// Lanelets at most this far from the one before are looked for first, metres.
@@ -58,7 +68,7 @@ impl DrivenPath {
         if is_other_way || self.points.back().is_some_and(|last| moved_m(last) > MAX_JUMP_M) {
             self.points.clear();
         }
-        if self.points.back().is_none_or(|last| moved_m(last) >= DRIVEN_STEP_M) {
+        if self.points.back().is_none_or(|last| moved_m(last) >= STEP_M) {
             self.points.push_back(odometry);
         }
         if self.points.len() > MAX_DRIVEN {
@@ -89,11 +99,14 @@ fn whole_path(
     let behind = driven.points.iter().map(|odometry| (odometry.pose, odometry.speed_mps));
     let mut way: Vec<(Pose, f64)> =
         behind.take_while(|(pose, _)| pose.position.distance_m(ego.position) > 0.0).collect();
-    while way.last().is_some_and(|(pose, _)| pose.position.distance_m(ego.position) < SAME_POINT_M) {
-        way.pop();
+    // A vehicle that begins to move stood here.
+    let mut speed_mps = context.odometry.speed_mps;
+    let is_here = |(pose, _): &mut (Pose, f64)| pose.position.distance_m(ego.position) < SAME_POINT_M;
+    while let Some((_, was_mps)) = way.pop_if(is_here) {
+        speed_mps = speed_mps.min(was_mps);
     }
     let ego_index = way.len();
-    way.push((ego, context.odometry.speed_mps));
+    way.push((ego, speed_mps));
     let poses: Vec<Pose> = trajectory.iter().map(|point| point.pose).collect();
     let nearest = nearest_visit(&poses, ego, context.parameters.nearest, None);
     let (sin, cos) = ego.yaw_rad.sin_cos();
@@ -101,12 +114,23 @@ fn whole_path(
         let position = point.pose.position;
         (position.x_m - ego.position.x_m) * cos + (position.y_m - ego.position.y_m) * sin <= SAME_POINT_M
     };
-    for point in trajectory.iter().skip(nearest).skip_while(is_behind) {
-        match way.last_mut() {
-            Some((last, speed_mps)) if last.position.distance_m(point.pose.position) < SAME_POINT_M => {
-                *speed_mps = point.speed_mps;
-            }
-            _ => way.push((point.pose, point.speed_mps)),
+    let ahead: Vec<_> = trajectory.iter().skip(nearest).skip_while(is_behind).collect();
+    let far_m = |way: &[(Pose, f64)], point: &TrajectoryPoint| {
+        way.last().map_or(0.0, |(last, _)| last.position.distance_m(point.pose.position))
+    };
+    for point in &ahead {
+        if far_m(&way, point) >= STEP_M {
+            way.push((point.pose, point.speed_mps));
+        }
+    }
+    // What the vehicle does at the end matters: the last point stands for those before it.
+    if let Some(last) = ahead.last() {
+        let is_near = far_m(&way, last) < STEP_M;
+        if is_near && way.len() > ego_index + 1 {
+            way.pop();
+        }
+        if far_m(&way, last) >= SAME_POINT_M {
+            way.push((last.pose, last.speed_mps));
         }
     }
     (on_lanes(context, way), ego_index)
@@ -138,6 +162,7 @@ fn on_lanes(context: &FactorContext<'_>, way: Vec<(Pose, f64)>) -> Vec<PlannedPa
 fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: usize) -> Vec<Manoeuvre> {
     let context = FactorContext { path: Some(points), ..*context };
     let Some(offsets) = PathOffsets::new(&context) else { return Vec::new() };
+    let offsets = offsets.smoothed(SMOOTHED_M);
     let threshold_m = context.parameters.shift_length_threshold_m;
     let spans = offsets.ramps_within((0, points.len() - 1), threshold_m, RIPPLE_M);
     // Whoever comes back into the lane has not changed it.
@@ -145,7 +170,9 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
         let lane = points.get(*end).and_then(|point| point.lanes.first());
         lane.is_some_and(|lane| offsets.lanes.contains(lane))
     };
-    let crosses = |span: &Span| leaves_sideways(context.road, points, span.0);
+    let crosses = |((start, end), _): &Span| {
+        leaves_sideways(context.road, points, (start.saturating_sub(TRIMMED), *end))
+    };
     let last_back = spans.iter().rposition(|span| crosses(span) && is_back(span));
     let changes_lane = |index: usize, span: &Span| last_back.is_none_or(|back| back < index) && crosses(span);
     // A lane change that is over has made its lane the vehicle's own.
@@ -166,11 +193,12 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
         let ((start, end), ramp) = span;
         if index == 0 && pulls_out(&context, points, span) {
             let lanes = offsets.lanes.clone();
-            let pull_out = pulling::forwards(&context, Some(&offsets), ramp, lanes);
+            let pull_out = pulling::forwards(&context, Some(&offsets), &from_stand(points, ramp), lanes);
             manoeuvres.extend((*end >= ego_index).then_some(Manoeuvre::PullOut(pull_out)));
         } else if index + 1 == spans.len() && pulls_over(&context, points, span) {
-            manoeuvres
-                .push(Manoeuvre::PullOver(PullOver::Decided(pulling::decided(&context, &offsets, ramp))));
+            let pull_over = pulling::decided(&context, &offsets, &to_stand(points, ramp));
+            let is_over = has_arrived(&context, points);
+            manoeuvres.extend((!is_over).then_some(Manoeuvre::PullOver(PullOver::Decided(pull_over))));
         } else if changes_lane(index, span) {
             manoeuvres.push(Manoeuvre::LaneChange(lane_change(&context, &offsets, points, span)));
         } else if *start < ego_index || is_complete(points, *end) {
@@ -213,11 +241,32 @@ fn pulls_over(context: &FactorContext<'_>, points: &[PlannedPathPoint], (_, ramp
     stands && is_at_end && moves_out && off_m.abs() >= context.parameters.pull_out_minimum_shift_m
 }
 
+/// Returns a ramp from where the vehicle stood, unless it first drives along the roadside.
+fn from_stand(points: &[PlannedPathPoint], ramp: &Ramp) -> Ramp {
+    let stand = points.first().map(|point| point.pose);
+    let near = stand.filter(|pose| pose.position.distance_m(ramp.start.position) <= PULLS_OUT_WITHIN_M);
+    Ramp { start: near.unwrap_or(ramp.start), ..*ramp }
+}
+
+/// Returns a ramp to where the path ends in a stand.
+fn to_stand(points: &[PlannedPathPoint], ramp: &Ramp) -> Ramp {
+    Ramp { end: points.last().map_or(ramp.end, |point| point.pose), ..*ramp }
+}
+
+/// Returns whether the vehicle stands at the end of its path.
+fn has_arrived(context: &FactorContext<'_>, points: &[PlannedPathPoint]) -> bool {
+    let Odometry { pose, speed_mps } = context.odometry;
+    let is_at_end =
+        points.last().is_none_or(|last| last.pose.position.distance_m(pose.position) <= ARRIVED_M);
+    speed_mps.abs() < STOP_SPEED_MPS && is_at_end
+}
+
 /// Returns the offset of a point to the left of the middle of its lanelet, metres; 0 without one.
 fn off_middle_m(context: &FactorContext<'_>, point: &PlannedPathPoint) -> f64 {
     let lane = point.lanes.first().and_then(|id| context.road.lane(*id));
     let limits = context.looks_at_height.then_some(context.parameters.nearest);
-    lane.map_or(0.0, |lane| offset_m(&lane.centerline, point.pose, limits))
+    let middle = |lane: &Lanelet| ReferenceLine::new(lane.centerline.iter().copied());
+    lane.map_or(0.0, |lane| middle(lane).offset_m(point.pose, limits))
 }
 
 /// Returns whether a path continues, or stands, where a ramp of it ends: otherwise the ramp leads beyond the horizon, and what it

@@ -106,6 +106,11 @@ impl ReceivedSignal {
         (self.unasked, self.dark, self.was_asked) = (None, None, true);
     }
 
+    /// Notes that a manoeuvre was judged by it: from now on it lingers.
+    pub(super) fn note_judged(&mut self) {
+        (self.unasked, self.was_asked) = (None, true);
+    }
+
     /// Returns whether it is still on after its manoeuvre, for no longer than is tolerated.
     pub(super) fn lingers(&self, settings: &JudgeSettings, now: MonoTime) -> bool {
         self.unasked.is_some_and(|unasked| unasked.follows && now.since(unasked.since) <= settings.linger)
@@ -236,7 +241,10 @@ impl Stretch {
         if let Some(unasked) = self.unasked {
             let limit = if unasked.follows { settings.linger } else { settings.early };
             let early_by = self.start.since(unasked.since);
-            if early_by > limit {
+            let is_planned = matches!(self.subject, SignalSubject::Manoeuvre(_)) && !unasked.follows;
+            let ahead = self.required_since.map(|required| required.since(unasked.since));
+            let is_usual = is_planned && ahead.is_some_and(|ahead| ahead <= settings.ahead);
+            if early_by > limit && !is_usual {
                 return SignalVerdict::Early { by_ms: millis(early_by) };
             }
         }

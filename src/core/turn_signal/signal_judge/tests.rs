@@ -98,6 +98,10 @@ fn each_signal_gets_its_verdict() {
         (&[(Left, 10_000, 16_000), (Left, 17_000, 20_000)], &[Agree]),
         (&[(Left, 10_000, 16_000), (Left, 17_100, 20_000)], &[Missing]),
         (&[(Right, 10_000, 20_000)], &[WrongSide]),
+        // One fault, though it begins before and ends after its manoeuvre as a right signal may.
+        (&[(Right, 8_000, 23_000)], &[WrongSide]),
+        (&[(Right, 7_900, 20_000)], &[Needless, WrongSide]),
+        (&[(Right, 10_000, 23_100)], &[WrongSide, Needless]),
         (&[(Left, 10_000, 16_000), (Right, 16_000, 16_700), (Left, 16_700, 20_000)], &[Agree]),
         (&[(Left, 10_000, 16_000), (Right, 16_000, 16_800), (Left, 16_800, 20_000)], &[WrongSide]),
         (&[(Left, 10_000, 19_000), (Right, 19_000, 20_900)], &[Agree]),
@@ -114,6 +118,49 @@ fn each_signal_gets_its_verdict() {
     ];
     for (spans, expected) in cases {
         assert_eq!(verdicts(&[LEFT_TURN], shown(spans)), *expected, "{spans:?}");
+    }
+}
+
+#[test]
+fn a_planner_may_signal_before_its_trajectory_shows_why() {
+    let lane_change = SignalSubject::Manoeuvre(ManoeuvreKind::LaneChange);
+    let late_seen = |subject| Asked { desired_ms: (14_000, 20_000), subject, ..LEFT_TURN };
+    let early = |by_ms| SignalVerdict::Early { by_ms };
+    assert_eq!(
+        verdicts(&[late_seen(lane_change)], shown(&[(Side::Left, 10_000, 20_000)])),
+        [SignalVerdict::Agree]
+    );
+    assert_eq!(verdicts(&[late_seen(lane_change)], shown(&[(Side::Left, 9_900, 20_000)])), [early(4100)]);
+    // A turn is known from the map.
+    assert_eq!(verdicts(&[late_seen(TURN)], shown(&[(Side::Left, 10_000, 20_000)])), [early(4000)]);
+}
+
+#[test]
+fn a_vehicle_that_stands_before_it_pulls_out_need_not_signal_yet() {
+    let asked = AskedSignal::Side {
+        side: Side::Left,
+        subject: Some(SignalSubject::Manoeuvre(ManoeuvreKind::PullOut)),
+        is_required: true,
+        reason: reason(),
+    };
+    for (starts_ms, expected) in [
+        (8_000, SignalVerdict::Agree),
+        (7_300, SignalVerdict::Agree),
+        (7_200, SignalVerdict::Late { by_ms: 800 }),
+    ] {
+        let mut judge = SignalJudge::new(JudgeSettings::DEFAULT);
+        for ms in (0..15_000).step_by(CYCLE_MS) {
+            let speed_mps = if ms < starts_ms { 0.0 } else { 1.0 };
+            let judged = judge.on_cycle(JudgedCycle {
+                now: MonoTime::from_millis(ms),
+                odometry: Odometry { pose: Pose::default(), speed_mps },
+                asked: asked.clone(),
+                received: Some(if ms < 8_000 { TurnCommand::Disable } else { TurnCommand::Left }),
+            });
+            assert_eq!(judged, []);
+        }
+        let verdicts: Vec<SignalVerdict> = judge.finish().into_iter().map(|judged| judged.verdict).collect();
+        assert_eq!(verdicts, [expected], "moves at {starts_ms} ms");
     }
 }
 

@@ -123,7 +123,7 @@ fn a_driven_path_ends_at_a_jump_and_when_the_vehicle_backs_up() {
     let mut driven = DrivenPath::default();
     let mut lengths = Vec::new();
     for (x_m, speed_mps) in
-        [(0.0, 1.0), (0.4, 1.0), (1.0, 1.0), (f64::NAN, 1.0), (9.0, 1.0), (9.6, 1.0), (9.0, -1.0)]
+        [(0.0, 1.0), (0.9, 1.0), (1.1, 1.0), (f64::NAN, 1.0), (9.0, 1.0), (10.0, 1.0), (9.0, -1.0)]
     {
         driven.update(Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps });
         lengths.push(driven.points.len());
