@@ -18,6 +18,7 @@ mod gateway;
 mod improved;
 mod junctions;
 mod laws;
+mod learned_planners;
 mod line;
 mod loops;
 mod manoeuvres;
