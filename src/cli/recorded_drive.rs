@@ -209,17 +209,27 @@ fn unfit(recording: &Path, reason: String) -> Failure {
 fn warn(recording: &Path, log: &SampleLog) {
     let name = file_name(recording);
     for text in sample_faults(log) {
-        tracing::warn!("{name}: {text}");
+        messages::warn(&format!("{name}: {text}"));
     }
+    let trajectory = SampleKind::Input(SubscriptionKind::Trajectory);
+    let has_trajectory = log.topics().iter().any(|topic| topic.kind == trajectory && topic.received > 0);
     for topic in log.topics() {
-        let is_needed = matches!(
-            topic.kind,
-            SampleKind::Input(
-                SubscriptionKind::Odometry | SubscriptionKind::Route | SubscriptionKind::PlannedPath
-            )
-        );
-        if is_needed && topic.received == 0 && topic.undecodable == 0 {
-            tracing::warn!("{name} has no sample of {}, without which little can be decided", topic.name);
+        let advice = match topic.kind {
+            SampleKind::Input(SubscriptionKind::Odometry | SubscriptionKind::Route) => String::new(),
+            SampleKind::Input(SubscriptionKind::PlannedPath) if !has_trajectory => format!(
+                "; for a planner that sends a trajectory, give a --config whose [turn_signal.inputs] names its topic: \
+                 trajectory = \"/planning/trajectory\"; {}",
+                log.other_topics()
+            ),
+            SampleKind::Input(_) | SampleKind::TurnReport | SampleKind::Frames { .. } | SampleKind::Calls => {
+                continue;
+            }
+        };
+        if topic.received == 0 && topic.undecodable == 0 {
+            let topic = &topic.name;
+            messages::warn(&format!(
+                "{name} has no sample of {topic}, without which little can be decided{advice}"
+            ));
         }
     }
 }

@@ -1,6 +1,6 @@
 """Writes what Autoware publishes on a drive as bags, with a serializer and two writers that are not ours.
 
-drive_bag_writer.py SCRIPT FOLDER   SCRIPT is as autoware_drive.py has it. Makes drive.mcap of the mcap package, with chunks in
+drive_bag_writer.py SCRIPT FOLDER   SCRIPT is as autoware_drive.py has it; a topic "trajectory" takes the place of path and factors. Makes drive.mcap of the mcap package, with chunks in
                                     zstd, and the bag rosbags_sqlite3 of rosbags in FOLDER. Messages are serialized by rosbags.
 """
 
@@ -21,6 +21,7 @@ NAMES = {
     "odometry": "nav_msgs/msg/Odometry",
     "route": "autoware_planning_msgs/msg/LaneletRoute",
     "path": "autoware_internal_planning_msgs/msg/PathWithLaneId",
+    "trajectory": "autoware_planning_msgs/msg/Trajectory",
     "factors": "autoware_internal_planning_msgs/msg/PlanningFactorArray",
     "scenario": "autoware_internal_planning_msgs/msg/Scenario",
     "own_turn": "autoware_vehicle_msgs/msg/TurnIndicatorsCommand",
@@ -85,6 +86,15 @@ def path(nanos, points):
     return make(NAMES["path"], header(nanos), made, [], [])
 
 
+def trajectory(nanos, points):
+    made = []
+    for x, y, yaw, z, speed, _ in points:
+        rest = [0.0] * 5  # lateral speed, acceleration, yaw rate, wheel angles
+        point = make("autoware_planning_msgs/msg/TrajectoryPoint", make("builtin_interfaces/msg/Duration", 0, 0), pose(x, y, yaw, z), number(speed), *rest)
+        made.append(point)
+    return make(NAMES["trajectory"], header(nanos), made)
+
+
 def factors(nanos, module, listed):
     package = "autoware_internal_planning_msgs/msg/"
     made = []
@@ -98,16 +108,20 @@ def factors(nanos, module, listed):
     return make(NAMES["factors"], header(nanos), made)
 
 
-def messages(script):
+def messages(topics, script):
     """Time, key and message of each sample, in the order of time."""
+    is_learned = "trajectory" in topics
     for cycle in script:
         at = START_NS + round(cycle["t"] * 1e9)
         if "route" in cycle:
             yield at, "route", route(at, cycle["route"])
         yield at, "scenario", make(NAMES["scenario"], "LaneDriving" if cycle["lane_driving"] else "Parking", [])
-        yield at, "path", path(at, cycle["path"])
-        for module, listed in cycle["factors"].items():
-            yield at, f"factors:{module}", factors(at, module, listed)
+        if is_learned:
+            yield at, "trajectory", trajectory(at, cycle["path"])
+        else:
+            yield at, "path", path(at, cycle["path"])
+            for module, listed in cycle["factors"].items():
+                yield at, f"factors:{module}", factors(at, module, listed)
         for key in ("own_turn", "report"):
             if key in cycle:
                 yield at, key, make(NAMES[key], time(at), cycle[key])
@@ -141,7 +155,7 @@ def with_rosbags(topics, samples, folder):
 
 
 lines = [json.loads(line) for line in Path(sys.argv[1]).read_text().splitlines()]
-made = [(at, key, bytes(STORE.serialize_cdr(message, NAMES[key.partition(":")[0]]))) for at, key, message in messages(lines[1:])]
+made = [(at, key, bytes(STORE.serialize_cdr(message, NAMES[key.partition(":")[0]]))) for at, key, message in messages(lines[0], lines[1:])]
 with_mcap(lines[0], made, Path(sys.argv[2]) / "drive.mcap")
 with_rosbags(lines[0], made, Path(sys.argv[2]) / "rosbags_sqlite3")
 print(len(made))

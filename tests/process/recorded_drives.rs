@@ -35,6 +35,15 @@ struct Recorded {
 
 impl Recorded {
     fn new(writers: &McapReaders, drive: &str, planner: Planner) -> Self {
+        Self::with_topics(writers, drive, planner, "")
+    }
+
+    /// A planner that sends its path as a trajectory, and no planning factors.
+    fn of_learned_planner(writers: &McapReaders, drive: &str, planner: Planner) -> Self {
+        Self::with_topics(writers, drive, planner, "\"trajectory\": \"/planner/trajectory\", ")
+    }
+
+    fn with_topics(writers: &McapReaders, drive: &str, planner: Planner, topics: &str) -> Self {
         let path = Path::new(project()).join("config/drives").join(drive);
         let simulation = DriveSimulation::new(read(&Disk, &path).unwrap()).unwrap();
         let mut script = Script::new(&simulation);
@@ -42,7 +51,7 @@ impl Recorded {
         script.add("own_turn", |index, _| Some(signal(&decided, index, planner) as u8));
         let folder = tempfile::tempdir().unwrap();
         let script_path = folder.path().join("script");
-        fs::write(&script_path, script.text()).unwrap();
+        fs::write(&script_path, script.text().replacen('{', &format!("{{{topics}"), 1)).unwrap();
         writers.write_drive(&script_path, folder.path());
         Self { folder, map: simulation.file().map.clone() }
     }
@@ -139,4 +148,27 @@ fn a_bag_of_autoware_alone_drives_the_decider_in_a_replay() {
     commands.dedup();
     assert_eq!(commands, [0, 1, 2, 1], "nothing before the first inputs, then a turn to the left");
     assert_eq!(replayed("rosbags_sqlite3"), lines);
+}
+
+#[test]
+fn a_learned_planners_signal_is_judged_by_its_trajectory() {
+    let writers = require!(McapReaders::find());
+    for (planner, verdict) in [(Planner::Agrees, "agree"), (Planner::Missing, "missing")] {
+        let recorded = Recorded::of_learned_planner(&writers, "lane_change_left.toml", planner);
+        let config = format!(
+            "[turn_signal]\nmap = \"{}\"\n[turn_signal.inputs]\ntrajectory = \"/planner/trajectory\"\n",
+            recorded.map.display()
+        );
+        fs::write(recorded.folder.path().join("gateway.toml"), config).unwrap();
+        let ran = run(&recorded.folder, &["decide", "drive.mcap", "--config", "gateway.toml", "--json"]);
+        assert_eq!(ran.error, "", "the planned path is not missed");
+        let lines = ran.json();
+        let change = &lines[0]["manoeuvre"];
+        assert_eq!((change["kind"].as_str(), change["side"].as_str()), (Some("lane_change"), Some("left")));
+        assert_eq!(change["verdict"], verdict, "{change}");
+        let unnamed = recorded.report("drive.mcap", &[]);
+        let advice = "give a --config whose [turn_signal.inputs] names its topic: trajectory =";
+        assert!(unnamed.error.contains(advice), "{}", unnamed.text());
+        assert!(unnamed.error.contains("it has /planner/trajectory"), "{}", unnamed.error);
+    }
 }
