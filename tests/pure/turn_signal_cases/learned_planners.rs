@@ -452,7 +452,7 @@ fn faults_of_a_learned_planner_are_found_and_nothing_else() {
     }
 }
 
-mod slow {
+mod exhaustive {
     use super::*;
 
     const DRIVES: u64 = 50;
