@@ -157,7 +157,7 @@ impl Live {
     }
 
     /// Returns true if the last frames to the vehicle are out, after
-    /// [`CommandInput::Stop`](crate::core::command::input::CommandInput::Stop).
+    /// [`CommandInput::Stop`].
     pub fn is_finished(&self) -> bool {
         self.gateway.is_finished()
     }

@@ -7,10 +7,15 @@ use crate::core::time::WallStamp;
 /// Stamps below this are not absolute times: 2001-09-09, ns.
 const MIN_ABSOLUTE: i64 = 1_000_000_000 * SECOND;
 
-/// Returns the stamp of a line if it may be a difference, ns.
+/// Returns the stamp of a line if it may be a difference, ns: candump writes these with three digits of seconds at least, and absolute
+/// times with ten.
 pub(super) fn difference(line: &[u8]) -> Option<i64> {
-    let (stamp, _) = text(line).ok().and_then(stamped)?;
-    Some(stamp.as_nanos()).filter(|nanos| *nanos < MIN_ABSOLUTE)
+    let line = text(line).ok()?;
+    let (stamp, _) = stamped(line)?;
+    let (time, _) = without_colour(line.trim_start()).trim_start().strip_prefix('(')?.split_once(')')?;
+    let (seconds, fraction) = time.split_once('.')?;
+    let is_written_so = (3..10).contains(&seconds.len()) && matches!(fraction.len(), 6 | 9);
+    Some(stamp.as_nanos()).filter(|nanos| is_written_so && *nanos < MIN_ABSOLUTE)
 }
 
 /// Returns true if the stamps of these lines are differences: they fall again and again, and a quarter or more of them are smaller than
@@ -85,9 +90,15 @@ mod tests {
             ((0..30).chain(0..30).collect(), false),
             (vec![1_700_000_000_300, 1_700_000_000_200, 1_700_000_000_400], false),
         ] {
-            let lines = millis.iter().map(|ms| format!("({}.{:03}) can0 123#", ms / 1000, ms % 1000));
+            let lines = millis.iter().map(|ms| format!("({:03}.{:03}000) can0 123#", ms / 1000, ms % 1000));
             let lines: Vec<_> = lines.collect();
             assert_eq!(are_differences(lines.iter().map(String::as_bytes)), expected, "{millis:?}");
+        }
+        for lines in [
+            ["(10.500000) can0 123#", "(10.400000) can0 123#"],
+            ["(0000000002.500000) can0 123#", "(0000000000.400000) can0 123#"],
+        ] {
+            assert!(!are_differences(lines.iter().map(|line| line.as_bytes())), "{lines:?}");
         }
     }
 }
