@@ -60,7 +60,7 @@ fn parts(line: &str, start_us: &mut Option<i64>, last_us: &mut i64) -> [(&'stati
         ("{second:minute}", format!("{:02}.{:03}", of_minute / 1000, of_minute % 1000)),
         ("{offset_s}", thousandths(offset, 6)),
         ("{offset_s,}", thousandths(offset, 6).replace('.', ",")),
-        ("{difference_s}", thousandths(difference, 6)),
+        ("{difference_s}", format!("{:0>10}", thousandths(difference, 6))),
         ("{time_of_day}", of_day),
         ("{offset_ms}", thousandths(offset, 3)),
         ("{offset_us}", offset.to_string()),
