@@ -366,11 +366,11 @@ mod tests {
             ("(1.0) can0 123#\n", Some("candump (-L, -ta)")),
             (" (1.000000)  can0  123   [0]\n", Some("candump (-L, -ta)")),
             (
-                " (000.0)  can0  1   [0]\n (002.5)  can0  1   [0]\n (002.4)  can0  1   [0]\n",
+                " (000.000000)  can0  1   [0]\n (002.500000)  can0  1   [0]\n (002.400000)  can0  1   [0]\n",
                 Some("candump -td"),
             ),
             (
-                " (000.0)  can0  1   [0]\n (002.5)  can0  1   [0]\n (002.6)  can0  1   [0]\n",
+                " (000.000000)  can0  1   [0]\n (002.500000)  can0  1   [0]\n (002.600000)  can0  1   [0]\n",
                 Some("candump (-L, -ta)"),
             ),
             ("# (1.0) can0 link down\n", Some("candump (-L, -ta)")),
