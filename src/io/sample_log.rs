@@ -14,7 +14,7 @@ use super::can::log::is_breakage;
 use super::ros::messages::autoware_vehicle_msgs::TurnIndicatorsReport;
 use super::ros::messages::ros2_socketcan_msgs::FdFrame;
 use super::ros::messages::signal_gateway_msgs::GatewayCall as CallMessage;
-use super::ros::messages::{CdrBytes, TypeName, can_msgs};
+use super::ros::messages::{CdrBytes, TypeName, can_msgs, full_name};
 use super::ros::reading::{Endian, Unreadable, encapsulated, read, read_message};
 use super::ros::topics::SubscriptionKind;
 use crate::core::can::{BusIndex, CanInput};
@@ -125,10 +125,7 @@ impl SampleLog {
         let mut rest =
             VecDeque::from(if path.is_dir() { bag_folder::files(path)? } else { vec![path.to_owned()] });
         let first = rest.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
-        let named = |(name, kind): &(String, SampleKind)| {
-            let (package, message) = kind.type_name();
-            (name.clone(), format!("{package}/msg/{message}"))
-        };
+        let named = |(name, kind): &(String, SampleKind)| (name.clone(), full_name(kind.type_name()));
         let names: Vec<(String, String)> = topics.iter().map(named).collect();
         let choose: Choose<usize> = Arc::new(move |topic: &RecordedTopic<'_>| {
             let is_topic =

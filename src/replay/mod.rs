@@ -118,19 +118,20 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read on; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
-        match (self.deadline_before_input(), self.tape.next.take()) {
-            (None, Some((mut input, at))) => {
-                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..at };
+        match (self.deadline_before_input(), &mut self.tape.next) {
+            (None, Some((input, at))) => {
+                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
                 self.last_input = at.mono;
-                if let (RecordedInput::Can(CanInput::Frame { stamp, .. }), Some(wall)) =
-                    (&mut input, self.wall)
-                {
-                    *stamp = wall;
-                }
                 match input {
-                    RecordedInput::Can(input) => self.gateway.handle_can(&input, self.now),
+                    RecordedInput::Can(input) => {
+                        if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut *input, self.wall) {
+                            *stamp = wall;
+                        }
+                        self.gateway.handle_can(input, self.now);
+                    }
                     RecordedInput::Sample(_) => {
-                        if let Some(input) = input.into_input() {
+                        let taken = self.tape.next.take();
+                        if let Some(input) = taken.and_then(|(input, _)| input.into_input()) {
                             self.gateway.handle(input, self.now);
                         }
                     }
@@ -139,7 +140,6 @@ impl Replay {
                 Ok(true)
             }
             (Some(deadline), next) if next.is_some() || self.ended => {
-                self.tape.next = next;
                 self.advance(deadline);
                 self.gateway.handle(Input::Tick, self.now);
                 Ok(true)

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use super::encoder::{RecordedChannel, RecordedMessage};
 use super::file::{McapFile, offered_qos};
+use crate::io::ros::messages::full_name;
 
 /// Limits after which a bag continues in a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -191,13 +192,13 @@ impl Bag {
             if count == 0 {
                 continue;
             }
-            let (package, name) = channel.type_name;
             // Writing to a String cannot fail. Names of topics need no quotes, see `topic_token` and the configuration.
             let _ = write!(
                 text,
-                "    - topic_metadata:\n        name: {}\n        type: {package}/msg/{name}\n        \
+                "    - topic_metadata:\n        name: {}\n        type: {}\n        \
                  serialization_format: cdr\n        offered_qos_profiles: {}\n      message_count: {count}\n",
                 channel.topic,
+                full_name(channel.type_name),
                 quoted(&offered_qos(channel))
             );
         }

@@ -15,7 +15,7 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
 use super::encoder::{RecordedChannel, RecordedMessage};
-use crate::io::ros::messages::schema;
+use crate::io::ros::messages::{full_name, schema};
 use crate::io::ros::topics::Durability;
 
 /// A chunk is closed when it is larger than this, bytes.
@@ -97,10 +97,8 @@ impl McapFile {
         if let Some(known) = self.channels.get(&position) {
             return Ok(known.id);
         }
-        let (package, name) = channel.type_name;
         let definition = schema(channel.type_name).unwrap_or_default();
-        let schema =
-            self.writer.add_schema(&format!("{package}/msg/{name}"), "ros2msg", definition.as_bytes());
+        let schema = self.writer.add_schema(&full_name(channel.type_name), "ros2msg", definition.as_bytes());
         let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), offered_qos(channel))]);
         self.writer.add_channel(schema.map_err(io_error)?, &channel.topic, "cdr", &metadata).map_err(io_error)
     }

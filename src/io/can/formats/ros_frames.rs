@@ -15,7 +15,7 @@ use crate::core::can::ErrorFrame;
 use crate::core::time::WallStamp;
 use crate::io::ros::messages::builtin_interfaces::Time;
 use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
-use crate::io::ros::messages::{TypeName, can_msgs};
+use crate::io::ros::messages::{can_msgs, full_name};
 use crate::io::ros::reading::{encapsulated, read_message};
 
 /// Topics of received frames, by their last part.
@@ -35,11 +35,13 @@ pub(super) struct FrameTopic {
 impl FrameTopic {
     /// Returns `None` for a topic of another type (`can_msgs/msg/Frame`), in another encoding, or with sent frames.
     pub(super) fn new(topic: &str, type_name: &str, encoding: &str) -> Option<Self> {
-        let is = |(package, name): TypeName| type_name.strip_prefix(package) == Some(&format!("/msg/{name}"));
-        let is_fd = is(FdFrame::TYPE_NAME);
+        let is_fd = type_name == full_name(FdFrame::TYPE_NAME);
         let (namespace, last) = topic.trim_matches('/').rsplit_once('/').unwrap_or((UNNAMED, topic));
         let last = last.trim_matches('/');
-        if encoding != "cdr" || !is_fd && !is(can_msgs::Frame::TYPE_NAME) || last.starts_with(SENT) {
+        if encoding != "cdr"
+            || !is_fd && type_name != full_name(can_msgs::Frame::TYPE_NAME)
+            || last.starts_with(SENT)
+        {
             return None;
         }
         let interface = if RECEIVED.contains(&last) { namespace } else { topic.trim_matches('/') };

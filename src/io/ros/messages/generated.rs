@@ -10,6 +10,11 @@ include!(concat!(env!("OUT_DIR"), "/ros_messages.rs"));
 /// A message type as `(package, name)`.
 pub type TypeName = (&'static str, &'static str);
 
+/// Returns the name of a message type as recordings have it: `can_msgs/msg/Frame`.
+pub(in crate::io) fn full_name((package, name): TypeName) -> String {
+    format!("{package}/msg/{name}")
+}
+
 /// Returns the hash of a message or service type as ROS 2 has it since Iron (REP-2016); `None` for a type without a
 /// definition. `rmw_zenoh` has the hash in its keys, so that nodes whose definitions differ do not receive each other.
 pub fn type_hash(package: &str, name: &str) -> Option<&'static str> {
