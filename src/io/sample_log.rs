@@ -226,7 +226,8 @@ impl SampleLog {
                     }
                     SampleKind::Calls => {
                         let call = read_message::<CallMessage>(bytes, endian)?.call();
-                        let layout = || Unreadable::Layout("it is no call of this version".to_owned());
+                        let layout =
+                            || Unreadable::Layout("expected a call as this version records it".to_owned());
                         SampleContent::Call(call.ok_or_else(layout)?)
                     }
                 };

@@ -11,6 +11,7 @@ use signal_gateway::core::dbc::model::{Database, DbcSeverity, Message, Number};
 use signal_gateway::core::dbc::parse;
 
 use crate::support::prerequisite::{peer_python, require, shared_data};
+use crate::support::random::Random;
 use crate::support::vehicle_facts::{DbcOrigin, Twin, VEHICLES, VehicleFacts};
 
 /// Every DBC file, by name without its ending; each is read once.
@@ -223,9 +224,9 @@ fn nested_multiplexing_as_cantools_writes_it_is_read_like_cantools_reads_it() {
 /// Frames for one message: noise, all bits set, and noise for each alternative of a multiplexor.
 fn payloads(message: &Message, random: &mut Random) -> Vec<(Message, [u8; MAX_DATA])> {
     let mut payloads = vec![[0xFF; MAX_DATA]];
-    payloads.extend((0..6).map(|_| random.bytes()));
+    payloads.extend((0..6).map(|_| bytes(random)));
     for signal in message.signals.iter().filter(|signal| signal.codec.is_multiplexed()) {
-        let mut data = random.bytes();
+        let mut data = bytes(random);
         signal.codec.select(&mut data).unwrap();
         payloads.push(data);
     }
@@ -263,20 +264,8 @@ impl Tally {
     }
 }
 
-/// Sebastiano Vigna's splitmix64: the same noise in every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn bytes(&mut self) -> [u8; MAX_DATA] {
-        let mut bytes = [0; MAX_DATA];
-        bytes.chunks_exact_mut(8).for_each(|chunk| chunk.copy_from_slice(&self.next().to_le_bytes()));
-        bytes
-    }
+fn bytes(random: &mut Random) -> [u8; MAX_DATA] {
+    let mut bytes = [0; MAX_DATA];
+    bytes.chunks_exact_mut(8).for_each(|chunk| chunk.copy_from_slice(&random.next().to_le_bytes()));
+    bytes
 }

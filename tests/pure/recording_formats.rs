@@ -4,6 +4,8 @@ use serde::Deserialize;
 
 use signal_gateway::io::can::formats;
 
+use crate::support::docs_section;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
@@ -50,13 +52,5 @@ fn documentation_has_the_formats_and_who_judged_them() {
     let table = format!(
         "| format | what is read | what is special | compared with (frames) |\n|---|---|---|---|\n{lines}"
     );
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/vehicle-lights.md");
-    let text = std::fs::read_to_string(path).unwrap();
-    let (before, rest) = text.split_once(EDGES[0]).unwrap();
-    let (shown, after) = rest.split_once(EDGES[1]).unwrap();
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        std::fs::write(path, [before, EDGES[0], &table, EDGES[1], after].concat()).unwrap();
-    } else {
-        assert_eq!(shown, table, "renew it: UPDATE_DOCS=1 cargo test --test pure recording_formats");
-    }
+    docs_section::check("docs/vehicle-lights.md", EDGES, &table, "recording_formats");
 }

@@ -5,6 +5,8 @@ use signal_gateway::io::ros::topics::{
     Delivery, Durability, LOG_LIFESPAN, OUTGOING, OutgoingRow, RowDurability, TopicFlow,
 };
 
+use crate::support::docs_section;
+
 const EDGES: [&str; 2] = [
     "<!-- Made by `UPDATE_DOCS=1 cargo test --test pure topics` from io::ros::topics. -->\n",
     "<!-- The end of the table. -->\n",
@@ -33,15 +35,7 @@ fn documentation_has_the_topics_of_reports_diagnostics_and_log() {
     };
     let lines: String = OUTGOING.iter().filter(is_shown).map(line).collect();
     let table = format!("| topic | type | QoS | when |\n|---|---|---|---|\n{lines}");
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/vehicle-lights.md");
-    let text = std::fs::read_to_string(path).unwrap();
-    let (before, rest) = text.split_once(EDGES[0]).unwrap();
-    let (shown, after) = rest.split_once(EDGES[1]).unwrap();
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        std::fs::write(path, [before, EDGES[0], &table, EDGES[1], after].concat()).unwrap();
-    } else {
-        assert_eq!(shown, table, "renew it: UPDATE_DOCS=1 cargo test --test pure topics");
-    }
+    docs_section::check("docs/vehicle-lights.md", EDGES, &table, "topics");
 }
 
 #[test]

@@ -19,6 +19,7 @@ pub(crate) mod process;
 pub(crate) mod processor;
 pub(crate) mod program;
 pub(crate) mod property;
+pub(crate) mod random;
 pub(crate) mod rows;
 pub(crate) mod rtps;
 pub(crate) mod service_manager;

@@ -4,7 +4,6 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -25,6 +24,8 @@ use signal_gateway::core::turn_signal::vehicle_state::{VehicleState, VehicleUse}
 
 use super::line::FRONT_M;
 use crate::support::clock::at;
+use crate::support::docs_section;
+use crate::support::random::Random;
 
 const BEGIN: &str =
     "<!-- begin faults, made by `UPDATE_DOCS=1 cargo test --test pure learned_planners` -->\n";
@@ -74,23 +75,6 @@ const PLANNERS: [Planner; 6] = [
         ..USUAL
     },
 ];
-
-/// Numbers that look random and are always the same.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ (mixed >> 31)
-    }
-
-    #[allow(clippy::cast_precision_loss)] // 53 bits
-    fn within(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -487,14 +471,6 @@ mod exhaustive {
             assert!(false_alarms <= planner.false_alarms, "{}: {without:?}", planner.name);
             assert!(with.iter().all(|tally| tally.hits >= planner.hits), "{}: {with:?}", planner.name);
         }
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/turn-signal-decider.md");
-        let text = std::fs::read_to_string(&path).unwrap();
-        let (before, rest) = text.split_once(BEGIN).unwrap();
-        let (found, after) = rest.split_once(END).unwrap();
-        if std::env::var_os("UPDATE_DOCS").is_some() {
-            std::fs::write(path, format!("{before}{BEGIN}{table}{END}{after}")).unwrap();
-        } else {
-            assert_eq!(found, table, "run `UPDATE_DOCS=1 cargo test --test pure learned_planners`");
-        }
+        docs_section::check("docs/turn-signal-decider.md", [BEGIN, END], &table, "learned_planners");
     }
 }
