@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use signal_gateway::io::can::formats;
 
-use crate::support::docs_section;
+use crate::support::docs_table;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -52,5 +52,5 @@ fn documentation_has_the_formats_and_who_judged_them() {
     let table = format!(
         "| format | what is read | what is special | compared with (frames) |\n|---|---|---|---|\n{lines}"
     );
-    docs_section::check("docs/vehicle-lights.md", EDGES, &table, "recording_formats");
+    docs_table::check("docs/vehicle-lights.md", EDGES, &table, "recording_formats");
 }

@@ -5,7 +5,7 @@ use signal_gateway::io::ros::topics::{
     Delivery, Durability, LOG_LIFESPAN, OUTGOING, OutgoingRow, RowDurability, TopicFlow,
 };
 
-use crate::support::docs_section;
+use crate::support::docs_table;
 
 const EDGES: [&str; 2] = [
     "<!-- Made by `UPDATE_DOCS=1 cargo test --test pure topics` from io::ros::topics. -->\n",
@@ -35,7 +35,7 @@ fn documentation_has_the_topics_of_reports_diagnostics_and_log() {
     };
     let lines: String = OUTGOING.iter().filter(is_shown).map(line).collect();
     let table = format!("| topic | type | QoS | when |\n|---|---|---|---|\n{lines}");
-    docs_section::check("docs/vehicle-lights.md", EDGES, &table, "topics");
+    docs_table::check("docs/vehicle-lights.md", EDGES, &table, "topics");
 }
 
 #[test]

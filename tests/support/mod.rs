@@ -8,6 +8,7 @@ pub(crate) mod clock;
 pub(crate) mod command_vehicle;
 pub(crate) mod diagnostics;
 pub(crate) mod docs_section;
+pub(crate) mod docs_table;
 pub(crate) mod drive_script;
 pub(crate) mod driving_vehicle;
 pub(crate) mod files;

@@ -24,7 +24,7 @@ use signal_gateway::core::turn_signal::vehicle_state::{VehicleState, VehicleUse}
 
 use super::line::FRONT_M;
 use crate::support::clock::at;
-use crate::support::docs_section;
+use crate::support::docs_table;
 use crate::support::random::Random;
 
 const BEGIN: &str =
@@ -471,6 +471,6 @@ mod exhaustive {
             assert!(false_alarms <= planner.false_alarms, "{}: {without:?}", planner.name);
             assert!(with.iter().all(|tally| tally.hits >= planner.hits), "{}: {with:?}", planner.name);
         }
-        docs_section::check("docs/turn-signal-decider.md", [BEGIN, END], &table, "learned_planners");
+        docs_table::check("docs/turn-signal-decider.md", [BEGIN, END], &table, "learned_planners");
     }
 }
