@@ -9,6 +9,7 @@ mod dds {
     mod cyclone;
     mod daemon_on_ros;
     mod delivery;
+    mod demo;
     mod fast_dds;
     mod forged;
     mod hostile;

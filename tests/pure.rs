@@ -7,6 +7,7 @@ mod support;
 mod pure {
     mod absences;
     mod arxml;
+    mod bring_up;
     mod case_files;
     mod change_costs;
     mod command_model;

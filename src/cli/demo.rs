@@ -1,6 +1,7 @@
 //! `demo`: runs the gateway on a built-in recording or simulation.
 
 use std::io;
+use std::net::Ipv4Addr;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -27,7 +28,7 @@ use crate::desk::rehearsal::{Rehearsal, Surroundings};
 use crate::io::can::log::Log;
 use crate::io::clock::Clock;
 use crate::replay::{Recording, Routes};
-use crate::report::story;
+use crate::report::story::{self, Story};
 use crate::report::view::View;
 
 pub(super) const HELP: &str = "\
@@ -35,12 +36,22 @@ Examples:
   signal-gateway demo                   45 s of an invented sedan, published on ROS 2
   signal-gateway demo --repeat
   signal-gateway demo --no-ros          without publishing
+  signal-gateway demo --domain 0        published where other computers see it
   signal-gateway demo --repeat --open   in a browser as well
   signal-gateway demo commands          a drive, its commands, and a simulated vehicle
   signal-gateway demo lights            the traffic lights of a scenario
 
-commands and lights touch neither a bus nor ROS 2. On a terminal a live view shows the state, and ?
-its keys; elsewhere, and with --plain, each change is a line.";
+What is published is invented: it stays on this computer, in a ROS domain of its own, unless
+--domain is given; ROS_DOMAIN_ID is not followed. commands and lights touch neither a bus nor
+ROS 2. On a terminal a live view shows the state, and ? its keys; elsewhere, and with --plain, each
+change is a line. Each caption is checked: the demo ends with an error when one does not hold.";
+
+/// ROS domain of the demo unless one is given: what it publishes is invented, and must not reach a vehicle.
+const DEMO_DOMAIN: u16 = 100;
+
+/// What makes Cyclone DDS listen on the loopback, where Fast DDS listens by itself.
+const CYCLONE_ON_LOOPBACK: &str =
+    r#"<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces></General>"#;
 
 /// Commands that are listed after the summary.
 const TRY_NEXT: &[(&str, &str)] = &[
@@ -65,6 +76,9 @@ pub(super) struct DemoArgs {
     /// Show only, do not publish
     #[arg(long)]
     no_ros: bool,
+    /// Publish on all networks in ROS domain ID, instead of on this computer alone in domain 100
+    #[arg(long, value_name = "ID", conflicts_with = "no_ros", value_parser = clap::value_parser!(u16).range(..=232))]
+    domain: Option<u16>,
     #[command(flatten)]
     view: ViewArgs,
     #[command(flatten)]
@@ -91,14 +105,10 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
             "--ros-args: demo has its own configuration and profile; use run".to_owned(),
         ));
     }
-    let config = match args.what {
-        None => DEMO_CONFIG,
-        Some(Rehearsed::Commands) => "config/demo_commands.toml",
-        Some(Rehearsed::Lights) => "config/demo_lights.toml",
-    };
+    let config = args.what.map_or(DEMO_CONFIG, Rehearsed::config);
     let overrides = Overrides { profile: None, ros: ros.overrides };
     let mut settings = load(&Embedded, Path::new(config), &overrides)?;
-    args.web.apply(&mut settings.http);
+    args.web.apply(&mut settings.http)?;
     match args.what {
         None => play(args, settings)?,
         Some(what) => simulate(args, what, &settings)?,
@@ -109,6 +119,15 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
 fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     settings.ros.enabled &= !args.no_ros;
     settings.ros.isolated = !args.isolation.no_isolation;
+    settings.ros.domain_id = Some(args.domain.unwrap_or(DEMO_DOMAIN));
+    if args.domain.is_none() {
+        settings.ros.only_networks = vec![Ipv4Addr::LOCALHOST.into()];
+    }
+    if settings.ros.enabled {
+        for note in listen_notes(args.domain) {
+            messages::note(&note);
+        }
+    }
     let (file, stamps) = match &settings.recording {
         Some(recording) => (recording.file.clone(), recording.stamps),
         None => return Err(DaemonError::NoRecording.into()),
@@ -122,6 +141,22 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     Ok(daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?)
 }
 
+/// Where the demo publishes, and the commands that listen to it.
+fn listen_notes(domain: Option<u16>) -> Vec<String> {
+    let (domain_id, place) = match domain {
+        Some(domain_id) => (domain_id, "on all networks"),
+        None => (DEMO_DOMAIN, "on this computer alone"),
+    };
+    let mut notes = vec![
+        format!("invented reports are published {place}, in ROS domain {domain_id}; to listen:"),
+        format!("ROS_DOMAIN_ID={domain_id} ros2 topic echo /vehicle/status/turn_indicators_status"),
+    ];
+    if domain.is_none() {
+        notes.push(format!("with rmw_cyclonedds_cpp, first: export CYCLONEDDS_URI='{CYCLONE_ON_LOOPBACK}'"));
+    }
+    notes
+}
+
 fn crossing() -> Result<DriveSimulation, Refused> {
     let path = BuiltIn::Drive.path("crossing_left").unwrap_or_default();
     DriveSimulation::new(drive::read(&Disk, &path)?)
@@ -133,76 +168,157 @@ fn script() -> Vec<(MonoTime, SimulationRequest)> {
     story::COMMANDS_SCRIPT.iter().filter_map(request).collect()
 }
 
-fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(), Failure> {
-    let start = Clock::start().now().wall;
-    let (title, story, length, laps) = match what {
-        Rehearsed::Commands => (
-            format!("demo commands · {}, simulated", settings.vehicle),
-            story::COMMANDS,
-            Duration::from_secs(42),
-            2,
-        ),
-        Rehearsed::Lights => {
-            ("demo lights · bench scenario".to_owned(), story::LIGHTS, Duration::from_secs(40), 0)
+impl Rehearsed {
+    fn config(self) -> &'static str {
+        match self {
+            Self::Commands => "config/demo_commands.toml",
+            Self::Lights => "config/demo_lights.toml",
         }
+    }
+
+    fn story(self) -> Story {
+        match self {
+            Self::Commands => story::COMMANDS,
+            Self::Lights => story::LIGHTS,
+        }
+    }
+
+    fn title(self, vehicle: &str) -> String {
+        match self {
+            Self::Commands => format!("demo commands · {vehicle}, simulated"),
+            Self::Lights => "demo lights · bench scenario".to_owned(),
+        }
+    }
+
+    fn length(self) -> Duration {
+        Duration::from_secs(match self {
+            Self::Commands => 42,
+            Self::Lights => 22,
+        })
+    }
+}
+
+/// The drives over the crossing in `demo commands`.
+const LAPS: u32 = 2;
+
+fn rehearsal<'a>(
+    what: Rehearsed,
+    settings: &Settings,
+    drive: &'a DriveSimulation,
+) -> Result<Rehearsal<'a>, Failure> {
+    let surroundings = match what {
+        Rehearsed::Commands => {
+            let plan = settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()))?;
+            Some(Surroundings::new(plan, script(), drive, LAPS))
+        }
+        Rehearsed::Lights => None,
     };
-    let drive = if laps > 0 { Some(crossing()?) } else { None };
-    let plan = || settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()));
-    let surroundings = match &drive {
-        Some(drive) => Some(Surroundings::new(plan()?, script(), drive, laps)),
-        None => None,
-    };
-    let rehearsal = Rehearsal::new(settings.gateway.clone(), surroundings, start, length);
-    let view = args.view.open(title, settings.http.url(), View::lines)?;
-    let view = view.with_story(story, TRY_NEXT, messages::layout(&io::stdout()).width);
+    let start = Clock::start().now().wall;
+    Ok(Rehearsal::new(settings.gateway.clone(), surroundings, start, what.length()))
+}
+
+fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(), Failure> {
+    let drive = crossing()?;
+    let rehearsal = rehearsal(what, settings, &drive)?;
+    let view = args.view.open(what.title(&settings.vehicle), settings.http.url(), View::lines)?;
+    let view = view.with_story(what.story(), TRY_NEXT, messages::layout(&io::stdout()).width);
     Ok(rehearse(settings, view, rehearsal, args.speed)?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::command::snapshot::LightsValue;
-    use crate::core::diagnostics::Level;
+    use crate::core::gateway::snapshot::Snapshot;
+    use crate::core::time::Now;
+    use crate::replay::Replay;
+    use crate::report::story::{Caption, Claim, Observed, Story, Teller, WrongCaption};
 
-    /// What is commanded and what is reported when each caption of `demo commands` has been read for a while.
-    #[test]
-    fn each_caption_of_the_commands_tells_what_happens_in_both_laps() {
-        let settings =
-            load(&Embedded, Path::new("config/demo_commands.toml"), &Overrides::default()).unwrap();
-        let drive = crossing().unwrap();
-        let surroundings = Surroundings::new(settings.vehicle_plan().unwrap(), script(), &drive, 2);
-        let start = Clock::start().now().wall;
-        let mut rehearsal =
-            Rehearsal::new(settings.gateway.clone(), Some(surroundings), start, Duration::from_secs(42));
-        let expected = [
-            ("Autoware drives towards a crossing", "off", "off", Level::Ok),
-            ("60 m ahead is a left turn", "left", "left", Level::Ok),
-            ("the driver holds the stalk right", "left", "right", Level::Warn),
-            ("the driver lets go", "left", "left", Level::Ok),
-            ("the turn is driven", "off", "off", Level::Ok),
-            ("the vehicle does not hear commands", "off", "off", Level::Ok),
-            ("the same drive once more", "off", "off", Level::Ok),
-            ("left is commanded, but off is reported", "left", "off", Level::Warn),
-            ("the vehicle hears commands again", "left", "left", Level::Ok),
-            ("off to the end", "off", "off", Level::Ok),
-        ];
-        assert_eq!(expected.len(), story::COMMANDS.len());
-        let (mut wrong, mut shown) = (Vec::new(), Vec::new());
-        for ((at, caption), (begins, commanded, reported, level)) in story::COMMANDS.iter().zip(expected) {
-            assert!(caption.starts_with(begins), "{caption}");
-            let read = at.after(Duration::from_millis(1_300));
-            while rehearsal.next_time().is_some_and(|next| next <= read) {
-                rehearsal.step();
-            }
-            let snapshot = rehearsal.gateway().snapshot(rehearsal.now());
-            let turn = snapshot.commands.unwrap().turn_indicators;
-            let name = |value: Option<LightsValue>| value.unwrap().to_string();
-            let found = (name(turn.commanded), name(turn.reported), turn.level);
-            shown.push((*caption, found.clone()));
-            if found != (commanded.to_owned(), reported.to_owned(), level) {
-                wrong.push((*caption, found));
-            }
+    fn settings(config: &str) -> Settings {
+        load(&Embedded, Path::new(config), &Overrides::default()).unwrap()
+    }
+
+    /// Looks at the state as the commands do, at each moment of a demo, and returns for how many looks each caption was shown.
+    struct Audience {
+        teller: Teller,
+        looks: Vec<usize>,
+    }
+
+    impl Audience {
+        fn new(story: Story) -> Self {
+            Self { teller: Teller::new(story), looks: Vec::new() }
         }
-        assert!(wrong.is_empty(), "{wrong:#?} in {shown:#?}");
+
+        fn look(&mut self, now: Now, snapshot: impl FnOnce() -> Snapshot) -> Result<(), WrongCaption> {
+            while self.teller.next_caption(now.mono).is_some() {
+                self.looks.push(0);
+            }
+            if self.teller.is_check_due(now.mono) {
+                self.teller.check(&snapshot(), now.mono)?;
+                *self.looks.last_mut().unwrap() += 1;
+            }
+            Ok(())
+        }
+
+        /// Each caption was seen for at least half a second.
+        fn has_seen_all(self, story: Story) {
+            assert_eq!(self.looks.len(), story.len());
+            assert!(self.looks.iter().all(|looks| *looks >= 10), "{:?}", self.looks);
+        }
+    }
+
+    fn watch_recording(story: Story) -> Result<Audience, WrongCaption> {
+        let settings = settings(DEMO_CONFIG);
+        let file = settings.recording.unwrap().file;
+        let log = Log::new(Box::new(io::Cursor::new(Embedded.read(&file).unwrap()))).unwrap();
+        let routes = Routes::by_interface(&settings.gateway);
+        let mut replay = Replay::new(settings.gateway, Recording::from(log), routes).unwrap();
+        let mut audience = Audience::new(story);
+        loop {
+            while replay.poll_output().is_some() {}
+            audience.look(replay.now(), || replay.gateway().snapshot(replay.now()))?;
+            if replay.next_time().is_none() {
+                return Ok(audience);
+            }
+            replay.step().unwrap();
+        }
+    }
+
+    fn watch_simulation(what: Rehearsed, story: Story) -> Result<Audience, WrongCaption> {
+        let settings = settings(what.config());
+        let drive = crossing().unwrap();
+        let mut rehearsal = rehearsal(what, &settings, &drive).unwrap();
+        let mut audience = Audience::new(story);
+        while rehearsal.next_time().is_some() {
+            rehearsal.step();
+            while rehearsal.poll_output().is_some() {}
+            audience.look(rehearsal.now(), || rehearsal.gateway().snapshot(rehearsal.now()))?;
+        }
+        Ok(audience)
+    }
+
+    #[test]
+    fn each_caption_of_the_recording_holds_while_it_is_shown() {
+        watch_recording(story::DEMO).unwrap().has_seen_all(story::DEMO);
+    }
+
+    #[test]
+    fn each_caption_of_the_simulations_holds_while_it_is_shown() {
+        for what in [Rehearsed::Commands, Rehearsed::Lights] {
+            watch_simulation(what, what.story()).unwrap().has_seen_all(what.story());
+        }
+    }
+
+    const WRONG: Caption =
+        Caption { holds: &[Claim(Observed::TurnReport, "ENABLE_RIGHT")], ..story::DEMO[1] };
+
+    #[test]
+    fn each_caption_claims_something_and_a_wrong_one_is_told_with_what_is_found() {
+        for story in [story::DEMO, story::COMMANDS, story::LIGHTS] {
+            assert!(story.iter().all(|caption| !caption.holds.is_empty()));
+        }
+        let wrong = watch_recording(&[WRONG]).err().unwrap().to_string();
+        let expected = "the caption “the driver pulls the stalk left” is wrong 4300 ms after the start: the report on turn \
+                        indicators should be ENABLE_RIGHT, and is ENABLE_LEFT";
+        assert_eq!(wrong, expected);
     }
 }

@@ -1,6 +1,7 @@
 //! Why a command failed.
 
 use std::io;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use crate::config::Refused;
@@ -20,6 +21,9 @@ pub(super) enum Failure {
     File(PathBuf, io::Error),
     #[error("{}: {_1}", _0.display())]
     Written(PathBuf, io::Error),
+    /// The live page cannot be served at an address.
+    #[error("{_0}: {_1}")]
+    PageAddress(SocketAddr, io::Error),
     #[error("{0}")]
     System(#[from] io::Error),
 }

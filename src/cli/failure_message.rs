@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::failure::Failure;
+use super::web::unusable_address;
 use super::{messages, unreadable};
 use crate::core::can::{LinkState, link_text};
 use crate::core::near_miss::nearest;
@@ -20,6 +21,10 @@ pub(super) fn show(failure: &Failure) {
             messages::error(&link_text(interface, *state), &remedy(interface, *state));
         }
         Failure::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
+        Failure::PageAddress(address, error) => {
+            let (text, remedy) = unusable_address(*address, error);
+            messages::error(&text, &remedy);
+        }
         Failure::Usage(_) | Failure::Environment(_) | Failure::Daemon(_) | Failure::System(_) => {
             messages::error(&failure.to_string(), "");
         }
@@ -42,9 +47,10 @@ fn remedy(interface: &str, state: LinkState) -> String {
     }
 }
 
-/// Returns the command that brings an interface up. A virtual one refuses a bit rate.
+/// Returns the command that brings an interface up so that it sends nothing, not even error frames when the bit rate is wrong.
+/// A virtual one refuses a bit rate.
 fn bring_up(interface: &str, is_virtual: bool) -> String {
-    let rate = if is_virtual { "" } else { " type can bitrate 500000" };
+    let rate = if is_virtual { "" } else { " type can bitrate 500000 listen-only on" };
     format!("bring it up first: ip link set {interface} up{rate}")
 }
 
@@ -55,6 +61,9 @@ mod tests {
     #[test]
     fn a_bit_rate_is_advised_for_hardware_only() {
         assert_eq!(bring_up("vcan0", true), "bring it up first: ip link set vcan0 up");
-        assert_eq!(bring_up("can0", false), "bring it up first: ip link set can0 up type can bitrate 500000");
+        assert_eq!(
+            bring_up("can0", false),
+            "bring it up first: ip link set can0 up type can bitrate 500000 listen-only on"
+        );
     }
 }

@@ -181,7 +181,11 @@ pub fn main() -> ExitCode {
                     PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,
-                Failure::Daemon(_) | Failure::File(..) | Failure::Written(..) | Failure::System(_) => 1,
+                Failure::Daemon(_)
+                | Failure::File(..)
+                | Failure::Written(..)
+                | Failure::PageAddress(..)
+                | Failure::System(_) => 1,
             })
         }
     };

@@ -309,7 +309,7 @@ fn replay_in_time(
 ) -> Result<ExitCode, Failure> {
     settings.ros.enabled = args.ros;
     settings.ros.isolated = !args.isolation.no_isolation;
-    args.web.apply(&mut settings.http);
+    args.web.apply(&mut settings.http)?;
     let configured = settings.recording.as_ref().map(|recording| recording.stamps);
     let stamps = if args.ros { configured.unwrap_or_default() } else { Stamps::Recorded };
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };

@@ -5,6 +5,7 @@ use std::io;
 use super::publisher::PublisherError;
 use crate::core::can::{LinkState, link_text};
 use crate::io::can::sender_lock::SenderLockError;
+use crate::report::story::WrongCaption;
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -45,6 +46,9 @@ pub enum DaemonError {
         /// Message of the panic that ended the task, after `: `, or nothing.
         reason: String,
     },
+    /// A caption of the demo does not hold.
+    #[error(transparent)]
+    WrongCaption(#[from] WrongCaption),
     /// An error of signals, the notification socket or standard output.
     #[error("{0}")]
     System(#[from] io::Error),

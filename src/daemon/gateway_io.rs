@@ -310,8 +310,10 @@ impl GatewayIo {
         self.watching.ready(gateway, now, &mut self.supervisor, process);
     }
 
-    /// Takes a snapshot of the gateway if a view or a client needs one.
+    /// Takes a snapshot of the gateway if a story, a view or a client needs one.
     pub(super) fn show(&mut self, gateway: &Gateway, now: Now) {
+        let checked = self.view.check(now.mono, || gateway.snapshot(now));
+        self.note(checked.map_err(DaemonError::from));
         let is_view_due = self.view.is_due();
         if is_view_due || self.watching.is_due(&self.supervisor) {
             let process = self.process();

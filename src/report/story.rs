@@ -1,186 +1,235 @@
-//! The story of the demo's recording, and what was seen of it at the end.
+//! The stories of the demos: captions, and what must hold while each of them is shown.
 
-use std::collections::BTreeMap;
+mod claim;
+mod summary;
+mod teller;
 
-use super::gateway::{Event, EventKind};
-use super::text::{escaped, times, wrapped};
-use crate::core::diagnostics::Level;
+use std::time::Duration;
+
+pub use claim::{Claim, Observed};
+pub use summary::{Summary, TryNext, try_next_text};
+pub use teller::{Teller, WrongCaption};
+
 use crate::core::time::MonoTime;
+use crate::core::traffic_light::target::LightChannel::{Conventional, V2i};
+use crate::core::traffic_light::target::StoreLayer::{Detected, GroundTruth};
+use Observed::{
+    CommandLevel, Commanded, Compliance, Decided, HazardReport, Light, Phase, TurnFailure, TurnLevel,
+    TurnReport,
+};
 
-/// Captions, each from its time on.
-pub type Story = &'static [(MonoTime, &'static str)];
+/// A caption of a demo. It is an assertion: the demo ends with an error when it does not hold.
+#[derive(Debug)]
+pub struct Caption {
+    /// Time from which it is shown, until the next one.
+    pub from: MonoTime,
+    /// The caption.
+    pub text: &'static str,
+    /// Time from its beginning until it must hold.
+    pub settling: Duration,
+    /// What holds from then on, until the next caption.
+    pub holds: &'static [Claim],
+}
 
-/// Commands that come next, each with what it does.
-pub type TryNext = &'static [(&'static str, &'static str)];
+/// The captions of a demo in their order.
+pub type Story = &'static [Caption];
+
+/// Time that a caption has to settle unless it says otherwise: frames come every 20 to 100 ms.
+const SETTLING: Duration = Duration::from_millis(300);
+
+const fn caption(from_ms: u64, text: &'static str, holds: &'static [Claim]) -> Caption {
+    Caption { from: MonoTime::from_millis(from_ms), text, settling: SETTLING, holds }
+}
+
+impl Caption {
+    const fn settling_ms(self, settling_ms: u64) -> Self {
+        Self { settling: Duration::from_millis(settling_ms), ..self }
+    }
+
+    /// The time from which the caption must hold.
+    fn must_hold_from(&self) -> MonoTime {
+        self.from.after(self.settling)
+    }
+}
+
+const fn turn(name: &'static str) -> Claim {
+    Claim(TurnReport, name)
+}
+
+const fn hazard(name: &'static str) -> Claim {
+    Claim(HazardReport, name)
+}
+
+const WITHHELD: Claim = turn("withheld");
 
 /// The moments of `config/demo.log.gz`.
 pub const DEMO: Story = &[
-    at(0, "the car drives straight on: nothing flashes"),
-    at(4_000, "the driver pulls the stalk left"),
-    at(9_000, "the stalk goes back: off"),
-    at(11_000, "the driver pushes the stalk right"),
-    at(16_000, "off again"),
-    at(18_000, "the driver presses the hazard button"),
-    at(22_000, "hazard lights off"),
-    at(24_000, "the car sends turn state 5, which has no meaning: nothing is made up, the report ends"),
-    at(26_500, "a value with a meaning again: the report is back"),
-    at(28_000, "the car sends “not available”: unknown is not off, the report ends"),
-    at(30_500, "the state is available again"),
-    at(32_000, "left, and the lamp breaks: the report goes on, with a warning"),
-    at(35_000, "off, and the lamp is well again"),
-    at(36_500, "the turn message is silent on a living bus: its last value gets stale"),
-    at(39_000, "the message is back, with right"),
-    at(41_000, "off to the end"),
+    caption(0, "the car drives straight on: nothing flashes", &[turn("DISABLE"), hazard("DISABLE")])
+        .settling_ms(1_000),
+    caption(4_000, "the driver pulls the stalk left", &[turn("ENABLE_LEFT"), hazard("DISABLE")]),
+    caption(9_000, "the stalk goes back: off", &[turn("DISABLE")]),
+    caption(11_000, "the driver pushes the stalk right", &[turn("ENABLE_RIGHT")]),
+    caption(16_000, "off again", &[turn("DISABLE")]),
+    caption(18_000, "the driver presses the hazard button", &[hazard("ENABLE")]),
+    caption(22_000, "hazard lights off", &[turn("DISABLE"), hazard("DISABLE")]),
+    caption(
+        24_000,
+        "the car sends turn state 5, which has no meaning: nothing is made up, the report ends",
+        &[WITHHELD, Claim(TurnFailure, "invalid"), Claim(TurnLevel, "ERROR")],
+    ),
+    caption(
+        26_500,
+        "a value with a meaning again: the report is back",
+        &[turn("DISABLE"), Claim(TurnLevel, "OK")],
+    ),
+    caption(
+        28_000,
+        "the car sends “not available”: unknown is not off, the report ends",
+        &[WITHHELD, Claim(TurnFailure, "unknown"), Claim(TurnLevel, "ERROR")],
+    ),
+    caption(30_500, "the state is available again", &[turn("DISABLE"), Claim(TurnLevel, "OK")]),
+    caption(
+        32_000,
+        "left, and the lamp breaks: the report goes on, with an error that names the lamp",
+        &[turn("ENABLE_LEFT"), Claim(TurnFailure, "hardware_fault"), Claim(TurnLevel, "ERROR")],
+    ),
+    caption(35_000, "off, and the lamp is well again", &[turn("DISABLE"), Claim(TurnLevel, "OK")]),
+    caption(
+        36_500,
+        "the turn message is silent on a living bus: its last value gets stale",
+        &[WITHHELD, Claim(TurnFailure, "unknown"), hazard("DISABLE")],
+    )
+    .settling_ms(1_000),
+    caption(39_000, "the message is back, with right", &[turn("ENABLE_RIGHT"), Claim(TurnLevel, "OK")]),
+    caption(41_000, "off to the end", &[turn("DISABLE"), hazard("DISABLE")]),
 ];
+
+/// What the decider decides, what is commanded and reported, and the level of the turn command's status.
+macro_rules! commands {
+    ($decided:literal, $commanded:literal, $reported:literal, $level:literal) => {
+        &[
+            Claim(Decided, $decided),
+            Claim(Commanded, $commanded),
+            turn($reported),
+            Claim(CommandLevel, $level),
+        ]
+    };
+}
 
 /// The moments of `demo commands`.
 pub const COMMANDS: Story = &[
-    at(0, "Autoware drives towards a crossing; the decider knows map and route"),
-    at(3_800, "60 m ahead is a left turn: the decider commands left, the vehicle obeys and reports it"),
-    at(7_000, "the driver holds the stalk right: the driver comes first, and the gateway steps back"),
-    at(9_000, "the driver lets go: the command counts again"),
-    at(11_700, "the turn is driven: off"),
-    at(15_000, "the vehicle does not hear commands any more, and nobody has noticed yet"),
-    at(21_600, "the same drive once more"),
-    at(27_000, "left is commanded, but off is reported: the gateway says who is to blame"),
-    at(30_500, "the vehicle hears commands again"),
-    at(33_400, "off to the end"),
+    caption(
+        0,
+        "Autoware drives towards a crossing; the decider knows map and route",
+        commands!("DISABLE", "off", "DISABLE", "OK"),
+    )
+    .settling_ms(500),
+    caption(
+        3_800,
+        "a left turn is ahead: the decider commands left, the vehicle obeys and reports it",
+        commands!("LEFT", "left", "ENABLE_LEFT", "OK"),
+    ),
+    caption(
+        7_000,
+        "the driver holds the stalk right: the driver comes first, and the gateway steps back",
+        &[
+            Claim(Decided, "LEFT"),
+            Claim(Commanded, "left"),
+            Claim(Observed::Requested, "nothing"),
+            turn("ENABLE_RIGHT"),
+            Claim(CommandLevel, "WARN"),
+        ],
+    ),
+    caption(
+        9_000,
+        "the driver lets go: the command counts again",
+        commands!("LEFT", "left", "ENABLE_LEFT", "OK"),
+    ),
+    caption(11_700, "the turn is driven: off", commands!("DISABLE", "off", "DISABLE", "OK")),
+    caption(
+        15_000,
+        "the vehicle does not hear commands any more; as off is commanded, nobody can notice",
+        commands!("DISABLE", "off", "DISABLE", "OK"),
+    ),
+    caption(
+        21_600,
+        "the same drive once more: nothing to signal yet",
+        commands!("DISABLE", "off", "DISABLE", "OK"),
+    ),
+    caption(
+        25_400,
+        "the left turn again: left is commanded, the vehicle gets time to obey",
+        &[Claim(Decided, "LEFT"), Claim(Commanded, "left"), turn("DISABLE"), Claim(Compliance, "pending")],
+    ),
+    caption(
+        26_900,
+        "left is commanded, but off is reported: a warning says so",
+        &[
+            Claim(Commanded, "left"),
+            turn("DISABLE"),
+            Claim(Compliance, "overdue"),
+            Claim(CommandLevel, "WARN"),
+        ],
+    ),
+    caption(
+        28_400,
+        "still off: an error says that the vehicle does not do what is commanded",
+        &[
+            Claim(Commanded, "left"),
+            turn("DISABLE"),
+            Claim(Compliance, "mismatch"),
+            Claim(CommandLevel, "ERROR"),
+        ],
+    ),
+    caption(30_500, "the vehicle hears commands again", commands!("LEFT", "left", "ENABLE_LEFT", "OK")),
+    caption(33_300, "off to the end", commands!("DISABLE", "off", "DISABLE", "OK")),
 ];
 
 /// What the driver and the vehicle do in it, as requests of `vehicle`.
-pub const COMMANDS_SCRIPT: Story = &[
-    at(7_000, "stalk right"),
-    at(9_000, "stalk off"),
-    at(15_000, "fault ignore-commands"),
-    at(30_500, "clear"),
+pub const COMMANDS_SCRIPT: &[(MonoTime, &str)] = &[
+    (MonoTime::from_millis(7_000), "stalk right"),
+    (MonoTime::from_millis(9_000), "stalk off"),
+    (MonoTime::from_millis(15_000), "fault ignore-commands"),
+    (MonoTime::from_millis(30_500), "clear"),
 ];
+
+/// A head of the crossing's main road, as it is, as the camera sees it, and as V2I sends it.
+const MAIN_ROAD: Observed = Light(11, Conventional, GroundTruth);
+const DETECTED: Observed = Light(11, Conventional, Detected);
+const SENT: Observed = Light(11, V2i, GroundTruth);
+const CROSSWALK: Observed = Light(21, Conventional, GroundTruth);
 
 /// The moments of `demo lights`.
 pub const LIGHTS: Story = &[
-    at(0, "two controllers begin: the main road may go"),
-    at(4_000, "red for the main road, green for its left arrow"),
-    at(5_000, "the camera loses light 11: what it detects is unknown, what the light shows is not"),
-    at(6_000, "people walk, and V2I sends yellow, flashing"),
-    at(9_500, "the crosswalk is red again"),
-    at(12_000, "the controllers go round"),
+    caption(
+        0,
+        "two controllers begin: the main road has green, and V2I sends it",
+        &[Claim(Phase("main road"), "go"), Claim(MAIN_ROAD, "green"), Claim(SENT, "green")],
+    ),
+    caption(
+        4_000,
+        "red for the main road, green for its left arrow; V2I sends red alone",
+        &[Claim(Phase("main road"), "stop"), Claim(MAIN_ROAD, "green left + red"), Claim(SENT, "red")],
+    ),
+    caption(
+        5_000,
+        "the camera loses light 11: what it detects is unknown, what the light shows is not",
+        &[Claim(DETECTED, "unknown unknown unknown"), Claim(MAIN_ROAD, "green left + red")],
+    ),
+    caption(
+        6_066,
+        "the camera sees light 11 again, and people walk",
+        &[Claim(DETECTED, "not listed"), Claim(MAIN_ROAD, "green left + red"), Claim(CROSSWALK, "green")],
+    ),
+    caption(
+        9_566,
+        "the crosswalk is red again",
+        &[Claim(Phase("crosswalk"), "wait"), Claim(CROSSWALK, "red")],
+    ),
+    caption(
+        12_100,
+        "the controllers go round: green for the main road once more",
+        &[Claim(MAIN_ROAD, "green"), Claim(SENT, "green")],
+    ),
+    caption(16_100, "and red again", &[Claim(MAIN_ROAD, "green left + red"), Claim(SENT, "red")]),
 ];
-
-const fn at(ms: u64, text: &'static str) -> (MonoTime, &'static str) {
-    (MonoTime::from_millis(ms), text)
-}
-
-/// What was published and withheld, for a summary.
-#[derive(Debug, Clone, Default)]
-pub struct Summary {
-    /// Times of each value, by report; a report that ends is `None`.
-    values: BTreeMap<String, BTreeMap<Option<String>, u64>>,
-    /// Reasons of warnings and errors, in their order.
-    reasons: Vec<String>,
-}
-
-impl Summary {
-    /// Counts an event for the summary.
-    pub fn count(&mut self, event: &Event) {
-        match event.kind {
-            EventKind::ReportPublished | EventKind::ReportWithdrawn => {
-                let value = (event.kind == EventKind::ReportPublished).then(|| event.text.clone());
-                *self.values.entry(event.task.clone()).or_default().entry(value).or_default() += 1;
-            }
-            EventKind::Status(Level::Ok) | EventKind::CommandSent => {}
-            EventKind::Status(Level::Warn | Level::Error | Level::Stale) => {
-                let reason = format!("{}: {}", event.task, event.text);
-                if !self.reasons.contains(&reason) {
-                    self.reasons.push(reason);
-                }
-            }
-        }
-    }
-
-    /// The summary in lines, wrapped at `width`.
-    pub fn text(&self, until: MonoTime, width: Option<usize>) -> String {
-        let seconds = until.as_nanos() / 1_000_000_000;
-        if self.values.is_empty() {
-            return String::new();
-        }
-        let mut text = format!("\nWhat the gateway did in {seconds} s\n");
-        for (task, values) in &self.values {
-            let values = values.iter().rev().map(|(value, count)| match value {
-                Some(value) => format!("{value} {}", times(*count)),
-                None => format!("withheld {}", times(*count)),
-            });
-            text += &indented(&format!("{task:<16} {}", values.collect::<Vec<_>>().join(", ")), width);
-        }
-        if !self.reasons.is_empty() {
-            text += "and why it warned\n";
-            text.extend(self.reasons.iter().map(|reason| indented(&escaped(reason), width)));
-        }
-        text
-    }
-}
-
-/// A text two columns in, and wrapped four.
-fn indented(text: &str, width: Option<usize>) -> String {
-    let lines = wrapped(text, width.map(|width| width.saturating_sub(4)), 0);
-    format!("  {}\n", lines.join("\n    "))
-}
-
-/// What comes next, in two columns, or each below its command where the width is not enough.
-pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
-    let longest = |text: fn(&(&'static str, &'static str)) -> &'static str| {
-        commands.iter().map(|row| text(row).chars().count()).max().unwrap_or(0)
-    };
-    let column = longest(|row| row.0) + 2;
-    let is_wide = width.is_none_or(|width| 2 + column + longest(|row| row.1) <= width);
-    let mut text = "\nTry next\n".to_owned();
-    for (command, purpose) in commands {
-        text += &if is_wide {
-            format!("  {command:<column$}{purpose}\n")
-        } else {
-            format!("  {command}\n      {purpose}\n")
-        };
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn event(task: &str, text: &str, kind: EventKind) -> Event {
-        Event { level: Level::Ok, task: task.to_owned(), text: text.to_owned(), kind, signals: Vec::new() }
-    }
-
-    #[test]
-    fn summary_counts_values_and_names_each_reason_once() {
-        let mut summary = Summary::default();
-        for event in [
-            event("turn", "ENABLE_LEFT", EventKind::ReportPublished),
-            event("turn", "no longer published", EventKind::ReportWithdrawn),
-            event("turn", "stale", EventKind::Status(Level::Error)),
-            event("turn", "ENABLE_LEFT", EventKind::ReportPublished),
-            event("turn", "stale", EventKind::Status(Level::Error)),
-            event("can0", "fine", EventKind::Status(Level::Ok)),
-        ] {
-            summary.count(&event);
-        }
-        let expected = "\nWhat the gateway did in 45 s\n  turn             ENABLE_LEFT 2 times, withheld once\n\
-                        and why it warned\n  turn: stale\n";
-        assert_eq!(summary.text(MonoTime::from_millis(45_100), None), expected);
-    }
-
-    #[test]
-    fn summary_and_what_comes_next_are_wrapped_between_words() {
-        const NEXT: TryNext = &[("signal-gateway demo lights", "the traffic lights of a scenario")];
-        let mut summary = Summary::default();
-        summary.count(&event("turn", "ENABLE_LEFT", EventKind::ReportPublished));
-        summary.count(&event(
-            "turn",
-            "a reason that is longer than a narrow line",
-            EventKind::Status(Level::Warn),
-        ));
-        let text = summary.text(MonoTime::from_millis(45_100), Some(40)) + &try_next_text(NEXT, Some(40));
-        assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");
-        assert!(text.contains("\n  turn: a reason that is longer than a\n    narrow line\n"), "{text}");
-        assert!(try_next_text(NEXT, Some(80)).contains("lights  the traffic"));
-    }
-}

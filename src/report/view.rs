@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::time::Duration;
 
-use super::story::{Story, Summary, TryNext, try_next_text};
+use super::story::{Story, Summary, Teller, TryNext, WrongCaption, try_next_text};
 use super::terminal::TerminalView;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::event::Output;
@@ -21,15 +21,14 @@ pub struct View {
     changes: Changes,
     /// Events of the present moment, which the journal gets as one record, and others as one warning.
     moment: Vec<Event>,
-    /// Captions that are still to come.
-    story: Story,
-    /// What was seen, and the text behind it at the end; `None` without a story.
-    summary: Option<(Summary, Ending)>,
+    /// Captions, and the text at the end; `None` without a story.
+    story: Option<(Teller, Ending)>,
     last_at: MonoTime,
 }
 
-/// What follows the summary, and the width of both.
+/// The text at the end: what was seen and what comes next, and the width of both.
 struct Ending {
+    summary: Summary,
     try_next: TryNext,
     width: Option<usize>,
 }
@@ -70,8 +69,7 @@ impl View {
             destination,
             changes: Changes::default(),
             moment: Vec::new(),
-            story: &[],
-            summary: None,
+            story: None,
             last_at: MonoTime::ZERO,
         }
     }
@@ -79,7 +77,7 @@ impl View {
     /// The view with captions, and at the end a summary with `try_next` behind it, both wrapped at `width`.
     #[must_use]
     pub fn with_story(mut self, story: Story, try_next: TryNext, width: Option<usize>) -> Self {
-        (self.story, self.summary) = (story, Some((Summary::default(), Ending { try_next, width })));
+        self.story = Some((Teller::new(story), Ending { summary: Summary::default(), try_next, width }));
         self
     }
 
@@ -90,9 +88,9 @@ impl View {
     pub fn show(&mut self, output: &Output, at: MonoTime) -> io::Result<()> {
         self.tell(at)?;
         let events = self.changes.of(output);
-        if let Some((summary, _)) = &mut self.summary {
+        if let Some((_, ending)) = &mut self.story {
             for event in &events {
-                summary.count(event);
+                ending.summary.count(event);
             }
         }
         match &self.destination {
@@ -162,16 +160,39 @@ impl View {
         }
     }
 
+    /// Holds the present caption against the state when that is due, and shows the traffic lights that have changed.
+    ///
+    /// # Errors
+    /// A caption that does not hold.
+    pub fn check(&mut self, at: MonoTime, snapshot: impl FnOnce() -> Snapshot) -> Result<(), WrongCaption> {
+        let Some((teller, _)) = &mut self.story else { return Ok(()) };
+        if !teller.is_check_due(at) {
+            return Ok(());
+        }
+        for (light, bulbs) in teller.check(&snapshot(), at)? {
+            let text =
+                format!("{} {:<5} traffic light {light}: {bulbs}", time_text(at), Level::Ok.to_string());
+            match &self.destination {
+                Destination::Journal => {}
+                Destination::Terminal(view) => view.line(Level::Ok, text),
+                // A reader that has gone is noticed with the next event.
+                Destination::Lines(out) => out.push(format!("{text}\n").as_bytes()),
+            }
+        }
+        Ok(())
+    }
+
     /// Shows the captions that are due.
     fn tell(&mut self, at: MonoTime) -> io::Result<()> {
         self.last_at = at;
-        while let Some(((from, text), later)) = self.story.split_first().filter(|((from, _), _)| *from <= at)
-        {
-            self.story = later;
+        let Some((teller, _)) = &mut self.story else { return Ok(()) };
+        while let Some(caption) = teller.next_caption(at) {
             match &self.destination {
                 Destination::Journal => {}
-                Destination::Terminal(view) => view.caption(text),
-                Destination::Lines(out) => write(out, &format!("{} ▸ {text}\n", time_text(*from)))?,
+                Destination::Terminal(view) => view.caption(caption.text),
+                Destination::Lines(out) => {
+                    write(out, &format!("{} ▸ {}\n", time_text(caption.from), caption.text))?;
+                }
             }
         }
         Ok(())
@@ -200,8 +221,8 @@ impl Drop for View {
             }
         };
         let Some(out) = out else { return };
-        if let Some((summary, ending)) = &self.summary {
-            let Ending { try_next, width } = *ending;
+        if let Some((_, Ending { summary, try_next, width })) = &self.story {
+            let (try_next, width) = (*try_next, *width);
             let text = summary.text(self.last_at, width) + &try_next_text(try_next, width);
             out.push(text.as_bytes());
         }

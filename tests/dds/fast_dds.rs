@@ -27,6 +27,11 @@ impl FastDds {
         static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
         Ok(Self { program: program(&PROGRAM, "fastdds_reader")?, transport: "loopback" })
     }
+
+    /// As Fast DDS is by itself.
+    pub(crate) fn with_all_transports() -> Result<Self, Missing> {
+        Ok(Self { transport: "default", ..Self::compiled()? })
+    }
 }
 
 /// The client of a service.
@@ -100,7 +105,7 @@ fn volatile_reports_reach_volatile_readers_and_are_refused_to_transient_local_on
 /// Shared memory is offered by such a reader, and not understood by the gateway.
 #[test]
 fn a_reader_with_the_default_transports_is_served_too() {
-    let peer = FastDds { transport: "default", ..require!(FastDds::compiled()) };
+    let peer = require!(FastDds::with_all_transports());
     let domain = domain();
     let gateway = Role::new(domain).start();
     gateway.send("turn left 1");

@@ -17,7 +17,7 @@ pub(crate) const UNICAST: &str = "<CycloneDDS><Domain><General><AllowMulticast>f
     <ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
 /// Packets that have left over the interface.
-fn sent(packets: &JsonProcess) -> Value {
+pub(crate) fn sent(packets: &JsonProcess) -> Value {
     packets.send("");
     packets.next("the counts", |line| line["event"] == "sent")
 }

@@ -96,6 +96,6 @@ fn the_story_has_a_line_for_each_scene() {
 
 #[test]
 fn each_scene_has_a_caption_from_its_first_moment_on() {
-    let captions: Vec<_> = story::DEMO.iter().map(|(at, _)| at.as_nanos() / 1_000_000).collect();
+    let captions: Vec<_> = story::DEMO.iter().map(|caption| caption.from.as_nanos() / 1_000_000).collect();
     assert_eq!(captions, STORY.map(|scene| scene.from_ms));
 }

@@ -72,6 +72,11 @@ pub(super) fn list(ids: &[i64]) -> String {
     ids.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")
 }
 
+/// Bulbs as a state text without its defaults, joined by ` + `; `dark` without any.
+pub(in crate::report) fn bulbs_text(bulbs: &[Bulb]) -> String {
+    lit(bulbs.iter().map(|bulb| Style::Plain.bulb(*bulb)))
+}
+
 /// Bulbs joined by ` + `.
 fn lit(bulbs: impl Iterator<Item = String>) -> String {
     let bulbs: Vec<_> = bulbs.collect();

@@ -19,6 +19,7 @@ mod text;
 use super::Form;
 use crate::core::time::MonoTime;
 pub use display::Style;
+pub(super) use display::bulbs_text;
 pub use snapshot::{Snapshot, States};
 use text::Columns;
 
