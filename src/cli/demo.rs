@@ -99,7 +99,7 @@ enum Rehearsed {
 }
 
 pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
-    let ros = node_arguments(&args.ros, "warn")?;
+    let ros = node_arguments(&args.ros, "warn", args.view.log_form())?;
     if ros.config.is_some() || ros.profile.is_some() {
         return Err(Failure::Usage(
             "--ros-args: demo has its own configuration and profile; use run".to_owned(),

@@ -12,7 +12,7 @@ use super::arguments::{ShowProgress, TimeArgs, open, seconds};
 use super::failure::Failure;
 use super::messages;
 use super::progress::ProgressDisplay;
-use crate::check::identify::Identifier;
+use crate::check::identify::{Identifier, ProfileCandidate};
 use crate::check::{identify_text, log_faults};
 use crate::core::can::{CanInput, LinkState};
 use crate::daemon::{self, DaemonError};
@@ -64,7 +64,8 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     };
     out.write_all(text.as_bytes())?;
     out.flush()?;
-    Ok(ExitCode::SUCCESS)
+    let fits = identifier.candidates().iter().any(ProfileCandidate::fits);
+    Ok(if fits { ExitCode::SUCCESS } else { ExitCode::from(4) })
 }
 
 pub(super) fn read(path: &Path, time: TimeArgs) -> Result<Identifier, Failure> {

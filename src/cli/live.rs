@@ -68,7 +68,7 @@ pub(super) struct NetworkArgs {
 }
 
 pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
-    let ros = node_arguments(&args.ros, "info")?;
+    let ros = node_arguments(&args.ros, "info", args.view.log_form())?;
     args.config.config = args.config.config.or(ros.config);
     args.config.profile = args.config.profile.or(ros.profile);
     let (config, overrides, record) = (args.config, ros.overrides, args.record);
@@ -88,11 +88,15 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads the arguments of ROS 2 and starts the log with their level, or `default_level`.
-pub(super) fn node_arguments(args: &RosArgs, default_level: &str) -> Result<RosArguments, Failure> {
+/// Reads the arguments of ROS 2 and starts the log in this form with their level, or `default_level`.
+pub(super) fn node_arguments(
+    args: &RosArgs,
+    default_level: &str,
+    form: LogForm,
+) -> Result<RosArguments, Failure> {
     let read = ros_arguments::read(&Disk, &args.arguments, DEFAULT_NODE);
     let level = read.as_ref().ok().and_then(|ros| ros.log_level).unwrap_or(default_level);
-    messages::start_log(level, LogForm::Timed)?;
+    messages::start_log(level, form)?;
     let read = read?;
     if !read.unknown.is_empty() {
         let known = ros_arguments::parameters();

@@ -14,7 +14,8 @@ pub(super) const EXIT_CODES: &str = "  0  done
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check or status found warnings, discover is not sure, or profiles find knows no profile for a car
+  4  check or status found warnings, discover is not sure, identify or profiles find knows no profile
+     that fits, or replay received no frame on a configured interface
   5  the scenario of lights ended in failure, or an expectation of decide was not met
   6  the verdict of a scenario of lights is not known
   7  status found errors
@@ -147,7 +148,9 @@ fn exit_codes(command: &Command) -> String {
         let is_common = line.trim().starts_with(['0', '1', '2', '3']);
         is_common || line.split([' ', ',', ':']).any(|word| word == command.get_name())
     };
-    EXIT_CODES.lines().filter(is_own).collect::<Vec<_>>().join("\n")
+    // A line that is indented more goes on with the one before.
+    let codes = EXIT_CODES.replace("\n     ", " ");
+    codes.lines().filter(is_own).collect::<Vec<_>>().join("\n")
 }
 
 fn entries<'a>(roff: &mut Roff, entries: impl IntoIterator<Item = (&'a str, &'a str)>) {

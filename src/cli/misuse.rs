@@ -1,16 +1,17 @@
 //! Adds a tip to the parser's error for command lines that people often mistype.
 
+use std::ffi::OsString;
 use std::path::Path;
 
-use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, Error, Parser};
 
 use super::web::with_joined_address;
 use crate::config::built_in::BuiltIn;
 
 /// Parses the arguments of the process. Ends the process if they are wrong.
 pub(super) fn parse<Cli: Parser>() -> Cli {
-    let arguments = with_joined_address(std::env::args_os());
+    let arguments = help_as_option(with_joined_address(std::env::args_os()));
     Cli::try_parse_from(&arguments).unwrap_or_else(|mut error| {
         let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();
         let words: Vec<_> = words.iter().map(AsRef::as_ref).collect();
@@ -19,8 +20,29 @@ pub(super) fn parse<Cli: Parser>() -> Cli {
             let tip = ContextValue::StyledStrs(vec![tip.into()]);
             error.insert(ContextKind::Suggested, tip);
         }
+        forget_hidden(&mut error, &Cli::command());
         error.exit()
     })
+}
+
+/// Turns `help COMMAND` into `COMMAND --help`, and `help` into `--help`.
+fn help_as_option(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    if arguments.get(1).is_some_and(|word| word == "help") {
+        arguments.remove(1);
+        arguments.push("--help".into());
+    }
+    arguments
+}
+
+/// Takes hidden commands out of the commands that were probably meant.
+fn forget_hidden(error: &mut Error, command: &Command) {
+    let is_shown = |name: &String| command.find_subcommand(name).is_none_or(|found| !found.is_hide_set());
+    let Some(ContextValue::Strings(names)) = error.get(ContextKind::SuggestedSubcommand) else { return };
+    let shown: Vec<_> = names.iter().filter(|name| is_shown(name)).cloned().collect();
+    error.remove(ContextKind::SuggestedSubcommand);
+    if !shown.is_empty() {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(shown));
+    }
 }
 
 /// Returns what the user probably meant; `None` if the parser's message says enough.

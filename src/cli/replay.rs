@@ -128,7 +128,8 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
             let mut replay = Replay::new(settings.gateway, recording, routes).map_err(&unreadable)?;
             let outcome = by_stamps(&mut replay, &mut results, &unreadable);
             mention_losses(&replay);
-            (replay.length(), outcome.and_then(|()| has_frames(&replay, ExitCode::SUCCESS, &unreadable)))
+            let code = if is_all_foreign(&replay) { ExitCode::from(4) } else { ExitCode::SUCCESS };
+            (replay.length(), outcome.and_then(|()| has_frames(&replay, code, &unreadable)))
         }
     };
     results.finish(args, (&path, vehicle, length))?;
@@ -286,14 +287,19 @@ pub(super) fn has_frames(
     if replay.counts().is_empty() { Err(unreadable(no_frame())) } else { Ok(code) }
 }
 
+/// True if there are frames, and none of them was received on a configured interface.
+fn is_all_foreign(replay: &Replay) -> bool {
+    let counts = replay.counts();
+    counts.records > 0 && counts.foreign == counts.records
+}
+
 /// Warns about faults of the replayed log.
 pub(super) fn mention_losses(replay: &Replay) {
-    let (log, counts) = (replay.log(), replay.counts());
     for text in recording_faults(replay) {
         messages::warn(&text);
     }
-    if counts.records > 0 && counts.foreign == counts.records {
-        let names = log.interfaces().join(", ");
+    if is_all_foreign(replay) {
+        let names = replay.log().interfaces().join(", ");
         messages::warn(&format!(
             "no frame was received on a configured interface; the log has {names}: use --map INTERFACE=BUS"
         ));

@@ -27,7 +27,7 @@ use crate::io::process_log::LogForm;
 use crate::report::Form;
 use crate::report::terminal::vehicle::VehicleState;
 use crate::report::terminal::view_model::Model;
-use crate::report::vehicle::{CandumpLog, line};
+use crate::report::vehicle::{CandumpLog, line, text};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -182,14 +182,16 @@ fn drive_in_view(settings: &Settings, mut run: VehicleRun) -> Result<ExitCode, F
                 if let VehicleOutput::Happened(event) = output
                     && !matches!(event, VehicleEvent::Lamps { .. })
                 {
-                    view.line(Level::Ok, line(Form::Text, event, now));
+                    view.line(Level::Ok, now, &text(event));
                 }
             }
             RunEvent::SendFailed(bus, why) => {
-                view.line(Level::Error, not_sent(settings, bus, why));
+                view.line(Level::Error, now, &not_sent(settings, bus, why));
                 state.cannot_send(bus);
             }
-            RunEvent::InvalidRequest(error) => view.line(Level::Warn, format!("request: {error}")),
+            RunEvent::InvalidRequest(error) => {
+                view.line(Level::Warn, now, &format!("request: {error}"));
+            }
         }
         if view.is_due() {
             view.picture(state.picture(now));

@@ -5,6 +5,7 @@ use std::io;
 use clap::Args;
 
 use super::messages;
+use crate::io::process_log::LogForm;
 use crate::io::terminal::is_usable;
 use crate::report::terminal::message_table::MessageTable;
 use crate::report::terminal::view_model::Model;
@@ -30,6 +31,11 @@ impl ViewArgs {
             return otherwise();
         }
         Ok(View::terminal(start(Model { title, url, ..Model::default() }, None)?))
+    }
+
+    /// The form of the log: the live view gives its lines the time that all of it shows.
+    pub(super) fn log_form(&self) -> LogForm {
+        if self.is_live() { LogForm::Messages } else { LogForm::Timed }
     }
 
     pub(super) fn is_live(&self) -> bool {

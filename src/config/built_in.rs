@@ -60,9 +60,16 @@ impl BuiltIn {
         FILES.iter().filter_map(move |(path, _)| self.name_of(path))
     }
 
-    /// The path of the built-in file with a name, for [`Disk`](super::files::Disk).
+    /// The path of the built-in file with a name, for [`Disk`](super::files::Disk). A profile also has the name that lists
+    /// show, `Hyundai Kona 2020`, whatever the case of its letters.
     pub fn path(self, name: &str) -> Option<PathBuf> {
-        let (path, _) = FILES.iter().find(|(path, _)| self.name_of(path) == Some(name))?;
+        let named = FILES.iter().find(|(path, _)| self.name_of(path) == Some(name));
+        let titled = || {
+            let mut profiles =
+                FILES.iter().filter(|(path, _)| self == Self::Profile && self.name_of(path).is_some());
+            profiles.find(|(_, bytes)| title(bytes).is_some_and(|title| title.eq_ignore_ascii_case(name)))
+        };
+        let (path, _) = named.or_else(titled)?;
         Some(Path::new(ROOT).join(path))
     }
 
@@ -88,6 +95,12 @@ impl BuiltIn {
         }
         format!("did you mean the built-in {} {}?", self.noun(), names.join(" or "))
     }
+}
+
+/// The name in a profile.
+fn title(profile: &[u8]) -> Option<String> {
+    let profile: toml::Table = toml::from_slice(profile).ok()?;
+    Some(profile.get("name")?.as_str()?.to_owned())
 }
 
 /// The path as people read it: `built-in profile hyundai_kia` of a built-in file, `standard input`, else the path itself.
@@ -144,6 +157,16 @@ fn without_dots(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_profile_is_found_by_its_own_name_too() {
+        for name in BuiltIn::Profile.names() {
+            let path = BuiltIn::Profile.path(name).unwrap();
+            let own = title(contents(&project_path(&path).unwrap()).unwrap()).unwrap();
+            assert_eq!(BuiltIn::Profile.path(&own.to_lowercase()), Some(path), "{own}");
+        }
+        assert_eq!(BuiltIn::Drive.path("Demo vehicle"), None);
+    }
 
     #[test]
     fn a_near_miss_gets_a_question_and_nonsense_gets_the_other_advice() {

@@ -319,7 +319,7 @@ impl GatewayIo {
             let process = self.process();
             let snapshot = self.watching.show(gateway, now, &mut self.supervisor, process);
             if is_view_due {
-                self.view.snapshot(snapshot);
+                self.view.snapshot(now.mono, snapshot);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
+use std::time::Duration;
 
 use crate::config::built_in::display;
 
@@ -49,6 +50,13 @@ pub fn wrapped(text: &str, width: Option<usize>, used: usize) -> Vec<String> {
         used += length;
     }
     lines
+}
+
+/// A time since the start as on a clock: `0:07`, `12:34`, `1:02:03`.
+pub fn clock_text(since_start: Duration) -> String {
+    let seconds = since_start.as_secs();
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
 }
 
 /// `once`, or `3 times`.

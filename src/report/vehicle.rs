@@ -10,12 +10,17 @@ use crate::core::vehicle_lights::state::TurnCode;
 
 /// The line for an event: time, subject and event, or an object that `vehicle --help` describes.
 pub fn line(form: Form, event: &VehicleEvent, at: MonoTime) -> String {
-    let entry = entry(event);
     let t = at.since(MonoTime::ZERO).as_secs_f64();
     match form {
-        Form::Text => format!("{t:>9.3}  {:<9}  {}", entry.subject, entry.text),
-        Form::Json => joined(json!({ "t": t }), entry.fields).to_string(),
+        Form::Text => format!("{t:>9.3}  {}", text(event)),
+        Form::Json => joined(json!({ "t": t }), entry(event).fields).to_string(),
     }
+}
+
+/// An event as text, without its time.
+pub fn text(event: &VehicleEvent) -> String {
+    let entry = entry(event);
+    format!("{:<9}  {}", entry.subject, entry.text)
 }
 
 /// Writes the frames of a vehicle as `candump -L` does.

@@ -97,7 +97,7 @@ impl View {
             Destination::Journal => {}
             Destination::Terminal(view) => {
                 for event in &events {
-                    view.line(event.level, format!("{} {event}", time_text(at)));
+                    view.line(event.level, at, &event.to_string());
                 }
             }
             Destination::Lines(_) if events.is_empty() => {}
@@ -154,9 +154,9 @@ impl View {
     }
 
     /// Shows the present state, where there is a live view.
-    pub fn snapshot(&mut self, snapshot: Snapshot) {
+    pub fn snapshot(&mut self, at: MonoTime, snapshot: Snapshot) {
         if let Destination::Terminal(view) = &mut self.destination {
-            view.snapshot(snapshot);
+            view.snapshot(at, snapshot);
         }
     }
 
@@ -170,13 +170,12 @@ impl View {
             return Ok(());
         }
         for (light, bulbs) in teller.check(&snapshot(), at)? {
-            let text =
-                format!("{} {:<5} traffic light {light}: {bulbs}", time_text(at), Level::Ok.to_string());
+            let text = format!("{:<5} traffic light {light}: {bulbs}", Level::Ok.to_string());
             match &self.destination {
                 Destination::Journal => {}
-                Destination::Terminal(view) => view.line(Level::Ok, text),
+                Destination::Terminal(view) => view.line(Level::Ok, at, &text),
                 // A reader that has gone is noticed with the next event.
-                Destination::Lines(out) => out.push(format!("{text}\n").as_bytes()),
+                Destination::Lines(out) => out.push(format!("{} {text}\n", time_text(at)).as_bytes()),
             }
         }
         Ok(())

@@ -20,6 +20,8 @@ use crate::report::text::wrapped;
 const MIN_SIZE: (u16, u16) = (40, 12);
 /// From this size on the car is large, and stands beside the values.
 const WIDE: (u16, u16) = (70, 22);
+/// From this width on the log stands beside everything else, not below it.
+const SIDE_BY_SIDE: u16 = 160;
 /// Fewest lines of the log with its heading.
 const MIN_LOG: u16 = 3;
 /// Width of `right (command)`, the longest value that stands in the middle, and a space.
@@ -45,8 +47,30 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         return;
     }
     let ink = Ink(model.has_color);
+    let [head, body, foot] =
+        Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]).areas(area);
+    frame.render_widget(header(model, ink, area.width.into()), head);
+    frame.render_widget(footer(model, area.width.into()), foot);
+    if area.width >= SIDE_BY_SIDE && area.height >= WIDE.1 {
+        let [left, _, log] =
+            Layout::horizontal([Constraint::Fill(1), Constraint::Length(1), Constraint::Fill(1)]).areas(body);
+        draw_state(frame, model, ink, left, 0);
+        draw_log(frame, model, ink, log);
+    } else {
+        let log = draw_state(frame, model, ink, body, MIN_LOG);
+        draw_log(frame, model, ink, log);
+    }
+    if model.has_help {
+        draw_help(frame, model, area);
+    }
+}
+
+/// Draws the caption, the vehicle, the last minute, the buses and further parts. Returns the area below, which has at least
+/// `min_rest` lines.
+fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_rest: u16) -> Rect {
     let width = usize::from(area.width);
-    let is_wide = area.width >= WIDE.0 && area.height >= WIDE.1;
+    // With the heading and the footer of the whole.
+    let is_wide = area.width >= WIDE.0 && area.height + 2 >= WIDE.1;
     let (car, values_width) = if is_wide {
         (car::large(model, ink), width - usize::from(car::LARGE_WIDTH) - 1)
     } else {
@@ -70,7 +94,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     };
     let caption = caption(model, ink, width);
     // What there is no room for is left out: buses last, since they may be the cause.
-    let taken = 2 + main_height + lines_of(&caption) + MIN_LOG;
+    let taken = main_height + lines_of(&caption) + min_rest;
     let mut room = usize::from(area.height.saturating_sub(taken));
     let mut fit = |mut lines: Vec<Line<'static>>| {
         if lines.len() > room && room > 1 {
@@ -94,16 +118,15 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     };
     let strip = [vec![Line::default(); before], strip, vec![Line::default(); after]].concat();
     let parts = [strip, buses, more];
-    let heights = [1, lines_of(&caption), main_height]
+    let heights = [lines_of(&caption), main_height]
         .into_iter()
         .chain(parts.iter().map(|part| lines_of(part)))
         .map(Constraint::Length)
-        .chain([Constraint::Fill(1), Constraint::Length(1)]);
+        .chain([Constraint::Fill(1)]);
     let areas = Layout::vertical(heights).split(area);
     let area_of = |index: usize| areas.get(index).copied().unwrap_or_default();
-    frame.render_widget(header(model, ink, width), area_of(0));
-    frame.render_widget(Paragraph::new(caption), area_of(1));
-    let main = area_of(2);
+    frame.render_widget(Paragraph::new(caption), area_of(0));
+    let main = area_of(1);
     let (car_area, values_area) = if is_wide {
         let [car, values] =
             Layout::horizontal([Constraint::Length(car::LARGE_WIDTH + 1), Constraint::Fill(1)]).areas(main);
@@ -115,14 +138,10 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     };
     frame.render_widget(Paragraph::new(car), car_area);
     frame.render_widget(Paragraph::new(values), values_area);
-    for (index, part) in (3..).zip(parts) {
+    for (index, part) in (2..).zip(parts) {
         frame.render_widget(Paragraph::new(part), area_of(index));
     }
-    draw_log(frame, model, ink, area_of(6));
-    frame.render_widget(footer(model, width), area_of(7));
-    if model.has_help {
-        draw_help(frame, model, area);
-    }
+    area_of(5)
 }
 
 /// The caption, in two lines where one is too short; none without a caption.

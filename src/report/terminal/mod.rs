@@ -37,7 +37,9 @@ use self::view_model::{KeyRequest, Keys, Model};
 use super::text::escaped;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::Snapshot;
+use crate::core::time::MonoTime;
 use crate::io::terminal::{Screen, request_stop, restore};
+use crate::report::text::clock_text;
 
 /// Time from one drawing to the next.
 const FRAME_TIME: Duration = Duration::from_millis(100);
@@ -59,7 +61,7 @@ pub struct TerminalView {
 
 enum Message {
     Line(Option<Level>, String),
-    Snapshot(Box<Snapshot>),
+    Snapshot(MonoTime, Box<Snapshot>),
     Picture(Box<Picture>),
     Messages(Vec<MessageRow>),
     Caption(String),
@@ -83,9 +85,9 @@ impl TerminalView {
         Ok(Self { messages, is_over, thread, next_picture: Instant::now() })
     }
 
-    /// Adds a line to the log.
-    pub fn line(&self, level: Level, text: String) {
-        self.send(Message::Line(Some(level), text));
+    /// Adds a line to the log, of this time since the start.
+    pub fn line(&self, level: Level, at: MonoTime, text: &str) {
+        self.send(Message::Line(Some(level), line_text(at.since(MonoTime::ZERO), text)));
     }
 
     /// Shows another caption from now on.
@@ -98,10 +100,10 @@ impl TerminalView {
         Instant::now() >= self.next_picture
     }
 
-    /// Shows the state of a gateway.
-    pub fn snapshot(&mut self, snapshot: Snapshot) {
+    /// Shows the state of a gateway at this time since its start.
+    pub fn snapshot(&mut self, at: MonoTime, snapshot: Snapshot) {
         self.next_picture = Instant::now() + FRAME_TIME;
-        self.send(Message::Snapshot(Box::new(snapshot)));
+        self.send(Message::Snapshot(at, Box::new(snapshot)));
     }
 
     /// Shows another state from now on.
@@ -160,13 +162,26 @@ fn take(model: &mut Model, message: Message) {
     match message {
         Message::Line(level, text) => {
             let text = strip_str(&text).to_string();
-            model.add_line(level.or_else(|| level_in(&text)), escaped(&text).into_owned());
+            let (known, text) = match level {
+                Some(_) => (level, text),
+                // From the log of the process, which gives no time to the view.
+                None => (level_in(&text), line_text(model.time(), &text)),
+            };
+            model.add_line(known, escaped(&text).into_owned());
         }
-        Message::Snapshot(snapshot) => model.show(Picture::of(&snapshot)),
+        Message::Snapshot(at, snapshot) => {
+            model.at = Some(at.since(MonoTime::ZERO));
+            model.show(Picture::of(&snapshot));
+        }
         Message::Picture(picture) => model.show(*picture),
         Message::Messages(rows) => model.show_messages(rows),
         Message::Caption(text) => model.caption = text,
     }
+}
+
+/// A line of the log with its time, to the millisecond.
+fn line_text(since_start: Duration, text: &str) -> String {
+    format!("{:>8}.{:03} {text}", clock_text(since_start), since_start.subsec_millis())
 }
 
 /// The level that a line of the log begins with, or has behind its time.

@@ -10,10 +10,12 @@ use super::ink::{DIM, Ink};
 use super::picture::BusLine;
 use super::view_model::{Keys, Model};
 use crate::core::diagnostics::Level;
-use crate::report::text::counted;
+use crate::report::text::{clock_text, counted, wrapped};
 
 /// From this width on a bus has a longer name, and says that its load is not known.
 const WIDE: usize = 70;
+/// Indent of a line of the log from its second row on.
+const LOG_INDENT: usize = 12;
 /// Cells of the bar of a load.
 const BAR: u8 = 10;
 
@@ -34,8 +36,7 @@ pub(super) fn cut(text: &str, width: usize) -> String {
 pub(super) fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
     let picture = &model.picture;
     let level = picture.level.map_or_else(String::new, |level| format!(" {level} "));
-    let seconds = model.elapsed.as_secs();
-    let time = format!(" {}:{:02} ", seconds / 60, seconds % 60);
+    let time = format!(" {} ", clock_text(model.time()));
     let room = width.saturating_sub(level.chars().count() + time.chars().count());
     let title = format!("{:<room$}", cut(&format!(" {}", model.title), room));
     let bar = Style::new().add_modifier(Modifier::REVERSED);
@@ -92,14 +93,40 @@ pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rec
         newer => format!(" log, {} below ", counted(newer as u64, "newer line")),
     };
     let block = block.title(heading);
-    let lines = model.log.iter().skip(start).take(end - start).map(|line| {
+    let lines = model.log.iter().skip(start).take(end - start).flat_map(|line| {
         let style = match line.level {
             None | Some(Level::Ok) => Style::new(),
             Some(level) => ink.level(level).remove_modifier(Modifier::BOLD),
         };
-        Line::styled(cut(&line.text, inner.width.into()), style)
+        rows_of(&line.text, inner.width.into()).into_iter().map(move |row| Line::styled(row, style))
     });
-    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), area);
+    let mut lines: Vec<_> = lines.collect();
+    // The oldest make room, but where they were scrolled to.
+    if end > first_page {
+        lines.drain(..lines.len().saturating_sub(inner.height.into()));
+    }
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+/// The rows of a line of the log: all of its text, broken between words, and inside of one that is longer than a row.
+fn rows_of(text: &str, width: usize) -> Vec<String> {
+    let is_indented = |row: usize| row > 0 && width > 2 * LOG_INDENT;
+    let mut rows: Vec<String> = Vec::new();
+    for part in wrapped(text, Some(width.saturating_sub(LOG_INDENT)), LOG_INDENT) {
+        let mut rest = part.as_str();
+        loop {
+            let indent = if is_indented(rows.len()) { LOG_INDENT } else { 0 };
+            let room = width.saturating_sub(indent).max(1);
+            let end = rest.char_indices().nth(room).map_or(rest.len(), |(at, _)| at);
+            let (row, more) = rest.split_at(end);
+            rows.push(format!("{:indent$}{row}", ""));
+            rest = more;
+            if rest.is_empty() {
+                break;
+            }
+        }
+    }
+    rows
 }
 
 /// Keys on the left, and on the right where a browser finds the same.

@@ -31,6 +31,8 @@ pub struct Model {
     pub keys: Keys,
     /// Time since the view began, for all that blinks.
     pub elapsed: Duration,
+    /// Time of the gateway since its start; `None` where there is no gateway.
+    pub at: Option<Duration>,
     /// What happens at present, in a sentence; empty without one.
     pub caption: String,
     /// The present state, or the state at the moment of the pause.
@@ -112,6 +114,11 @@ impl Model {
         if self.scroll > 0 {
             self.scroll = (self.scroll + 1).min(self.log.len() - 1);
         }
+    }
+
+    /// The time that heading and log show: that of the gateway, or else of the view.
+    pub fn time(&self) -> Duration {
+        self.at.unwrap_or(self.elapsed)
     }
 
     /// True in the bright half of a blink.

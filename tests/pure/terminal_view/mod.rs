@@ -29,7 +29,7 @@ use crate::support::virtual_gateway::VirtualGateway;
 
 const BUS: BusIndex = BusIndex(0);
 /// The terminals on which every state is drawn.
-const SIZES: [(u16, u16); 3] = [(50, 24), (80, 24), (120, 32)];
+const SIZES: [(u16, u16); 4] = [(50, 24), (80, 24), (120, 32), (200, 32)];
 
 /// The demo vehicle on a bus, watched ten times a second.
 struct Drive {
