@@ -11,6 +11,7 @@ mod process {
     mod decide_command;
     mod descriptors;
     mod discover_command;
+    mod doctor_command;
     mod init_command;
     mod lights_command;
     mod live_page;

@@ -17,6 +17,7 @@ mod pure {
     mod demo_recording;
     mod diagnostics_doc;
     mod discovery;
+    mod doctor;
     mod drive_scenarios;
     mod integrity_real_logs;
     mod j1939;

@@ -11,6 +11,7 @@ mod vcan {
     mod vcan_commands;
     mod vcan_controller;
     mod vcan_discover;
+    mod vcan_doctor;
     #[cfg(feature = "ros")]
     mod vcan_faults;
     #[cfg(feature = "ros")]

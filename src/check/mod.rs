@@ -2,6 +2,7 @@
 
 mod commands;
 pub mod decode;
+pub mod doctor;
 mod fault_survey;
 mod finding_text;
 pub mod identify;
@@ -38,7 +39,7 @@ use crate::report::text::{counted, plain_path};
 pub use map::map;
 pub use provenance::records;
 pub use report::{CheckReport, ReportedFinding};
-pub use service::service_files;
+pub use service::{hiding_folder, service_files};
 pub use survey_text::{log_faults, recording, recording_faults, sample_faults};
 
 /// Lists the bindings of a configuration, and what was not read of its DBCs.

@@ -8,12 +8,17 @@ use crate::core::plausibility::finding::Severity;
 /// Folders that the shipped unit hides from the service (`ProtectHome=`, `PrivateTmp=`).
 const HIDDEN: [&str; 5] = ["/home", "/root", "/run/user", "/tmp", "/var/tmp"];
 
+/// Returns the folder that the unit hides with this file; `None` if the service can see it.
+pub fn hiding_folder(path: &Path) -> Option<&'static str> {
+    HIDDEN.into_iter().find(|folder| path.starts_with(Path::new(folder)))
+}
+
 /// Warns of files that the unit hides or that its user cannot read.
 pub fn service_files(read: &[PathBuf], user: &str, unreadable: &[PathBuf]) -> CheckReport {
     let mut report = CheckReport::default();
     for path in read {
         let name = path.display();
-        if let Some(folder) = HIDDEN.iter().find(|folder| path.starts_with(Path::new(folder))) {
+        if let Some(folder) = hiding_folder(path) {
             report.find(
                 Severity::Warning,
                 format!("{name}: the service cannot read it, since its unit hides {folder}: move it to /etc/signal-gateway"),

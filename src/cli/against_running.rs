@@ -35,7 +35,7 @@ pub(super) fn run(settings: &Settings, socket: &Path, json: bool) -> Result<Exit
 }
 
 /// Returns the changes that a configuration would make; `None` if the running gateway does not report its own.
-fn plan_for(settings: &Settings, running: &Snapshot) -> Option<ReloadPlan> {
+pub(super) fn plan_for(settings: &Settings, running: &Snapshot) -> Option<ReloadPlan> {
     let process = running.process.as_ref()?;
     let mut plan = plan(&process.configuration.as_ref()?.in_effect, &settings.in_effect);
     let own = build();

@@ -14,11 +14,11 @@ pub(super) const EXIT_CODES: &str = "  0  done
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check or status found warnings, discover is not sure, identify or profiles find knows no profile
-     that fits, or replay received no frame on a configured interface
+  4  check, doctor or status found warnings, discover is not sure, identify or profiles find knows no
+     profile that fits, or replay received no frame on a configured interface
   5  the scenario of lights ended in failure, or an expectation of decide was not met
   6  the verdict of a scenario of lights is not known
-  7  status found errors
+  7  status or doctor found errors
   8  status, reload or check --against-running reaches no gateway
   9  check --against-running: the configuration needs a restart";
 

@@ -5,6 +5,7 @@ mod arguments;
 mod decide;
 mod demo;
 mod discover;
+mod doctor;
 mod failure;
 mod failure_message;
 mod identify;
@@ -40,6 +41,7 @@ use crate::daemon::publisher::PublisherError;
 use decide::DecideArgs;
 use demo::DemoArgs;
 use discover::DiscoverArgs;
+use doctor::DoctorArgs;
 use failure::Failure;
 use identify::IdentifyArgs;
 use init::InitArgs;
@@ -92,6 +94,9 @@ enum GatewayCommand {
     /// Check a configuration before the drive: bindings, warnings, and the result of a recording
     #[command(after_help = inspect::CHECK_HELP)]
     Check(CheckArgs),
+    /// Examine a set-up: interfaces, bit rate, ROS 2, service, permissions; each finding with its remedy
+    #[command(after_help = doctor::HELP)]
+    Doctor(DoctorArgs),
     /// Find the built-in profiles that fit a recording
     #[command(after_help = identify::HELP)]
     Identify(IdentifyArgs),
@@ -146,6 +151,7 @@ pub fn main() -> ExitCode {
         GatewayCommand::Demo(args) => demo::demo(&args),
         GatewayCommand::Replay(args) => replay::replay(&args),
         GatewayCommand::Check(args) => inspect::check(&args),
+        GatewayCommand::Doctor(args) => doctor::run(&args),
         GatewayCommand::Identify(args) => identify::run(&args),
         GatewayCommand::Decode(args) => inspect::decode(&args),
         GatewayCommand::Discover(args) => discover::run(&args),

@@ -3,6 +3,7 @@
 //! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
+pub mod bus_survey;
 pub mod discover;
 mod error;
 mod fault_recorder;

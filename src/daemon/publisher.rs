@@ -397,7 +397,11 @@ fn door_layouts(settings: &Settings) -> Option<DoorLayouts> {
     })
 }
 
-fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
+/// Returns the settings of the session: the configuration, and what the environment adds to it.
+///
+/// # Errors
+/// A variable of ROS 2 that cannot be followed.
+pub fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
     let network = ros_environment::network(&settings.ros, |name| std::env::var(name).ok())?;
     network.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
     Ok(RosSettings {

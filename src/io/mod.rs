@@ -2,6 +2,8 @@
 
 pub mod can;
 pub mod clock;
+pub mod clock_state;
+pub mod folder_access;
 pub mod hangup;
 pub mod http;
 mod journal;
@@ -13,6 +15,7 @@ pub mod process_log;
 pub mod recorder;
 pub mod ros;
 pub mod sample_log;
+pub mod service_state;
 pub mod service_user;
 pub mod snapshots;
 pub mod standard_input;

@@ -9,6 +9,7 @@ pub(crate) mod command_vehicle;
 pub(crate) mod diagnostics;
 pub(crate) mod docs_section;
 pub(crate) mod docs_table;
+pub(crate) mod doctor;
 pub(crate) mod drive_script;
 pub(crate) mod driving_vehicle;
 pub(crate) mod files;

@@ -88,6 +88,12 @@ impl Adapter {
         self.shared.is_stalled.store(false, Ordering::SeqCst);
     }
 
+    /// The lines that it was given that are no frames: to open and to close it, and to set a bit rate.
+    pub(crate) fn commands(&self) -> Vec<String> {
+        let lines = self.shared.lines.lock().unwrap();
+        lines.iter().filter(|line| !line.starts_with(['t', 'T', 'r', 'R'])).cloned().collect()
+    }
+
     /// The data of all frames with this 29-bit identifier it was given.
     pub(crate) fn frames(&self, id: u32) -> Vec<Vec<u8>> {
         let head = format!("T{:08X}8", id & 0x1FFF_FFFF);

@@ -62,12 +62,10 @@ pub struct Controller {
 impl Controller {
     /// Records an error frame.
     pub fn error_frame(&mut self, error: ErrorFrame, now: MonoTime) {
-        let announced = error.state();
-        let recovery = matches!(announced, Some(ControllerState::ErrorActive | ControllerState::Restarted));
-        if !(recovery && error.is_state_alone()) {
+        if !error.is_recovery() {
             self.last_error = Some((error, now));
         }
-        match announced {
+        match error.state() {
             Some(state) => self.enter(state, error.counters(), now),
             None => self.counters = error.counters().or(self.counters),
         }

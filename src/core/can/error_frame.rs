@@ -53,7 +53,7 @@ pub struct ErrorFrame {
 }
 
 /// Error counters of a controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct ErrorCounters {
     /// Transmit error counter, 0 to 65535; at most 255 in an error frame.
     pub tx: u16,
@@ -150,6 +150,13 @@ impl ErrorFrame {
         ]
         .into_iter()
         .find_map(|(mask, state)| (bits & mask != 0).then_some(state))
+    }
+
+    /// Returns true if it announces nothing but the way back to a sound state.
+    pub fn is_recovery(self) -> bool {
+        let is_sound =
+            matches!(self.state(), Some(ControllerState::ErrorActive | ControllerState::Restarted));
+        is_sound && self.is_state_alone()
     }
 
     /// Returns true if it announces a state without an error on the wire or a lost frame.

@@ -1,12 +1,15 @@
 //! One CAN bus: its frames, its link, its controller and its condition.
 
+pub mod bit_rate_scan;
 pub mod bus;
 pub mod bus_status;
+pub mod bus_survey;
 pub mod controller;
 pub mod error_frame;
 pub mod frame;
 pub mod id_match;
 pub mod input;
+pub mod interface_state;
 pub mod link;
 pub mod mark;
 pub mod note;

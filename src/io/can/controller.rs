@@ -76,7 +76,7 @@ fn params(interface: &str) -> io::Result<InterfaceCanParams> {
     details.map(|details| details.can).map_err(io::Error::other)
 }
 
-fn report(params: &InterfaceCanParams) -> Option<ControllerReport> {
+pub(super) fn report(params: &InterfaceCanParams) -> Option<ControllerReport> {
     let state = match params.state? {
         CanState::ErrorActive => ControllerState::ErrorActive,
         CanState::ErrorWarning => ControllerState::Warning,

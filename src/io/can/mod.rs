@@ -8,6 +8,7 @@ mod counted_source;
 mod exact;
 pub mod formats;
 pub mod id_filter;
+pub mod interface_settings;
 pub mod interfaces;
 mod lines;
 mod link;
@@ -17,3 +18,5 @@ mod socket;
 pub mod traffic;
 pub mod transmit;
 mod wire;
+
+pub use socket::check_can_sockets;

@@ -43,7 +43,7 @@ impl SenderLock {
     pub async fn take<'a>(interfaces: impl IntoIterator<Item = &'a str>) -> Result<Self, SenderLockError> {
         let mut held = Vec::new();
         for interface in interfaces {
-            let name = format!("signal-gateway/commands/{interface}");
+            let name = lock_name(interface);
             let bound = SocketAddr::from_abstract_name(&name).and_then(|name| UnixListener::bind_addr(&name));
             let interface = interface.to_owned();
             held.push(match bound {
@@ -56,6 +56,17 @@ impl SenderLock {
         }
         Ok(Self(held))
     }
+}
+
+fn lock_name(interface: &str) -> String {
+    format!("signal-gateway/commands/{interface}")
+}
+
+/// Returns true if a process sends commands on an interface. Takes nothing: the kernel lists the names of sockets.
+pub fn is_locked(interface: &str) -> bool {
+    let sockets = std::fs::read_to_string("/proc/net/unix").unwrap_or_default();
+    let name = format!("@{}", lock_name(interface));
+    sockets.lines().any(|line| line.split_whitespace().next_back() == Some(&name))
 }
 
 /// Returns the process that listens on an abstract name; `None` if it is not visible or has just ended.
@@ -71,7 +82,9 @@ mod tests {
     #[tokio::test]
     async fn a_lock_is_held_once_for_each_interface_until_it_is_dropped() {
         let names = ["lock-test-0", "lock-test-1"];
+        assert!(!is_locked("lock-test-0"));
         let first = SenderLock::take(names).await.unwrap();
+        assert!(is_locked("lock-test-0") && !is_locked("lock-test"));
         let refused = SenderLock::take(["lock-test-2", "lock-test-1"]).await.unwrap_err();
         let own = std::process::id();
         let expected = format!("commands are already sent on lock-test-1 by process {own}");

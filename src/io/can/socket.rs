@@ -129,6 +129,12 @@ struct Lengths {
     message: usize,
 }
 
+/// Returns the kernel's error for a CAN socket: `EAFNOSUPPORT` or `EPROTONOSUPPORT` without CAN, `EPERM` or `EACCES`
+/// where it is forbidden. The socket is bound to nothing.
+pub fn check_can_sockets() -> io::Result<()> {
+    raw_can_socket().map(drop)
+}
+
 fn raw_can_socket() -> io::Result<OwnedFd> {
     let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
     let protocol = NonZero::new(libc::CAN_RAW.cast_unsigned()).map(Protocol::from_raw);

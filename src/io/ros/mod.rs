@@ -1,5 +1,6 @@
 //! ROS 2: the messages, the topics, and the session that sends and receives them over DDS.
 
+pub mod domain_survey;
 mod duplicate_filter;
 pub mod inbox;
 pub mod link;

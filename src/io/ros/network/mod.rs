@@ -20,6 +20,7 @@ use tokio::runtime::Builder;
 
 use super::link::{Link, NetworkSettings, ToNetwork};
 use super::settings::Transport;
+pub(super) use dds::survey;
 pub use distribution::DISTRO;
 pub(super) use distribution::identifier_length;
 

@@ -11,10 +11,8 @@ use crate::io::ros::link::Order;
 use crate::io::ros::link::WrittenTopic;
 use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, TypeName};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
-#[cfg(feature = "ros")]
-use crate::io::ros::topics::TopicFlow;
 use crate::io::ros::topics::{
-    Delivery, Durability, LightsTopicSettings, OutgoingTopic, RowDurability, Topics,
+    Delivery, Durability, LightsTopicSettings, OutgoingTopic, RowDurability, TopicFlow, Topics,
 };
 
 /// The source of a topic's messages.
@@ -81,6 +79,12 @@ impl Outgoing {
             depth: self.depth,
             delivery: self.delivery,
         }
+    }
+
+    /// Returns true for a topic that many nodes write: statuses and the log.
+    pub(in crate::io) fn is_shared(&self) -> bool {
+        let OutgoingSource::Topic(topic) = self.source else { return false };
+        topic.row().flow == TopicFlow::Gateway
     }
 
     /// Returns true for a report on the vehicle.

@@ -54,6 +54,7 @@ mod service_server;
 mod set_back;
 mod silence_probe;
 mod silent_writers;
+mod survey;
 mod topic_reader;
 mod topic_writer;
 mod type_check;
@@ -65,6 +66,7 @@ use std::io;
 
 use crate::io::ros::link::{Link, NetworkSettings};
 use crate::io::ros::network::orders::refuse;
+pub(in crate::io::ros) use survey::survey;
 use worker::DdsWorker;
 
 /// Serves the gateway with a participant of DDS until it says stop.

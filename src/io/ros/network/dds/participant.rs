@@ -1,6 +1,7 @@
 //! One participant with everything on it: node, topics, writers, and who reads them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::net::IpAddr;
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
@@ -30,11 +31,16 @@ const MAX_OTHER_WRITERS: usize = 1000;
 
 /// Makes a participant; it announces itself at once.
 pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
-    let builder = DomainParticipantBuilder::new(settings.domain_id);
-    if settings.only_networks.is_empty() {
+    participant_of(settings.domain_id, &settings.only_networks)
+}
+
+/// Makes a participant of a domain on these own addresses, all of them if empty.
+pub(super) fn participant_of(domain_id: u16, only_networks: &[IpAddr]) -> CreateResult<DomainParticipant> {
+    let builder = DomainParticipantBuilder::new(domain_id);
+    if only_networks.is_empty() {
         builder.build()
     } else {
-        builder.with_only_networks(settings.only_networks.iter().copied()).build()
+        builder.with_only_networks(only_networks.iter().copied()).build()
     }
 }
 

@@ -69,7 +69,7 @@ fn difference(
 }
 
 /// A DDS type name as ROS 2 writes it, `package/msg/Name`; on one line, whatever it is.
-fn ros_type(dds: &str) -> String {
+pub(super) fn ros_type(dds: &str) -> String {
     let shown = dds.chars().filter(|character| !character.is_control()).take(MAX_SHOWN).collect::<String>();
     let ros = shown.strip_suffix('_').unwrap_or(&shown).replace("::dds_::", "::").replace("::", "/");
     if ros.is_empty() { "a type without a name".to_owned() } else { ros }

@@ -1,0 +1,39 @@
+//! Whether this process may write into a folder.
+
+use std::io;
+use std::path::Path;
+
+use rustix::fs::{Access, access};
+
+/// Asks the kernel whether files can be made in a folder, which may have to be made itself. Makes nothing.
+///
+/// # Errors
+/// The reason: `NotADirectory`, `PermissionDenied`, `ReadOnlyFilesystem`, …
+pub fn check_writable(folder: &Path) -> io::Result<()> {
+    // The first folder above that exists; the others are made by the gateway.
+    let mut existing = folder.ancestors().filter(|folder| folder.symlink_metadata().is_ok());
+    let here = Path::new(".");
+    let existing = existing.next().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(here);
+    if !existing.is_dir() {
+        return Err(io::ErrorKind::NotADirectory.into());
+    }
+    Ok(access(existing, Access::WRITE_OK | Access::EXEC_OK)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folder_is_writable_if_it_or_the_first_one_above_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "").unwrap();
+        assert!(check_writable(folder.path()).is_ok());
+        assert!(check_writable(&folder.path().join("new/black-box")).is_ok());
+        for path in [file.clone(), file.join("black-box")] {
+            assert_eq!(check_writable(&path).unwrap_err().kind(), io::ErrorKind::NotADirectory);
+        }
+        assert!(check_writable(Path::new("/proc/1/black-box")).is_err());
+    }
+}

@@ -1,0 +1,109 @@
+//! The state of the packaged service, as systemd reports it.
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use serde::{Deserialize, Serialize};
+
+/// Name of the shipped unit.
+const UNIT: &str = "signal-gateway.service";
+/// File of the unit's environment.
+const ENVIRONMENT: &str = "/etc/default/signal-gateway";
+const PROPERTIES: &str = "LoadState,UnitFileState,ActiveState,SubState,ExecMainStatus,MainPID,ExecStart";
+
+/// The unit, if it is installed.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ServiceState {
+    /// True if there is such a unit.
+    pub is_installed: bool,
+    /// `enabled`, `disabled`, `masked`, …
+    pub unit_file_state: String,
+    /// `active`, `inactive`, `failed`, `activating`, …
+    pub active_state: String,
+    /// Exit code of its last process.
+    pub exit_code: i32,
+    /// Its process; `None` while it has none.
+    pub pid: Option<u32>,
+    /// The configuration that its command line names; `None` if it names none.
+    pub configuration: Option<String>,
+    /// `ROS_DOMAIN_ID` in its environment file; `None` if it is not set there.
+    pub domain_id: Option<String>,
+}
+
+/// Asks systemd for the unit.
+///
+/// # Errors
+/// The reason why it cannot be asked, as text.
+pub fn service_state() -> Result<ServiceState, String> {
+    let show = ["show", UNIT, "--no-pager", "--property", PROPERTIES];
+    let output = Command::new("systemctl").args(show).stdin(Stdio::null()).output();
+    let output = output.map_err(|error| format!("systemctl cannot be run: {error}"))?;
+    if !output.status.success() {
+        let reason = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("systemctl fails: {}", reason.lines().next().unwrap_or_default()));
+    }
+    let environment = fs::read_to_string(ENVIRONMENT).unwrap_or_default();
+    Ok(parsed(&String::from_utf8_lossy(&output.stdout), &environment))
+}
+
+/// Reads the properties, and the file of the environment: `NAME=value` in lines.
+fn parsed(properties: &str, environment: &str) -> ServiceState {
+    let value = |text: &str, name: &str| {
+        let mut values = text.lines().filter_map(|line| line.trim().split_once('='));
+        values.rfind(|(key, _)| *key == name).map(|(_, value)| value.trim_matches('"').to_owned())
+    };
+    let property = |name| value(properties, name).unwrap_or_default();
+    ServiceState {
+        is_installed: property("LoadState") == "loaded",
+        unit_file_state: property("UnitFileState"),
+        active_state: property("ActiveState"),
+        exit_code: property("ExecMainStatus").parse().unwrap_or_default(),
+        pid: property("MainPID").parse().ok().filter(|pid| *pid > 0),
+        configuration: configuration(&property("ExecStart")),
+        domain_id: value(environment, "ROS_DOMAIN_ID"),
+    }
+}
+
+/// Returns the configuration of a command line, as systemd shows it: `{ path=… ; argv[]=… run --config FILE ; … }`.
+fn configuration(command: &str) -> Option<String> {
+    let mut words = command.split_whitespace();
+    while let Some(word) = words.next() {
+        match word.split_once('=') {
+            Some(("--config", file)) => return Some(file.to_owned()),
+            None if word == "--config" || word == "-c" => return words.next().map(str::to_owned),
+            _ => {}
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As systemd 252 answers.
+    const SHOWN: &str = "ExecMainStatus=3\nExecStart={ path=/usr/local/bin/signal-gateway ; \
+        argv[]=/usr/local/bin/signal-gateway run --config /etc/signal-gateway/gateway.toml ; ignore_errors=no ; \
+        start_time=[n/a] ; stop_time=[n/a] ; pid=0 ; code=(null) ; status=0/0 }\nMainPID=0\nLoadState=loaded\n\
+        ActiveState=failed\nSubState=failed\nUnitFileState=disabled\n";
+
+    #[test]
+    fn unit_is_read_with_its_command_line_and_its_environment() {
+        let environment = "# ROS_DOMAIN_ID=1\nROS_DOMAIN_ID=2\n ROS_DOMAIN_ID=\"42\"\n";
+        let expected = ServiceState {
+            is_installed: true,
+            unit_file_state: "disabled".to_owned(),
+            active_state: "failed".to_owned(),
+            exit_code: 3,
+            pid: None,
+            configuration: Some("/etc/signal-gateway/gateway.toml".to_owned()),
+            domain_id: Some("42".to_owned()),
+        };
+        assert_eq!(parsed(SHOWN, environment), expected);
+        let absent = parsed("LoadState=not-found\nActiveState=inactive\nUnitFileState=\nMainPID=0\n", "");
+        assert!(!absent.is_installed && absent.configuration.is_none() && absent.domain_id.is_none());
+        assert_eq!(configuration("gateway run --config=a.toml").as_deref(), Some("a.toml"));
+        assert_eq!(configuration("gateway run -c"), None);
+    }
+}
