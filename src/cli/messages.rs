@@ -22,7 +22,7 @@ use crate::report::text::{Layout, escaped};
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Messages")]
 pub(super) struct MessageArgs {
-    /// Print only errors; for `check`, only findings
+    /// Print only errors; for `check` and `doctor`, only findings
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub(super) quiet: bool,
     /// Print more messages, and every problem of a file; for `decide`, all reasons and distances

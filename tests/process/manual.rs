@@ -7,9 +7,10 @@ fn the_man_pages_and_completions_name_every_option_that_help_names() {
     let folder = tempfile::tempdir().unwrap();
     out(&["man", "--out", folder.path().to_str().unwrap()]);
     let bash = out(&["completions", "bash"]);
-    for command in
-        ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle", "discover", "init"]
-    {
+    for command in [
+        "run", "demo", "replay", "check", "decode", "doctor", "lights", "decide", "vehicle", "discover",
+        "init",
+    ] {
         let page =
             std::fs::read_to_string(folder.path().join(format!("signal-gateway-{command}.1"))).unwrap();
         let page = page.replace("\\-", "-");
@@ -47,6 +48,7 @@ fn the_man_pages_have_the_sections_that_one_looks_for() {
     assert_eq!(codes("signal-gateway"), "0 1 2 3 4 5 6 7 8 9");
     assert_eq!(codes("signal-gateway-check"), "0 1 2 3 4 8 9");
     assert_eq!(codes("signal-gateway-status"), "0 2 4 7 8");
+    assert_eq!(codes("signal-gateway-doctor"), "0 1 2 4 7");
     assert_eq!(codes("signal-gateway-decide"), "0 1 2 3 5");
     for name in ["signal-gateway", "signal-gateway-run"] {
         for part in [".SH FILES", "/etc/signal-gateway/gateway.toml", ".SH ENVIRONMENT", "ROS_DOMAIN_ID"] {

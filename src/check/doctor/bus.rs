@@ -14,7 +14,7 @@ const WRONG_RATE: FindingRow = FindingRow {
     level: Level::Error,
     text: "{interface}: {errors} came in {time}, and no frame: {kinds}",
     why: "that is how a wrong bit rate looks; a controller that can send disturbs the vehicle with it",
-    remedy: "take it down at once: ip link set {interface} down; then find the bit rate: sudo signal-gateway doctor --scan {interface}",
+    remedy: "find the bit rate: ip link set {interface} down; sudo signal-gateway doctor --scan {interface}",
     see: RATES,
 };
 const SILENT: FindingRow = FindingRow {
@@ -22,7 +22,7 @@ const SILENT: FindingRow = FindingRow {
     level: Level::Warn,
     text: "{interface}: no frame came in {time}",
     why: "without frames nothing is reported: the ignition is off, the bus sleeps, a wire is loose, or the bit rate is wrong",
-    remedy: "switch the ignition on; if it stays silent: ip link set {interface} down, then sudo signal-gateway doctor --scan {interface}",
+    remedy: "switch the ignition on{search}",
     see: RATES,
 };
 
@@ -47,7 +47,12 @@ fn bit_rate(facts: &Facts, interface: &InterfaceFacts, survey: &BusSurvey) -> Ou
         let errors = counted(survey.error_frames, "error frame");
         WRONG_RATE.with(&[values[0], values[1], ("errors", &errors), ("kinds", &kinds(survey))])
     } else {
-        SILENT.with(&values)
+        let search = interface.state.controller.map_or(String::new(), |_| {
+            format!(
+                "; if it stays silent, find the bit rate: ip link set {name} down; sudo signal-gateway doctor --scan {name}"
+            )
+        });
+        SILENT.with(&[values[0], values[1], ("search", &search)])
     }
 }
 

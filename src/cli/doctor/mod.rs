@@ -25,15 +25,15 @@ Examples:
   signal-gateway doctor --quiet                  only what is wrong
   sudo signal-gateway doctor --scan can0         find the bit rate of a bus
 
-It is safe on a vehicle: it sends no frame, and changes no interface, file or service. It listens for
-a few seconds on the interfaces, and joins the ROS 2 domain without reading or writing a topic. What
-cannot be checked is named with the reason.
+It is safe on a vehicle: it sends no frame, and changes no interface, file or service. For a few
+seconds it listens on the interfaces, and joins the ROS 2 domain without reading or writing a topic.
+What cannot be checked is named with the reason.
 
 --scan is the exception: on an interface that is down, it sets the usual bit rates one after the
 other, with listen-only on, and then restores the settings. An interface that is up is refused.
 
 With --json one object is printed, with the facts that the findings follow from:
-  {\"level\", \"errors\", \"warnings\", \"not_checked\", \"checks\": [{\"name\", \"asks\", \"outcomes\": [...]}], \"facts\"}
+  {\"level\", \"errors\", \"warnings\", \"not_checked\", \"checks\": [{\"name\", \"asks\", \"outcomes\"}], \"facts\"}
 docs/doctor.md lists all checks and findings.
 
 Exit codes:
