@@ -39,7 +39,6 @@ docs/doctor.md lists all checks and findings.
 Exit codes:
   0  nothing is wrong, or --scan has found the bit rate
   1  failed, was interrupted, or --scan was refused
-  2  wrong usage
   4  warnings, or --scan has not found the bit rate for certain
   7  errors";
 
