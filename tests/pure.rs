@@ -28,6 +28,8 @@ mod pure {
     mod log_formats;
     mod msrv;
     mod no_allocation;
+    mod performance_pictures;
+    mod picture_captions;
     mod reconfigure;
     mod recording_formats;
     mod recording_variants;

@@ -21,6 +21,7 @@
 //! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
+//! | [`palette`] | colours by meaning, for all of them |
 //!
 //! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a state
 //! has a [`chart::Bar`] in a chart for as long as it lasts.
@@ -36,6 +37,7 @@ pub mod lights;
 pub mod live_page;
 pub mod live_view;
 pub mod metrics;
+pub mod palette;
 pub mod refusal;
 pub mod schema;
 pub mod status;

@@ -279,7 +279,7 @@ fn a_picture_shows_sections_and_signals_of_each_compat() {
         "37.00 m to 117.00 m: signal: LEFT",
         "117.00 m to 130.00 m: signal: DISABLE",
         "37.00 m to 116.00 m: expected: LEFT",
-        "distance [m]",
+        ">distance<",
         // The changeovers with their reasons, the speed, and the lanes from above.
         "37 m: improved, upstream: LEFT at 37 m: ",
         "m: 36.0 km/h",
@@ -312,7 +312,7 @@ lines = [{ from_m = 110, to_m = 120, offset_m = 1 }]
     let bench = Bench::new("back.toml", &(text + more));
     bench.out(&["--picture", "back.svg", "--compat", "improved"]);
     let svg = fs::read_to_string(bench.folder.path().join("back.svg")).unwrap();
-    for part in [">backing<", "20.00 m to 23.00 m: signal: hazard lights", "20.00 m to 59.60 m: 1"] {
+    for part in [">backing<", "20.00 m to 23.00 m: signal: HAZARD", "20.00 m to 59.60 m: 1"] {
         assert!(svg.contains(part), "{part}\n{svg}");
     }
     assert_eq!(

@@ -1,12 +1,8 @@
 //! Values along a chart, seconds or metres: their positions, and the ticks.
 
-/// Steps of seconds on clocks; below and above them 1, 2, 5 times powers of ten.
-const CLOCK_STEPS_S: [f64; 17] = [
-    1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0, 14_400.0,
-    43_200.0, 86_400.0,
-];
-/// An axis that ends later has times in minutes and seconds.
-const LONG_S: f64 = 300.0;
+/// Units of time from the smallest, with their length in seconds and the longest axis that they are used for.
+const TIME_UNITS: [(&str, f64, f64); 3] =
+    [("s", 1.0, 180.0), ("min", 60.0, 10_800.0), ("h", 3_600.0, f64::INFINITY)];
 
 /// The quantity along a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,18 +49,19 @@ impl Axis {
         (self.left_px, self.left_px + self.width_px)
     }
 
-    /// Round values at least `gap_px` apart, at most 1000 of them.
+    /// Round values at least `gap_px` apart, at most 1000 of them: 1, 2 and 5 times powers of ten of the unit.
     pub(super) fn ticks(&self, gap_px: f64) -> Vec<Tick> {
-        let least = (self.to - self.from) * (gap_px / self.width_px).max(0.001);
-        let step = CLOCK_STEPS_S.into_iter().find(|step| *step >= least && least > 0.5);
-        let step = step.filter(|_| self.along == Along::Time);
-        let step = step.unwrap_or_else(|| decimal_step(least));
-        let first = (self.from / step).ceil();
+        let (unit, length) = self.unit();
+        let (from, to) = (self.from / length, self.to / length);
+        let step = decimal_step((to - from) * (gap_px / self.width_px).max(0.001));
+        let decimals = decimals(step);
         let mut ticks = Vec::new();
-        let mut number = first;
+        let mut number = (from / step).ceil();
         // A hair beyond the end still counts: 0.1 * 3 is not 0.3.
-        while number * step <= self.to + step * 1e-6 && ticks.len() < 1_000 {
-            ticks.push(Tick { value: number * step, label: self.label(number * step, step) });
+        while number * step <= to + step * 1e-6 && ticks.len() < 1_000 {
+            // Minus zero prints its sign.
+            let value = number * step + 0.0;
+            ticks.push(Tick { value: value * length, label: format!("{value:.decimals$} {unit}") });
             number += 1.0;
         }
         ticks
@@ -73,7 +70,7 @@ impl Axis {
     /// A position with its unit.
     pub(super) fn position(&self, value: f64) -> String {
         match self.along {
-            Along::Time => format!("{} s", seconds(value)),
+            Along::Time => self.clock(value),
             Along::Distance => format!("{} m", (value * 10.0).round() / 10.0 + 0.0),
         }
     }
@@ -81,50 +78,53 @@ impl Axis {
     /// Both ends of a bar, with their unit.
     pub(super) fn interval(&self, from: f64, to: f64) -> String {
         match self.along {
-            Along::Time => format!("{} s to {} s", seconds(from), seconds(to)),
+            Along::Time => format!("{} to {}", self.clock(from), self.clock(to)),
             Along::Distance => format!("{from:.2} m to {to:.2} m"),
         }
     }
 
-    /// Quantity and unit of the numbers.
+    /// The quantity.
     pub(super) fn caption(&self) -> &'static str {
+        match self.along {
+            Along::Time => "time",
+            Along::Distance => "distance",
+        }
+    }
+
+    /// Unit of the ticks, and its length in seconds or metres.
+    fn unit(&self) -> (&'static str, f64) {
         if self.along == Along::Distance {
-            "distance [m]"
-        } else if self.is_long() {
-            if self.to >= 3_600.0 { "time [h:min:s]" } else { "time [min:s]" }
-        } else {
-            "time [s]"
+            return ("m", 1.0);
         }
+        let span = self.to - self.from;
+        let fitting = TIME_UNITS.into_iter().find(|(.., longest)| span <= *longest);
+        fitting.map_or(("s", 1.0), |(name, length, _)| (name, length))
     }
 
-    fn is_long(&self) -> bool {
-        self.along == Along::Time && self.to > LONG_S
-    }
-
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a rounded time from 0 on
-    fn label(&self, value: f64, step: f64) -> String {
-        let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
-        if !self.is_long() || step < 1.0 || value < 0.0 {
-            return format!("{value:.decimals$}");
+    /// A time in hours, minutes and seconds, from the unit of the ticks on.
+    fn clock(&self, value: f64) -> String {
+        let (_, unit) = self.unit();
+        let mut rest = (value * 1e3).round() / 1e3 + 0.0;
+        let mut text = String::new();
+        for (name, length, _) in TIME_UNITS.into_iter().rev().filter(|(_, length, _)| *length > 1.0) {
+            if unit >= length && rest >= length {
+                let count = (rest / length).floor();
+                rest = ((rest - count * length) * 1e3).round() / 1e3;
+                text += &format!("{count} {name} ");
+            }
         }
-        let total = value.round() as u64;
-        let (hours, minutes, seconds) = (total / 3_600, total / 60 % 60, total % 60);
-        if self.to >= 3_600.0 {
-            format!("{hours}:{minutes:02}:{seconds:02}")
-        } else {
-            format!("{minutes}:{seconds:02}")
-        }
+        text + &format!("{rest} s")
     }
 }
 
-/// Seconds, to the millisecond, without needless zeros.
-fn seconds(value: f64) -> String {
-    let rounded = (value * 1e3).round() / 1e3;
-    rounded.to_string()
+/// Decimals that a multiple of a step needs.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped
+fn decimals(step: f64) -> usize {
+    (-step.log10().floor()).clamp(0.0, 9.0) as usize
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not below.
-fn decimal_step(least: f64) -> f64 {
+pub(super) fn decimal_step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|digit| digit * power).find(|step| *step >= least).unwrap_or(10.0 * power)
 }
@@ -142,25 +142,37 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_from_a_blink_to_a_day() {
-        assert_eq!(labels(0.3), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
-        assert_eq!(labels(5.0)[..3], ["0.0", "0.5", "1.0"]);
-        assert_eq!(labels(14.0), ["0", "2", "4", "6", "8", "10", "12", "14"]);
-        assert_eq!(labels(120.0)[..4], ["0", "10", "20", "30"]);
-        assert_eq!(labels(600.0)[..3], ["0:00", "1:00", "2:00"]);
-        assert_eq!(labels(3_600.0)[..3], ["0:00:00", "0:05:00", "0:10:00"]);
-        assert_eq!(labels(86_400.0)[1], "2:00:00");
+    fn ticks_are_round_and_have_a_unit_from_a_blink_to_a_day() {
+        let ends = [0.3, 5.0, 14.0, 120.0, 600.0, 7_200.0, 36_000.0, 86_400.0];
+        let first_two = ends.map(|to| labels(to)[..2].join(", "));
+        let expected = [
+            "0.00 s, 0.05 s",
+            "0.0 s, 0.5 s",
+            "0 s, 2 s",
+            "0 s, 10 s",
+            "0 min, 1 min",
+            "0 min, 10 min",
+            "0 h, 1 h",
+            "0 h, 2 h",
+        ];
+        assert_eq!(first_two, expected);
+    }
+
+    #[test]
+    fn positions_are_written_in_the_units_of_the_axis_and_smaller_ones() {
+        let position = |to: f64, value| Axis::new(Along::Time, (0.0, to), 0.0, 1_000.0).position(value);
+        assert_eq!(position(100.0, 75.25), "75.25 s");
+        assert_eq!(position(600.0, 75.25), "1 min 15.25 s");
+        assert_eq!(position(36_000.0, 3_675.25), "1 h 1 min 15.25 s");
+        assert_eq!(position(36_000.0, 0.067), "0.067 s");
     }
 
     #[test]
     fn metres_stay_metres() {
         let axis = Axis::new(Along::Distance, (0.0, 1_200.0), 0.0, 1_000.0);
         let labels: Vec<_> = axis.ticks(80.0).into_iter().map(|tick| tick.label).collect();
-        assert_eq!(
-            labels,
-            ["0", "100", "200", "300", "400", "500", "600", "700", "800", "900", "1000", "1100", "1200"]
-        );
-        assert_eq!(axis.caption(), "distance [m]");
+        assert_eq!(labels[..3], ["0 m", "100 m", "200 m"]);
+        assert_eq!((labels.len(), axis.caption()), (13, "distance"));
     }
 
     #[test]

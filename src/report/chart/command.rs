@@ -1,7 +1,8 @@
 //! Turn signals and hazard lights in a chart: sent, requested by a section, or expected.
 
-use super::ink;
+use super::look::bordered;
 use super::svg::{Area, Element, rect};
+use crate::report::palette::{self, Meaning, Paint};
 
 /// The meaning of a command in a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,35 +43,40 @@ impl CommandKind {
         }
     }
 
-    /// The box; desired sections and expectations leave room above and below.
-    pub(super) fn field(self, indicator: IndicatorState, area: Area) -> Element {
-        let (fill, edge) = indicator.inks();
-        let (share, opacity) = match self {
-            Self::Signal => (1.0, None),
-            Self::Desired => (0.5, Some(0.3)),
-            Self::Required => (1.0, Some(0.75)),
-            Self::Expected => (0.4, Some(0.6)),
-        };
-        let height = area.height * share;
-        let field = rect(area.x, area.y + (area.height - height) / 2.0, area.width, height);
-        let field = field.with("fill", fill);
-        match opacity {
-            None => field.with("stroke", edge).with("stroke-width", 0.75),
-            Some(opacity) => field.with("fill-opacity", opacity).with("stroke", edge),
+    /// Share of the height of its row. A desired section leaves room above and below.
+    const fn height(self) -> f64 {
+        match self {
+            Self::Signal | Self::Required | Self::Expected => 1.0,
+            Self::Desired => 0.6,
         }
     }
 
-    /// The text in the box, and its colour.
-    pub(super) fn label(self, indicator: IndicatorState) -> (&'static str, &'static str) {
-        let name = match self {
-            Self::Signal | Self::Required => indicator.name(),
-            Self::Desired | Self::Expected => "",
-        };
-        let fill = match indicator {
-            IndicatorState::Left | IndicatorState::Right | IndicatorState::Hazard => "#ffffff",
-            IndicatorState::Off | IndicatorState::Nothing => ink::DARK,
-        };
-        (name, fill)
+    /// The box.
+    pub(super) fn field(self, indicator: IndicatorState, area: Area) -> Element {
+        let height = area.height * self.height();
+        let field = rect(area.x, area.y + (area.height - height) / 2.0, area.width, height);
+        let field = bordered(field.fill(indicator.fill()), area);
+        match self {
+            Self::Signal | Self::Required => field,
+            Self::Desired => field.with("fill-opacity", 0.3),
+            Self::Expected => field.with("fill-opacity", 0.3).with("stroke-dasharray", "3 2"),
+        }
+    }
+
+    /// The text in the box, after its sign.
+    pub(super) const fn label(self, indicator: IndicatorState) -> &'static str {
+        match self {
+            Self::Signal | Self::Required | Self::Expected => indicator.name(),
+            Self::Desired => "",
+        }
+    }
+
+    /// The colour of the text in the box, which lies on more or less of the fill.
+    pub(super) fn ink(self, indicator: IndicatorState) -> Paint {
+        match self {
+            Self::Signal | Self::Required => indicator.meaning().map_or(palette::TEXT, |meaning| meaning.on),
+            Self::Desired | Self::Expected => palette::TEXT,
+        }
     }
 }
 
@@ -81,28 +87,38 @@ impl IndicatorState {
             Self::Left => "LEFT",
             Self::Right => "RIGHT",
             Self::Off => "DISABLE",
-            Self::Hazard => "hazard lights",
+            Self::Hazard => "HAZARD",
             Self::Nothing => "NO_COMMAND",
         }
     }
 
-    /// Light colour for what turns to a side.
-    pub(super) const fn tint(self) -> &'static str {
+    /// What shows it; `None` where there is no command.
+    pub(super) const fn meaning(self) -> Option<Meaning> {
         match self {
-            Self::Left => "#cfe0f1",
-            Self::Right => "#f8dcc6",
-            Self::Off | Self::Hazard | Self::Nothing => ink::SHADE,
+            Self::Left => Some(palette::LEFT),
+            Self::Right => Some(palette::RIGHT),
+            Self::Off => Some(palette::OFF),
+            Self::Hazard => Some(palette::HAZARD),
+            Self::Nothing => None,
         }
     }
 
-    /// Fill and edge. Blue and orange stay apart for colour-blind eyes.
-    pub(super) const fn inks(self) -> (&'static str, &'static str) {
+    /// Colour of a field with it.
+    pub(super) fn fill(self) -> Paint {
+        self.meaning().map_or(palette::CARD, |meaning| meaning.fill)
+    }
+
+    /// Sign that repeats it.
+    pub(super) fn sign(self) -> &'static str {
+        self.meaning().map_or("", |meaning| meaning.sign)
+    }
+
+    /// Light colour for what turns to a side.
+    pub(super) const fn tint(self) -> Paint {
         match self {
-            Self::Left => ("#2166ac", "#123c66"),
-            Self::Right => ("#d95f0e", "#8a3b06"),
-            Self::Off => ("#e4e8ec", "#8a9bb0"),
-            Self::Hazard => ("#b2182b", "#6d0d19"),
-            Self::Nothing => ("#ffffff", "#52606d"),
+            Self::Left => palette::LEFT_TINT,
+            Self::Right => palette::RIGHT_TINT,
+            Self::Off | Self::Hazard | Self::Nothing => palette::PAGE,
         }
     }
 }

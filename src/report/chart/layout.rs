@@ -1,20 +1,28 @@
 //! The layout of a chart: the position of each of its parts.
 
-use super::axis::{Along, Axis, Tick};
+use super::axis::{Axis, Tick};
 use super::legend;
 use super::look;
 use super::mark::Marks;
 use super::svg::{self, Area, Element, line, rect, text_at};
 use super::{Bar, Chart, Lane, Row};
-use super::{ink, plan, text};
+use super::{plan, text};
+use crate::report::palette;
 
+/// Width of every picture, whatever it shows: a document shows it at nearly full size.
+const WIDTH_PX: f64 = 880.0;
 const MARGIN_PX: f64 = 16.0;
+/// Right of the axis: half of the last number.
+const RIGHT_PX: f64 = 30.0;
 const TITLE_PX: f64 = 16.0;
 const LABEL_PX: f64 = 12.0;
 const SMALL_PX: f64 = 11.0;
 /// Bold letters are wider by this factor.
 const BOLD: f64 = 1.1;
-const MAX_LABEL_PX: f64 = 240.0;
+const MAX_LANE_LABEL_PX: f64 = 110.0;
+const MAX_ROW_LABEL_PX: f64 = 170.0;
+/// Most lines of a label.
+const MAX_LINES: usize = 2;
 const LABEL_GAP_PX: f64 = 14.0;
 const HEADER_GAP_PX: f64 = 6.0;
 const LANE_GAP_PX: f64 = 6.0;
@@ -23,78 +31,81 @@ const ROW_GAP_PX: f64 = 3.0;
 const CAPTION_GAP_PX: f64 = 32.0;
 const LEGEND_GAP_PX: f64 = 16.0;
 const AXIS_PX: f64 = 22.0;
+/// Height of a line of small text.
+const LINE_PX: f64 = 13.0;
 const NOTE_PX: f64 = 16.0;
 const NOTE_GAP_PX: f64 = 6.0;
 const NOTE_INDENT_PX: f64 = 12.0;
 /// Least distance of ticks.
 const TICK_GAP_PX: f64 = 64.0;
-/// Least width for all but the shortest bars: a letter fits.
-const READABLE_BAR_PX: f64 = 16.0;
-const MIN_WIDTH_PX: f64 = 760.0;
-const MAX_WIDTH_PX: f64 = 2_400.0;
-/// Width of a chart over metres.
-const DISTANCE_PX: f64 = 1_000.0;
-/// Bars next to each other that are narrower than this are drawn as one.
-const DENSE_PX: f64 = 1.0;
+/// Bars next to each other that are narrower than this are drawn as one; every bar is at least so wide.
+const DENSE_PX: f64 = 2.0;
 
 impl Chart {
     /// The chart as an SVG document. The same data gives the same text.
     pub fn to_svg(&self) -> String {
-        let labels_px = widest(self.lanes.iter().map(|lane| &lane.label), LABEL_PX);
-        let rows_px = widest(self.lanes.iter().flat_map(|lane| &lane.rows).map(|row| &row.label), SMALL_PX);
+        let lanes = self.lanes.iter().map(|lane| lane_label(&lane.label));
+        let labels_px = widest(lanes, LABEL_PX * BOLD);
+        let rows_px = widest(self.rows().map(Row::lines), SMALL_PX);
         let left = MARGIN_PX + labels_px + LABEL_GAP_PX + rows_px + 8.0;
-        let axis = Axis::new(self.along, (self.from, self.to), left, self.plot_width());
-        let drawing = Drawing { axis, labels_px, rows_px };
+        let right = WIDTH_PX - RIGHT_PX;
+        let axis = Axis::new(self.along, (self.from, self.to), left, right - left);
+        let drawing = Drawing { axis };
         let marks = Marks::new(&self.marks, &drawing.axis);
-        let (_, right) = drawing.axis.edges();
 
         let mut content = vec![look::patterns()];
-        let title = text_at(MARGIN_PX, 28.0, TITLE_PX, &self.title);
-        content.push(title.with("fill", ink::DARK).with("font-weight", "bold"));
-        let mut y = 38.0;
-        if !self.subtitle.is_empty() {
-            let subtitle = text_at(MARGIN_PX, y + 9.0, SMALL_PX, &self.subtitle);
-            content.push(subtitle.with("fill", ink::SOFT));
-            y += 18.0;
+        let mut y = 8.0;
+        for line in text::wrapped(&self.title, TITLE_PX * BOLD, WIDTH_PX - 2.0 * MARGIN_PX) {
+            y += 20.0;
+            let title = text_at(MARGIN_PX, y, TITLE_PX, &line);
+            content.push(title.fill(palette::TEXT).with("font-weight", "bold"));
+        }
+        y += 5.0;
+        for line in text::wrapped(&self.subtitle, SMALL_PX, WIDTH_PX - 2.0 * MARGIN_PX) {
+            y += LINE_PX;
+            content.push(text_at(MARGIN_PX, y, SMALL_PX, &line).fill(palette::SOFT));
         }
         let marks_top = y + HEADER_GAP_PX;
         let top = marks_top + marks.height_above() + AXIS_PX;
         let bottom = top + self.lanes.iter().map(Lane::height).sum::<f64>();
         content.extend(drawing.backgrounds(&self.lanes, top));
         content.extend(drawing.grid(top, bottom));
+        // Below the bars, so that no line runs through a text.
+        content.extend(marks.draw(&drawing.axis, marks_top, bottom));
         let mut lane_top = top;
+        let mut lanes = Vec::new();
         for lane in &self.lanes {
-            content.push(drawing.lane(lane, lane_top));
+            lanes.push(drawing.lane(lane, lane_top));
             lane_top += lane.height();
         }
-        content.extend(marks.draw(&drawing.axis, marks_top, bottom));
+        let has = |class| lanes.iter().any(|lane| lane.has_class(class));
+        let legend_marks = legend::Marks { is_dense: has(DENSE), is_left_out: has(look::LEFT_OUT) };
+        content.extend(lanes);
         let ticks = drawing.axis.ticks(TICK_GAP_PX);
         content.extend(ticks.iter().flat_map(|tick| drawing.number(tick, top, bottom)));
         content.push(drawing.caption(bottom));
         y = bottom + AXIS_PX + LEGEND_GAP_PX;
-        let (samples, height) = legend::draw(self.bars().map(|bar| &bar.look), (left, right), y);
+        let looks = self.rows().flat_map(|row| &row.bars).map(|bar| &bar.look);
+        let (samples, height) = legend::draw(looks, &legend_marks, (left, WIDTH_PX - MARGIN_PX), y);
         content.extend(samples);
         y += height;
-        let (listed, height) = marks.draw_list(&drawing.axis, (left, right), y);
+        let (listed, height) = marks.draw_list(&drawing.axis, (left, WIDTH_PX - MARGIN_PX), y);
         content.extend(listed);
         y += height;
         if let Some(plan) = &self.plan {
             y += LEGEND_GAP_PX;
-            let (drawn, height) = plan::draw(plan, (MARGIN_PX, right), y);
+            let (drawn, height) = plan::draw(plan, (MARGIN_PX, WIDTH_PX - MARGIN_PX), y);
             content.extend(drawn);
             y += height;
         }
         let (noted, height) = self.draw_notes(y);
         content.extend(noted);
         y += height;
-        let last_number = ticks.last().map_or(0.0, |tick| text::width(&tick.label, SMALL_PX));
-        let overhang = marks.overhang(&drawing.axis).max(last_number / 2.0);
-        let headings = [(&self.title, TITLE_PX * BOLD), (&self.subtitle, SMALL_PX)];
-        let headings = headings.map(|(text, size)| MARGIN_PX + text::width(text, size)).into_iter();
-        let lines = self.notes.iter().flat_map(|note| &note.lines);
-        let lines = lines.map(|line| MARGIN_PX + NOTE_INDENT_PX + text::width(line, SMALL_PX));
-        let width = headings.chain(lines).fold(right + overhang, f64::max) + MARGIN_PX;
-        svg::document(width.ceil(), (y + MARGIN_PX).ceil(), content)
+        svg::document(&self.title, (WIDTH_PX, (y + MARGIN_PX).ceil()), content)
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.lanes.iter().flat_map(|lane| &lane.rows)
     }
 
     /// The notes, with their height.
@@ -103,58 +114,50 @@ impl Chart {
         for note in &self.notes {
             y += NOTE_PX + NOTE_GAP_PX;
             let heading = text_at(MARGIN_PX, y, SMALL_PX, &note.heading);
-            drawn.push(heading.with("fill", ink::DARK).with("font-weight", "bold"));
-            for line in &note.lines {
+            drawn.push(heading.fill(palette::TEXT).with("font-weight", "bold"));
+            let room_px = WIDTH_PX - 2.0 * MARGIN_PX - NOTE_INDENT_PX;
+            for line in note.lines.iter().flat_map(|line| text::wrapped(line, SMALL_PX, room_px)) {
                 y += NOTE_PX;
-                drawn.push(text_at(MARGIN_PX + NOTE_INDENT_PX, y, SMALL_PX, line).with("fill", ink::SOFT));
+                drawn.push(text_at(MARGIN_PX + NOTE_INDENT_PX, y, SMALL_PX, &line).fill(palette::SOFT));
             }
         }
         (drawn, y - top)
     }
-
-    /// Over time so wide that nine of ten bars can be read, within limits; hopelessly short ones do not count
-    /// as long as there are others.
-    fn plot_width(&self) -> f64 {
-        if self.along == Along::Distance {
-            return DISTANCE_PX;
-        }
-        let span = self.to - self.from;
-        let hopeless = span * READABLE_BAR_PX / MAX_WIDTH_PX / 4.0;
-        let all = self.bars().map(|bar| bar.to - bar.from);
-        let mut spans: Vec<_> = all.filter(|span| *span > hopeless).collect();
-        spans.sort_by(f64::total_cmp);
-        let none = if self.bars().next().is_some() { hopeless } else { span };
-        let short = spans.get(spans.len() / 10).copied().unwrap_or(none);
-        let ideal = READABLE_BAR_PX * span / short;
-        if ideal.is_finite() { ideal.clamp(MIN_WIDTH_PX, MAX_WIDTH_PX) } else { MIN_WIDTH_PX }
-    }
-
-    fn bars(&self) -> impl Iterator<Item = &Bar> {
-        self.lanes.iter().flat_map(|lane| &lane.rows).flat_map(|row| &row.bars)
-    }
 }
 
-fn widest<'a>(texts: impl Iterator<Item = &'a String>, size_px: f64) -> f64 {
-    texts.map(|text| text::width(text, size_px)).fold(0.0, f64::max).min(MAX_LABEL_PX)
+/// Class of bars that are drawn as one.
+const DENSE: &str = "dense";
+
+fn widest(labels: impl Iterator<Item = Vec<String>>, size_px: f64) -> f64 {
+    labels.flatten().map(|line| text::width(&line, size_px)).fold(0.0, f64::max)
 }
 
-/// The axis, and the two columns of labels left of it.
+fn lane_label(label: &str) -> Vec<String> {
+    text::name_lines(label, LABEL_PX * BOLD, MAX_LANE_LABEL_PX, MAX_LINES)
+}
+
+/// The axis, which everything is placed on.
 struct Drawing {
     axis: Axis,
-    labels_px: f64,
-    rows_px: f64,
 }
 
 impl Row {
+    /// Its label.
+    fn lines(&self) -> Vec<String> {
+        text::name_lines(&self.label, SMALL_PX, MAX_ROW_LABEL_PX, MAX_LINES)
+    }
+
     fn height(&self) -> f64 {
-        self.bars.iter().map(|bar| bar.look.height(ROW_PX)).fold(ROW_PX, f64::max)
+        let lines = self.lines().iter().skip(1).fold(ROW_PX, |height, _| height + LINE_PX - 3.0);
+        self.bars.iter().map(|bar| bar.look.height(ROW_PX)).fold(lines, f64::max)
     }
 }
 
 impl Lane {
     fn height(&self) -> f64 {
         let rows: f64 = self.rows.iter().map(|row| row.height() + ROW_GAP_PX).sum();
-        rows.max(ROW_PX) + 2.0 * LANE_GAP_PX - ROW_GAP_PX
+        let label = lane_label(&self.label).iter().skip(1).fold(ROW_PX, |height, _| height + LINE_PX);
+        (rows - ROW_GAP_PX).max(label) + 2.0 * LANE_GAP_PX
     }
 }
 
@@ -166,7 +169,7 @@ impl Drawing {
             let height = lane.height();
             if index % 2 == 0 {
                 let shade = rect(MARGIN_PX / 2.0, y, right - MARGIN_PX / 2.0, height);
-                drawn.push(shade.with("fill", ink::SHADE));
+                drawn.push(shade.fill(palette::PAGE));
             }
             y += height;
         }
@@ -178,10 +181,10 @@ impl Drawing {
         let mut drawn = Vec::new();
         for tick in self.axis.ticks(TICK_GAP_PX) {
             let x = self.axis.x(tick.value);
-            drawn.push(line((x, top - 4.0), (x, bottom + 4.0), ink::GRID));
+            drawn.push(line((x, top - 4.0), (x, bottom + 4.0), palette::LINE));
         }
         let (left, right) = self.axis.edges();
-        drawn.extend([top, bottom].map(|y| line((left, y), (right, y), ink::SOFT)));
+        drawn.extend([top, bottom].map(|y| line((left, y), (right, y), palette::SOFT)));
         drawn
     }
 
@@ -190,62 +193,81 @@ impl Drawing {
         [top - 8.0, bottom + 16.0].map(|y| {
             let number =
                 text_at(self.axis.x(tick.value), y, SMALL_PX, &tick.label).with("text-anchor", "middle");
-            let halo = number.with("stroke", "#ffffff").with("stroke-width", 4).with("paint-order", "stroke");
-            halo.with("fill", ink::SOFT)
+            let halo = number.stroke(palette::CARD).with("stroke-width", 4).with("paint-order", "stroke");
+            halo.fill(palette::SOFT)
         })
     }
 
     fn caption(&self, bottom: f64) -> Element {
         let x = self.axis.edges().0 - CAPTION_GAP_PX;
         let caption = text_at(x, bottom + 16.0, SMALL_PX, self.axis.caption());
-        caption.with("text-anchor", "end").with("fill", ink::SOFT)
+        caption.with("text-anchor", "end").fill(palette::SOFT)
     }
 
     fn lane(&self, lane: &Lane, top: f64) -> Element {
         let name = Element::new("title").text(&lane.label);
-        let label = text::fitted(&lane.label, LABEL_PX, self.labels_px);
-        let label = text_at(MARGIN_PX, top + LANE_GAP_PX + 13.0, LABEL_PX, &label).with("fill", ink::DARK);
-        let label = label.with("font-weight", "bold");
-        let mut group = Element::new("g").with("class", "lane").child(name).child(label);
+        let mut group = Element::new("g").with("class", "lane").child(name);
+        let mut y = top + LANE_GAP_PX + 13.0;
+        for line in lane_label(&lane.label) {
+            let label = text_at(MARGIN_PX, y, LABEL_PX, &line).fill(palette::TEXT);
+            group = group.child(label.with("font-weight", "bold"));
+            y += LINE_PX;
+        }
         let mut y = top + LANE_GAP_PX;
         for row in &lane.rows {
             let height = row.height();
-            let label = text::fitted(&row.label, SMALL_PX, self.rows_px);
-            let x = self.axis.edges().0 - 8.0;
-            let label = text_at(x, y + height / 2.0 + 4.0, SMALL_PX, &label).with("text-anchor", "end");
             let name = Element::new("title").text(&row.label);
-            let drawn =
-                Element::new("g").with("class", "row").child(name).child(label.with("fill", ink::SOFT));
+            let mut drawn = Element::new("g").with("class", "row").child(name);
+            let lines = row.lines();
+            let mut base_line =
+                y + height / 2.0 + 4.0 - lines.iter().skip(1).fold(0.0, |up, _| up + (LINE_PX - 1.0) / 2.0);
+            for line in &lines {
+                let label = text_at(self.axis.edges().0 - 8.0, base_line, SMALL_PX, line);
+                drawn = drawn.child(label.with("text-anchor", "end").fill(palette::SOFT));
+                base_line += LINE_PX - 1.0;
+            }
             group = group.child(drawn.children(self.bars(row, y, height)));
             y += height + ROW_GAP_PX;
         }
         group
     }
 
+    /// The bars; those that are too short to be told apart are drawn as one, above the others.
     fn bars(&self, row: &Row, y: f64, height: f64) -> Vec<Element> {
         let axis = &self.axis;
-        let is_narrow = |bar: &Bar| !bar.look.overlaps() && axis.x(bar.to) - axis.x(bar.from) < DENSE_PX;
-        let mut drawn = Vec::new();
+        let width = |from: f64, to: f64| axis.x(to) - axis.x(from);
+        let is_narrow = |bar: &Bar| !bar.look.overlaps() && width(bar.from, bar.to) < DENSE_PX;
+        let (mut wide, mut narrow) = (Vec::new(), Vec::new());
         let mut bars = row.bars.iter().peekable();
         while let Some(bar) = bars.next() {
-            let x = axis.x(bar.from);
             let mut end = bar.to;
+            let mut fill = bar.look.fill();
+            let mut severity = bar.look.severity();
             let mut hidden = 0;
-            while let Some(next) = bars.next_if(|next| {
-                is_narrow(bar) && is_narrow(next) && axis.x(next.from) - axis.x(end) < DENSE_PX
-            }) {
-                (end, hidden) = (next.to, hidden + 1);
+            while let Some(next) = bars
+                .next_if(|next| is_narrow(bar) && is_narrow(next) && width(end, next.from).abs() < DENSE_PX)
+            {
+                (end, hidden) = (end.max(next.to), hidden + 1);
+                if next.look.severity() > severity {
+                    (fill, severity) = (next.look.fill(), next.look.severity());
+                } else if severity.is_none() && fill != next.look.fill() {
+                    fill = palette::PLAIN;
+                }
             }
-            let area = Area { x, y, width: (axis.x(end) - x).max(DENSE_PX), height };
+            let area = Area { x: axis.x(bar.from), y, width: width(bar.from, end).max(DENSE_PX), height };
             let (class, what, shapes) = if hidden > 0 {
-                ("dense", format!("{} states, too short to be drawn", hidden + 1), look::dense(area))
+                let what = format!("{} states, too short to be told apart", hidden + 1);
+                (DENSE, what, look::dense(area, fill))
             } else {
-                let shapes = bar.look.draw(area);
-                ("bar", bar.look.description(), shapes)
+                ("bar", bar.look.description(), bar.look.draw(area))
             };
             let title = Element::new("title").text(&format!("{}: {what}", axis.interval(bar.from, end)));
-            drawn.push(Element::new("g").with("class", class).child(title).children(shapes));
+            let drawn = Element::new("g").with("class", class).child(title).children(shapes);
+            if is_narrow(bar) { narrow.push(drawn) } else { wide.push(drawn) }
         }
-        drawn
+        wide.into_iter().chain(narrow).collect()
     }
 }
+
+#[cfg(test)]
+mod tests;

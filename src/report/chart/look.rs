@@ -1,11 +1,11 @@
 //! The look of a bar: bulbs, a name, or a command.
 
 use super::command::{CommandKind, IndicatorState};
-use super::ink::{self, Ink};
 use super::svg::{Area, Element, line, pixels, rect, text_at};
 use super::text;
 use crate::core::diagnostics::Level;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
+use crate::report::palette::{self, Lamp, Meaning, Paint};
 
 /// The state that a bar shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +17,8 @@ pub enum Look {
     Named(String),
     /// A turn signal or hazard lights.
     Command(CommandKind, IndicatorState),
+    /// Any value that means a state of the lights, with its text.
+    Value(IndicatorState, String),
     /// A lanelet with its name, and the side that it turns to.
     Lanelet(Option<IndicatorState>, String),
     /// A quantity as a share of its largest value, 0 to 1, with its text.
@@ -45,6 +47,14 @@ const CURVE_PX: f64 = 64.0;
 const CURVE_EDGE_PX: f64 = 3.0;
 /// Room left and right of a label together.
 const LABEL_GAP_PX: f64 = 6.0;
+/// Size of the corner that stands for a label without room.
+const CORNER_PX: f64 = 5.0;
+/// A narrower bar has no corner.
+const MIN_CORNER_PX: f64 = 4.5;
+/// A narrower bar has no hatching.
+const MIN_HATCHED_PX: f64 = 8.0;
+/// Class of such corners.
+pub(super) const LEFT_OUT: &str = "left-out";
 /// From the middle of a line of text down to its base line, as a factor of its size.
 pub(super) const BASE_LINE: f64 = 0.36;
 
@@ -54,9 +64,11 @@ impl Look {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
             Self::Bulbs(bulbs) => bulbs.to_string(),
-            Self::Named(name) | Self::Lanelet(_, name) | Self::Share(_, name) | Self::Status(_, name) => {
-                name.clone()
-            }
+            Self::Named(name)
+            | Self::Value(_, name)
+            | Self::Lanelet(_, name)
+            | Self::Share(_, name)
+            | Self::Status(_, name) => name.clone(),
             Self::Command(kind, indicator) => kind.description(*indicator),
             Self::Curve { text, .. } => text.clone(),
         }
@@ -69,16 +81,67 @@ impl Look {
                 let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
                 single_px.max(f64::from(stripes) * STRIPE_PX)
             }
-            Self::Named(_) | Self::Lanelet(..) | Self::Share(..) | Self::Command(..) | Self::Status(..) => {
-                single_px
-            }
+            Self::Named(_)
+            | Self::Value(..)
+            | Self::Lanelet(..)
+            | Self::Share(..)
+            | Self::Command(..)
+            | Self::Status(..) => single_px,
             Self::Curve { .. } => CURVE_PX.max(single_px),
         }
     }
 
     /// Returns whether bars of this look may lie one over the other.
     pub(super) fn overlaps(&self) -> bool {
-        matches!(self, Self::Command(..))
+        matches!(self, Self::Command(CommandKind::Desired | CommandKind::Required, _))
+    }
+
+    /// How much it matters among states that are too short to be told apart: the level, if it has one.
+    pub(super) fn severity(&self) -> Option<Level> {
+        if let Self::Status(level, _) = self { Some(*level) } else { None }
+    }
+
+    /// The colour that stands for it among such states.
+    pub(super) fn fill(&self) -> Paint {
+        match self {
+            Self::Bulbs(bulbs) => bulbs.iter().next().map_or(palette::CARD, |bulb| Lamp::of(bulb.color).fill),
+            Self::Named(_) | Self::Lanelet(..) | Self::Share(..) | Self::Curve { .. } => palette::PLAIN,
+            Self::Command(_, indicator) | Self::Value(indicator, _) => indicator.fill(),
+            Self::Status(level, _) => Meaning::of(*level).fill,
+        }
+    }
+
+    /// The texts that its label may be, the longest first, and their colour; none where nothing is to be read.
+    fn labels(&self) -> Option<(Vec<String>, Paint)> {
+        let signed = |sign: &str, text: &str| format!("{sign} {text}").trim().to_owned();
+        let texts = match self {
+            Self::Bulbs(_) | Self::Share(..) | Self::Curve { .. } => return None,
+            Self::Named(name) => vec![name.clone(), beginning(name).to_owned()],
+            Self::Lanelet(Some(IndicatorState::Left), name) => vec![format!("← {name}"), "←".to_owned()],
+            Self::Lanelet(Some(IndicatorState::Right), name) => vec![format!("{name} →"), "→".to_owned()],
+            Self::Lanelet(_, name) => vec![name.clone()],
+            Self::Command(kind, indicator) => {
+                let sign = indicator.sign();
+                vec![signed(sign, kind.label(*indicator)), sign.to_owned()]
+            }
+            Self::Value(_, text) | Self::Status(_, text) => {
+                let sign = if let Self::Value(indicator, _) = self {
+                    indicator.sign()
+                } else {
+                    self.severity().map_or("", |level| Meaning::of(level).sign)
+                };
+                vec![signed(sign, text), signed(sign, beginning(text)), sign.to_owned()]
+            }
+        };
+        let ink = match self {
+            Self::Command(kind, indicator) => kind.ink(*indicator),
+            Self::Status(level, _) => Meaning::of(*level).on,
+            Self::Value(indicator, _) => CommandKind::Signal.ink(*indicator),
+            Self::Bulbs(_) | Self::Named(_) | Self::Lanelet(..) | Self::Share(..) | Self::Curve { .. } => {
+                palette::TEXT
+            }
+        };
+        Some((texts, ink)).filter(|(texts, _)| texts.first().is_some_and(|text| !text.is_empty()))
     }
 
     /// Draws the bar in an area.
@@ -86,72 +149,94 @@ impl Look {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => vec![dark(area)],
             Self::Bulbs(bulbs) => stripes(bulbs, area),
-            Self::Named(name) => {
-                let edge = if area.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
-                let field = rect(area.x, area.y, area.width, area.height);
-                labelled(field.with("fill", ink::BOX).with("stroke", edge), (name, ink::DARK), area)
-            }
-            Self::Lanelet(side, name) => {
-                let tint = side.map_or(ink::BOX, IndicatorState::tint);
-                let field = rect(area.x, area.y, area.width, area.height).with("fill", tint);
-                let arrow = match side {
-                    Some(IndicatorState::Left) => format!("\u{2190} {name}"),
-                    Some(IndicatorState::Right) => format!("{name} \u{2192}"),
-                    _ => name.clone(),
-                };
-                // The beginning of an id is another id.
-                let fits = |text: &str| text::width(text, SIGN_PX) <= area.width - LABEL_GAP_PX;
-                let arrow_alone = arrow.replace(name.as_str(), "");
-                let shown = [arrow.as_str(), arrow_alone.trim()].into_iter().find(|text| fits(text));
-                labelled(field.with("stroke", ink::BOX_EDGE), (shown.unwrap_or(""), ink::DARK), area)
+            Self::Named(_) | Self::Value(..) | Self::Lanelet(..) | Self::Status(..) => {
+                let fill = if let Self::Lanelet(Some(side), _) = self { side.tint() } else { self.fill() };
+                let field = bordered(rect(area.x, area.y, area.width, area.height).fill(fill), area);
+                self.labelled(field, area)
             }
             Self::Share(share, _) => {
                 let height = (area.height * share).max(1.0);
                 vec![
                     rect(area.x, area.y + area.height - height, area.width, height)
-                        .with("fill", ink::BOX_EDGE)
+                        .fill(palette::EDGE)
                         .with("shape-rendering", "crispEdges"),
                 ]
             }
             Self::Curve { points, zero, .. } => curve(points, *zero, area),
-            Self::Status(level, message) => {
-                let (fill, text) = ink::of_level(*level);
-                let field = rect(area.x, area.y, area.width, area.height).with("fill", fill);
-                labelled(field, (message, text), area)
-            }
             Self::Command(kind, indicator) => {
-                let (name, fill) = kind.label(*indicator);
-                // The beginning of a command says nothing; its colour does.
-                let fits = text::width(name, SIGN_PX) <= area.width - LABEL_GAP_PX;
-                labelled(kind.field(*indicator, area), (if fits { name } else { "" }, fill), area)
+                let field = kind.field(*indicator, area);
+                let is_hatched = *kind == CommandKind::Signal && *indicator == IndicatorState::Hazard;
+                let hatching = (is_hatched && area.width >= MIN_HATCHED_PX)
+                    .then(|| rect(area.x, area.y, area.width, area.height).with("fill", "url(#hazard)"));
+                self.labelled(field, area).into_iter().chain(hatching).collect()
             }
+        }
+    }
+
+    /// A field with the longest of its labels that fits; a corner says that there is more than is shown.
+    fn labelled(&self, field: Element, area: Area) -> Vec<Element> {
+        let Some((texts, ink)) = self.labels() else { return vec![field] };
+        let room_px = area.width - LABEL_GAP_PX;
+        let shown = texts.iter().position(|text| text::fits(text, SIGN_PX, room_px));
+        let mut drawn = vec![field];
+        if shown != Some(0) {
+            drawn.extend(corner(area, ink));
+        }
+        let text = shown.and_then(|shown| texts.get(shown)).filter(|text| !text.is_empty());
+        drawn.extend(text.map(|text| centred(area, SIGN_PX, text).fill(ink)));
+        drawn
+    }
+}
+
+/// What a text begins with and what can be understood without the rest: the number before a meaning, or the finding before
+/// its circumstances, or a manoeuvre before its size.
+fn beginning(text: &str) -> &str {
+    match text.split_once(' ') {
+        Some((number, _)) if number.parse::<f64>().is_ok() => number,
+        _ => {
+            let end = [": ", " to "].into_iter().find_map(|end| text.find(end));
+            end.and_then(|end| text.get(..end)).unwrap_or(text)
         }
     }
 }
 
-/// A thin line at zero, and the curve. Values that would fall on each other are left out.
+/// The mark of a label that was left out, in the upper right corner; `None` where there is no room for it either.
+pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
+    let size = CORNER_PX.min(area.width);
+    let (right, top) = (area.x + area.width, area.y);
+    let points = [(right - size, top), (right, top), (right, top + size)];
+    let points = points.map(|(x, y)| format!("{},{}", pixels(x), pixels(y))).join(" ");
+    (size >= MIN_CORNER_PX)
+        .then(|| Element::new("polygon").with("points", points).fill(ink).with("class", LEFT_OUT))
+}
+
+/// A field with a border, unless it would be all border.
+pub(super) fn bordered(field: Element, area: Area) -> Element {
+    if area.width < BORDERLESS_PX { field } else { field.stroke(palette::EDGE).with("stroke-width", 0.75) }
+}
+
+/// A thin line at zero, and the curve. Of what falls on one pixel, the first, the least, the greatest and the last value
+/// are drawn, so that a curve of any length has a bounded number of points.
 fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
     let y = |share: f64| area.y + CURVE_EDGE_PX + (1.0 - share) * (area.height - 2.0 * CURVE_EDGE_PX);
-    let mut drawn: Vec<(String, String)> = Vec::new();
-    for (along, share) in points {
-        let point = (pixels(area.x + along * area.width), pixels(y(*share)));
-        if drawn.last() != Some(&point) {
-            drawn.push(point);
+    let placed: Vec<_> =
+        points.iter().map(|(along, share)| (area.x + along * area.width, y(*share))).collect();
+    let mut drawn: Vec<String> = Vec::new();
+    for column in placed.chunk_by(|(one, _), (other, _)| one.floor().total_cmp(&other.floor()).is_eq()) {
+        let by_height = |one: &&(f64, f64), other: &&(f64, f64)| one.1.total_cmp(&other.1);
+        let ends = [column.iter().min_by(by_height), column.iter().max_by(by_height)];
+        for (x, y) in column.first().into_iter().chain(ends.into_iter().flatten()).chain(column.last()) {
+            let point = format!("{},{}", pixels(*x), pixels(*y));
+            if drawn.last() != Some(&point) {
+                drawn.push(point);
+            }
         }
     }
-    let path: Vec<_> = drawn.iter().map(|(x, y)| format!("{x},{y}")).collect();
-    let curve = Element::new("polyline").with("points", path.join(" ")).with("fill", "none");
+    let curve = Element::new("polyline").with("points", drawn.join(" ")).with("fill", "none");
     vec![
-        line((area.x, y(zero)), (area.x + area.width, y(zero)), ink::GRID),
-        curve.with("stroke", ink::CURVE).with("stroke-width", 1.5).with("stroke-linejoin", "round"),
+        line((area.x, y(zero)), (area.x + area.width, y(zero)), palette::LINE),
+        curve.stroke(palette::LEFT.fill).with("stroke-width", 1.5).with("stroke-linejoin", "round"),
     ]
-}
-
-/// A field with as much of its label as fits.
-fn labelled(field: Element, (label, fill): (&str, &str), area: Area) -> Vec<Element> {
-    let shown = text::fitted(label, SIGN_PX, area.width - LABEL_GAP_PX);
-    let label = (!shown.is_empty()).then(|| centred(area, SIGN_PX, &shown).with("fill", fill));
-    [field].into_iter().chain(label).collect()
 }
 
 /// Hatchings that bars refer to.
@@ -164,24 +249,30 @@ pub(super) fn patterns() -> Element {
                 .at("width", size_px)
                 .at("height", size_px)
         };
-        let edge = ink::of(color).edge;
+        let edge = Lamp::of(color).edge;
         let stroke = line((0.0, 0.0), (0.0, 6.0), edge).with("stroke-width", 4).with("stroke-opacity", 0.6);
-        let dot = Element::new("circle").at("cx", 2.0).at("cy", 2.0).at("r", 0.9).with("fill", edge);
+        let dot = Element::new("circle").at("cx", 2.0).at("cy", 2.0).at("r", 0.9).fill(edge);
         [
             pattern("flashing", 6.0).with("patternTransform", "rotate(45)").child(stroke),
             pattern("unsure", 4.0).child(dot),
         ]
     });
-    Element::new("defs").children(hatchings)
+    // Hazard lights are both sides at once, and short states several.
+    let others = [("hazard", palette::HAZARD.on, 0.45), ("dense", palette::CARD, 0.8)];
+    let others = others.map(|(name, paint, opacity)| {
+        let stroke =
+            line((0.0, 0.0), (0.0, 6.0), paint).with("stroke-width", 2).with("stroke-opacity", opacity);
+        let pattern = Element::new("pattern").with("id", name).with("patternUnits", "userSpaceOnUse");
+        let pattern = pattern.at("width", 6.0).at("height", 6.0).with("patternTransform", "rotate(45)");
+        pattern.child(stroke)
+    });
+    Element::new("defs").children(hatchings).children(others)
 }
 
-/// Bars too narrow to be distinguished.
-pub(super) fn dense(area: Area) -> Vec<Element> {
-    let fill = format!("url(#{})", pattern_name("flashing", Color::Unknown));
-    vec![
-        rect(area.x, area.y, area.width, area.height).with("fill", "#ffffff"),
-        rect(area.x, area.y, area.width, area.height).with("fill", fill),
-    ]
+/// Bars too narrow to be distinguished, in the colour of the most important.
+pub(super) fn dense(area: Area, fill: Paint) -> Vec<Element> {
+    let field = || rect(area.x, area.y, area.width, area.height);
+    vec![field().fill(fill), field().with("fill", "url(#dense)")]
 }
 
 fn pattern_name(kind: &str, color: Color) -> String {
@@ -190,7 +281,7 @@ fn pattern_name(kind: &str, color: Color) -> String {
 
 fn dark(area: Area) -> Element {
     let y = area.y + area.height / 2.0;
-    line((area.x, y), (area.x + area.width, y), ink::DARK).with("stroke-width", 1.5)
+    line((area.x, y), (area.x + area.width, y), palette::TEXT).with("stroke-width", 1.5)
 }
 
 fn stripes(bulbs: &BulbSet, area: Area) -> Vec<Element> {
@@ -206,62 +297,62 @@ fn stripes(bulbs: &BulbSet, area: Area) -> Vec<Element> {
 }
 
 fn stripe(bulb: Bulb, area: Area) -> Vec<Element> {
-    let ink = ink::of(bulb.color);
-    let mut drawn = field(bulb, ink, area);
+    let lamp = Lamp::of(bulb.color);
+    let mut drawn = field(bulb, lamp, area);
     let size = SIGN_PX.min(area.height - 2.0);
     if size >= 7.0 {
-        let sign = if bulb.status == BulbStatus::SolidOff { ink.edge } else { ink.sign };
-        drawn.extend(signs(bulb, ink, sign, area, size));
+        let sign = if bulb.status == BulbStatus::SolidOff { lamp.edge } else { lamp.on };
+        let signs = signs(bulb, lamp, sign, area, size);
+        drawn.extend(corner(area, sign).filter(|_| signs.is_empty()));
+        drawn.extend(signs);
     }
     drawn
 }
 
-fn field(bulb: Bulb, ink: Ink, area: Area) -> Vec<Element> {
+fn field(bulb: Bulb, lamp: Lamp, area: Area) -> Vec<Element> {
     let Area { x, y, width, height } = area;
     let wide = width >= BORDERLESS_PX && height >= BORDERLESS_PX;
-    let edge = if wide { ink.edge } else { "none" };
-    let field = rect(x, y, width, height).with("stroke", edge).with("stroke-width", 0.75);
+    let field = rect(x, y, width, height).with("stroke-width", 0.75);
+    let field = if wide { field.stroke(lamp.edge) } else { field.with("stroke", "none") };
     let over = |kind| {
         let fill = format!("url(#{})", pattern_name(kind, bulb.color));
         rect(x, y, width, height).with("fill", fill)
     };
     match bulb.status {
-        BulbStatus::SolidOn => vec![field.with("fill", ink.fill)],
+        BulbStatus::SolidOn => vec![field.fill(lamp.fill)],
         BulbStatus::Flashing => {
-            vec![field.with("fill", ink.fill).with("stroke-dasharray", "3 2"), over("flashing")]
+            vec![field.fill(lamp.fill).with("stroke-dasharray", "3 2"), over("flashing")]
         }
         BulbStatus::Unknown => {
-            let pale = field.with("fill", ink.fill).with("fill-opacity", 0.5);
+            let pale = field.fill(lamp.fill).with("fill-opacity", 0.5);
             vec![pale.with("stroke-dasharray", "1 2"), over("unsure")]
         }
         // Hollow: the border alone, drawn inside so that neighbours do not cover it.
         BulbStatus::SolidOff if wide => {
             vec![
                 rect(x + 1.0, y + 1.0, width - 2.0, height - 2.0)
-                    .with("fill", "#ffffff")
-                    .with("stroke", ink.edge)
+                    .fill(palette::CARD)
+                    .stroke(lamp.edge)
                     .with("stroke-width", 2),
             ]
         }
-        BulbStatus::SolidOff => vec![field.with("fill", ink.fill).with("fill-opacity", 0.3)],
+        BulbStatus::SolidOff => vec![field.fill(lamp.fill).with("fill-opacity", 0.3)],
     }
 }
 
 /// Letter and outline, as much of it as there is room for; the outline goes first.
-fn signs(bulb: Bulb, ink: Ink, color: &str, area: Area, size: f64) -> Vec<Element> {
+fn signs(bulb: Bulb, lamp: Lamp, color: Paint, area: Area, size: f64) -> Vec<Element> {
     let outline = |x: f64| outline(bulb, (x, area.y + area.height / 2.0), size, color);
     let middle = area.x + area.width / 2.0;
     let letter = |x: f64| {
         let area = Area { x, width: 0.0, ..area };
-        let halo =
-            if bulb.status == BulbStatus::Flashing && bulb.color != Color::White { ink.edge } else { "none" };
-        let halo = if bulb.color == Color::Yellow && halo != "none" { ink.fill } else { halo };
-        centred(area, size, ink.letter)
-            .with("font-weight", "bold")
-            .with("fill", color)
-            .with("stroke", halo)
-            .with("stroke-width", 2.5)
-            .with("paint-order", "stroke")
+        let letter = centred(area, size, lamp.letter).with("font-weight", "bold").fill(color);
+        let letter = letter.with("stroke-width", 2.5).with("paint-order", "stroke");
+        match (bulb.status, bulb.color) {
+            (BulbStatus::Flashing, Color::Yellow) => letter.stroke(lamp.fill),
+            (BulbStatus::Flashing, Color::Green | Color::Red | Color::Unknown) => letter.stroke(lamp.edge),
+            _ => letter.with("stroke", "none"),
+        }
     };
     match outline(middle + size * 0.55) {
         Some(second) if area.width >= size * 2.4 => vec![letter(middle - size * 0.6), second],
@@ -272,19 +363,19 @@ fn signs(bulb: Bulb, ink: Ink, color: &str, area: Area, size: f64) -> Vec<Elemen
 }
 
 /// The sign of a shape; none for the circle, which is the default.
-fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Element> {
+fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: Paint) -> Option<Element> {
     let turn_deg = match bulb.shape {
         BulbShape::Circle => return None,
         // The letter is a question mark already.
         BulbShape::Unknown if bulb.color == Color::Unknown => return None,
         BulbShape::Unknown => {
             let area = Area { x, y: y - size, width: 0.0, height: 2.0 * size };
-            return Some(centred(area, size, "?").with("font-weight", "bold").with("fill", color));
+            return Some(centred(area, size, "?").with("font-weight", "bold").fill(color));
         }
         BulbShape::Cross => {
             let arm = size * 0.36;
             let path = format!("M{0} {0}L{1} {1}M{0} {1}L{1} {0}", pixels(-arm), pixels(arm));
-            let cross = Element::new("path").with("d", path).with("stroke", color).with("stroke-width", 2);
+            let cross = Element::new("path").with("d", path).stroke(color).with("stroke-width", 2);
             return Some(cross.with("transform", format!("translate({} {})", pixels(x), pixels(y))));
         }
         BulbShape::Right => 0,
@@ -301,7 +392,7 @@ fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Ele
         [(-1.0, -0.22), (0.0, -0.22), (0.0, -0.8), (1.0, 0.0), (0.0, 0.8), (0.0, 0.22), (-1.0, 0.22)];
     let points = corners.map(|(x, y)| format!("{},{}", pixels(x * tip), pixels(y * tip))).join(" ");
     let transform = format!("translate({} {}) rotate({turn_deg})", pixels(x), pixels(y));
-    let arrow = Element::new("polygon").with("points", points).with("fill", color);
+    let arrow = Element::new("polygon").with("points", points).fill(color);
     Some(arrow.with("transform", transform))
 }
 

@@ -3,13 +3,18 @@
 
 use super::axis::Axis;
 use super::svg::{Element, line, text_at};
-use super::{Mark, ink, text};
+use super::{Mark, text};
+use crate::report::palette;
 
 const SIZE_PX: f64 = 11.0;
 const LEVEL_PX: f64 = 15.0;
 const MAX_LEVELS: usize = 6;
 const MAX_PX: f64 = 280.0;
+/// From a line to its text.
+const TEXT_GAP_PX: f64 = 4.0;
 const NUMBER_GAP_PX: f64 = 4.0;
+/// Lines that are nearer are drawn once.
+const MIN_LINE_GAP_PX: f64 = 2.0;
 const LINE_PX: f64 = 15.0;
 const COLUMN_GAP_PX: f64 = 28.0;
 const MAX_LISTED: usize = 120;
@@ -57,32 +62,29 @@ impl<'a> Marks<'a> {
         pixels(self.levels.iter().max().map_or(numbers, |top| top + 1)) * LEVEL_PX
     }
 
-    /// Width of the texts beyond the right edge of the axis, pixels.
-    pub(super) fn overhang(&self, axis: &Axis) -> f64 {
-        if self.levels.is_empty() {
-            return 0.0;
-        }
-        let (_, right) = axis.edges();
-        let reaches = self.moments.iter().map(|moment| axis.x(moment.at_s) + 6.0 + moment.width() - right);
-        reaches.fold(0.0, f64::max)
-    }
-
     /// Lines and texts, from `top` to `bottom`; the lanes begin below the texts.
     pub(super) fn draw(&self, axis: &Axis, top: f64, bottom: f64) -> Vec<Element> {
         let mut drawn = Vec::new();
         let numbers = self.numbers(axis);
+        let mut last_x = f64::NEG_INFINITY;
         for (index, moment) in self.moments.iter().enumerate() {
             let x = axis.x(moment.at_s);
             let level = self.levels.get(index).copied();
+            let is_numbered = numbers.iter().any(|(first, _)| *first == index);
+            // Lines that fall on each other are one; each moment has its place in the list.
+            if level.is_none() && !is_numbered && x - last_x < MIN_LINE_GAP_PX {
+                continue;
+            }
+            last_x = x;
             let y = top + pixels(level.unwrap_or(0)) * LEVEL_PX;
             let title = format!("{}: {}", axis.position(moment.at_s), moment.text());
             let stroke =
-                line((x, if level.is_some() { y } else { y + LEVEL_PX - 2.0 }), (x, bottom), ink::MARK);
-            let mut group = Element::new("g").with("class", "mark").with("fill", ink::MARK);
+                line((x, if level.is_some() { y } else { y + LEVEL_PX - 2.0 }), (x, bottom), palette::FOCUS);
+            let mut group = Element::new("g").with("class", "mark").fill(palette::FOCUS);
             group = group.child(Element::new("title").text(&title));
             group = group.child(stroke.with("stroke-dasharray", "4 3").with("stroke-opacity", 0.75));
             if level.is_some() {
-                group = group.child(text_at(x + 4.0, y + SIZE_PX, SIZE_PX, &moment.text()));
+                group = group.child(text_at(x + TEXT_GAP_PX, y + SIZE_PX, SIZE_PX, &moment.text()));
             } else if let Some((_, number)) = numbers.iter().find(|(first, _)| *first == index) {
                 let number = text_at(x, y + SIZE_PX - 1.0, SIZE_PX, number);
                 group = group.child(number.with("text-anchor", "middle"));
@@ -140,9 +142,9 @@ impl<'a> Marks<'a> {
             let ends = [(x + numbers_px, &line.number), (times_x, &line.time)];
             let ends = ends.into_iter().filter(|(_, text)| !text.is_empty());
             drawn.extend(ends.map(|(x, text)| text_at(x, y, SIZE_PX, text).with("text-anchor", "end")));
-            drawn.push(text_at(times_x + 10.0, y, SIZE_PX, &text::fitted(&line.text, SIZE_PX, texts_px)));
+            drawn.push(text_at(times_x + 10.0, y, SIZE_PX, &line.text));
         }
-        let drawn = drawn.into_iter().map(|text| text.with("fill", ink::MARK)).collect();
+        let drawn = drawn.into_iter().map(|text| text.fill(palette::FOCUS)).collect();
         (drawn, pixels(rows) * LINE_PX)
     }
 
@@ -188,7 +190,7 @@ impl Moment<'_> {
 }
 
 /// A step for each text such that no line runs through one: to the right of a mark, lower steps are
-/// free. `None` when they do not fit.
+/// free. `None` when they do not fit, also beyond the right end of the axis.
 fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
     let mut ends = [f64::NEG_INFINITY; MAX_LEVELS];
     let level = |moment: &Moment<'_>| {
@@ -197,7 +199,10 @@ fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
         *ends.get_mut(level).filter(|_| width <= MAX_PX)? = x + 10.0 + width;
         Some(level)
     };
-    moments.iter().map(level).collect()
+    let levels: Option<Vec<_>> = moments.iter().map(level).collect();
+    let (_, right) = axis.edges();
+    let fits = moments.iter().all(|moment| axis.x(moment.at_s) + TEXT_GAP_PX + moment.width() <= right);
+    levels.filter(|_| fits)
 }
 
 /// A small number as a factor of pixels.

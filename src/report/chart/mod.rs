@@ -9,13 +9,11 @@
 //! | `plan` | lanes from above, and the way driven on them |
 //! | `legend` | the meaning of the looks |
 //! | `axis` | values to pixels, ticks at round values |
-//! | `ink` | colours that stay apart for colour-blind eyes |
 //! | `text` | the width of a text, and as much of it as fits |
 //! | `svg` | elements, attributes, escaping |
 
 mod axis;
 mod command;
-mod ink;
 mod layout;
 mod legend;
 mod look;

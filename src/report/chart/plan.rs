@@ -1,11 +1,19 @@
 //! The plan view of a chart: lanes from above, and the way that was driven on them.
 
-use super::ink;
-use super::svg::{Element, pixels, text_at};
-use super::{IndicatorState, Plan};
+use super::svg::{Element, line, pixels, text_at};
+use super::{IndicatorState, Plan, text};
+use crate::report::palette::{self, Paint};
 
 const HEIGHT_PX: f64 = 260.0;
 const LABEL_PX: f64 = 10.0;
+/// Half of the width that the way takes, pixels.
+const WAY_PX: f64 = 4.0;
+/// Radius of the start.
+const DOT_PX: f64 = 4.0;
+/// Distances at which a name is tried from the middle of its lane.
+const NAME_OFFSETS_PX: [f64; 7] = [0.0, -13.0, 13.0, -24.0, 24.0, -36.0, 36.0];
+/// Least length of the measure.
+const MIN_MEASURE_PX: f64 = 50.0;
 /// Arrow heads along the way lie at least so far apart.
 const ARROW_GAP_PX: f64 = 70.0;
 /// Around the way that was driven, as a share of its size, and at least so many metres: the lanes beside it.
@@ -13,7 +21,7 @@ const AROUND: f64 = 0.08;
 const MIN_AROUND_M: f64 = 6.0;
 /// Least width that is shown, metres.
 const MIN_WIDTH_M: f64 = 30.0;
-/// Most lanes that have their name.
+/// Most names and signals that are written.
 const MAX_NAMES: usize = 60;
 
 /// A point in the map's plane, metres.
@@ -31,6 +39,18 @@ struct Scale {
 impl Scale {
     fn at(&self, (x_m, y_m): PlanPoint) -> (f64, f64) {
         (self.left_px + (x_m - self.left_m) * self.px_per_m, self.top_px + (self.top_m - y_m) * self.px_per_m)
+    }
+
+    /// A round length in metres at the bottom, what the map shows beside it, and the height of both.
+    fn measure(&self, left_px: f64, top_px: f64) -> (Element, f64) {
+        let length_m = super::axis::decimal_step(MIN_MEASURE_PX / self.px_per_m);
+        let (y, right_px) = (top_px + 16.0, left_px + length_m * self.px_per_m);
+        let text =
+            format!("{length_m} m; north is up, and the line is the way from the dot on, with its signals");
+        let ends = [left_px, right_px].map(|x| line((x, y - 4.0), (x, y + 4.0), palette::TEXT));
+        let bar = line((left_px, y), (right_px, y), palette::TEXT).with("stroke-width", 1.5);
+        let text = text_at(right_px + 8.0, y + 4.0, LABEL_PX + 1.0, &text).fill(palette::SOFT);
+        (Element::new("g").with("class", "measure").child(bar).children(ends).child(text), 24.0)
     }
 
     /// The attribute `points` of a line.
@@ -84,26 +104,74 @@ pub(super) fn draw(plan: &Plan, (left_px, right_px): (f64, f64), top_px: f64) ->
         content.push(lane_outline(lane, &scale));
     }
     for (indicator, points) in &plan.driven {
-        let (fill, _) = indicator.inks();
-        let stroke = if *indicator == IndicatorState::Off { ink::SOFT } else { fill };
+        let stroke = match indicator {
+            IndicatorState::Off | IndicatorState::Nothing => palette::SOFT,
+            IndicatorState::Left | IndicatorState::Right | IndicatorState::Hazard => indicator.fill(),
+        };
         let way = Element::new("polyline").with("points", scale.points(points)).with("fill", "none");
-        let way = way.with("stroke", stroke).with("stroke-width", 3).with("stroke-linejoin", "round");
+        let way = way.stroke(stroke).with("stroke-width", 3).with("stroke-linejoin", "round");
         content.push(way.child(Element::new("title").text(indicator.name())));
         content.extend(arrows(points, &scale, stroke));
     }
-    let names = plan.lanes.iter().filter(|lane| lane.is_driven).take(MAX_NAMES);
-    content.extend(names.filter_map(|lane| {
-        let (x, y) = scale.at(mean(&lane.outline)?);
-        let name = text_at(x, y, LABEL_PX, &lane.name).with("fill", ink::DARK).with("text-anchor", "middle");
-        Some(name.with("stroke", "#ffffff").with("stroke-width", 3).with("paint-order", "stroke"))
-    }));
-    if let Some(start) = plan.driven.first().and_then(|(_, points)| points.first()) {
-        let (x, y) = scale.at(*start);
-        let dot = Element::new("circle").at("cx", x).at("cy", y).at("r", 4.0).with("fill", ink::DARK);
+    let start = plan.driven.first().and_then(|(_, points)| points.first()).map(|start| scale.at(*start));
+    if let Some((x, y)) = start {
+        let dot = Element::new("circle").at("cx", x).at("cy", y).at("r", DOT_PX).fill(palette::TEXT);
         content.push(dot.child(Element::new("title").text("start")));
     }
+    content.extend(names(plan, &scale, (left_px, right_px), (top_px, top_px + height_px)));
     let group = Element::new("g").with("class", "plan").with("clip-path", "url(#plan)").children(content);
-    (vec![Element::new("defs").child(clip), group], height_px)
+    let (measure, measure_px) = scale.measure(left_px, top_px + height_px);
+    (vec![Element::new("defs").child(clip), group, measure], height_px + measure_px)
+}
+
+/// A box around something that no name may cover: left, top, right and bottom.
+type Bounds = (f64, f64, f64, f64);
+
+fn overlap(one: &Bounds, other: &Bounds) -> bool {
+    one.0 < other.2 && other.0 < one.2 && one.1 < other.3 && other.1 < one.3
+}
+
+/// The signals on the way, and the names of the lanes that were driven on, beside the way; one that would cover the way or
+/// another is left out, and stays as the title of its part or lane.
+fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Vec<Element> {
+    let driven = plan.driven.iter().flat_map(|(_, points)| points.windows(2));
+    let mut taken: Vec<Bounds> = driven
+        .flat_map(|pair| {
+            let ((x0, y0), (x1, y1)) = (scale.at(pair[0]), scale.at(pair[1]));
+            let count = (((x1 - x0).hypot(y1 - y0) / WAY_PX).ceil() + 1.0).min(1_000.0);
+            (0..=1_000_u32).map(f64::from).take_while(move |step| *step <= count).map(move |step| {
+                let (x, y) = (x0 + (x1 - x0) * step / count, y0 + (y1 - y0) * step / count);
+                (x - WAY_PX, y - WAY_PX, x + WAY_PX, y + WAY_PX)
+            })
+        })
+        .collect();
+    let lanes = plan.lanes.iter().filter(|lane| lane.is_driven);
+    let lanes = lanes.filter_map(|lane| Some((mean(&lane.outline)?, lane.name.clone(), palette::TEXT)));
+    // The signal is written beside its part of the way, which has its colour.
+    let signals = plan.driven.iter().filter_map(|(indicator, points)| {
+        let meaning = indicator.meaning().filter(|meaning| !meaning.sign.is_empty())?;
+        let text = format!("{} {}", meaning.sign, indicator.name());
+        Some((*points.get(points.len() / 2)?, text, meaning.text))
+    });
+    let mut drawn = Vec::new();
+    for (place, name, ink) in signals.chain(lanes).take(MAX_NAMES) {
+        let (x, y) = scale.at(place);
+        let half = text::width(&name, LABEL_PX) / 2.0;
+        let places =
+            NAME_OFFSETS_PX.iter().flat_map(|down| NAME_OFFSETS_PX.iter().map(move |aside| (*aside, *down)));
+        let bounds = places.map(|(aside, down)| {
+            let (x, y) = (x + aside * 2.0, y + down);
+            (x - half, y - LABEL_PX / 2.0 - 1.0, x + half, y + LABEL_PX / 2.0 + 1.0)
+        });
+        let is_inside = |one: &Bounds| one.0 >= left && one.2 <= right && one.1 >= top && one.3 <= bottom;
+        let free = |one: &Bounds| is_inside(one) && !taken.iter().any(|taken| overlap(one, taken));
+        let Some(bounds) = bounds.into_iter().find(free) else { continue };
+        taken.push(bounds);
+        let name = text_at(bounds.0 + half, bounds.3 - LABEL_PX * 0.25, LABEL_PX, &name).fill(ink);
+        let name = name.with("text-anchor", "middle").with("class", "name");
+        drawn.push(name.stroke(palette::CARD).with("stroke-width", 3).with("paint-order", "stroke"));
+    }
+    drawn
 }
 
 /// Mean of points; `None` without one.
@@ -114,14 +182,14 @@ fn mean(points: &[PlanPoint]) -> Option<PlanPoint> {
 }
 
 fn lane_outline(lane: &super::PlanLane, scale: &Scale) -> Element {
-    let tint = lane.side.map_or(ink::SHADE, IndicatorState::tint);
+    let tint = lane.side.map_or(palette::PAGE, IndicatorState::tint);
     let outline = Element::new("polygon").with("points", scale.points(&lane.outline));
-    let outline = outline.with("fill", tint).with("stroke", ink::BOX_EDGE).with("stroke-width", 0.75);
+    let outline = outline.fill(tint).stroke(palette::EDGE).with("stroke-width", 0.75);
     outline.child(Element::new("title").text(&lane.name))
 }
 
 /// Heads of arrows along a way.
-fn arrows(points: &[PlanPoint], scale: &Scale, fill: &str) -> Vec<Element> {
+fn arrows(points: &[PlanPoint], scale: &Scale, fill: Paint) -> Vec<Element> {
     let mut drawn = Vec::new();
     let mut driven_px = ARROW_GAP_PX / 2.0;
     for pair in points.windows(2) {
@@ -137,7 +205,7 @@ fn arrows(points: &[PlanPoint], scale: &Scale, fill: &str) -> Vec<Element> {
             format!("{},{}", pixels(x1 + along * ux - aside * uy), pixels(y1 + along * uy + aside * ux))
         };
         let corners = [corner(6.0, 0.0), corner(-5.0, 5.5), corner(-5.0, -5.5)].join(" ");
-        drawn.push(Element::new("polygon").with("points", corners).with("fill", fill));
+        drawn.push(Element::new("polygon").with("points", corners).fill(fill));
     }
     drawn
 }

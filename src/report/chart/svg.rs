@@ -1,6 +1,9 @@
 //! SVG elements as text: attributes in the order given, everything escaped.
 
+use std::collections::BTreeSet;
 use std::fmt::{self, Display, Write};
+
+use crate::report::palette::{self, Paint};
 
 /// A rectangle of the chart, pixels.
 #[derive(Debug, Clone, Copy)]
@@ -16,18 +19,54 @@ pub(super) struct Area {
 pub(super) struct Element {
     name: &'static str,
     attributes: Vec<(&'static str, String)>,
+    /// Properties that have a colour: `fill` and `stroke`.
+    paints: Vec<(&'static str, Paint)>,
     text: String,
     children: Vec<Element>,
 }
 
 impl Element {
     pub(super) fn new(name: &'static str) -> Self {
-        Self { name, attributes: Vec::new(), text: String::new(), children: Vec::new() }
+        Self { name, attributes: Vec::new(), paints: Vec::new(), text: String::new(), children: Vec::new() }
     }
 
     pub(super) fn with(mut self, name: &'static str, value: impl Display) -> Self {
         self.attributes.push((name, value.to_string()));
         self
+    }
+
+    /// Fills it.
+    pub(super) fn fill(self, paint: Paint) -> Self {
+        self.painted("fill", paint)
+    }
+
+    /// Draws its border, or the line that it is.
+    pub(super) fn stroke(self, paint: Paint) -> Self {
+        self.painted("stroke", paint)
+    }
+
+    /// The colour on light surroundings is an attribute, which every reader knows; a class changes it on dark ones.
+    fn painted(mut self, property: &'static str, paint: Paint) -> Self {
+        self.attributes.push((property, paint.light.to_owned()));
+        if paint.light != paint.dark {
+            self.paints.push((property, paint));
+        }
+        self
+    }
+
+    /// True if it, or an element in it, has this class.
+    pub(super) fn has_class(&self, class: &str) -> bool {
+        self.attributes.iter().any(|(name, value)| *name == "class" && value == class)
+            || self.children.iter().any(|child| child.has_class(class))
+    }
+
+    /// Adds the rules for dark surroundings of it and all in it.
+    fn add_rules(&self, rules: &mut BTreeSet<String>) {
+        let rule = |(property, paint): &(&str, Paint)| {
+            format!(".{} {{ {property}: {}; }}", class(property, *paint), paint.dark)
+        };
+        rules.extend(self.paints.iter().map(rule));
+        self.children.iter().for_each(|child| child.add_rules(rules));
     }
 
     /// An attribute in pixels, to a hundredth.
@@ -53,8 +92,14 @@ impl Element {
 
     fn write(&self, out: &mut impl Write, depth: usize) -> fmt::Result {
         write!(out, "{:depth$}<{}", "", self.name)?;
-        for (name, value) in &self.attributes {
+        for (name, value) in self.attributes.iter().filter(|(name, _)| *name != "class") {
             write!(out, " {name}=\"{}\"", Escaped(value))?;
+        }
+        let own = self.attributes.iter().filter(|(name, _)| *name == "class").map(|(_, class)| class.clone());
+        let paints = self.paints.iter().map(|(property, paint)| class(property, *paint));
+        let classes: Vec<_> = own.chain(paints).collect();
+        if !classes.is_empty() {
+            write!(out, " class=\"{}\"", classes.join(" "))?;
         }
         if self.children.is_empty() && self.text.is_empty() {
             return out.write_str("/>\n");
@@ -70,6 +115,11 @@ impl Element {
     }
 }
 
+/// Name of the class that changes a colour on dark surroundings.
+fn class(property: &str, paint: Paint) -> String {
+    format!("{property}-{}", paint.name)
+}
+
 impl Display for Element {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write(f, 0)
@@ -82,9 +132,8 @@ pub(super) fn rect(x: f64, y: f64, width: f64, height: f64) -> Element {
 }
 
 /// Draws a straight line.
-pub(super) fn line(from: (f64, f64), to: (f64, f64), stroke: &str) -> Element {
-    let line = Element::new("line").at("x1", from.0).at("y1", from.1).at("x2", to.0).at("y2", to.1);
-    line.with("stroke", stroke)
+pub(super) fn line(from: (f64, f64), to: (f64, f64), stroke: Paint) -> Element {
+    Element::new("line").at("x1", from.0).at("y1", from.1).at("x2", to.0).at("y2", to.1).stroke(stroke)
 }
 
 /// Text on a base line.
@@ -92,16 +141,24 @@ pub(super) fn text_at(x: f64, y: f64, size_px: f64, text: &str) -> Element {
     Element::new("text").at("x", x).at("y", y).at("font-size", size_px).text(text)
 }
 
-/// A document with a white background.
-pub(super) fn document(width: f64, height: f64, content: Vec<Element>) -> String {
+/// A document with a background of its own, light or dark as the reader prefers.
+pub(super) fn document(title: &str, (width, height): (f64, f64), content: Vec<Element>) -> String {
     let view = format!("0 0 {} {}", pixels(width), pixels(height));
+    let background = rect(0.0, 0.0, width, height).fill(palette::CARD);
+    let mut rules = BTreeSet::new();
+    content.iter().chain([&background]).for_each(|element| element.add_rules(&mut rules));
+    let rules: Vec<_> = rules.into_iter().collect();
+    let style = format!("@media (prefers-color-scheme: dark) {{ {} }}", rules.join(" "));
     let root = Element::new("svg")
         .with("xmlns", "http://www.w3.org/2000/svg")
         .at("width", width)
         .at("height", height)
         .with("viewBox", view)
         .with("font-family", "sans-serif")
-        .child(rect(0.0, 0.0, width, height).with("fill", "#ffffff"))
+        .with("role", "img")
+        .child(Element::new("title").text(title))
+        .child(Element::new("style").text(&style))
+        .child(background)
         .children(content);
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{root}")
 }

@@ -5,9 +5,14 @@ pub(super) fn width(text: &str, size_px: f64) -> f64 {
     text.chars().map(width_em).sum::<f64>() * size_px
 }
 
-/// The text, or as much of its beginning as fits, with an ellipsis; empty when not even two letters do.
-pub(super) fn fitted(text: &str, size_px: f64, room_px: f64) -> String {
-    if width(text, size_px) <= room_px {
+/// True if the text is not wider than the room.
+pub(super) fn fits(text: &str, size_px: f64, room_px: f64) -> bool {
+    width(text, size_px) <= room_px
+}
+
+/// The text, or as much of its beginning as fits, with an ellipsis.
+fn cut(text: &str, size_px: f64, room_px: f64) -> String {
+    if fits(text, size_px, room_px) {
         return text.to_owned();
     }
     let mut left_px = room_px - width("…", size_px);
@@ -15,8 +20,23 @@ pub(super) fn fitted(text: &str, size_px: f64, room_px: f64) -> String {
         left_px -= width_em(*char) * size_px;
         left_px >= 0.0
     };
-    let beginning: String = text.chars().take_while(fits).collect();
-    if beginning.chars().nth(1).is_none() { String::new() } else { beginning + "…" }
+    text.chars().take_while(fits).collect::<String>() + "…"
+}
+
+/// A name on at most `max_lines` lines, broken after spaces and the signs between the parts of names. What does not fit
+/// on the last line is cut, with an ellipsis.
+pub(super) fn name_lines(name: &str, size_px: f64, room_px: f64, max_lines: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in name.split_inclusive([' ', '.', '_', '/', '-', ',']) {
+        let is_full = lines.len() == max_lines;
+        match lines.last_mut() {
+            Some(line) if is_full || fits((line.clone() + part).trim_end(), size_px, room_px) => {
+                line.push_str(part);
+            }
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines.iter().map(|line| cut(line.trim_end(), size_px, room_px)).collect()
 }
 
 /// The text on as many lines as it needs, broken between words.
@@ -51,12 +71,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_fit_is_cut_with_an_ellipsis() {
-        assert_eq!(fitted("green", 10.0, 100.0), "green");
-        let cut = fitted("a rather long name of a phase", 10.0, 80.0);
-        assert!(cut.starts_with("a rather") && cut.ends_with('…'), "{cut}");
-        assert!(width(&cut, 10.0) <= 80.0);
-        assert_eq!(fitted("green", 10.0, 12.0), "");
+    fn names_are_broken_between_their_parts_and_cut_at_the_end_alone() {
+        let lines = |name: &str, room_px: f64| name_lines(name, 11.0, room_px, 2);
+        assert_eq!(lines("hazard_lights", 190.0), ["hazard_lights"]);
+        let signal = "BCM_TurnIndicators.TurnIndicatorState";
+        assert_eq!(lines(signal, 190.0), ["BCM_TurnIndicators.", "TurnIndicatorState"]);
+        for room_px in [20.0, 60.0, 100.0, 190.0] {
+            let lines = lines(&signal.repeat(3), room_px);
+            assert!(lines.len() <= 2 && lines.iter().all(|line| fits(line, 11.0, room_px)), "{lines:?}");
+            assert!(lines[1].ends_with('…'), "{lines:?}");
+        }
         assert!(width("信号", 10.0) > 20.0);
     }
 

@@ -116,7 +116,7 @@ impl<'a> DriveChart<'a> {
         let planner = |bars| Row { label: "planner".to_owned(), bars };
         let plans = file.manoeuvres.iter().map(|plan| planner(planned(&plan.kind)));
         let lanelets = Row { label: "lanelets".to_owned(), bars: self.lanelets };
-        let speed = Row { label: "speed".to_owned(), bars: map::speed(&self.cycles, (from, to)) };
+        let speed = Row { label: map::speed_label(&self.cycles), bars: map::speed(&self.cycles, (from, to)) };
         let rows = [lanelets, speed].into_iter().chain(plans).collect();
         let mut lanes = vec![Lane { label: "route".to_owned(), rows }];
         lanes.extend(self.runs.iter().map(|run| {
@@ -140,8 +140,7 @@ impl<'a> DriveChart<'a> {
         let front_m = file.decider.vehicle.front_m();
         let subtitle = format!(
             "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
-             starts of sections, the rear axle for their ends{}",
-            map::top_speed(&self.cycles)
+             starts of sections, the rear axle for their ends"
         );
         Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks, plan, notes: Vec::new() }
     }

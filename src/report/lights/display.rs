@@ -5,6 +5,7 @@ use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
 use crate::core::traffic_light::engine::LightObservation;
+use crate::report::palette::Lamp;
 
 const RESET: &str = "\x1b[0m";
 
@@ -88,13 +89,12 @@ fn unsure(confidence: f64) -> String {
     if confidence == 1.0 { String::new() } else { format!(" ({confidence})") }
 }
 
-const fn color_code(color: Color) -> &'static str {
-    match color {
-        Color::Green => "\x1b[32m",
-        Color::Yellow => "\x1b[33m",
-        Color::Red => "\x1b[31m",
-        Color::White => "\x1b[1m",
-        Color::Unknown => "\x1b[2m",
+/// Begins a colour on a terminal: white is bold, and unknown is dim.
+fn color_code(color: Color) -> String {
+    match Lamp::of(color).terminal {
+        Some(number) => format!("\x1b[3{number}m"),
+        None if color == Color::Unknown => "\x1b[2m".to_owned(),
+        None => "\x1b[1m".to_owned(),
     }
 }
 

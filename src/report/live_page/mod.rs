@@ -4,6 +4,8 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest as _, Sha256};
 
+use crate::report::palette;
+
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 /// One after the other they are one script.
@@ -28,11 +30,12 @@ impl LivePage {
     pub fn new() -> Self {
         let script = SCRIPTS.concat();
         // Their hashes cover everything between the tags.
-        let html = TEMPLATE.replace("{{style}}", STYLE).replace("{{script}}", &script);
+        let style = palette::style() + STYLE;
+        let html = TEMPLATE.replace("{{style}}", &style).replace("{{script}}", &script);
         let content_security_policy = format!(
             "default-src 'none'; style-src '{}'; script-src '{}'; connect-src 'self'; img-src data:; base-uri 'none'; \
              form-action 'none'; frame-ancestors 'none'",
-            hash(STYLE),
+            hash(&style),
             hash(&script)
         );
         Self { html, content_security_policy }

@@ -14,6 +14,7 @@ use super::picture::{Function, Mark, More, STAGES, Stage, StatusLine};
 use super::view_model::{Keys, Model, STRIP_MS};
 use crate::core::diagnostics::Level;
 use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color as BulbColor};
+use crate::report::palette::{self, Lamp};
 use crate::report::text::wrapped;
 
 /// The smallest terminal that the view is drawn on.
@@ -237,7 +238,9 @@ fn stages_line(function: &Function, ink: Ink) -> Line<'static> {
 fn mark_style(mark: Mark, ink: Ink) -> Style {
     match mark {
         Mark::Nothing | Mark::Off => Style::new(),
-        Mark::Left | Mark::Right | Mark::Hazard => ink.amber(),
+        Mark::Left => ink.meaning(palette::LEFT),
+        Mark::Right => ink.meaning(palette::RIGHT),
+        Mark::Hazard => ink.meaning(palette::HAZARD),
         Mark::Withheld => ink.level(Level::Error),
     }
 }
@@ -270,9 +273,9 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
             let sign = match shown {
                 Mark::Nothing => " ",
                 Mark::Off => "─",
-                Mark::Left => "◀",
-                Mark::Right => "▶",
-                Mark::Hazard => "▲",
+                Mark::Left => palette::LEFT.sign,
+                Mark::Right => palette::RIGHT.sign,
+                Mark::Hazard => palette::HAZARD.sign,
                 Mark::Withheld => "×",
             };
             let style = if shown == Mark::Off { DIM } else { mark_style(shown, ink) };
@@ -307,13 +310,10 @@ fn more_line(name: &str, more: &More, ink: Ink, width: usize) -> Line<'static> {
 /// `● green left` for the lamp `green solidOn left` of a traffic light, with its style. What most lamps are, a circle and
 /// steadily on, is left out.
 fn lamp_text(bulb: Bulb, ink: Ink) -> (String, Style) {
-    let style = match bulb.color {
-        BulbColor::Green => ink.color(Color::Green),
-        BulbColor::Red => ink.color(Color::Red),
-        BulbColor::Yellow => ink.amber(),
-        BulbColor::White => Style::new(),
-        BulbColor::Unknown => return ("? unknown  ".to_owned(), ink.level(Level::Warn)),
-    };
+    if bulb.color == BulbColor::Unknown {
+        return ("? unknown  ".to_owned(), ink.level(Level::Warn));
+    }
+    let style = Lamp::of(bulb.color).terminal.map_or(Style::new(), |number| ink.terminal(number));
     let status = (bulb.status != BulbStatus::SolidOn).then(|| bulb.status.name());
     let shape = (bulb.shape != BulbShape::Circle).then(|| bulb.shape.name());
     let words = ["●", bulb.color.name()].into_iter().chain(status).chain(shape);

@@ -3,6 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 
 use crate::core::diagnostics::Level;
+use crate::report::palette::{self, Meaning};
 
 /// What is less important.
 pub(super) const DIM: Style = Style::new().add_modifier(Modifier::DIM);
@@ -16,16 +17,29 @@ impl Ink {
         if self.0 { Style::new().fg(color) } else { Style::new() }
     }
 
-    /// The amber of turn indicators.
+    /// A colour of the palette; the first of them have names, which every terminal knows.
+    pub(super) fn terminal(self, number: u8) -> Style {
+        self.color(match number {
+            1 => Color::Red,
+            2 => Color::Green,
+            3 => Color::Yellow,
+            number => Color::Indexed(number),
+        })
+    }
+
+    /// The amber of turn indicators that are lit.
     pub(super) fn amber(self) -> Style {
-        self.color(Color::Indexed(214)).add_modifier(Modifier::BOLD)
+        self.terminal(palette::AMBER_TERMINAL).add_modifier(Modifier::BOLD)
+    }
+
+    pub(super) fn meaning(self, meaning: Meaning) -> Style {
+        self.terminal(meaning.terminal).add_modifier(Modifier::BOLD)
     }
 
     pub(super) fn level(self, level: Level) -> Style {
         match level {
-            Level::Ok => self.color(Color::Green),
-            Level::Warn | Level::Stale => self.color(Color::Yellow).add_modifier(Modifier::BOLD),
-            Level::Error => self.color(Color::Red).add_modifier(Modifier::BOLD),
+            Level::Ok => self.terminal(palette::OK.terminal),
+            Level::Warn | Level::Error | Level::Stale => self.meaning(Meaning::of(level)),
         }
     }
 }

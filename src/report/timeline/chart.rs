@@ -82,10 +82,10 @@ fn bar(span: &Span, group: Group) -> Option<Bar> {
         (Tone::Ok, _) => Look::Status(Level::Ok, span.text.clone()),
         (Tone::Warn, _) => Look::Status(Level::Warn, span.text.clone()),
         (Tone::Error, _) => Look::Status(Level::Error, span.text.clone()),
-        (
-            Tone::Left | Tone::Right | Tone::Hazard | Tone::Off | Tone::Nothing | Tone::Plain | Tone::Folded,
-            _,
-        ) => Look::Named(span.text.clone()),
+        (Tone::Left, _) => Look::Value(IndicatorState::Left, span.text.clone()),
+        (Tone::Right, _) => Look::Value(IndicatorState::Right, span.text.clone()),
+        (Tone::Hazard, _) => Look::Value(IndicatorState::Hazard, span.text.clone()),
+        (Tone::Off | Tone::Nothing | Tone::Plain | Tone::Folded, _) => Look::Named(span.text.clone()),
     };
     Some(Bar { from: span.from_s, to: span.to_s, look })
 }

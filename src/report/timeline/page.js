@@ -34,7 +34,8 @@
   let heading = null;
   function row(name, className) {
     const made = element("div", className);
-    const label = element("div", "name", name);
+    // A name is broken after its dots, where there is no room for it in a line.
+    const label = element("div", "name", name.replaceAll(".", ".\u200b"));
     label.title = name;
     const track = element("div", "track");
     made.append(label, track);
@@ -87,20 +88,23 @@
     return Math.max(low - 1, 0);
   }
 
-  function step() {
-    const least = (view.to - view.from) / Math.max(axis.clientWidth / 90, 1);
+  // Units of time, with their length in seconds and the longest view that they are used for.
+  const UNITS = [["s", 1, 180], ["min", 60, 10800], ["h", 3600, Infinity]];
+  function step(width) {
+    const least = width / Math.max(axis.clientWidth / 90, 1);
     const power = 10 ** Math.floor(Math.log10(least));
     return [1, 2, 5, 10].map((digit) => digit * power).find((value) => value >= least);
   }
 
   function drawAxis() {
     axis.replaceChildren();
-    const gap = step();
+    const [unit, length] = UNITS.find(([, , longest]) => view.to - view.from <= longest);
+    const gap = step((view.to - view.from) / length);
     const decimals = Math.max(0, -Math.floor(Math.log10(gap)));
-    for (let n = Math.ceil(view.from / gap); n * gap <= view.to; n += 1) {
-      const share = (n * gap - view.from) / (view.to - view.from);
+    for (let n = Math.ceil(view.from / length / gap); n * gap * length <= view.to; n += 1) {
+      const share = (n * gap * length - view.from) / (view.to - view.from);
       if (share > 0.98) break;
-      const tick = element("span", "tick", `${(n * gap).toFixed(decimals)} s`);
+      const tick = element("span", "tick", `${(n * gap).toFixed(decimals)} ${unit}`);
       tick.style.left = `${share * 100}%`;
       axis.append(tick);
     }
@@ -137,6 +141,13 @@
     value.textContent = `${seconds(at)}: ${text}`;
   }
 
+  // A label is shown if it fits; else its beginning, where that means something by itself; a corner says that there is more.
+  const ruler = document.createElement("canvas").getContext("2d");
+  ruler.font = "12px system-ui, sans-serif";
+  const SIGN_AND_EDGES_PX = 24;
+  const textWidth = (text) => ruler.measureText(text).width + (text && SIGN_AND_EDGES_PX);
+  const beginning = (text) => /^[\d.]+(?= )|^.+?(?=: )/.exec(text)?.[0] ?? text;
+
   function drawLane(lane, index) {
     const track = tracks[index], width = track.clientWidth || 1;
     const scale = width / (view.to - view.from);
@@ -151,8 +162,9 @@
       if (end < 0 || (Math.floor(begin) === lastPx && end - begin < 1 && !isChosen)) continue;
       lastPx = Math.floor(begin);
       const isNarrow = end - begin < READABLE_PX;
-      const made = element("div", `span ${span[TONE]}${isNarrow ? " narrow" : ""}${isChosen ? " chosen" : ""}`);
-      made.textContent = isNarrow ? "" : span[TEXT];
+      const label = isNarrow ? "" : [span[TEXT], beginning(span[TEXT]), ""].find((text) => textWidth(text) <= end - begin);
+      const marks = [isNarrow && "narrow", !isNarrow && label !== span[TEXT] && "left-out", isChosen && "chosen"];
+      const made = element("div", ["span", span[TONE], ...marks.filter(Boolean)].join(" "), label);
       made.title = `${seconds(span[FROM])}: ${span[TEXT]}`;
       made.style.left = `${begin}px`;
       made.style.width = `${Math.max(end - begin, 2)}px`;

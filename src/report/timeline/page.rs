@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Column, MOTION, Span, Timeline};
+use crate::report::palette;
 use crate::report::text::counted;
 
 const TEMPLATE: &str = include_str!("page.html");
@@ -15,7 +16,7 @@ impl Timeline {
         let title = format!("{} - signal-gateway", self.title);
         let places = [
             ("{{title}}", html(&title)),
-            ("{{style}}", STYLE.to_owned()),
+            ("{{style}}", palette::style() + STYLE),
             ("{{data}}", self.data()),
             ("{{script}}", SCRIPT.to_owned()),
         ];

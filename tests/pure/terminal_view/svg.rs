@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
+use signal_gateway::report::palette::{self, MEANINGS};
 
 /// Size of a cell, pixels.
 const CELL: (f64, f64) = (8.4, 18.0);
-const PAPER: &str = "#16181d";
-const INK: &str = "#d7dae0";
+const PAPER: &str = palette::PAGE.dark;
+const INK: &str = palette::TEXT.dark;
 
 /// Draws all cells, those in a row with the same style as one text.
 pub(super) fn picture(buffer: &Buffer) -> String {
@@ -66,11 +67,14 @@ fn draw_run(svg: &mut String, run: &[Cell], left: f64, top: f64) {
 #[allow(clippy::wildcard_enum_match_arm)] // the view has no other colours
 fn hex(color: Color) -> &'static str {
     match color {
-        Color::Green => "#6bd18a",
-        Color::Yellow => "#e6c84f",
-        Color::Red => "#ff6b6b",
-        Color::Cyan => "#6cc7e6",
-        Color::Indexed(214) => "#ffaf00",
+        Color::Green => palette::OK.text.dark,
+        Color::Yellow => palette::WARN.text.dark,
+        Color::Red => palette::ERROR.text.dark,
+        Color::Cyan => palette::FOCUS.dark,
+        Color::Indexed(palette::AMBER_TERMINAL) => palette::AMBER.dark,
+        Color::Indexed(number) => {
+            MEANINGS.iter().find(|meaning| meaning.terminal == number).unwrap().text.dark
+        }
         Color::Reset => INK,
         other => panic!("{other:?} has no colour in the picture"),
     }

@@ -67,9 +67,9 @@ pub(super) fn speed(cycles: &[Cycle], (from, to): (f64, f64)) -> Vec<Bar> {
     bars
 }
 
-/// The highest speed, as the end of a sentence.
-pub(super) fn top_speed(cycles: &[Cycle]) -> String {
-    format!("; speed up to {:.0} km/h", top_mps(cycles) * 3.6)
+/// The name of the speed's row, with its range.
+pub(super) fn speed_label(cycles: &[Cycle]) -> String {
+    format!("speed, 0 to {:.0} km/h", top_mps(cycles) * 3.6)
 }
 
 fn top_mps(cycles: &[Cycle]) -> f64 {
