@@ -1,7 +1,6 @@
 //! Turn signals and hazard lights in a chart: sent, requested by a section, or expected.
 
-use super::look::bordered;
-use super::svg::{Area, Element, rect};
+use super::svg::{Area, Element, bordered, rect};
 use crate::report::palette::{self, Meaning, Paint};
 
 /// The meaning of a command in a chart.

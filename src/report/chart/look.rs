@@ -1,7 +1,7 @@
 //! The look of a bar: bulbs, a name, or a command.
 
 use super::command::{CommandKind, IndicatorState};
-use super::svg::{Area, Element, line, pixels, rect, text_at};
+use super::svg::{Area, BORDERLESS_PX, Element, bordered, line, pixels, rect, text_at};
 use super::text;
 use crate::core::diagnostics::Level;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
@@ -38,8 +38,6 @@ pub enum Look {
 
 const STRIPE_PX: f64 = 12.0;
 const MAX_STRIPES: u8 = 6;
-/// A narrower bar is all border.
-const BORDERLESS_PX: f64 = 4.0;
 const SIGN_PX: f64 = 11.0;
 /// Height of a curve.
 const CURVE_PX: f64 = 64.0;
@@ -208,11 +206,6 @@ pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
     let points = points.map(|(x, y)| format!("{},{}", pixels(x), pixels(y))).join(" ");
     (size >= MIN_CORNER_PX)
         .then(|| Element::new("polygon").with("points", points).fill(ink).with("class", LEFT_OUT))
-}
-
-/// A field with a border, unless it would be all border.
-pub(super) fn bordered(field: Element, area: Area) -> Element {
-    if area.width < BORDERLESS_PX { field } else { field.stroke(palette::EDGE).with("stroke-width", 0.75) }
 }
 
 /// A thin line at zero, and the curve. Of what falls on one pixel, the first, the least, the greatest and the last value

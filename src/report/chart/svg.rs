@@ -5,6 +5,9 @@ use std::fmt::{self, Display, Write};
 
 use crate::report::palette::{self, Paint};
 
+/// A narrower bar is all border.
+pub(super) const BORDERLESS_PX: f64 = 4.0;
+
 /// A rectangle of the chart, pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Area {
@@ -129,6 +132,11 @@ impl Display for Element {
 /// Draws a rectangle; the unit is pixels.
 pub(super) fn rect(x: f64, y: f64, width: f64, height: f64) -> Element {
     Element::new("rect").at("x", x).at("y", y).at("width", width).at("height", height)
+}
+
+/// A field with a border, unless it would be all border.
+pub(super) fn bordered(field: Element, area: Area) -> Element {
+    if area.width < BORDERLESS_PX { field } else { field.stroke(palette::EDGE).with("stroke-width", 0.75) }
 }
 
 /// Draws a straight line.

@@ -81,8 +81,8 @@ pub(super) fn figures(file_name: &str) -> Option<(String, String, Vec<&'static s
     let sizes = || lines(picture.name).into_iter().flat_map(|(_, line)| line.points).map(|point| point.0);
     let (least, most) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
     Some((
-        number(least.round()),
-        number(most.round()),
+        number(least.floor()),
+        number(most.floor()),
         picture.quantities.iter().map(|(unit, _)| *unit).collect(),
     ))
 }
