@@ -125,8 +125,9 @@ end_of() {
     fi
 }
 
-# show_errors LOG: a compiler's errors where there are some, else the last lines.
+# show_errors LOG: which checks of a script failed, and a compiler's errors where there are some, else the last lines.
 show_errors() {
+    grep -hE '^FAIL ' "$1" "$1.err" | head -n 20 | cut -c 1-300 | sed 's/^/    /'
     if grep -qE '^(error|warning: unused|Diff in )' "$1" "$1.err"; then
         sed -nE '/^(error|Diff in )/,$p' "$1" "$1.err" | head -n 60
     else
@@ -303,7 +304,7 @@ repeat_failures() {
         if ((code != 0)); then
             record failed "$name"
             printf 'FAIL  %s: also when it runs alone\n' "$name"
-            sed 's/^/    | /' "$log.second" | tail -n 30
+            show_errors "$log"
             printf '    alone: tests/run %s\n' "$name"
         elif grep -qE "^$name( |\$)" tests/unsteady; then
             record failed "$name (unsteady, as it was before: tests/unsteady)"
