@@ -27,7 +27,7 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
         FindingKind::Unmet(unmet) => {
             let requirement = &evidence.lights().requirements[unmet.index];
             if unmet.is_contradicted {
-                requirement.text(*unmet)
+                requirement.message(*unmet).text
             } else {
                 format!("the recording does not show what the profile requires: {requirement}")
             }

@@ -29,9 +29,9 @@ use crate::core::plausibility::finding::Severity as Weight;
 use crate::core::validation::integrity::MessageIntegrity;
 use crate::core::validation::table::Timing;
 use crate::core::vehicle_lights::binding::{
-    HAZARD_NOT_VISIBLE, HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding,
-    TurnSource,
+    HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding, TurnSource,
 };
+use crate::core::vehicle_lights::catalogue::hazard_not_visible;
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
 pub use crate::report::text::Layout;
@@ -185,7 +185,7 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut CheckReport) {
         HazardBinding::NotVisible { is_acknowledged: false } => {
             report.line("hazard", "not visible: never published");
             let remedy = "accept it with [reports] hazard_not_visible = \"acknowledged\"";
-            return report.find(Weight::Warning, format!("hazard: {HAZARD_NOT_VISIBLE}; {remedy}"));
+            return report.find(Weight::Warning, format!("hazard: {}; {remedy}", hazard_not_visible()));
         }
         HazardBinding::From(sources) => sources,
     };

@@ -1,5 +1,7 @@
 //! Diagnostic statuses with levels and values (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
 
+mod message;
+
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -8,6 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::names::display_by_name;
 use super::time::MonoTime;
+use message::joined;
+pub(crate) use message::messages;
+pub use message::{MessagePart, MessageRow, Section};
 
 /// Severity of a status, `DiagnosticStatus.level` of ROS.
 #[derive(
@@ -42,18 +47,64 @@ pub struct Status {
     pub values: Vec<(&'static str, String)>,
     /// Signals of the vehicle that it is about, `MESSAGE.SIGNAL` of the DBC.
     pub signals: Vec<String>,
+    /// What to do; empty if nothing is to be done.
+    pub remedy: String,
+    /// Rows of its messages and of their reasons.
+    pub rows: Vec<&'static MessageRow>,
+    /// The kind of the status, with all its messages.
+    pub section: &'static Section,
 }
 
 impl Status {
-    /// Creates the status of a task, which is about no signal.
+    /// Creates the status of a task, which is about no signal. It has the level of the worst part of its message, and the remedies of
+    /// all parts that are not OK.
     pub fn new(
+        section: &'static Section,
         task: impl Into<String>,
-        level: Level,
-        message: String,
+        parts: &[MessagePart],
         values: Vec<(&'static str, String)>,
     ) -> Self {
-        Self { task: task.into(), level, message, values, signals: Vec::new() }
+        let bad = parts.iter().filter(|part| part.level() > Level::Ok);
+        Self {
+            task: task.into(),
+            level: parts.iter().map(MessagePart::level).max().unwrap_or_default(),
+            message: texts(parts),
+            values,
+            signals: Vec::new(),
+            remedy: joined(bad.map(|part| part.remedy.as_str())),
+            rows: parts.iter().flat_map(|part| part.rows.iter().copied()).collect(),
+            section,
+        }
     }
+
+    /// Creates a status of level and message that no flow reports, for tests.
+    #[cfg(test)]
+    pub(crate) fn plain(
+        task: &str,
+        level: Level,
+        message: &str,
+        values: Vec<(&'static str, String)>,
+    ) -> Self {
+        static PLAIN: Section = Section { names: &["plain"], messages: &[] };
+        Self { level, message: message.to_owned(), ..Self::new(&PLAIN, task, &[], values) }
+    }
+
+    /// Returns where its messages and keys are documented, see [`Section::document`]; `None` while it is OK.
+    pub fn document(&self) -> Option<String> {
+        (self.level > Level::Ok).then(|| self.section.document())
+    }
+
+    /// Returns its keys and values, as they are published. While it is not OK, what to do and where to read more come last.
+    pub fn published_values(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let remedy = (!self.remedy.is_empty()).then(|| ("remedy", self.remedy.clone()));
+        let document = self.document().map(|document| ("document", document));
+        self.values.iter().cloned().chain(remedy).chain(document)
+    }
+}
+
+/// Joins the texts of all parts of a message.
+pub fn texts(parts: &[MessagePart]) -> String {
+    parts.iter().map(|part| part.text.as_str()).collect::<Vec<_>>().join("; ")
 }
 
 /// Statuses that are published together.

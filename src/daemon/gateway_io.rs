@@ -488,7 +488,7 @@ mod tests {
     #[test]
     fn a_status_is_given_out_again_when_its_level_or_message_differs() {
         let status = |task: &str, level, message: &str, count: &str| {
-            Status::new(task, level, message.to_owned(), vec![("count", count.to_owned())])
+            Status::plain(task, level, message, vec![("count", count.to_owned())])
         };
         let before = [status("log", Level::Ok, "a", "1"), status("ros", Level::Ok, "a", "1")];
         assert_eq!(changed(&before, &[]), before);

@@ -288,7 +288,7 @@ mod tests {
 
     fn status(level: Level, refresh: bool) -> Output {
         let values = vec![("age_ms", "3".to_owned())];
-        let statuses = vec![Status::new("can0", level, "text".into(), values)];
+        let statuses = vec![Status::plain("can0", level, "text", values)];
         let diagnostics = Diagnostics { node: "gw".into(), statuses, refresh };
         Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(2_000_000_000) }
     }

@@ -82,6 +82,12 @@ impl Collector for Metrics {
             .iter()
             .map(|status| ([("task", status.task.as_str())], number(status.level)));
         writer.gauges("status_level", "Level of a diagnostic status: 0 OK, 1 WARN, 2 ERROR", None, levels)?;
+        let remedies = snapshot.diagnostics.iter().filter_map(|status| {
+            let (remedy, document) = (status.remedy.as_deref()?, status.document.as_deref()?);
+            Some(([("task", status.task.as_str()), ("remedy", remedy), ("document", document)], 1.0))
+        });
+        let help = "1 for a diagnostic status that is not OK, with what to do and where it is documented";
+        writer.gauges("status_remedy", help, None, remedies)?;
         snapshot.process.as_ref().map_or(Ok(()), |process| writer.process(process))
     }
 }

@@ -255,6 +255,9 @@ impl Text {
         ));
         for status in bad {
             self.row(&status.task, &format!("{} {}", status.level, status.message));
+            for text in [&status.remedy, &status.document].into_iter().flatten() {
+                self.row("", &format!("→ {text}"));
+            }
         }
     }
 

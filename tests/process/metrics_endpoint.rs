@@ -148,6 +148,16 @@ fn promtool_finds_nothing_in_the_metrics_and_the_rules() {
     assert!(is_good, "{text}");
 }
 
+#[test]
+fn an_alert_on_a_status_has_what_to_do_as_an_annotation() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alerts.yml");
+    let rules = include_str!("alerts.yml").replace("RULES", &shipped("docs/grafana/alerts.yml"));
+    std::fs::write(&path, rules).unwrap();
+    let (is_good, text) = require!(promtool(&["test", "rules", &path.display().to_string()], ""));
+    assert!(is_good, "{text}");
+}
+
 mod slow {
     use super::*;
     use serde_json::Value;

@@ -1,66 +1,44 @@
-//! Possible diagnostics: every status with its messages and keys, as `tests/diagnostics.toml` and so `docs/diagnostics.md`
-//! list them, and the check of a status against that list.
+//! Possible diagnostics: every status with its messages, as the catalogue of the core lists them, and its keys, as
+//! `tests/diagnostics.toml` does; and the check of a status against both.
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
-use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::can::catalogue::LINK;
+use signal_gateway::core::diagnostics::{Level, MessageRow, Section, Status};
+use signal_gateway::core::gateway::catalogue::{REASONS, SECTIONS};
 
 use super::rows::rows;
 
-/// Every kind of status.
+/// Every kind of status, in the order of the catalogue.
 pub(crate) static TASKS: LazyLock<Vec<Task>> = LazyLock::new(|| {
-    let catalogue: Result<Catalogue, _> = toml::from_str(include_str!("../diagnostics.toml"));
-    let Catalogue { reasons, status } = catalogue.unwrap_or_else(|refused| panic!("{refused}"));
-    let task = |status: StatusRows| Task {
-        names: status.names,
-        about: status.about,
-        messages: status.messages.into_iter().flat_map(|row| messages(row, &reasons)).collect(),
-        keys: status.keys.into_iter().map(key).collect(),
+    let keys: Result<Catalogue, _> = toml::from_str(include_str!("../diagnostics.toml"));
+    let Catalogue { status } = keys.unwrap_or_else(|refused| panic!("{refused}"));
+    let names: Vec<_> = status.iter().map(|status| status.names.clone()).collect();
+    let expected: Vec<_> = SECTIONS.iter().map(|section| section.names.to_vec()).collect();
+    assert_eq!(names, expected, "tests/diagnostics.toml has the statuses of the catalogue, in its order");
+    let task = |(section, StatusKeys { about, keys, .. })| Task {
+        section,
+        about,
+        keys: keys.into_iter().map(key).collect(),
     };
-    status.into_iter().map(task).collect()
+    SECTIONS.into_iter().zip(status).map(task).collect()
 });
 
 /// The file, whose comments say what the columns are.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Catalogue {
-    reasons: BTreeMap<String, Reasons>,
-    status: Vec<StatusRows>,
+    status: Vec<StatusKeys>,
 }
-
-#[derive(Deserialize)]
-struct Reasons(#[serde(deserialize_with = "rows")] Vec<[String; 2]>);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct StatusRows {
+struct StatusKeys {
     names: Vec<String>,
     about: String,
     #[serde(deserialize_with = "rows")]
-    messages: Vec<[String; 3]>,
-    #[serde(deserialize_with = "rows")]
     keys: Vec<[String; 4]>,
-}
-
-/// The message of a row, or one for each reason of the list that it names.
-fn messages([level, pattern, action]: [String; 3], reasons: &BTreeMap<String, Reasons>) -> Vec<Message> {
-    let mut levels = [Level::Ok, Level::Warn, Level::Error].into_iter();
-    let found = levels.find(|known| known.to_string() == level);
-    let level = found.unwrap_or_else(|| panic!("{level} is not a level"));
-    for (name, Reasons(reasons)) in reasons {
-        let place = format!("{{{name}}}");
-        if pattern.contains(&place) {
-            let message = |[reason, action]: &[String; 2]| Message {
-                level,
-                pattern: pattern.replace(&place, reason),
-                action: action.clone(),
-            };
-            return reasons.iter().map(message).collect();
-        }
-    }
-    vec![Message { level, pattern, action }]
 }
 
 fn key([name, unit, meaning, present]: [String; 4]) -> Key {
@@ -69,21 +47,11 @@ fn key([name, unit, meaning, present]: [String; 4]) -> Key {
 
 /// One kind of status.
 pub(crate) struct Task {
-    /// The names after `<node>: `; `{interface}` stands for any name.
-    pub(crate) names: Vec<String>,
+    /// Its names and messages.
+    pub(crate) section: &'static Section,
     /// Subject of the status, and when it exists.
     pub(crate) about: String,
-    pub(crate) messages: Vec<Message>,
     pub(crate) keys: Vec<Key>,
-}
-
-/// One message, or one part of a message of several that are joined by `; `.
-pub(crate) struct Message {
-    pub(crate) level: Level,
-    /// `{name}` stands for any text, `[…]` for text that may be absent.
-    pub(crate) pattern: String,
-    /// Action of an operator.
-    pub(crate) action: String,
 }
 
 /// One key of a status.
@@ -96,35 +64,33 @@ pub(crate) struct Key {
     pub(crate) present: String,
 }
 
+/// All reasons in messages.
+pub(crate) fn reasons() -> impl Iterator<Item = &'static MessageRow> {
+    LINK.iter().copied().chain(REASONS.iter().copied().flatten().copied())
+}
+
 impl Task {
-    /// The task of a status's name without the node's.
-    pub(crate) fn of(name: &str) -> &'static Self {
-        let listed = TASKS.iter().find(|task| task.names.iter().any(|listed| listed == name));
-        listed.or_else(|| TASKS.iter().find(|task| task.names == ["{interface}"])).unwrap()
+    /// The kind of a status.
+    pub(crate) fn of(status: &Status) -> &'static Self {
+        TASKS.iter().find(|task| std::ptr::eq(task.section, status.section)).unwrap()
     }
 
-    /// The messages that a status consists of, by position, and the keys it has; or what is not listed.
-    pub(crate) fn parts(&self, status: &Status) -> Result<(Vec<usize>, Vec<usize>), String> {
-        Ok((self.message_parts(status.level, &status.message)?, self.listed_keys(status)?))
-    }
-
-    /// A message as a whole, or each part of it; the worst part has the status's level.
-    fn message_parts(&self, level: Level, message: &str) -> Result<Vec<usize>, String> {
-        let fitting = |text: &str| -> Vec<usize> {
-            let fits = |at: &usize| self.messages[*at].fits(text) && self.messages[*at].level <= level;
-            (0..self.messages.len()).filter(fits).collect()
-        };
-        let level_of = |at: &usize| self.messages[*at].level;
-        if let Some(whole) = fitting(message).into_iter().find(|at| level_of(at) == level) {
-            return Ok(vec![whole]);
+    /// The keys of a status that is listed, by position; or what is not listed.
+    pub(crate) fn listed(&self, status: &Status) -> Result<Vec<usize>, String> {
+        let is = |row: &'static MessageRow| move |listed: &'static MessageRow| std::ptr::eq(row, listed);
+        for row in &status.rows {
+            if !self.section.rows().any(is(row)) && !reasons().any(is(row)) {
+                return Err(format!("the message `{}` is not listed", row.template));
+            }
         }
-        let mut parts = Vec::new();
-        for part in message.split("; ") {
-            let worst = fitting(part).into_iter().max_by_key(level_of);
-            parts.push(worst.ok_or_else(|| format!("the message `{part}` is not listed for {level}"))?);
+        let names = self.section.names;
+        if !names.contains(&status.task.as_str()) && names != ["{interface}"] {
+            return Err(format!("the name is not one of {names:?}"));
         }
-        let worst = parts.iter().map(level_of).max();
-        if worst == Some(level) { Ok(parts) } else { Err(format!("`{message}` is not listed for {level}")) }
+        if (status.level > Level::Ok) == status.remedy.is_empty() {
+            return Err(format!("the remedy of {} is `{}`", status.level, status.remedy));
+        }
+        self.listed_keys(status)
     }
 
     /// All keys are listed, in the order of the list, and none is missing that is always there.
@@ -147,33 +113,9 @@ impl Task {
     }
 }
 
-impl Message {
-    fn fits(&self, text: &str) -> bool {
-        match self.pattern.split_once('[') {
-            None => fits(&self.pattern, text),
-            Some((before, rest)) => {
-                let (optional, after) = rest.split_once(']').unwrap();
-                [format!("{before}{after}"), format!("{before}{optional}{after}")]
-                    .iter()
-                    .any(|pattern| fits(pattern, text))
-            }
-        }
-    }
-}
-
-/// True if a text is the pattern with something for each `{name}`.
-fn fits(pattern: &str, text: &str) -> bool {
-    let Some((before, rest)) = pattern.split_once('{') else { return pattern == text };
-    let (_, after) = rest.split_once('}').unwrap();
-    let Some(text) = text.strip_prefix(before) else { return false };
-    let ends = text.char_indices().map(|(at, char)| at + char.len_utf8());
-    ends.into_iter().any(|end| fits(after, &text[end..]))
-}
-
 /// Fails when a status has a message or a key that `docs/diagnostics.md` does not list.
 pub(crate) fn assert_listed(status: &Status) {
-    let task = &status.task;
-    if let Err(wrong) = Task::of(task).parts(status) {
-        panic!("{wrong} of `{task}` in tests/diagnostics.toml: {status:?}");
+    if let Err(wrong) = Task::of(status).listed(status) {
+        panic!("{wrong} of `{}`: {status:?}", status.task);
     }
 }

@@ -1,16 +1,16 @@
 //! Diagnostic status of one bus.
 
+use super::catalogue::{self, INTERFACE};
 use crate::core::can::bus::{Bus, BusFinding, BusReception};
 use crate::core::can::error_frame::{ControllerState, class_name};
 use crate::core::can::link::LinkState;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::{Level, MessagePart, Status};
 use crate::core::time::MonoTime;
 
 /// Diagnostic status of a bus.
 pub(in crate::core) fn status(bus: &Bus, rate_hz: f64, now: MonoTime) -> Status {
     let settings = bus.settings();
     let counts = &bus.counts;
-    let (level, message) = level_and_message(bus, now);
     let mut values = vec![("bus", settings.name.clone()), ("link", link_value(bus.link()))];
     controller_values(bus, now, &mut values);
     values.extend([
@@ -31,7 +31,7 @@ pub(in crate::core) fn status(bus: &Bus, rate_hz: f64, now: MonoTime) -> Status 
     if counts.bad_records > 0 {
         values.push(("bad_lines", counts.bad_records.to_string()));
     }
-    Status::new(&settings.interface, level, message, values)
+    Status::new(&INTERFACE, &settings.interface, &message(bus, now), values)
 }
 
 impl ControllerState {
@@ -50,73 +50,65 @@ const NO_CAN: [i32; 2] = [93, 97];
 
 /// Text for the state of a link.
 pub fn link_text(interface: &str, state: LinkState) -> String {
-    match state {
-        LinkState::Up => format!("{interface} is up"),
-        LinkState::Down => format!("{interface} is down"),
-        LinkState::Missing => format!("{interface} is missing"),
-        LinkState::NotCan => format!("{interface} is not a CAN interface"),
-        LinkState::Failed(errno) if NO_CAN.contains(&errno) => {
-            format!(
-                "{interface} cannot be opened: this kernel has no CAN sockets (errno {errno}), try modprobe can-raw"
-            )
-        }
-        LinkState::Failed(errno) => format!("{interface} cannot be opened (errno {errno})"),
-        LinkState::Ended => format!("the recording of {interface} has ended"),
-    }
+    link_message(interface, state).map_or_else(|| format!("{interface} is up"), |message| message.text)
+}
+
+/// Message for a link over which nothing is received; `None` if it is up.
+pub(in crate::core) fn link_message(interface: &str, state: LinkState) -> Option<MessagePart> {
+    Some(match state {
+        LinkState::Up => return None,
+        LinkState::Down => catalogue::link_down(interface),
+        LinkState::Missing => catalogue::link_missing(interface),
+        LinkState::NotCan => catalogue::not_can(interface),
+        LinkState::Failed(errno) if NO_CAN.contains(&errno) => catalogue::no_can_sockets(interface, errno),
+        LinkState::Failed(errno) => catalogue::cannot_be_opened(interface, errno),
+        LinkState::Ended => catalogue::recording_ended(interface),
+    })
 }
 
 /// Returns the level of a bus's diagnostic status.
 pub(super) fn level(bus: &Bus, now: MonoTime) -> Level {
-    level_and_message(bus, now).0
+    message(bus, now).iter().map(MessagePart::level).max().unwrap_or_default()
 }
 
-/// Level and message, the cause before its consequence and nothing that follows from it.
-fn level_and_message(bus: &Bus, now: MonoTime) -> (Level, String) {
+/// The message in parts, the cause before its consequence and nothing that follows from it.
+fn message(bus: &Bus, now: MonoTime) -> Vec<MessagePart> {
     match bus.finding(now) {
-        BusFinding::NoLink(state) => (Level::Error, link_text(&bus.settings().interface, state)),
-        BusFinding::BusOff { restart_ms } => (Level::Error, bus_off_text(bus, restart_ms)),
-        BusFinding::Stopped => (Level::Error, "the controller has stopped: receives nothing".to_owned()),
-        BusFinding::Sound(reception) => (reception.level(), reception_text(bus, reception)),
+        BusFinding::NoLink(state) => link_message(&bus.settings().interface, state).into_iter().collect(),
+        BusFinding::BusOff { restart_ms } => vec![bus_off_message(bus, restart_ms)],
+        BusFinding::Stopped => vec![catalogue::stopped()],
+        BusFinding::Sound(reception) => vec![reception_message(bus, reception)],
         BusFinding::Disturbed(state, reception) => {
-            let text = disturbed_text(state);
-            let more =
-                (reception.level() > Level::Ok).then(|| format!("; {}", reception_text(bus, reception)));
-            (Level::Warn, text + &more.unwrap_or_default())
+            let state = match state {
+                ControllerState::Warning => catalogue::error_warning(),
+                ControllerState::Passive => catalogue::error_passive(),
+                ControllerState::Restarted
+                | ControllerState::ErrorActive
+                | ControllerState::BusOff
+                | ControllerState::Stopped => catalogue::restarted(),
+            };
+            let reception = (reception.level() > Level::Ok).then(|| reception_message(bus, reception));
+            [state].into_iter().chain(reception).collect()
         }
     }
 }
 
-fn reception_text(bus: &Bus, reception: BusReception) -> String {
-    let limit = bus.settings().alive_timeout.as_millis();
+fn reception_message(bus: &Bus, reception: BusReception) -> MessagePart {
     match reception {
-        BusReception::NothingYet => "up, but no frame of the vehicle profile yet".to_owned(),
-        BusReception::Silent => format!("up, but no frame of the vehicle profile for more than {limit} ms"),
-        BusReception::Losing => "receiving, with recent drops, error frames or bad lines".to_owned(),
-        BusReception::Asleep | BusReception::Receiving => reception.to_string(),
+        BusReception::NothingYet => catalogue::nothing_yet(),
+        BusReception::Silent => catalogue::silent(bus.settings().alive_timeout.as_millis()),
+        BusReception::Losing => catalogue::losing(),
+        BusReception::Asleep => catalogue::asleep(),
+        BusReception::Receiving => catalogue::receiving(),
     }
 }
 
-fn bus_off_text(bus: &Bus, restart_ms: Option<u32>) -> String {
-    let interface = &bus.settings().interface;
+fn bus_off_message(bus: &Bus, restart_ms: Option<u32>) -> MessagePart {
     match restart_ms {
-        Some(0) => {
-            format!(
-                "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart"
-            )
-        }
-        Some(ms) => format!("bus-off: receives nothing, restarts by itself after {ms} ms"),
-        None => "bus-off: receives nothing until it is restarted".to_owned(),
+        Some(0) => catalogue::bus_off_until_restart(&bus.settings().interface),
+        Some(ms) => catalogue::bus_off_restarting(ms),
+        None => catalogue::bus_off(),
     }
-}
-
-fn disturbed_text(state: ControllerState) -> String {
-    let more = match state {
-        ControllerState::Warning => ": the bus is disturbed",
-        ControllerState::Passive => ": the bus is heavily disturbed",
-        ControllerState::Restarted => " after bus-off",
-        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => "",
-    };
-    format!("{state}{more}")
 }
 
 /// Values of the controller; none for a bus without one, such as a virtual bus.

@@ -4,6 +4,7 @@ pub mod bit_rate_scan;
 pub mod bus;
 pub mod bus_status;
 pub mod bus_survey;
+pub mod catalogue;
 pub mod controller;
 pub mod error_frame;
 pub mod frame;
@@ -16,6 +17,7 @@ pub mod note;
 pub mod snapshot;
 
 pub use bus::{Bus, BusFinding, BusReception, BusSettings, ReceiveTime};
+pub(in crate::core) use bus_status::link_message;
 pub use bus_status::link_text;
 pub use controller::ControllerReport;
 pub use error_frame::{ControllerState, ErrorCounters, ErrorFrame};

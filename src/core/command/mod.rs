@@ -49,6 +49,7 @@ use crate::core::names::variant_name;
 
 pub mod allow_list;
 pub mod arbitration;
+pub mod catalogue;
 pub mod control_mode;
 pub mod feedback_monitor;
 pub mod flow;

@@ -9,10 +9,10 @@ use super::feedback_monitor::{Compliance, Lights};
 use super::flow::CommandFlow;
 use super::intake::LatestCommand;
 use super::settings::CommandSource;
-use super::status::{FunctionView, StatusText};
+use super::status::FunctionView;
 use crate::core::can::Bus;
 use crate::core::control_mode::ControlMode;
-use crate::core::diagnostics::Level;
+use crate::core::diagnostics::{Level, MessagePart};
 use crate::core::names::{display_by_name, variant};
 use crate::core::time::{MonoTime, millis};
 use crate::core::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
@@ -137,8 +137,8 @@ impl CommandFlow {
             source: self.settings.source,
             control_mode,
             undefined_control_mode: mode.undefined(),
-            turn_indicators: function_snapshot(&turn, turn.text(), now),
-            hazard_lights: function_snapshot(&hazard, self.hazard_text(&hazard), now),
+            turn_indicators: function_snapshot(&turn, turn.message(), now),
+            hazard_lights: function_snapshot(&hazard, self.hazard_message(&hazard), now),
             messages: messages.collect(),
         }
     }
@@ -146,7 +146,7 @@ impl CommandFlow {
 
 fn function_snapshot<T: Lights>(
     view: &FunctionView<'_, T>,
-    (level, message): StatusText,
+    message: MessagePart,
     now: MonoTime,
 ) -> FunctionSnapshot {
     let value = |value: Option<T>| variant(value?.name());
@@ -158,8 +158,8 @@ fn function_snapshot<T: Lights>(
         reason: view.reason,
         reported: value(view.finding.reported),
         compliance: view.finding.compliance,
-        level,
-        message,
+        level: message.level(),
+        message: message.text,
         commands: view.intake.counts.received,
         driver_overrides: view.feedback.driver_overrides,
         feedback_mismatches: view.feedback.mismatches,

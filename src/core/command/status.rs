@@ -2,35 +2,34 @@
 
 use super::Turn;
 use super::arbitration::DecisionReason;
+use super::catalogue::{self, COMMAND, COMMAND_TRANSMISSION};
 use super::control_mode::ModeState;
 use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
 use super::flow::{CommandFinding, CommandFlow, FunctionFinding, RequestDelivery};
 use super::intake::{CommandState, Intake, LatestCommand};
 use super::sender::{SendCounts, SendProblem};
 use crate::core::can::Bus;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::{Level, MessagePart, Status};
 use crate::core::names::{variant, variant_name, words};
 use crate::core::time::MonoTime;
 use crate::core::validation::table::SignalTable;
 use crate::core::validation::unusable::Unusable;
-
-/// Level and message of one status.
-pub(super) type StatusText = (Level, String);
 
 impl CommandFlow {
     /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`. `mode_signals` names the
     /// signals of the control mode.
     pub fn statuses(&self, mode_signals: &SignalTable, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let (turn, hazard) = self.views();
-        let hazard_text = self.hazard_text(&hazard);
-        let status =
-            |task: &str, (level, message): StatusText, values| Status::new(task, level, message, values);
+        let hazard_message = self.hazard_message(&hazard);
+        let transmission = self.transmission(mode_signals, buses);
+        let [turn_task, hazard_task] = ["turn_indicators_command", "hazard_lights_command"];
         vec![
-            status("turn_indicators_command", turn.text(), turn.values(now)),
-            status("hazard_lights_command", hazard_text, hazard.values(now)),
-            status(
+            Status::new(&COMMAND, turn_task, &[turn.message()], turn.values(now)),
+            Status::new(&COMMAND, hazard_task, &[hazard_message], hazard.values(now)),
+            Status::new(
+                &COMMAND_TRANSMISSION,
                 "command_transmission",
-                self.transmission(mode_signals, buses),
+                &[transmission],
                 self.transmission_values(),
             ),
         ]
@@ -58,40 +57,36 @@ impl CommandFlow {
         (turn, hazard)
     }
 
-    pub(super) fn hazard_text(&self, hazard: &FunctionView<'_, bool>) -> StatusText {
-        let text = hazard.text();
-        if self.finding.button_given_up && text.0 != Level::Error {
-            return (Level::Error, "no response to the hazard button".to_owned());
+    pub(super) fn hazard_message(&self, hazard: &FunctionView<'_, bool>) -> MessagePart {
+        let message = hazard.message();
+        if self.finding.button_given_up && message.level() != Level::Error {
+            return catalogue::no_response_to_button();
         }
-        text
+        message
     }
 
-    fn transmission(&self, mode_signals: &SignalTable, buses: &[Bus]) -> StatusText {
+    fn transmission(&self, mode_signals: &SignalTable, buses: &[Bus]) -> MessagePart {
         let finding = &self.finding;
         let name = |at: usize| self.binding.messages.get(at).map_or("", |message| message.name.as_str());
         if let Some(bus) = finding.cut_off.and_then(|bus| buses.get(usize::from(bus.0))) {
-            return (Level::Error, format!("nothing can be sent on {}", bus.settings().name));
+            return catalogue::cut_off(&bus.settings().name);
         }
         if let (Some(at), true) = (finding.conflicting_sender, self.is_live()) {
-            return (Level::Error, format!("conflicting sender of {}", name(at)));
+            return catalogue::conflicting_sender(name(at));
         }
         match (finding.problem, finding.mode) {
-            (Some(SendProblem::Broken), _) => (Level::Error, "frames cannot be sent".to_owned()),
-            (_, ModeState::Undefined(number)) => (Level::Error, format!("undefined control mode {number}")),
+            (Some(SendProblem::Broken), _) => catalogue::broken(),
+            (_, ModeState::Undefined(number)) => catalogue::undefined_mode(number),
             (_, ModeState::Unusable(reason @ (Unusable::Undefined(..) | Unusable::Fault(..)))) => {
-                (Level::Error, unknown_mode_text(reason, mode_signals, buses))
+                reason.message(mode_signals, buses).within(catalogue::mode_unusable)
             }
-            (Some(SendProblem::Delayed), _) => (Level::Warn, "frames are delayed".to_owned()),
+            (Some(SendProblem::Delayed), _) => catalogue::delayed(),
             (None, ModeState::Unusable(reason)) => {
-                (Level::Warn, unknown_mode_text(reason, mode_signals, buses))
+                reason.message(mode_signals, buses).within(catalogue::mode_not_received)
             }
-            (None, ModeState::Unknown) => {
-                (Level::Warn, "control mode unknown: nothing is requested of the vehicle".to_owned())
-            }
-            (None, ModeState::Known(_)) if !self.is_live() => {
-                (Level::Ok, "dry run: nothing is sent".to_owned())
-            }
-            (None, ModeState::Known(mode)) => (Level::Ok, format!("control mode {}", mode.name())),
+            (None, ModeState::Unknown) => catalogue::mode_unknown(),
+            (None, ModeState::Known(_)) if !self.is_live() => catalogue::nothing_is_sent(),
+            (None, ModeState::Known(mode)) => catalogue::in_control_mode(mode.name()),
         }
     }
 
@@ -119,11 +114,6 @@ fn request_text<T: Lights>(request: Option<T>) -> &'static str {
     request.map_or("left to the vehicle", Lights::name)
 }
 
-fn unknown_mode_text(reason: Unusable, mode_signals: &SignalTable, buses: &[Bus]) -> String {
-    let reason = reason.text(mode_signals, buses);
-    format!("control mode unknown: nothing is requested of the vehicle ({reason})")
-}
-
 fn mode_text(mode: ModeState) -> String {
     match (mode, mode.undefined()) {
         (ModeState::Known(mode), _) => mode.name().to_owned(),
@@ -143,62 +133,50 @@ pub(super) struct FunctionView<'a, T> {
 }
 
 impl<T: Lights> FunctionView<'_, T> {
-    pub(super) fn text(&self) -> StatusText {
+    pub(super) fn message(&self) -> MessagePart {
         let finding = self.finding;
         let request = request_text(self.request);
         let commanded = request_text(self.commanded);
         let reported = finding.reported.map_or("nothing", Lights::name);
         let has_timed_out = matches!(finding.command_state, CommandState::TimedOut(_));
         match (finding.undefined_number, finding.compliance) {
-            (Some(number), _) => (Level::Error, format!("undefined command {number} is ignored")),
-            (_, Compliance::Mismatch) => {
-                (Level::Error, format!("commanded {commanded}, but the vehicle reports {reported}"))
-            }
+            (Some(number), _) => catalogue::undefined_command(number),
+            (_, Compliance::Mismatch) => catalogue::mismatch(commanded, reported),
             (_, _) if has_timed_out && self.reason != DecisionReason::NotGranted => {
-                (Level::Error, format!("the command has timed out: {request}"))
+                catalogue::timed_out(request)
             }
-            (None, _) if finding.is_oscillating => {
-                (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
-            }
-            (None, Compliance::Overdue) => {
-                (Level::Warn, format!("commanded {commanded}, but the vehicle still reports {reported}"))
-            }
-            (None, Compliance::NoFeedback) => {
-                (Level::Warn, format!("commanded {commanded}, and no report shows it"))
-            }
-            (None, Compliance::DriverOverride) => {
-                (Level::Warn, format!("commanded {commanded}, left to the driver: {reported}"))
-            }
+            (None, _) if finding.is_oscillating => catalogue::oscillating(),
+            (None, Compliance::Overdue) => catalogue::overdue(commanded, reported),
+            (None, Compliance::NoFeedback) => catalogue::no_feedback(commanded),
+            (None, Compliance::DriverOverride) => catalogue::driver_override(commanded, reported),
             (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
                 match self.reason {
-                    DecisionReason::NeverCommanded => (Level::Warn, "no command received".to_owned()),
-                    DecisionReason::Commanded => self.delivery_text(),
+                    DecisionReason::NeverCommanded => catalogue::no_command(),
+                    DecisionReason::Commanded => self.delivery_message(),
                     DecisionReason::HazardFirst
                     | DecisionReason::TimedOut
                     | DecisionReason::NoCommand
                     | DecisionReason::NotGranted
                     | DecisionReason::Driver
                     | DecisionReason::NoFeedback
-                    | DecisionReason::Stopping => (Level::Ok, format!("{request}, {}", self.reason.text())),
+                    | DecisionReason::Stopping => catalogue::in_effect(request, self.reason.text()),
                 }
             }
         }
     }
 
     /// A request as commanded: whether it was sent, and whether the report shows it.
-    fn delivery_text(&self) -> StatusText {
+    fn delivery_message(&self) -> MessagePart {
         let request = request_text(self.request);
-        let not_sent = |level, reason| (level, format!("{request} commanded, not sent: {reason}"));
         match (self.finding.delivery, self.finding.compliance) {
-            (RequestDelivery::CutOff, _) => not_sent(Level::Warn, "no frame can be sent on the bus"),
-            (RequestDelivery::Failing, _) => not_sent(Level::Warn, "the last frame could not be sent"),
-            (RequestDelivery::DryRun, _) => not_sent(Level::Ok, "dry run"),
+            (RequestDelivery::CutOff, _) => catalogue::no_bus(request),
+            (RequestDelivery::Failing, _) => catalogue::last_frame_failed(request),
+            (RequestDelivery::DryRun, _) => catalogue::dry_run(request),
             (RequestDelivery::Sent, Compliance::Compliant) => {
-                (Level::Ok, format!("{request}, {}", self.reason.text()))
+                catalogue::in_effect(request, self.reason.text())
             }
             (RequestDelivery::Sent, _) => {
-                let reported = self.finding.reported.map_or("nothing", Lights::name);
-                (Level::Ok, format!("{request} sent, the vehicle reports {reported}"))
+                catalogue::sent(request, self.finding.reported.map_or("nothing", Lights::name))
             }
         }
     }

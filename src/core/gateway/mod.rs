@@ -46,6 +46,7 @@ use wall_clock::WallClock;
 
 pub mod black_box;
 pub mod call;
+pub mod catalogue;
 pub mod configuration;
 pub mod confinement;
 pub mod event;

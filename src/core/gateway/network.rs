@@ -6,9 +6,10 @@ use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::catalogue::{self, ROS};
 use super::confinement::Confinement;
 use super::process_status::LostLines;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::{MessagePart, Status};
 
 /// Time for which a network side that replaced another counts as new.
 const RECENT: Duration = Duration::from_secs(60);
@@ -83,16 +84,13 @@ pub enum Place {
 }
 
 /// What weighs on a network side that has joined; the first that is true counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Burden {
     /// No sample of it arrives at a reader of our own, where some did.
-    #[display("joined, but what it sends does not arrive at a reader of its own")]
     Unheard,
     /// There are more peers than any ROS network has.
-    #[display("joined, but with more peers than a network has")]
     Crowd,
     /// It has taken a whole processor for some seconds.
-    #[display("joined, but takes a whole processor")]
     Busy,
 }
 
@@ -153,7 +151,6 @@ impl NetworkState {
 
     /// The status of the network side.
     pub fn status(&self) -> Status {
-        let (level, message) = level_and_message(self);
         let mut values = vec![("runs_as", self.place.to_string()), ("restarts", self.restarts.to_string())];
         values.push(("restarts_last_minute", self.recent_ends.to_string()));
         values.extend(self.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
@@ -183,48 +180,38 @@ impl NetworkState {
                 values.push(("zenoh_unreachable", unreachable.join(", ")));
             }
         }
-        Status::new("ros", level, message, values)
+        Status::new(&ROS, "ros", &[message(self)], values)
     }
 }
 
-fn level_and_message(state: &NetworkState) -> (Level, String) {
+fn message(state: &NetworkState) -> MessagePart {
     let failure = state.last_failure.as_ref();
-    if let Some(burden) = state.burden.filter(|_| state.is_up) {
-        return (Level::Warn, burden.to_string());
+    match state.burden.filter(|_| state.is_up) {
+        Some(Burden::Unheard) => return catalogue::unheard(),
+        Some(Burden::Crowd) => return catalogue::crowd(),
+        Some(Burden::Busy) => return catalogue::busy(),
+        None => {}
     }
     match (state.age.filter(|_| state.is_up), failure) {
-        (None, None) => (Level::Warn, "joining the network".to_owned()),
-        (None, Some(failure)) => (Level::Warn, format!("the network side is down: {failure}")),
+        (None, None) => catalogue::joining(),
+        (None, Some(failure)) => catalogue::down(failure),
         (Some(age), Some(failure)) if age < RECENT && state.recent_ends > 1 => {
-            (Level::Warn, format!("the network side was replaced again and again: {failure}"))
+            catalogue::replaced_again(failure)
         }
-        (Some(age), Some(failure)) if age < RECENT => {
-            (Level::Warn, format!("the network side was replaced: {failure}"))
-        }
-        (Some(_), _) if state.since_taken_anew.is_some_and(|since| since < RECENT) => (
-            Level::Warn,
-            "joined; numbers far ahead came under a writer's identity, and it was taken anew".to_owned(),
-        ),
+        (Some(age), Some(failure)) if age < RECENT => catalogue::replaced(failure),
+        (Some(_), _) if state.since_taken_anew.is_some_and(|since| since < RECENT) => catalogue::taken_anew(),
         (Some(_), _) if !state.shared_topics.is_empty() => {
             let topics: Vec<_> = state.shared_topics.iter().map(|topic| topic.name.as_str()).collect();
-            (Level::Warn, format!("joined, but another node also publishes {}", topics.join(", ")))
+            catalogue::shared_topics(topics.join(", "))
         }
-        (Some(_), _) if state.has_other_graph => (
-            Level::Warn,
-            "joined, but not in the graph, which is of another distribution of ROS 2".to_owned(),
-        ),
+        (Some(_), _) if state.has_other_graph => catalogue::other_graph(),
         (Some(age), _) => match &state.links {
             Some(ZenohLinks { unreachable, .. }) if !unreachable.is_empty() => {
-                let nodes = unreachable.join(", ");
-                (Level::Warn, format!("lost the connection with {nodes}; connecting again"))
+                catalogue::disconnected(unreachable.join(", "))
             }
-            Some(ZenohLinks { routers: 0, peers: 0, .. }) if age < SEARCH => {
-                (Level::Ok, "joined, looking for a Zenoh router".to_owned())
-            }
-            Some(ZenohLinks { routers: 0, peers: 0, .. }) => {
-                (Level::Warn, "joined, but connected with no Zenoh router and no peer".to_owned())
-            }
-            Some(_) | None => (Level::Ok, "joined".to_owned()),
+            Some(ZenohLinks { routers: 0, peers: 0, .. }) if age < SEARCH => catalogue::searching(),
+            Some(ZenohLinks { routers: 0, peers: 0, .. }) => catalogue::alone(),
+            Some(_) | None => catalogue::joined(),
         },
     }
 }

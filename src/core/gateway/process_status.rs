@@ -4,8 +4,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::catalogue::{self, BLACK_BOX, CONFIGURATION, LOG, MCAP};
 use super::configuration::{ConfigurationState, changes_text};
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::Status;
 
 /// Tasks of the statuses of the process itself, which the daemon adds to those of the gateway. A replay has none of them.
 pub const PROCESS_TASKS: [&str; 5] = ["black_box", "configuration", "mcap", "log", "ros"];
@@ -33,11 +34,7 @@ impl RecorderState {
     /// The status of the recordings. It is never an ERROR, which would ask for another recording.
     pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
-        let (level, message) = if self.is_failing {
-            (Level::Warn, format!("recordings cannot be written: {last_error}"))
-        } else {
-            (Level::Ok, "ready".to_owned())
-        };
+        let message = if self.is_failing { catalogue::not_written(last_error) } else { catalogue::ready() };
         let values = vec![
             ("folder", self.folder.clone()),
             ("newest", self.newest.clone().unwrap_or_else(|| "none".to_owned())),
@@ -46,7 +43,7 @@ impl RecorderState {
             ("failures", self.failures.to_string()),
             ("last_error", last_error.to_owned()),
         ];
-        Status::new("black_box", level, message, values)
+        Status::new(&BLACK_BOX, "black_box", &[message], values)
     }
 }
 
@@ -55,10 +52,10 @@ impl ConfigurationState {
     pub fn status(&self) -> Status {
         let reason = self.last_reload.as_ref().and_then(|reload| reload.reason.as_deref());
         let first = reason.and_then(|reason| reason.lines().next());
-        let (level, message) = match (first, &self.last_reload) {
-            (Some(first), _) => (Level::Warn, format!("reload refused, the one before goes on: {first}")),
-            (None, Some(_)) => (Level::Ok, "reloaded".to_owned()),
-            (None, None) => (Level::Ok, "as at the start".to_owned()),
+        let message = match (first, &self.last_reload) {
+            (Some(first), _) => catalogue::refused(first),
+            (None, Some(_)) => catalogue::reloaded(),
+            (None, None) => catalogue::as_at_start(),
         };
         let changes = self.last_reload.as_ref().map_or(&[][..], |reload| &reload.changes);
         let text = if changes.is_empty() { "none".to_owned() } else { changes_text(changes) };
@@ -68,7 +65,7 @@ impl ConfigurationState {
             ("last_changes", text),
             ("last_error", reason.unwrap_or("none").to_owned()),
         ];
-        Status::new("configuration", level, message, values)
+        Status::new(&CONFIGURATION, "configuration", &[message], values)
     }
 }
 
@@ -99,11 +96,8 @@ impl McapState {
     /// The status of the recording.
     pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
-        let (level, message) = if self.is_failing {
-            (Level::Warn, format!("the recording cannot be written: {last_error}"))
-        } else {
-            (Level::Ok, "recording".to_owned())
-        };
+        let message =
+            if self.is_failing { catalogue::recording_failed(last_error) } else { catalogue::recording() };
         let values = vec![
             ("folder", self.folder.clone()),
             ("bag", self.bag.clone().unwrap_or_else(|| "none".to_owned())),
@@ -114,7 +108,7 @@ impl McapState {
             ("failures", self.failures.to_string()),
             ("last_error", last_error.to_owned()),
         ];
-        Status::new("mcap", level, message, values)
+        Status::new(&MCAP, "mcap", &[message], values)
     }
 }
 
@@ -167,16 +161,12 @@ impl LogState {
     /// The status of the log.
     pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
-        let (level, message) = if self.is_failing {
-            (Level::Warn, format!("log lines are lost: {last_error}"))
-        } else {
-            (Level::Ok, "written".to_owned())
-        };
+        let message = if self.is_failing { catalogue::lines_lost(last_error) } else { catalogue::written() };
         let values = vec![
             ("suppressed_lines", self.suppressed.to_string()),
             ("dropped_lines", self.dropped.to_string()),
             ("last_error", last_error.to_owned()),
         ];
-        Status::new("log", level, message, values)
+        Status::new(&LOG, "log", &[message], values)
     }
 }

@@ -143,6 +143,10 @@ pub struct StatusSnapshot {
     pub level: Level,
     /// Text that says what is wrong.
     pub message: String,
+    /// What to do; `None` while the status is OK.
+    pub remedy: Option<String>,
+    /// Where the status is documented: a file of the project and an anchor in it; `None` while the status is OK.
+    pub document: Option<String>,
     /// Details in a fixed order.
     pub values: Vec<KeyValue>,
 }
@@ -188,6 +192,11 @@ impl Gateway {
 }
 
 impl Snapshot {
+    /// Returns what to do about a status, by its task; `None` while it is OK.
+    pub fn remedy(&self, task: &str) -> Option<&str> {
+        self.diagnostics.iter().find(|status| status.task == task)?.remedy.as_deref()
+    }
+
     /// Adds the process, and its statuses to the statuses of the gateway.
     #[must_use]
     pub fn with_process(self, process: ProcessSnapshot, statuses: &[Status]) -> Self {
@@ -201,6 +210,8 @@ impl Snapshot {
                 task: status.task.clone(),
                 level: status.level,
                 message: status.message.clone(),
+                remedy: (!status.remedy.is_empty()).then(|| status.remedy.clone()),
+                document: status.document(),
                 values: status
                     .values
                     .iter()

@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use crate::core::diagnostics::{Level, Status};
+use super::catalogue::{self, WALL_CLOCK};
+use crate::core::diagnostics::Status;
 use crate::core::time::{MonoTime, Now};
 
 /// Task of the status in diagnostics. A replay has no wall clock, and so no such status.
@@ -47,19 +48,20 @@ impl WallClock {
     pub(super) fn status(&self, now: MonoTime) -> Status {
         let text = |step_ns: i64| format!("{:+.3}", step_ns as f64 / 1e9);
         let recent = self.last_step.filter(|(_, at)| now.since(*at) <= STEP_SHOWN);
-        let (level, message) = match recent {
-            Some((step_ns, _)) => (Level::Warn, format!("the wall clock has stepped by {} s", text(step_ns))),
-            None => (Level::Ok, "steady".to_owned()),
+        let message = match recent {
+            Some((step_ns, _)) => catalogue::stepped(text(step_ns)),
+            None => catalogue::steady(),
         };
         let last_step = self.last_step.map_or("-".to_owned(), |(step_ns, _)| text(step_ns));
         let values = vec![("steps", self.steps.to_string()), ("last_step_s", last_step)];
-        Status::new(WALL_CLOCK_TASK, level, message, values)
+        Status::new(&WALL_CLOCK, WALL_CLOCK_TASK, &[message], values)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::diagnostics::Level;
     use crate::core::time::WallStamp;
 
     fn now(ms: u64, ahead_ms: i64) -> Now {

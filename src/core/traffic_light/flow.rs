@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
+use super::catalogue;
 use super::command::parse_command;
 use super::emission::{Emission, Groups, LightsContent, LightsTopic};
 use super::engine::{LightObservation, LightsSettings, TrafficLights};
@@ -16,7 +17,7 @@ use super::target::{LightChannel, StoreId};
 use super::v2i_reception::binding::V2iBinding;
 use super::v2i_reception::{V2iReception, ValidState};
 use crate::core::can::Bus;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::Status;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// The settings of the flow.
@@ -293,20 +294,16 @@ impl TrafficLightFlow {
     pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let clock = self.clock.as_ref();
         let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
-        let mut statuses = self.run.engine.statuses(time);
+        let finding = clock.and_then(|clock| match clock.now() {
+            None => Some(catalogue::waiting_for_clock()),
+            Some(_) => clock.is_silent(now).then(catalogue::clock_silent),
+        });
+        let mut statuses = self.run.engine.statuses(finding, time);
         if let Some(scenario) = statuses.last_mut() {
             scenario.values.push(("refused_commands", self.refused.to_string()));
             if let Some(clock) = clock {
                 scenario.values.push(("clock_restarts", clock.restarts.to_string()));
                 scenario.values.push(("clock_overtaken", clock.overtaken.to_string()));
-                let finding = match clock.now() {
-                    None => Some("waiting for /clock"),
-                    Some(_) if clock.is_silent(now) => Some("/clock is no longer received"),
-                    Some(_) => None,
-                };
-                if let Some(finding) = finding.filter(|_| scenario.level == Level::Ok) {
-                    (scenario.level, scenario.message) = (Level::Warn, finding.to_owned());
-                }
             }
         }
         if !self.reception.binding().is_empty() {

@@ -9,6 +9,7 @@ pub mod arbiter;
 pub mod architecture;
 pub mod bulb;
 mod bulb_counts;
+pub mod catalogue;
 mod change_log;
 pub mod command;
 mod controller;

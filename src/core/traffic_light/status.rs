@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
+use super::catalogue::{self, CHANNELS, TRAFFIC_LIGHTS_SCENARIO};
 use super::engine::TrafficLights;
 use super::event_log::ScenarioOutcome;
 use super::scenario::ControllerIndex;
 use super::target::LightChannel;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::{Level, MessagePart, Status};
 use crate::core::time::MonoTime;
 
 /// The number of controllers that are listed.
@@ -15,10 +16,10 @@ const MAX_LISTED: usize = 8;
 const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
 impl TrafficLights {
-    /// One status for each channel and one for the scenario.
-    pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
+    /// One status for each channel and one for the scenario; `clock` is what is wrong with the simulated clock.
+    pub fn statuses(&self, clock: Option<MessagePart>, now: MonoTime) -> Vec<Status> {
         let channels = LightChannel::ALL.into_iter().map(|channel| self.channel_status(channel, now));
-        channels.chain([self.scenario_status(now)]).collect()
+        channels.chain([self.scenario_status(clock, now)]).collect()
     }
 
     fn channel_status(&self, channel: LightChannel, now: MonoTime) -> Status {
@@ -30,14 +31,14 @@ impl TrafficLights {
         let counts = self.counts[channel as usize];
         let (truth, detected) = (self.stores().truth(channel).counts, self.stores().detected(channel).counts);
         let rejected = counts.last_rejected.filter(|(_, at)| now.since(*at) < REJECTED_LATELY);
-        let (level, message) = match (stale, rejected) {
+        let message = match (stale, rejected) {
             (0, None) => match self.stores().contradictory_light(channel) {
-                None => (Level::Ok, "normal".to_owned()),
-                Some(id) => (Level::Warn, format!("{id} shows red and green")),
+                None => catalogue::normal(),
+                Some(id) => catalogue::red_and_green(id),
             },
-            (0, Some((Some(id), _))) => (Level::Warn, format!("an input for {id} was rejected")),
-            (0, Some((None, _))) => (Level::Warn, "an unreadable input was rejected".to_owned()),
-            (_, _) => (Level::Warn, "lights are no longer received".to_owned()),
+            (0, Some((Some(id), _))) => catalogue::rejected(id),
+            (0, Some((None, _))) => catalogue::unreadable(),
+            (_, _) => catalogue::stale(),
         };
         let mut values = vec![
             ("lights", truth.lights.to_string()),
@@ -52,20 +53,21 @@ impl TrafficLights {
         if let Some((Some(id), _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
         }
-        Status::new(format!("traffic_lights_{}", channel.name()), level, message, values)
+        Status::new(&CHANNELS, format!("traffic_lights_{}", channel.name()), &[message], values)
     }
 
-    fn scenario_status(&self, now: MonoTime) -> Status {
+    fn scenario_status(&self, clock: Option<MessagePart>, now: MonoTime) -> Status {
         let scenario = self.scenario();
         let is_empty = scenario.controllers.is_empty() && scenario.acts.is_empty();
-        let (level, message) = match self.verdict() {
-            None if is_empty => (Level::Ok, "no scenario".to_owned()),
-            None => (Level::Ok, "running".to_owned()),
-            Some(ScenarioOutcome::Success) => (Level::Ok, "ended in success".to_owned()),
-            Some(ScenarioOutcome::Stopped) => (Level::Ok, "ended".to_owned()),
-            Some(ScenarioOutcome::Failure) => (Level::Warn, "ended in failure".to_owned()),
-            Some(ScenarioOutcome::Fault(refusal)) => (Level::Error, format!("cannot continue: {refusal}")),
+        let message = match self.verdict() {
+            None if is_empty => catalogue::no_scenario(),
+            None => catalogue::running(),
+            Some(ScenarioOutcome::Success) => catalogue::ended_in_success(),
+            Some(ScenarioOutcome::Stopped) => catalogue::ended(),
+            Some(ScenarioOutcome::Failure) => catalogue::ended_in_failure(),
+            Some(ScenarioOutcome::Fault(refusal)) => catalogue::cannot_continue(refusal),
         };
+        let message = clock.filter(|_| message.level() == Level::Ok).unwrap_or(message);
         let mut values = vec![("controllers", scenario.controllers.len().to_string())];
         for (index, controller) in scenario.controllers.iter().enumerate().take(MAX_LISTED) {
             let state = self.controller(ControllerIndex(index));
@@ -88,6 +90,6 @@ impl TrafficLights {
             values.push(("controller", text));
         }
         values.push(("skipped", self.skipped().to_string()));
-        Status::new("traffic_lights_scenario", level, message, values)
+        Status::new(&TRAFFIC_LIGHTS_SCENARIO, "traffic_lights_scenario", &[message], values)
     }
 }

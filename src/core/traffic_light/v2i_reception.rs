@@ -10,7 +10,6 @@ pub mod binding;
 pub mod movement_phase;
 
 use crate::core::can::{Bus, BusIndex, Frame, ReceiveTime};
-use crate::core::diagnostics::Level;
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::validation::meaning::Meaning;
@@ -58,12 +57,12 @@ pub struct GroupFinding {
 }
 
 impl InvalidReason {
-    /// Returns the level of diagnostics: receiving nothing is normal away from an intersection; an undefined value, a
+    /// Returns whether it is worth a warning: receiving nothing is normal away from an intersection; an undefined value, a
     /// fault and a unit that sends nothing are not.
-    pub fn level(self) -> Level {
+    pub fn is_bad(self) -> bool {
         match self {
-            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => Level::Ok,
-            Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => Level::Warn,
+            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => false,
+            Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => true,
         }
     }
 }

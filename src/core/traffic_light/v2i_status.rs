@@ -1,10 +1,12 @@
 //! Diagnostics of received traffic-light states.
 
+use super::catalogue::{self, V2I_TRAFFIC_LIGHTS};
 use super::v2i_reception::{GroupFinding, InvalidReason, V2iReception, ValidState};
 use crate::core::can::Bus;
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::{MessagePart, Status};
 use crate::core::time::MonoTime;
-use crate::core::validation::display::{missing_reason_text, raw_text};
+use crate::core::validation::catalogue as signals;
+use crate::core::validation::display::{missing_reason_message, raw_text};
 use crate::core::validation::integrity::IntegrityCounts;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 
@@ -13,7 +15,7 @@ impl V2iReception {
     pub fn finding_text(&self, finding: GroupFinding, buses: &[Bus]) -> String {
         let text = match finding.state {
             Ok(ValidState { bulbs, .. }) => bulbs.to_string(),
-            Err(reason) => self.invalid_text(reason, buses),
+            Err(reason) => self.invalid_message(reason, buses).text,
         };
         format!("{}: {text}", finding.id)
     }
@@ -22,16 +24,20 @@ impl V2iReception {
     pub fn status(&self, buses: &[Bus], now: MonoTime) -> Status {
         let findings: Vec<_> = self.findings().collect();
         let known = findings.iter().filter(|finding| finding.state.is_ok()).count();
-        let is_bad = |state: Result<_, InvalidReason>| state.is_err_and(|reason| reason.level() > Level::Ok);
-        let bad: Vec<_> = findings.iter().filter(|finding| is_bad(finding.state)).collect();
-        let message = match bad.first() {
-            None => format!("{known} of {} known", findings.len()),
-            Some(first) => {
-                let others = match bad.len() - 1 {
+        let mut bad = findings.iter().filter_map(|finding| {
+            let reason = finding.state.err().filter(|reason| reason.is_bad())?;
+            Some((finding.id, reason))
+        });
+        let message = match bad.next() {
+            None => catalogue::known(known, findings.len()),
+            Some((id, reason)) => {
+                let others = match bad.count() {
                     0 => String::new(),
                     others => format!(" (and {others} more)"),
                 };
-                format!("{}{others}", self.finding_text(**first, buses))
+                let message =
+                    self.invalid_message(reason, buses).within(|reason| catalogue::group(id, reason));
+                message.with_text(|text| text + &others)
             }
         };
         let (_, observations) = self.received();
@@ -52,24 +58,20 @@ impl V2iReception {
             ("unmapped_count", self.counts().unmapped.to_string()),
             ("undefined_count", self.counts().undefined.to_string()),
         ];
-        let level = if bad.is_empty() { Level::Ok } else { Level::Warn };
-        Status::new("v2i_traffic_lights", level, message, values)
+        Status::new(&V2I_TRAFFIC_LIGHTS, "v2i_traffic_lights", &[message], values)
     }
 
-    fn invalid_text(&self, reason: InvalidReason, buses: &[Bus]) -> String {
+    fn invalid_message(&self, reason: InvalidReason, buses: &[Bus]) -> MessagePart {
         let table = &self.binding().table;
-        let value =
-            |signal: SignalIndex, raw| format!("{} = {}", table.signals[signal.0].name, raw_text(raw));
+        let name = |signal: SignalIndex| &table.signals[signal.0].name;
         match reason {
-            InvalidReason::Absent(signal, why) => missing_reason_text(table, buses, signal, why),
-            InvalidReason::NotReceived => "not received yet".to_owned(),
-            InvalidReason::NotReceivedAgain => "not received again".to_owned(),
-            InvalidReason::Unusable(signal, raw) => {
-                format!("{} reports that states cannot be used", value(signal, raw))
-            }
-            InvalidReason::NotAvailable(signal, raw) => format!("{} means not available", value(signal, raw)),
-            InvalidReason::Fault(signal, raw) => format!("{} means fault", value(signal, raw)),
-            InvalidReason::Undefined(signal, raw) => format!("{} is not a defined value", value(signal, raw)),
+            InvalidReason::Absent(signal, why) => missing_reason_message(table, buses, signal, why),
+            InvalidReason::NotReceived => catalogue::not_received(),
+            InvalidReason::NotReceivedAgain => catalogue::not_received_again(),
+            InvalidReason::Unusable(signal, raw) => catalogue::states_unusable(name(signal), raw_text(raw)),
+            InvalidReason::NotAvailable(signal, raw) => signals::not_available(name(signal), raw_text(raw)),
+            InvalidReason::Fault(signal, raw) => signals::fault(name(signal), raw_text(raw)),
+            InvalidReason::Undefined(signal, raw) => signals::undefined(name(signal), raw_text(raw)),
         }
     }
 }

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::catalogue::SECTION;
 use super::compat::{DeciderCompat, DeciderQuirks};
 use super::decider::{Decider, DeciderSettings};
 use super::decision::{Basis, Decision};
@@ -19,7 +20,7 @@ use super::planner_input::{Odometry, PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
 use super::signal_judge::{JudgeSettings, JudgedCycle, SignalJudge, SignalVerdict};
 use super::vehicle_state::{VehicleState, VehicleUse};
-use crate::core::diagnostics::{Level, Status};
+use crate::core::diagnostics::{MessagePart, Status};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
@@ -80,7 +81,7 @@ pub struct TurnSignalFlow {
     hazard_comparison: ShadowComparison<HazardCommand>,
     judge: SignalJudge,
     last_wrong: Option<WrongSignal>,
-    last_summary: Option<(Level, String)>,
+    last_summary: Option<MessagePart>,
     ready: VecDeque<TurnSignalOutput>,
 }
 
@@ -182,8 +183,7 @@ impl TurnSignalFlow {
 
     /// Returns the diagnostic status of the decider.
     pub fn status(&self, now: MonoTime) -> Status {
-        let (level, message) = self.summary();
-        Status::new("turn_signal_decider", level, message, self.values(now))
+        Status::new(&SECTION, "turn_signal_decider", &[self.summary()], self.values(now))
     }
 
     /// Takes the route that was sent last. One that cannot be used ends the route before, which the vehicle has left.

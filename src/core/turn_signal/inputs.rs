@@ -1,14 +1,17 @@
 //! The inputs of a decision, and findings about them
 //! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 
+use std::fmt;
 use std::time::Duration;
 
 use derive_more::Display;
 
+use super::catalogue;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::planner_input::{FactorTopic, Odometry};
 use super::route::{Route, RouteError};
 use super::vehicle_state::VehicleHazard;
+use crate::core::diagnostics::MessagePart;
 use crate::core::map::geometry::path::PathError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::MonoTime;
@@ -57,43 +60,31 @@ pub struct AgeLimits {
 }
 
 /// Something wrong with the inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputFinding {
     /// Without odometry: no command.
-    #[display("no odometry")]
     NoOdometry,
     /// The odometry of this age is too old: no command.
-    #[display("odometry is {} ms old", _0.as_millis())]
     OldOdometry(Duration),
     /// The odometry lies this far in the future: no command.
-    #[display("odometry is {} ms in the future", _0.as_millis())]
     FutureOdometry(Duration),
     /// The odometry is not a number: no command.
-    #[display("odometry is not a number")]
     OdometryNotFinite,
     /// Without a map: no command.
-    #[display("no map")]
     NoRoad,
     /// Without a route: no command.
-    #[display("no route")]
     NoRoute,
     /// The planner is not driving lanes: no command.
-    #[display("the scenario is not lane driving")]
     NotLaneDriving,
     /// The planned path has no points: only the command of the manoeuvres.
-    #[display("the planned path is empty")]
     EmptyPlannedPath,
     /// The planned path of this age is too old; the signal does not depend on it.
-    #[display("the planned path is {} ms old", _0.as_millis())]
     OldPlannedPath(Duration),
     /// No lanelet of the route is on the map: only the command of the manoeuvres.
-    #[display("no lanelet of the route is on the map")]
     NoLaneAround,
     /// The middle of the lanelets is not a path: only the command of the manoeuvres.
-    #[display("no path to measure on: {_0}")]
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
-    #[display("{kind} is {} ms old", age.as_millis())]
     OldManoeuvre {
         /// Kind of the manoeuvre.
         kind: ManoeuvreKind,
@@ -101,18 +92,14 @@ pub enum InputFinding {
         age: Duration,
     },
     /// The clock went backwards by this time; minimum durations start again.
-    #[display("the clock went back by {} ms", _0.as_millis())]
     TimeWentBack(Duration),
     /// The route is another one; what was remembered of the old one is forgotten.
-    #[display("new route")]
     NewRoute,
     /// The last route cannot be used, and the one before it holds no longer: no command.
     RouteRefused(RouteError),
     /// Points of the planned path are not numbers; it is not used.
-    #[display("a point of the planned path is not a number")]
     PlannedPathNotFinite,
     /// A planning factor cannot be used and is left out.
-    #[display("planning factor of {}: {flaw}", topic.name())]
     BadFactor {
         /// Topic of the factor.
         topic: FactorTopic,
@@ -120,22 +107,16 @@ pub enum InputFinding {
         flaw: FactorFlaw,
     },
     /// A manoeuvre of this kind is left out: it needs a planned path, and there is none to use.
-    #[display("{_0} without a planned path")]
     NoPathFor(ManoeuvreKind),
     /// The scenario of this age, lane driving or not, is too old: no command.
-    #[display("the scenario is {} ms old", _0.as_millis())]
     OldScenario(Duration),
     /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for it.
-    #[display("the hazard request is {} ms old", _0.as_millis())]
     OldHazardRequest(Duration),
     /// The state of the vehicle asks for hazard lights.
-    #[display("hazard lights: {_0}")]
     VehicleHazard(VehicleHazard),
     /// The signals of the vehicle do not tell whether this is so: the hazard lights are not commanded for it, nor switched off.
-    #[display("unknown whether {_0}")]
     UnknownVehicleHazard(VehicleHazard),
     /// The signals of the vehicle give no speed: the odometry's counts.
-    #[display("the vehicle's signals give no speed")]
     NoVehicleSpeed,
 }
 
@@ -153,17 +134,6 @@ pub enum FactorFlaw {
     NoSide,
 }
 
-/// The weight of a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Impact {
-    /// Part of every drive.
-    Normal,
-    /// The decision may lack something.
-    Degraded,
-    /// A decision is missing that should be there.
-    Failure,
-}
-
 impl AgeLimits {
     /// Several cycles of sources that send ten times a second or more.
     pub const DEFAULT: Self = Self {
@@ -177,42 +147,48 @@ impl AgeLimits {
 }
 
 impl InputFinding {
-    /// Returns the weight of the finding.
-    pub const fn impact(&self) -> Impact {
+    /// Returns the message of the finding, without numbers that change from cycle to cycle. A finding of level ERROR takes a decision
+    /// that should be there; after a WARN the decision may lack something.
+    pub fn message(&self) -> MessagePart {
         match self {
-            Self::NoRoute | Self::NotLaneDriving | Self::NewRoute | Self::VehicleHazard(_) => Impact::Normal,
-            Self::NoOdometry
-            | Self::EmptyPlannedPath
-            | Self::OldPlannedPath(_)
-            | Self::NoLaneAround
-            | Self::NoDistancePath(_)
-            | Self::OldManoeuvre { .. }
-            | Self::TimeWentBack(_)
-            | Self::PlannedPathNotFinite
-            | Self::BadFactor { .. }
-            | Self::NoPathFor(_)
-            | Self::OldHazardRequest(_)
-            | Self::UnknownVehicleHazard(_)
-            | Self::NoVehicleSpeed => Impact::Degraded,
-            Self::OldOdometry(_)
-            | Self::FutureOdometry(_)
-            | Self::OdometryNotFinite
-            | Self::NoRoad
-            | Self::RouteRefused(_)
-            | Self::OldScenario(_) => Impact::Failure,
+            Self::NoOdometry => catalogue::no_odometry(),
+            Self::OldOdometry(_) => catalogue::old_odometry(),
+            Self::FutureOdometry(_) => catalogue::odometry_in_future(),
+            Self::OdometryNotFinite => catalogue::odometry_not_finite(),
+            Self::NoRoad => catalogue::no_map(),
+            Self::NoRoute => catalogue::no_route(),
+            Self::NotLaneDriving => catalogue::not_lane_driving(),
+            Self::EmptyPlannedPath => catalogue::empty_path(),
+            Self::OldPlannedPath(_) => catalogue::old_path(),
+            Self::NoLaneAround => catalogue::route_not_on_map(),
+            Self::NoDistancePath(error) => catalogue::no_distance_path(error),
+            Self::OldManoeuvre { kind, .. } => catalogue::old_manoeuvre(kind),
+            Self::TimeWentBack(_) => catalogue::clock_went_back(),
+            Self::NewRoute => catalogue::new_route(),
+            Self::RouteRefused(error) => error.message(),
+            Self::PlannedPathNotFinite => catalogue::path_not_finite(),
+            Self::BadFactor { topic, flaw } => catalogue::bad_factor(topic.name(), flaw),
+            Self::NoPathFor(kind) => catalogue::no_path_for(kind),
+            Self::OldScenario(_) => catalogue::old_scenario(),
+            Self::OldHazardRequest(_) => catalogue::old_hazard_request(),
+            Self::VehicleHazard(state) => catalogue::vehicle_asks(state),
+            Self::UnknownVehicleHazard(state) => catalogue::unknown_whether(state),
+            Self::NoVehicleSpeed => catalogue::no_vehicle_speed(),
         }
     }
+}
 
-    /// Returns the finding as text, without numbers that change from cycle to cycle.
-    pub fn situation(&self) -> String {
+/// The finding with its numbers, e.g. `odometry is 700 ms old`.
+impl fmt::Display for InputFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::OldOdometry(_) => "odometry is too old".to_owned(),
-            Self::FutureOdometry(_) => "odometry is in the future".to_owned(),
-            Self::OldPlannedPath(_) => "the planned path is too old".to_owned(),
-            Self::OldManoeuvre { kind, .. } => format!("{kind} is too old"),
-            Self::TimeWentBack(_) => "the clock went back".to_owned(),
-            Self::OldScenario(_) => "the scenario is too old".to_owned(),
-            Self::OldHazardRequest(_) => "the hazard request is too old".to_owned(),
+            Self::OldOdometry(age) => write!(f, "odometry is {} ms old", age.as_millis()),
+            Self::FutureOdometry(ahead) => write!(f, "odometry is {} ms in the future", ahead.as_millis()),
+            Self::OldPlannedPath(age) => write!(f, "the planned path is {} ms old", age.as_millis()),
+            Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
+            Self::TimeWentBack(by) => write!(f, "the clock went back by {} ms", by.as_millis()),
+            Self::OldScenario(age) => write!(f, "the scenario is {} ms old", age.as_millis()),
+            Self::OldHazardRequest(age) => write!(f, "the hazard request is {} ms old", age.as_millis()),
             Self::NoOdometry
             | Self::OdometryNotFinite
             | Self::NoRoad
@@ -228,7 +204,7 @@ impl InputFinding {
             | Self::NoPathFor(_)
             | Self::VehicleHazard(_)
             | Self::UnknownVehicleHazard(_)
-            | Self::NoVehicleSpeed => self.to_string(),
+            | Self::NoVehicleSpeed => self.message().fmt(f),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The turn signal decider: sections of the road in which each manoeuvre must or may be signalled, and one
 //! rule that chooses between them (docs/spec/turn-signal-decider.md).
 
+pub mod catalogue;
 pub mod chain;
 pub mod compat;
 pub mod country;

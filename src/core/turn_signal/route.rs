@@ -3,10 +3,12 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::error::Error;
+use std::fmt;
 
-use thiserror::Error;
-
+use super::catalogue;
 use super::compat::DeciderQuirks;
+use crate::core::diagnostics::MessagePart;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
@@ -30,21 +32,37 @@ pub struct Route {
 }
 
 /// A reason for which a route is refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RouteError {
     /// A route without lanelets.
-    #[error("the route has no lanelet")]
     Empty,
     /// This lanelet is listed twice; upstream refuses it as well.
-    #[error("the route lists lanelet {0} twice")]
     Repeated(LaneId),
     /// This lanelet is not on the map: the route belongs to another one.
-    #[error("lanelet {0} of the route is not on the map")]
     Unknown(LaneId),
     /// A start that is not a pose.
-    #[error("the start of the route is not a number")]
     StartNotFinite,
 }
+
+impl RouteError {
+    /// Returns its message in diagnostics.
+    pub fn message(&self) -> MessagePart {
+        match self {
+            Self::Empty => catalogue::empty_route(),
+            Self::Repeated(lane) => catalogue::repeated_lanelet(lane),
+            Self::Unknown(lane) => catalogue::unknown_lanelet(lane),
+            Self::StartNotFinite => catalogue::start_not_finite(),
+        }
+    }
+}
+
+impl fmt::Display for RouteError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.message().fmt(f)
+    }
+}
+
+impl Error for RouteError {}
 
 impl Route {
     /// Creates a route with the id (`uuid`) and start pose of its message.

@@ -1,10 +1,12 @@
 //! Texts for signals: why there is no value, and the meanings of raw values.
 
+use super::catalogue;
 use super::meaning::{Meaning, RawRange, ValueMap};
 use super::observation::MissingReason;
 use super::table::{Role, SignalIndex, SignalTable};
-use crate::core::can::{Bus, FrameFormat, link_text};
+use crate::core::can::{Bus, FrameFormat, link_message};
 use crate::core::dbc::codec::SignalCodec;
+use crate::core::diagnostics::MessagePart;
 
 /// Meaning of one raw value of a signal for the gateway.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,53 +60,41 @@ pub fn role_texts<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> 
     }
 }
 
-/// Returns the text for a missing value, e.g. `BLINK is stale, silent for more than 500 ms`.
-pub fn missing_reason_text(
+/// Returns the reason for a missing value, e.g. `BLINK is stale, silent for more than 500 ms`.
+pub fn missing_reason_message(
     table: &SignalTable,
     buses: &[Bus],
     signal: SignalIndex,
     reason: MissingReason,
-) -> String {
+) -> MessagePart {
     let message = &table.messages[table.signals[signal.0].message.0];
     let interface = &buses[usize::from(message.bus.0)].settings().interface;
+    let (name, ids) = (&message.name, &message.ids);
     match reason {
-        MissingReason::Link(state) => link_text(interface, state),
-        MissingReason::NeverSeen => {
-            format!("no frame of {} ({}) on {interface} yet", message.name, message.ids)
+        // A bus that is up has another reason.
+        MissingReason::Link(state) => {
+            link_message(interface, state).unwrap_or_else(|| catalogue::may_have_changed(name, interface))
         }
-        MissingReason::NotAgain => {
-            format!("no new frame of {} ({}) on {interface} yet", message.name, message.ids)
-        }
-        MissingReason::TooShort => format!("{} ({}) is received, but too short", message.name, message.ids),
+        MissingReason::NeverSeen => catalogue::no_frame_yet(name, ids, interface),
+        MissingReason::NotAgain => catalogue::no_new_frame_yet(name, ids, interface),
+        MissingReason::TooShort => catalogue::too_short(name, ids),
         MissingReason::WrongFormat => match message.format {
-            Some(FrameFormat::Fd) => {
-                format!("{} ({}) is received, but not as CAN FD", message.name, message.ids)
-            }
-            Some(FrameFormat::Classic) | None => {
-                format!("{} ({}) is received, but as CAN FD", message.name, message.ids)
-            }
+            Some(FrameFormat::Fd) => catalogue::not_as_can_fd(name, ids),
+            Some(FrameFormat::Classic) | None => catalogue::as_can_fd(name, ids),
         },
-        MissingReason::NotCarried => {
-            let signal = &table.signals[signal.0].name;
-            format!("{} ({}) is received, but without {signal}", message.name, message.ids)
-        }
-        MissingReason::SeveralSenders([one, other]) => {
-            let name = &message.name;
-            format!(
-                "{name} is received from source addresses {one:02X} and {other:02X}: choose one with source_addresses"
-            )
+        MissingReason::NotCarried => catalogue::not_carried(name, ids, &table.signals[signal.0].name),
+        MissingReason::SeveralSenders(addresses) => {
+            let [one, other] = addresses.map(|address| format!("{address:02X}"));
+            catalogue::several_senders(name, one, other)
         }
         MissingReason::Stale => {
-            let limit = message.timing.timeout().unwrap_or_default().as_millis();
-            format!("{} is stale, silent for more than {limit} ms", message.name)
+            catalogue::stale(name, message.timing.timeout().unwrap_or_default().as_millis())
         }
-        MissingReason::NotTrusted(reason) => format!("{} is not trusted: {}", message.name, reason.text()),
-        MissingReason::BusSilent => {
-            format!("{} may have changed: no frame of the vehicle profile on {interface}", message.name)
-        }
-        MissingReason::BusOff => format!("{} is not received, {interface} is bus-off", message.name),
-        MissingReason::BusQuiet => format!("no frame of {}, as nothing on {interface}", message.name),
-        MissingReason::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
+        MissingReason::NotTrusted(reason) => catalogue::not_trusted(name, reason.text()),
+        MissingReason::BusSilent => catalogue::may_have_changed(name, interface),
+        MissingReason::BusOff => catalogue::bus_off(name, interface),
+        MissingReason::BusQuiet => catalogue::bus_quiet(name, interface),
+        MissingReason::BusAsleep => catalogue::bus_asleep(name, interface),
     }
 }
 

@@ -3,6 +3,7 @@
 //! All flows that receive signals share it. It knows messages and signals but not their purpose: each flow has a
 //! [`table::SignalTable`] of the signals it needs and [`observation::Observations`] of those received.
 
+pub mod catalogue;
 pub mod display;
 pub mod integrity;
 pub mod meaning;

@@ -6,10 +6,12 @@
 use std::fmt;
 use std::time::Duration;
 
+use super::catalogue;
 use super::display::raw_text;
 use super::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::can::{BusIndex, Frame, IdMatch};
 use crate::core::dbc::codec::SignalCodec;
+use crate::core::diagnostics::MessagePart;
 use crate::core::time::MonoTime;
 
 /// A requirement of a vehicle profile.
@@ -108,31 +110,22 @@ impl Requirement {
     }
 
     /// Describes the observation that is lacking, or the one that contradicts it.
-    pub fn text(&self, unmet: Unmet) -> String {
-        let name = &self.name;
+    pub fn message(&self, unmet: Unmet) -> MessagePart {
+        let (name, named_message) = (&self.name, format!("{} ({})", self.name, self.ids));
         if !unmet.is_contradicted {
             return match &self.condition {
-                Condition::Seen => {
-                    format!("waiting for {name} ({}), which tells this vehicle from others", self.ids)
-                }
+                Condition::Seen => catalogue::waiting_for(named_message),
                 Condition::Unseen { observation } => {
-                    let observation = observation.as_millis();
-                    format!(
-                        "observing for {observation} ms that no {name} ({}) comes, which tells this vehicle from others",
-                        self.ids
-                    )
+                    catalogue::observing_absence(observation.as_millis(), named_message)
                 }
-                Condition::Value { .. } => {
-                    format!("waiting for {name}, which tells this vehicle from others")
-                }
+                Condition::Value { .. } => catalogue::waiting_for(name),
             };
         }
-        let observed = match unmet.raw {
-            Some(raw) => format!("{name} = {}", raw_text(raw)),
-            None => format!("{name} ({}) is received", self.ids),
-        };
         let other = if self.otherwise.is_empty() { "another vehicle" } else { &self.otherwise };
-        format!("the profile is for another vehicle: {observed}, which belongs to {other}")
+        match unmet.raw {
+            Some(raw) => catalogue::other_value(name, raw_text(raw), other),
+            None => catalogue::other_message(named_message, other),
+        }
     }
 }
 
@@ -376,7 +369,7 @@ mod tests {
         for (requirement, text) in table {
             assert_eq!(requirement.to_string(), text);
         }
-        let text = value(7).text(contradicted(0, Some(12)));
+        let text = value(7).message(contradicted(0, Some(12))).text;
         assert_eq!(text, "the profile is for another vehicle: M = 12 (0xC), which belongs to a van");
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::display::{ValueText, missing_reason_text};
+use super::display::{ValueText, missing_reason_message};
 use super::integrity::{IntegrityCounts, Reject};
 use super::observation::{MissingReason, Observations};
 use super::table::{MessageIndex, SignalIndex, SignalTable};
@@ -135,7 +135,7 @@ impl Received<'_> {
                 age_ms: last.map(|last| millis(now.since(last.received.at))),
                 timeout_ms: message.timing.timeout().map(millis),
                 missing: missing.map(|reason| {
-                    let text = missing_reason_text(self.table, self.buses, index, reason);
+                    let text = missing_reason_message(self.table, self.buses, index, reason).text;
                     MissingValue { reason, text }
                 }),
             }

@@ -3,11 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::display::{missing_reason_text, raw_text};
+use super::catalogue;
+use super::display::{missing_reason_message, raw_text};
 use super::meaning::Meaning;
 use super::observation::{MissingReason, Observations, Reading};
 use super::table::{Role, SignalIndex, SignalTable};
 use crate::core::can::{Bus, ReceiveTime};
+use crate::core::diagnostics::MessagePart;
 use crate::core::time::MonoTime;
 
 /// Kind of failure of a report (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
@@ -51,15 +53,13 @@ impl Unusable {
     }
 
     /// The reason in words, without its kind.
-    pub fn text(self, table: &SignalTable, buses: &[Bus]) -> String {
-        let is = |signal: SignalIndex, raw, what: &str| {
-            format!("{} = {} {what}", table.signals[signal.0].name, raw_text(raw))
-        };
+    pub fn message(self, table: &SignalTable, buses: &[Bus]) -> MessagePart {
+        let name = |signal: SignalIndex| &table.signals[signal.0].name;
         match self {
-            Self::Absent(signal, reason) => missing_reason_text(table, buses, signal, reason),
-            Self::NotAvailable(signal, raw) => is(signal, raw, "means not available"),
-            Self::Undefined(signal, raw) => is(signal, raw, "is not a defined value"),
-            Self::Fault(signal, raw) => is(signal, raw, "means fault"),
+            Self::Absent(signal, reason) => missing_reason_message(table, buses, signal, reason),
+            Self::NotAvailable(signal, raw) => catalogue::not_available(name(signal), raw_text(raw)),
+            Self::Undefined(signal, raw) => catalogue::undefined(name(signal), raw_text(raw)),
+            Self::Fault(signal, raw) => catalogue::fault(name(signal), raw_text(raw)),
         }
     }
 }

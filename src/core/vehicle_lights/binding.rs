@@ -50,9 +50,6 @@ pub enum StateBinding<S> {
     From(Sources<S>),
 }
 
-/// Consequence of hazard lights that are not visible, for diagnostics and `check`.
-pub const HAZARD_NOT_VISIBLE: &str = "no signal shows the hazard lights, and without their report Autoware's /api/vehicle/status never appears";
-
 /// Binding of the turn indicators, which is never [`StateBinding::NotVisible`].
 pub type TurnBinding = StateBinding<TurnSource>;
 

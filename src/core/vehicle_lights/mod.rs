@@ -5,6 +5,7 @@
 //! why it is unavailable; a *finding* is the part of a verdict that diagnostics show.
 
 pub mod binding;
+pub mod catalogue;
 pub mod fusion;
 pub mod lamp;
 pub mod output;

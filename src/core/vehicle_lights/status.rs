@@ -7,19 +7,20 @@ mod tests;
 use serde::Serialize;
 
 use super::VehicleLights;
-use super::binding::{FaultBinding, HAZARD_NOT_VISIBLE, HazardSource, LightsBinding};
+use super::binding::{FaultBinding, HazardSource, LightsBinding};
+use super::catalogue::{self, SECTION};
 use super::sources::LightsContext;
 use super::state::UnavailableReason;
 use super::verdict::{ActiveFault, Reason, Verdict};
 use super::warning::Warnings;
 use crate::core::can::Bus;
-use crate::core::diagnostics::{Level, Status};
-use crate::core::names::{variant_name, words};
+use crate::core::diagnostics::{MessagePart, Status, texts};
+use crate::core::names::variant_name;
 use crate::core::time::MonoTime;
 use crate::core::validation::display::raw_text;
 use crate::core::validation::table::SignalIndex;
 use crate::core::validation::unusable::FaultKind;
-use crate::core::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals};
+use crate::core::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals, catalogue as report};
 
 /// Diagnostic task of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -113,7 +114,7 @@ impl LightsTask {
             return false;
         }
         let before = self.finding.replace(finding).and_then(LightsFinding::kind);
-        let text = || message(context.binding, context.buses, self.task, &finding);
+        let text = || texts(&message(context.binding, context.buses, self.task, &finding));
         self.failures.changed(before, finding.kind(), text, context.now.mono);
         true
     }
@@ -127,11 +128,9 @@ impl VehicleLights {
             Task::HazardLights => (&self.hazard_task, self.hazard.current().map(|(value, _)| value.name())),
         };
         let finding = task.finding.unwrap_or_default();
-        let bad = finding.kind().is_some();
+        let is_bad = finding.kind().is_some();
         let is_accepted =
             finding.reason == Some(UnavailableReason::NotVisible) && self.binding.is_acknowledged();
-        let warns = finding.warnings.any() || finding.reason.is_some() && !is_accepted;
-        let level = if warns { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
         if finding.reason == Some(UnavailableReason::NotVisible) {
             let text = if is_accepted { "not visible, acknowledged" } else { "not visible" };
@@ -145,11 +144,10 @@ impl VehicleLights {
             values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
         values.extend(task.signals.status_values(self.received(), now));
-        values.extend(task.failures.status_values(bad, now));
-        let level = if bad { Level::Error } else { level };
+        values.extend(task.failures.status_values(is_bad, now));
         let message = message(&self.binding, buses, which, &finding);
         let signals = task.signals.names(&self.binding.table);
-        Status { signals, ..Status::new(which.name(), level, message, values) }
+        Status { signals, ..Status::new(&SECTION, which.name(), &message, values) }
     }
 
     /// Kind of failure of a report (`None` = none), and whether it is still published.
@@ -174,22 +172,24 @@ impl VehicleLights {
     }
 }
 
-fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsFinding) -> String {
+fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsFinding) -> Vec<MessagePart> {
     let faults = match task {
         Task::TurnIndicators => &binding.turn_faults,
         Task::HazardLights => &binding.hazard_faults,
     };
-    let text = |reason| unavailable_text(binding, buses, reason);
-    let waking_up = |reason| format!("waking up: {}", cause_text(binding, buses, reason));
-    let reason =
-        finding.reason.map(|reason| if finding.waking_up { waking_up(reason) } else { text(reason) });
-    let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
+    let unavailable = |reason| unavailable_message(binding, buses, reason);
+    let reason = finding.reason.map(|reason| {
+        if finding.waking_up {
+            cause(binding, buses, reason).within(catalogue::waking_up)
+        } else {
+            unavailable(reason)
+        }
+    });
+    let fault = finding.fault.map(|fault| fault_message(binding, faults, fault, finding));
     let source = |position| source_name(binding, task, position);
-    let warnings = finding.warnings.texts(binding, source, text);
-    match fault.into_iter().chain(reason).chain(warnings).collect::<Vec<_>>() {
-        texts if texts.is_empty() => "publishing".to_owned(),
-        texts => texts.join("; "),
-    }
+    let warnings = finding.warnings.messages(binding, source, unavailable);
+    let parts: Vec<_> = fault.into_iter().chain(reason).chain(warnings).collect();
+    if parts.is_empty() { vec![report::publishing()] } else { parts }
 }
 
 fn source_name(binding: &LightsBinding, task: Task, position: usize) -> &str {
@@ -209,51 +209,53 @@ fn reason_text(binding: &LightsBinding, reason: Reason) -> &str {
     }
 }
 
-fn fault_text(
+fn fault_message(
     binding: &LightsBinding,
     faults: &FaultBinding,
     fault: ActiveFault,
     finding: &LightsFinding,
-) -> String {
-    let text = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
-    let signal = &binding.table.signals[fault.signal.0].name;
-    let effect = if finding.withheld { "not published" } else { "still published" };
-    format!("hardware fault: {text} ({signal} = {}), {effect}", raw_text(fault.raw))
+) -> MessagePart {
+    let device = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
+    let (signal, raw) = (&binding.table.signals[fault.signal.0].name, raw_text(fault.raw));
+    if finding.withheld {
+        catalogue::fault_not_published(device, signal, raw)
+    } else {
+        catalogue::fault_published(device, signal, raw)
+    }
 }
 
 /// Why a state is unavailable: the kind and the cause.
-fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
-    let kind = if reason.is_sleep() {
-        "asleep".to_owned()
-    } else if reason == UnavailableReason::NotVisible {
-        "not visible".to_owned()
-    } else {
-        words(&reason.kind())
-    };
-    format!("{kind}: {}", cause_text(binding, buses, reason))
+fn unavailable_message(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> MessagePart {
+    if reason == UnavailableReason::NotVisible && binding.is_acknowledged() {
+        return catalogue::acknowledged();
+    }
+    let cause = cause(binding, buses, reason);
+    if reason.is_sleep() {
+        return cause.within(report::asleep);
+    }
+    match (reason, reason.kind()) {
+        (UnavailableReason::NotVisible, _) => cause.within(catalogue::not_visible),
+        (_, FaultKind::Unknown) => cause.within(report::unknown),
+        (_, FaultKind::Invalid) => cause.within(report::invalid),
+        (_, FaultKind::HardwareFault) => cause.within(report::hardware_fault),
+    }
 }
 
-fn cause_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
+fn cause(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> MessagePart {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     match reason {
-        UnavailableReason::NotVisible if binding.is_acknowledged() => {
-            "never published, as acknowledged in the configuration".to_owned()
-        }
-        UnavailableReason::NotVisible => HAZARD_NOT_VISIBLE.to_owned(),
-        UnavailableReason::OtherVehicle(unmet) => binding.requirements[unmet.index].text(unmet),
+        UnavailableReason::NotVisible => catalogue::hazard_not_visible(),
+        UnavailableReason::OtherVehicle(unmet) => binding.requirements[unmet.index].message(unmet),
         UnavailableReason::NotSelected(signal, raw) => {
-            format!("no source applies while {} = {}", name(signal), raw_text(raw))
+            catalogue::no_source_applies(name(signal), raw_text(raw))
         }
-        UnavailableReason::Signal(reason) => reason.text(&binding.table, buses),
-        UnavailableReason::BothOn(sides) => {
-            let [left, right] = sides.map(|(signal, raw)| format!("{} = {}", name(signal), raw_text(raw)));
-            format!("{left} and {right} at once is not defined")
+        UnavailableReason::Signal(reason) => reason.message(&binding.table, buses),
+        UnavailableReason::BothOn([(left, left_raw), (right, right_raw)]) => {
+            catalogue::both_on(name(left), raw_text(left_raw), name(right), raw_text(right_raw))
         }
         UnavailableReason::WatchingLamps([left, right]) => {
-            format!("observing the lamps {} and {}", name(left), name(right))
+            catalogue::observing_lamps(name(left), name(right))
         }
-        UnavailableReason::Settling(signal) => {
-            format!("observing {}, which may have been pressed before", name(signal))
-        }
+        UnavailableReason::Settling(signal) => catalogue::observing_stalk(name(signal)),
     }
 }

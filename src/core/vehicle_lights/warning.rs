@@ -1,9 +1,12 @@
 //! Irregularities that change no report: lamps that do not flash as they should, sources that disagree.
 
 use super::binding::LightsBinding;
+use super::catalogue;
 use super::lamp::LampFindings;
 use super::state::UnavailableReason;
+use crate::core::diagnostics::MessagePart;
 use crate::core::validation::table::SignalIndex;
+use crate::core::vehicle_report::catalogue as report;
 
 /// Irregularities of the sources of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -53,43 +56,43 @@ impl Warnings {
         self != Self::default()
     }
 
-    /// Text of each warning; `source_name` names a source by its position, `unavailable_text` describes the
+    /// Message of each warning; `source_name` names a source by its position, `unavailable` describes the
     /// reason why a source is unavailable.
-    pub fn texts<'a>(
+    pub fn messages<'a>(
         self,
         binding: &LightsBinding,
         source_name: impl Fn(usize) -> &'a str,
-        unavailable_text: impl Fn(UnavailableReason) -> String,
-    ) -> impl Iterator<Item = String> {
-        let lamps = self.lamps.map(|warning| lamp_text(binding, warning));
+        unavailable: impl Fn(UnavailableReason) -> MessagePart,
+    ) -> impl Iterator<Item = MessagePart> {
+        let lamps = self.lamps.map_or_else(Vec::new, |warning| lamp_messages(binding, warning));
         let disagreement =
             self.disagreement.map(|Contradiction { chosen, chosen_value, other, other_value }| {
                 let (chosen, other) = (source_name(chosen), source_name(other));
-                format!("sources disagree: {chosen} = {chosen_value} is used, but {other} = {other_value}")
+                catalogue::sources_disagree(chosen, chosen_value, other, other_value)
             });
         let fallback = self.fallback.map(|Fallback { by, reason }| {
-            format!("fallback {}: {}", source_name(by), unavailable_text(reason))
+            unavailable(reason).within(|reason| report::fallback(source_name(by), reason))
         });
         lamps.into_iter().chain(fallback).chain(disagreement)
     }
 }
 
-fn lamp_text(binding: &LightsBinding, LampWarning { lamps, findings }: LampWarning) -> String {
+fn lamp_messages(binding: &LightsBinding, LampWarning { lamps, findings }: LampWarning) -> Vec<MessagePart> {
     let [left, right] = lamps.map(|lamp| binding.table.signals[lamp.0].name.as_str());
-    let mut texts = Vec::new();
+    let mut messages = Vec::new();
     for (name, bulb, steady) in [
         (left, findings.bulb_failure.left, findings.does_not_flash.left),
         (right, findings.bulb_failure.right, findings.does_not_flash.right),
     ] {
         if bulb {
-            texts.push(format!("bulb failure: {name} flashes too fast"));
+            messages.push(catalogue::bulb_failure(name));
         }
         if steady {
-            texts.push(format!("{name} is lit and does not flash"));
+            messages.push(catalogue::does_not_flash(name));
         }
     }
     if findings.emergency_flashing {
-        texts.push(format!("emergency flashing: {left} and {right} flash too fast"));
+        messages.push(catalogue::emergency_flashing(left, right));
     }
-    texts.join("; ")
+    messages
 }

@@ -1,5 +1,6 @@
 //! What every report of the vehicle has in common: when it is published, how it fails, and what of that is shown.
 
+pub mod catalogue;
 mod failure;
 mod report_flow;
 mod signals;

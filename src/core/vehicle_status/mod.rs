@@ -4,6 +4,7 @@
 //! reason (docs/spec/vehicle-interface.md, "Vehicle status").
 
 pub mod binding;
+pub mod catalogue;
 pub mod control_mode;
 pub mod doors;
 pub mod gear;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::VehicleStatus;
 use super::binding::StatusBinding;
+use super::catalogue::{self, SECTION};
 use super::control_mode::ControlModeBinding;
 use super::doors::doors_text;
 use super::gear::GearBinding;
@@ -16,13 +17,15 @@ use super::state::{StatusContext, StatusReason};
 use super::velocity::VelocityPart;
 use super::velocity::binding::{HeadingRateSource, VelocityBinding};
 use crate::core::can::Bus;
-use crate::core::diagnostics::{Level, Status};
-use crate::core::names::{variant_name, words};
+use crate::core::diagnostics::{MessagePart, Status, texts};
+use crate::core::names::variant_name;
 use crate::core::time::MonoTime;
 use crate::core::validation::display::raw_text;
 use crate::core::validation::table::SignalIndex;
 use crate::core::validation::unusable::FaultKind;
-use crate::core::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals};
+use crate::core::vehicle_report::{
+    FailureHistory, ReceivedSignals, ReportSignals, catalogue as report_catalogue,
+};
 
 /// A report on the vehicle's status. Its name is that of its diagnostic task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -144,23 +147,6 @@ impl StatusFinding {
         let heading = HeadingFinding { fallback: self.heading.fallback.filter(counts), ..self.heading };
         Self { fallback: self.fallback.filter(counts), heading, ..self }
     }
-
-    fn level(self, geometry: &VehicleGeometry) -> Level {
-        if matches!(self.reason, Some(StatusReason::NotConfigured(_))) && !geometry.is_configured {
-            Level::Ok
-        } else if self.failure().is_some() {
-            Level::Error
-        } else if self.reason.is_some()
-            || self.fallback.is_some()
-            || self.heading.fallback.is_some()
-            || self.heading.replaced.is_some()
-            || !self.alarms.is_empty()
-        {
-            Level::Warn
-        } else {
-            Level::Ok
-        }
-    }
 }
 
 /// The finding of a report with its history.
@@ -200,7 +186,8 @@ impl StatusTask {
             return false;
         }
         let before = self.finding.replace(finding).and_then(StatusFinding::failure);
-        let text = || message(binding, context.buses, self.report, finding);
+        let geometry = &context.settings.geometry;
+        let text = || texts(&message(binding, geometry, context.buses, self.report, finding));
         self.failures.changed(before, finding.failure(), text, context.now.mono);
         true
     }
@@ -219,12 +206,9 @@ impl VehicleStatus {
         }
         values.extend(task.signals.status_values(self.received(), now));
         values.extend(task.failures.status_values(finding.failure().is_some(), now));
-        let message = message(&self.binding, buses, report, finding);
+        let message = message(&self.binding, &self.settings.geometry, buses, report, finding);
         let signals = task.signals.names(&self.binding.table);
-        Some(Status {
-            signals,
-            ..Status::new(report.name(), finding.level(&self.settings.geometry), message, values)
-        })
+        Some(Status { signals, ..Status::new(&SECTION, report.name(), &message, values) })
     }
 
     /// All diagnostic statuses.
@@ -263,86 +247,84 @@ impl VehicleStatus {
     }
 }
 
-fn message(binding: &StatusBinding, buses: &[Bus], report: StatusReport, finding: StatusFinding) -> String {
-    let text = |reason| reason_text(binding, buses, reason);
+fn message(
+    binding: &StatusBinding,
+    geometry: &VehicleGeometry,
+    buses: &[Bus],
+    report: StatusReport,
+    finding: StatusFinding,
+) -> Vec<MessagePart> {
+    let unavailable = |reason| unavailable_message(binding, buses, reason);
     let part = match finding.part {
         VelocityPart::Speed => "",
         VelocityPart::Direction => "direction: ",
         VelocityPart::HeadingRate => "heading rate: ",
     };
     if let Some(reason) = finding.reason {
-        return format!("{part}{}", text(reason));
+        let message = if let StatusReason::NotConfigured(key) = reason
+            && !geometry.is_configured
+        {
+            catalogue::geometry_left_out(key.key())
+        } else {
+            unavailable(reason)
+        };
+        return vec![message.with_text(|text| format!("{part}{text}"))];
     }
     let fallback = finding.fallback.map(|reason| match report {
-        StatusReport::Doors => format!("publishing; {}", text(reason)),
+        StatusReport::Doors => unavailable(reason).within(catalogue::doors_without_state),
         StatusReport::Velocity | StatusReport::Steering | StatusReport::Gear | StatusReport::ControlMode => {
-            format!("fallback {}: {}", report.source_name(binding, finding.source), text(reason))
+            let source = report.source_name(binding, finding.source);
+            unavailable(reason).within(|reason| report_catalogue::fallback(source, reason))
         }
     });
     let HeadingFinding { source, fallback: heading, replaced } = finding.heading;
     let rates = binding.velocity.as_ref().map_or(&[][..], |velocity| &velocity.heading_rates);
     let heading = heading.filter(|_| replaced.is_none()).map(|reason| {
         let source = rates.get(source).map_or("", HeadingRateSource::name);
-        format!("fallback heading rate of the {source}: {}", text(reason))
+        unavailable(reason).within(|reason| catalogue::fallback_heading_rate(source, reason))
     });
-    let replaced = replaced.map(|reason| format!("heading rate published as 0: {}", text(reason)));
-    let alarms = finding.alarms.iter().map(|row| format!("{}: {}", row.text, row.remedy));
-    match fallback.into_iter().chain(heading).chain(replaced).chain(alarms).collect::<Vec<_>>() {
-        texts if texts.is_empty() => "publishing".to_owned(),
-        texts => texts.join("; "),
-    }
+    let replaced = replaced.map(|reason| unavailable(reason).within(catalogue::heading_rate_replaced));
+    let alarms = finding
+        .alarms
+        .iter()
+        .map(|row| catalogue::implausible(row.text, row.remedy).with_remedy(row.remedy_sentence()));
+    let parts: Vec<_> = fallback.into_iter().chain(heading).chain(replaced).chain(alarms).collect();
+    if parts.is_empty() { vec![report_catalogue::publishing()] } else { parts }
 }
 
 /// Why a value is unavailable: the kind of failure, if it is one, and the cause.
-fn reason_text(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> String {
+fn unavailable_message(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> MessagePart {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     let cause = match reason {
-        StatusReason::Signal(reason) => reason.text(&binding.table, buses),
-        StatusReason::OtherVehicle(unmet) => unmet_text(unmet.is_contradicted).to_owned(),
+        StatusReason::Signal(reason) => reason.message(&binding.table, buses),
+        StatusReason::OtherVehicle(unmet) if unmet.is_contradicted => catalogue::other_vehicle(),
+        StatusReason::OtherVehicle(_) => catalogue::waiting_for_requirement(),
         StatusReason::BadQuality(signal, raw) => {
-            format!("{}: {} = {}", binding.flag_text(signal), name(signal), raw_text(raw))
+            catalogue::bad_quality(binding.flag_text(signal), name(signal), raw_text(raw))
         }
-        StatusReason::OutOfRange(signal) => format!("{} is beyond what the vehicle can do", name(signal)),
-        StatusReason::BetweenGears { signal, is_long: false } => {
-            return format!("shifting: {} is between gears", name(signal));
-        }
+        StatusReason::OutOfRange(signal) => catalogue::out_of_range(name(signal)),
+        StatusReason::BetweenGears { signal, is_long: false } => return catalogue::shifting(name(signal)),
         StatusReason::BetweenGears { signal, is_long: true } => {
-            format!("{} stays between gears", name(signal))
+            catalogue::between_gears_too_long(name(signal))
         }
-        StatusReason::OnlyReverseShown(signal) => {
-            return format!("not shown: {} tells reverse from all other gears only", name(signal));
-        }
-        StatusReason::NotConfigured(key) => {
-            return format!("not configured: [vehicle_geometry] {} is missing", key.key());
-        }
-        StatusReason::NoSpeedForSteering => {
-            "the steering ratio depends on the speed, which is unknown".to_owned()
-        }
+        StatusReason::OnlyReverseShown(signal) => return catalogue::only_reverse_shown(name(signal)),
+        StatusReason::NotConfigured(key) => return catalogue::dimension_missing(key.key()),
+        StatusReason::NoSpeedForSteering => catalogue::speed_unknown(),
         StatusReason::Implausible(alarm) => {
             let row = alarm.row();
-            format!("{}; {}", row.text, row.remedy)
+            catalogue::contradicted(row.text, row.remedy).with_remedy(row.remedy_sentence())
         }
-        StatusReason::OutOfStep => "its last frame is much older than that of the speed".to_owned(),
-        StatusReason::DirectionNotTold => {
-            "the vehicle began to roll, and nothing tells forward from backward".to_owned()
-        }
-        StatusReason::HeadingRateOutOfRange => "it is beyond what the vehicle can do".to_owned(),
-        StatusReason::NoRearWheels => "a rear wheel has no speed".to_owned(),
-        StatusReason::NoSource => "the profile describes no source of it".to_owned(),
+        StatusReason::OutOfStep => catalogue::out_of_step(),
+        StatusReason::DirectionNotTold => catalogue::direction_unknown(),
+        StatusReason::HeadingRateOutOfRange => catalogue::heading_rate_out_of_range(),
+        StatusReason::NoRearWheels => catalogue::no_rear_wheels(),
         // The configuration chooses among the sources that there are.
-        StatusReason::NotChosen => String::new(),
+        StatusReason::NoSource | StatusReason::NotChosen => catalogue::no_source(),
     };
-    let kind = match reason.failure() {
-        Some(kind) => words(&kind),
-        None => "asleep".to_owned(),
-    };
-    format!("{kind}: {cause}")
-}
-
-fn unmet_text(is_contradicted: bool) -> &'static str {
-    if is_contradicted {
-        "the profile is for another vehicle, see turn_indicators"
-    } else {
-        "waiting for what tells this vehicle from others, see turn_indicators"
-    }
+    cause.within(match reason.failure() {
+        Some(FaultKind::Unknown) => report_catalogue::unknown,
+        Some(FaultKind::Invalid) => report_catalogue::invalid,
+        Some(FaultKind::HardwareFault) => report_catalogue::hardware_fault,
+        None => report_catalogue::asleep,
+    })
 }

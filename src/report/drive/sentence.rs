@@ -95,7 +95,7 @@ impl Narrator {
             Basis::PathGenerator(tagged) => vec![tagged.to_string()],
             Basis::Candidates(_) => self.of_candidates(decision),
         };
-        reasons.extend(decision.findings.iter().map(InputFinding::situation));
+        reasons.extend(decision.findings.iter().map(|finding| finding.message().text));
         reasons
     }
 

@@ -157,14 +157,16 @@ const drawLights = (snapshot) => {
 
 const drawDiagnostics = (snapshot) => {
   keyed(by("statuses"), snapshot.diagnostics, (status) => status.task, () =>
-    element("details", "", element("summary", "", element("span", "level"), element("strong"), element("span")), element("div")),
+    element("details", "", element("summary", "", element("span", "level"), element("strong"), element("span"), element("span", "more")), element("div")),
   (item, status) => {
     const [summary, values] = item.children;
-    const [level, task, message] = summary.children;
+    const [level, task, message, remedy] = summary.children;
     replace(level, [badge(toneOf(status.level), status.level)]);
     setText(task, status.task);
     setText(message, status.message);
-    if (item.open) replace(values, [pairs(status.values.map(({ key, value }) => [key, value || "–"]))]);
+    setText(remedy, status.remedy ?? "");
+    const more = status.document ? [{ key: "document", value: status.document }] : [];
+    if (item.open) replace(values, [pairs([...status.values, ...more].map(({ key, value }) => [key, value || "–"]))]);
   });
 };
 

@@ -27,6 +27,8 @@ const SIDE_BY_SIDE: u16 = 160;
 const MIN_LOG: u16 = 3;
 /// Width of `right (command)`, the longest value that stands in the middle, and a space.
 const MAX_REPORTED: usize = 16;
+/// Fewest columns beside the car in which what to do is shown: from a width of 100 on.
+const MIN_REMEDY: usize = 74;
 /// Width of the names of functions.
 const NAME: usize = 8;
 /// Width of the names of the status.
@@ -77,7 +79,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
     } else {
         (car::small(model, ink, width), width)
     };
-    let mut values = values(model, ink, values_width);
+    let mut values = values(model, ink, values_width, is_wide);
     if !model.picture.status.is_empty() {
         values.push(Line::default());
         values.extend(
@@ -155,7 +157,7 @@ fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
 }
 
 /// The values of each function side by side, and below them how far they are trusted.
-fn values(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
+fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let picture = &model.picture;
     let reported = picture.functions.iter().filter_map(|function| function.values[1].as_ref());
     let needed = reported.map(|text| text.chars().count() + 1).max().unwrap_or(0).min(MAX_REPORTED);
@@ -194,13 +196,14 @@ fn values(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
                 .zip(text)
                 .map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(*level))),
         );
+        lines.extend(remedy_line(&function.remedy, width).filter(|_| is_wide));
     }
     lines
 }
 
 /// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for both.
 fn status_lines(status: &StatusLine, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
-    let StatusLine { name, value, level, reason } = status;
+    let StatusLine { name, value, level, reason, remedy } = status;
     let both = format!("{value}: {reason}");
     let (value, reason) = if is_wide || reason.is_empty() { (value, reason.as_str()) } else { (&both, "") };
     let style = if *level == Level::Ok { Style::new() } else { ink.level(*level) };
@@ -208,7 +211,14 @@ fn status_lines(status: &StatusLine, ink: Ink, width: usize, is_wide: bool) -> V
     let line =
         Line::from(vec![Span::raw(format!("{name:<STATUS_NAME$}")), Span::styled(cut(value, room), style)]);
     let reason = (!reason.is_empty()).then(|| Line::styled(cut(&format!("└ {reason}"), width), style));
-    [line].into_iter().chain(reason).collect()
+    let remedy = remedy_line(remedy, width).filter(|_| is_wide);
+    [line].into_iter().chain(reason).chain(remedy).collect()
+}
+
+/// What to do about the line above; `None` if nothing is to be done, or without room for it.
+fn remedy_line(remedy: &str, width: usize) -> Option<Line<'static>> {
+    (!remedy.is_empty() && width >= MIN_REMEDY)
+        .then(|| Line::styled(cut(&format!("  → {remedy}"), width), DIM))
 }
 
 fn stages_line(function: &Function, ink: Ink) -> Line<'static> {

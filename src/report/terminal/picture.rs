@@ -75,6 +75,8 @@ pub struct Function {
     pub stages: Vec<Stage>,
     /// Level and message, where it is not simply published.
     pub reason: Option<(Level, String)>,
+    /// What to do; empty if nothing is to be done.
+    pub remedy: String,
 }
 
 /// A report of the vehicle's status.
@@ -88,6 +90,8 @@ pub struct StatusLine {
     pub level: Level,
     /// What is wrong; empty while nothing is.
     pub reason: String,
+    /// What to do; empty if nothing is to be done.
+    pub remedy: String,
 }
 
 /// One moment of a function in the strip. A column of several moments shows the greatest.
@@ -146,12 +150,12 @@ impl Picture {
         let functions = [
             turn.map(|report| {
                 let published = report.published.map(|value| (value.name(), turn_mark(value)));
-                function("turn", snapshot, report, published)
+                function("turn", "turn_indicators", snapshot, report, published)
                     .commanded(commands.and_then(|commands| commands.turn_indicators.requested))
             }),
             hazard.map(|report| {
                 let published = report.published.map(|value| (value.name(), hazard_mark(value)));
-                function("hazard", snapshot, report, published)
+                function("hazard", "hazard_lights", snapshot, report, published)
                     .commanded(commands.and_then(|commands| commands.hazard_lights.requested))
             }),
         ];
@@ -164,7 +168,12 @@ impl Picture {
             headline: headline(&marks).to_owned(),
             titles: ["commanded", "reported", "raw"],
             functions,
-            status: snapshot.vehicle_status.reports().into_iter().map(status_line).collect(),
+            status: snapshot
+                .vehicle_status
+                .reports()
+                .into_iter()
+                .map(|of| status_line(snapshot, of))
+                .collect(),
             buses: snapshot.buses.iter().map(bus).collect(),
             more: more(snapshot),
         }
@@ -218,6 +227,7 @@ fn headline(marks: &[Mark]) -> &'static str {
 
 fn function<T>(
     name: &'static str,
+    task: &str,
     snapshot: &Snapshot,
     report: &ReportSnapshot<T>,
     published: Option<(&'static str, Mark)>,
@@ -231,16 +241,18 @@ fn function<T>(
         mark: published.map_or(Mark::Withheld, |(_, mark)| mark),
         stages: stages(snapshot, &signals, published.is_some()),
         reason: (report.level != Level::Ok).then(|| (report.level, report.message.clone())),
+        remedy: snapshot.remedy(task).unwrap_or_default().to_owned(),
     }
 }
 
-fn status_line((of, report): (StatusReport, ReportSnapshot<String>)) -> StatusLine {
+fn status_line(snapshot: &Snapshot, (of, report): (StatusReport, ReportSnapshot<String>)) -> StatusLine {
     let is_withheld = report.published.is_none();
     StatusLine {
         name: of.title(),
         value: report.published.unwrap_or_else(|| "withheld".to_owned()),
         level: if is_withheld { report.level.max(Level::Warn) } else { report.level },
         reason: if report.level == Level::Ok { String::new() } else { report.message },
+        remedy: snapshot.remedy(of.name()).unwrap_or_default().to_owned(),
     }
 }
 

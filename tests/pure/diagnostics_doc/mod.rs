@@ -1,11 +1,12 @@
-//! `docs/diagnostics.md` lists every status with its messages and keys, and lists nothing else. It is made of
-//! `tests/diagnostics.toml` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
+//! `docs/diagnostics.md` lists every status with its messages, what to do and its keys, and lists nothing else. It is made of
+//! `core::gateway::catalogue` and `tests/diagnostics.toml` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
 //!
 //! Three tests hold the list against the code: gateways of every kind are driven until they have reported all that
 //! is listed; all that they and the other gateways of the tests report is listed; and every text in the sources
 //! that make statuses is in the document, reported by a test or not.
 
 mod drives;
+mod remedies;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -13,16 +14,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use proc_macro2::{TokenStream, TokenTree};
-use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::diagnostics::{Level, MessageRow, Status};
 
-use crate::support::diagnostics::{Key, Message, TASKS, Task};
+use crate::support::diagnostics::{Key, TASKS, Task, assert_listed, reasons};
 
-/// Sources that make texts of statuses without naming `core::diagnostics`.
-const TEXT_SOURCES: [&str; 4] = [
+/// Sources that make texts of statuses without making one.
+const TEXT_SOURCES: [&str; 3] = [
     "src/core/command/arbitration.rs",
+    "src/core/turn_signal/flow/status.rs",
     "src/core/turn_signal/inputs.rs",
-    "src/core/validation/display.rs",
-    "src/core/vehicle_lights/warning.rs",
 ];
 /// Texts in these sources that no status of a gateway contains.
 const NOT_IN_A_STATUS: [&str; 13] = [
@@ -45,10 +45,18 @@ const NOT_IN_A_STATUS: [&str; 13] = [
     "the clock went back by {} ms",
 ];
 
-/// The reported messages and keys, each by task and number in the list.
+/// What tells a row from another of its task.
+type RowId = (Option<Level>, &'static str);
+
+fn id(row: &MessageRow) -> RowId {
+    (row.level, row.template)
+}
+
+/// The reported messages and keys by the first name of their task, and the reasons in messages.
 #[derive(Default)]
 pub(crate) struct Reported {
-    messages: BTreeSet<(&'static str, usize)>,
+    messages: BTreeSet<(&'static str, RowId)>,
+    reasons: BTreeSet<RowId>,
     keys: BTreeSet<(&'static str, usize)>,
 }
 
@@ -56,10 +64,13 @@ impl Reported {
     /// Takes statuses, which must be listed.
     pub(crate) fn take(&mut self, statuses: Vec<Status>) {
         for status in statuses {
-            let task = Task::of(&status.task);
-            let (messages, keys) = task.parts(&status).unwrap_or_else(|wrong| panic!("{wrong}: {status:?}"));
-            self.messages.extend(messages.into_iter().map(|at| (task.names[0].as_str(), at)));
-            self.keys.extend(keys.into_iter().map(|at| (task.names[0].as_str(), at)));
+            assert_listed(&status);
+            let task = Task::of(&status);
+            let name = task.section.names[0];
+            let keys = task.listed(&status).unwrap();
+            self.messages.extend(status.rows.iter().map(|row| (name, id(row))));
+            self.reasons.extend(status.rows.iter().map(|row| id(row)));
+            self.keys.extend(keys.into_iter().map(|at| (name, at)));
         }
     }
 }
@@ -70,10 +81,10 @@ fn every_listed_entry_is_reported_by_some_gateway() {
     drives::drive_all(&mut reported);
     let mut missing = Vec::new();
     for task in &*TASKS {
-        let name = task.names[0].as_str();
-        for (at, Message { level, pattern, .. }) in task.messages.iter().enumerate() {
-            if !reported.messages.contains(&(name, at)) {
-                missing.push(format!("{name}: {level} {pattern}"));
+        let name = task.section.names[0];
+        for row in task.section.rows() {
+            if !reported.messages.contains(&(name, id(row))) {
+                missing.push(format!("{name}: {row:?}"));
             }
         }
         for (at, key) in task.keys.iter().enumerate() {
@@ -82,6 +93,8 @@ fn every_listed_entry_is_reported_by_some_gateway() {
             }
         }
     }
+    let unknown = reasons().filter(|row| !reported.reasons.contains(&id(row)));
+    missing.extend(unknown.map(|row| format!("the reason {row:?}")));
     assert!(missing.is_empty(), "listed, but reported by no drive:\n{}", missing.join("\n"));
 }
 
@@ -89,7 +102,7 @@ fn every_listed_entry_is_reported_by_some_gateway() {
 fn every_text_of_a_status_is_in_the_document() {
     let document = document();
     let mut sources: Vec<_> = TEXT_SOURCES.iter().map(PathBuf::from).collect();
-    files_naming_diagnostics(Path::new("src/core"), &mut sources);
+    files_making_statuses(Path::new("src/core"), &mut sources);
     assert!(sources.len() > 10, "{sources:?}");
     let mut absent = Vec::new();
     for path in sources {
@@ -119,16 +132,13 @@ fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files below a folder that name `core::diagnostics`, but for the module itself and for snapshots, which only copy statuses.
-fn files_naming_diagnostics(folder: &Path, found: &mut Vec<PathBuf>) {
+/// Files below a folder that make statuses.
+fn files_making_statuses(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(project().join(folder)).unwrap() {
         let path = folder.join(entry.unwrap().file_name());
-        if path.ends_with("snapshot.rs") {
-            continue;
-        }
         if project().join(&path).is_dir() {
-            files_naming_diagnostics(&path, found);
-        } else if fs::read_to_string(project().join(&path)).unwrap().contains("core::diagnostics::") {
+            files_making_statuses(&path, found);
+        } else if fs::read_to_string(project().join(&path)).unwrap().contains("Status::new(&") {
             found.push(path);
         }
     }
@@ -151,9 +161,8 @@ fn texts(tokens: TokenStream) -> Vec<String> {
             TokenTree::Group(group) => found.extend(texts(group.stream())),
             TokenTree::Literal(literal) => {
                 let text = literal.to_string();
-                found.extend(
-                    text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).map(str::to_owned),
-                );
+                let text = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+                found.extend(text.map(|text| text.replace("\\\"", "\"")));
             }
             TokenTree::Punct(_) | TokenTree::Ident(_) => {}
         }
@@ -172,25 +181,47 @@ fn pieces(text: &str) -> Vec<&str> {
 
 fn document() -> String {
     let mut text = INTRODUCTION.to_owned();
-    for Task { names, about, messages, keys } in &*TASKS {
-        let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+    for Task { section, about, keys } in &*TASKS {
+        let names: Vec<_> = section.names.iter().map(|name| format!("`{name}`")).collect();
         writeln!(text, "\n## {}\n\n{about}\n", names.join(", ")).unwrap();
         text += "| level | message | what to do |\n|---|---|---|\n";
-        for Message { level, pattern, action } in messages {
-            writeln!(text, "| {level} | `{pattern}` | {action} |").unwrap();
+        for row in section.rows() {
+            let level = row.level.unwrap_or_default();
+            writeln!(text, "| {level} | `{}` | {} |", row.template, what_to_do(row)).unwrap();
         }
         text += "\n| key | unit | meaning | present |\n|---|---|---|---|\n";
         for Key { name, unit, meaning, present } in keys {
             writeln!(text, "| `{name}` | {unit} | {meaning} | {present} |").unwrap();
         }
     }
+    text += REASONS_TITLE;
+    for row in reasons() {
+        writeln!(text, "| `{}` | {} |", row.template, row.remedy).unwrap();
+    }
     text
 }
+
+/// What to do about a message: first about its reason, if it has one.
+fn what_to_do(row: &MessageRow) -> String {
+    let of_reason = row.template.contains("{reason}").then_some("See the [reason](#reasons).");
+    let texts: Vec<_> =
+        of_reason.into_iter().chain(Some(row.remedy)).filter(|text| !text.is_empty()).collect();
+    if texts.is_empty() { "Nothing.".to_owned() } else { texts.join(" ") }
+}
+
+const REASONS_TITLE: &str = "
+## Reasons
+
+A `{reason}` in a message is one of these. A report of the vehicle has it too, in a message such as `unknown: {reason}`.
+
+| reason | what to do |
+|---|---|
+";
 
 const INTRODUCTION: &str = "\
 # Diagnostics
 
-<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from tests/diagnostics.toml. -->
+<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from core::gateway::catalogue and tests/diagnostics.toml. -->
 
 For operators and integrators who read `/diagnostics`. Look up a status to find what each of its messages and keys means, and what to
 do.
@@ -200,29 +231,9 @@ when its level or message changes. The name of a status is `<node>: <status>`, `
 `STALE` is never sent. Messages change only when the situation does; counts and ages are in the keys, which are in
 the order of these tables and keep their names.
 
-In a message `{name}` stands for a text that depends on the vehicle, and text in `[…]` may be absent.
-";
+In a message `{name}` stands for a text that depends on the vehicle.
 
-#[test]
-fn a_message_is_recognised_by_its_pattern_and_level_alone() {
-    let check = |level, message: &str, keys: &[&'static str]| {
-        let values = keys.iter().map(|key| (*key, String::new())).collect();
-        let status = Status::new("command_transmission", level, message.into(), values);
-        Task::of("command_transmission").parts(&status).map(|(messages, _)| messages)
-    };
-    let keys: Vec<_> = Task::of("command_transmission").keys.iter().map(|key| key.name.as_str()).collect();
-    assert_eq!(check(Level::Ok, "control mode MANUAL", &keys), Ok(vec![0]));
-    for (level, message) in [
-        (Level::Warn, "control mode MANUAL"),
-        (Level::Ok, "control mode "),
-        (Level::Ok, "frames are delayed"),
-        (Level::Ok, "all is well"),
-    ] {
-        assert!(check(level, message, &keys).is_err(), "{level} {message}");
-    }
-    let mut others = keys.clone();
-    others.swap(0, 1);
-    for keys in [&keys[1..], &others, &[&keys[..], &["more"]].concat()] {
-        assert!(check(Level::Ok, "control mode MANUAL", keys).is_err(), "{keys:?}");
-    }
-}
+While the level is not OK, two more keys come last. `remedy` is what to do, in the words of these tables. `document` is where the status
+is described: `docs/diagnostics.md#…`, a file of the project (a package has it in `/usr/share/doc/signal-gateway`) and the anchor of a
+section. `signal-gateway status`, its JSON, the live page and the metric `signal_gateway_status_remedy` have the same two.
+";

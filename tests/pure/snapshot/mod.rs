@@ -12,7 +12,8 @@ use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files as _};
 use signal_gateway::config::{Overrides, Settings, load};
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::gateway::process_status::LogState;
 use signal_gateway::core::gateway::snapshot::{Build, ProcessSnapshot, Snapshot};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -166,16 +167,15 @@ fn an_older_program_reads_the_json_of_a_newer_one_with_more_fields() {
 
 #[test]
 fn statuses_of_the_process_count_for_the_level() {
-    let before = snapshot(&replay());
-    let values = vec![("dropped_lines", "3".to_owned())];
-    let log = Status::new("log", Level::Error, "log lines are lost".to_owned(), values);
+    let before = Snapshot { level: Level::Ok, ..snapshot(&replay()) };
+    let log = LogState { dropped: 3, is_failing: true, ..LogState::default() }.status();
     let process = ProcessSnapshot {
         build: Build { version: "1.2.3".to_owned(), ..Build::default() },
         ..ProcessSnapshot::default()
     };
     let after = before.clone().with_process(process.clone(), &[log]);
-    assert_eq!((after.level, after.process), (Level::Error, Some(process)));
+    assert_eq!((after.level, after.process), (Level::Warn, Some(process)));
     assert_eq!(after.diagnostics.len(), before.diagnostics.len() + 1);
     let last = after.diagnostics.last().unwrap();
-    assert_eq!((last.task.as_str(), last.values[0].key.as_str()), ("log", "dropped_lines"));
+    assert_eq!((last.task.as_str(), last.values[1].value.as_str()), ("log", "3"));
 }

@@ -35,7 +35,7 @@ fn truth(lights: &TrafficLights, channel: LightChannel) -> Vec<(i64, String)> {
 }
 
 fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
-    lights.statuses(at_ns(seconds * SECOND).mono).remove(number)
+    lights.statuses(None, at_ns(seconds * SECOND).mono).remove(number)
 }
 
 /// Level and message of a status, as `WARN message`.

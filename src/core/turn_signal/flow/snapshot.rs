@@ -126,12 +126,12 @@ impl TurnSignalFlow {
 
     /// The present state.
     pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
-        let (level, message) = self.summary();
+        let message = self.summary();
         let verdicts = self.judge.counts().total();
         DeciderSnapshot {
             role: self.role(),
-            level,
-            message,
+            level: message.level(),
+            message: message.text,
             decision: self.decision.as_deref().map(DecisionSnapshot::of),
             route: self.route_text(),
             odometry_age_ms: self.latest.odometry.map(|odometry| millis(now.since(odometry.at))),

@@ -6,34 +6,29 @@ use std::fmt;
 use super::TurnSignalFlow;
 use super::shadow_comparison::{CommandDisagreement, ComparableCommand, ShadowComparison};
 use super::snapshot::DeciderUse;
-use crate::core::diagnostics::Level;
+use crate::core::diagnostics::{Level, MessagePart};
 use crate::core::time::MonoTime;
+use crate::core::turn_signal::catalogue;
 use crate::core::turn_signal::decision::{Basis, Decision};
-use crate::core::turn_signal::inputs::Impact;
-use crate::core::turn_signal::resolve::Resolution;
+use crate::core::turn_signal::inputs::InputFinding;
+use crate::core::turn_signal::resolve::{CandidateSource, Resolution};
 use crate::core::turn_signal::signal_judge::VerdictKind;
 
 type Value = (&'static str, String);
 
 impl TurnSignalFlow {
-    /// Level and message: the worst finding, else the command and its source.
-    pub(super) fn summary(&self) -> (Level, String) {
-        let Some(decision) = &self.decision else { return (Level::Ok, "nothing decided yet".to_owned()) };
-        let (mut level, mut text) = (Level::Ok, by_whom(decision));
-        if let Some(worst) = decision.findings.iter().rev().max_by_key(|finding| finding.impact()) {
-            level = match worst.impact() {
-                Impact::Normal => Level::Ok,
-                Impact::Degraded => Level::Warn,
-                Impact::Failure => Level::Error,
-            };
-            if level > Level::Ok || decision.basis == Basis::NoInputs {
-                text = worst.situation();
-            }
+    /// The message: the worst finding, else the source of the command.
+    pub(super) fn summary(&self) -> MessagePart {
+        let Some(decision) = &self.decision else { return catalogue::nothing_decided() };
+        let worst = decision.findings.iter().rev().map(InputFinding::message).max_by_key(MessagePart::level);
+        let is_shown = |worst: &MessagePart| worst.level() > Level::Ok || decision.basis == Basis::NoInputs;
+        let mut message = worst.filter(is_shown).unwrap_or_else(|| by_whom(decision));
+        if message.level() == Level::Ok
+            && (self.turn_comparison.differs() || self.hazard_comparison.differs())
+        {
+            message = catalogue::differs();
         }
-        if level == Level::Ok && (self.turn_comparison.differs() || self.hazard_comparison.differs()) {
-            (level, text) = (Level::Warn, "Autoware commands something else".to_owned());
-        }
-        (level, format!("{}: {text}", decision.turn))
+        message.with_text(|text| format!("{}: {text}", decision.turn))
     }
 
     /// The route: its id, `none` or `refused`.
@@ -80,20 +75,22 @@ impl TurnSignalFlow {
 }
 
 /// The source of the command.
-fn by_whom(decision: &Decision) -> String {
-    let who = match &decision.basis {
-        Basis::NoInputs => "no inputs".to_owned(),
-        Basis::Hazard => "hazard lights".to_owned(),
-        Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
-        Basis::PathGenerator(_) => "path generator".to_owned(),
-        Basis::Candidates(resolution) => match resolution.winner {
-            Some(winner) => winner.source.to_string(),
-            None => "nothing to signal".to_owned(),
+fn by_whom(decision: &Decision) -> MessagePart {
+    let source = match &decision.basis {
+        Basis::NoInputs => catalogue::no_inputs(),
+        Basis::Hazard => catalogue::hazard_lights(),
+        Basis::ManoeuvreAlone(_) => catalogue::manoeuvres_alone(),
+        Basis::PathGenerator(_) => catalogue::path_generator(),
+        Basis::Candidates(resolution) => match resolution.winner.map(|winner| winner.source) {
+            Some(CandidateSource::Intersection) => catalogue::intersection(),
+            Some(CandidateSource::Roundabout) => catalogue::roundabout(),
+            Some(CandidateSource::Manoeuvre) => catalogue::manoeuvre(),
+            None => catalogue::nothing_to_signal(),
         },
     };
     match decision.held {
-        Some(_) => format!("{who}, held"),
-        None => who,
+        Some(_) => source.with_text(|text| text + ", held"),
+        None => source,
     }
 }
 

@@ -7,6 +7,7 @@ use super::super::state::TurnCode;
 use super::*;
 use crate::core::can::{BusIndex, BusSettings, CanId, Frame, LinkState};
 use crate::core::dbc::codec::{Layout, SignalCodec};
+use crate::core::diagnostics::Level;
 use crate::core::time::{Now, WallStamp};
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};

@@ -90,6 +90,16 @@ const fn row(alarm: Alarm, text: &'static str, effect: Effect, remedy: &'static 
     AlarmRow { alarm, text, effect, remedy }
 }
 
+impl AlarmRow {
+    /// Returns what to do, as a sentence.
+    pub fn remedy_sentence(&self) -> String {
+        let mut letters = self.remedy.chars();
+        letters
+            .next()
+            .map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
+    }
+}
+
 impl Alarm {
     /// The alarm of each wheel, in the order in which wheels are bound.
     pub const OF_WHEELS: [Self; 4] =
@@ -153,6 +163,7 @@ mod tests {
     fn each_alarm_is_at_the_position_of_its_row() {
         for row in &ALARMS {
             assert_eq!(row.alarm.row().alarm, row.alarm);
+            assert!(row.remedy_sentence().starts_with("Check "), "{}", row.remedy_sentence());
             let mut set = AlarmSet::default();
             set.set(row.alarm, true);
             assert!(set.has(row.alarm) && set.iter().count() == 1, "{}", row.text);

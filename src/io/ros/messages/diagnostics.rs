@@ -8,13 +8,13 @@ use crate::core::time::WallStamp;
 impl DiagnosticStatus {
     /// Creates the message of `status`, which `node` reports about `hardware_id`.
     pub fn new(node: &str, status: &Status, hardware_id: &str) -> Self {
-        let value = |(key, value): &(&str, String)| KeyValue { key: (*key).to_owned(), value: value.clone() };
+        let value = |(key, value): (&str, String)| KeyValue { key: key.to_owned(), value };
         Self {
             level: status.level as u8,
             name: format!("{node}: {}", status.task),
             message: status.message.clone(),
             hardware_id: hardware_id.to_owned(),
-            values: status.values.iter().map(value).collect(),
+            values: status.published_values().map(value).collect(),
         }
     }
 }

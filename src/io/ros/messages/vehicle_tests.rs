@@ -121,7 +121,7 @@ fn each_door_has_the_byte_of_its_state_in_order() {
 }
 
 fn diagnostics() -> DiagnosticArray {
-    let status = |level, message: &str, values| Status::new("turn", level, message.to_owned(), values);
+    let status = |level, message: &str, values| Status::plain("turn", level, message, values);
     let statuses = vec![
         status(Level::Error, "veraltet für 1 s", vec![("bus", "can0".to_owned()), ("leer", String::new())]),
         status(Level::Ok, "", vec![]),
