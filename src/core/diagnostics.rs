@@ -91,7 +91,7 @@ impl Status {
 
     /// Returns where its messages and keys are documented, see [`Section::document`]; `None` while it is OK.
     pub fn document(&self) -> Option<String> {
-        (self.level > Level::Ok).then(|| self.section.document())
+        (!self.remedy.is_empty()).then(|| self.section.document())
     }
 
     /// Returns its keys and values, as they are published. While it is not OK, what to do and where to read more come last.
