@@ -174,7 +174,7 @@ fn times(lights: usize) -> [f64; 4] {
     let diagnostics = median(|| {
         timed(|| {
             for _ in 0..10 {
-                black_box(drive.engine.statuses(drive.now.mono));
+                black_box(drive.engine.statuses(None, drive.now.mono));
             }
             10
         })

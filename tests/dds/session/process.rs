@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
+use signal_gateway::core::diagnostics::{Diagnostics, Level, Section, Status};
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::time::WallStamp;
@@ -231,18 +231,22 @@ fn output(command: &str) -> Output {
         }
         ("value", text) => {
             let values = vec![("bus", text.to_owned())];
-            let statuses = vec![Status::new("turn", Level::Ok, String::new(), values)];
+            let statuses = vec![status(Level::Ok, "", values)];
             let diagnostics = Diagnostics { node: "gw".to_owned(), statuses, refresh: true };
             Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(0) }
         }
         ("diagnostics", text) => {
             let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
-            let status =
-                |level, message: &str, values| Status::new("turn", level, message.to_owned(), values);
             let statuses = vec![status(Level::Error, text, values), status(Level::Stale, "", vec![])];
             let diagnostics = Diagnostics { node: "gw".to_owned(), statuses, refresh: true };
             Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(-1) }
         }
         other => panic!("unknown command {other:?}"),
     }
+}
+
+/// A status with a message that no flow reports.
+fn status(level: Level, message: &str, values: Vec<(&'static str, String)>) -> Status {
+    static SECTION: Section = Section { names: &["turn"], messages: &[] };
+    Status { level, message: message.to_owned(), ..Status::new(&SECTION, "turn", &[], values) }
 }
