@@ -37,9 +37,10 @@ fn sets_bit_rate(line: &str) -> bool {
     follows("type", "can") && words.contains(&"bitrate") || line.trim_start().starts_with("BitRate=")
 }
 
-/// The lines of a text that set a bit rate, and may send.
-fn sending_lines<'a>(file: &str, text: &'a str) -> Vec<&'a str> {
+/// The lines of a text that set a bit rate, and may send. Lines that a backslash joins are one.
+fn sending_lines(file: &str, text: &str) -> Vec<String> {
     let (mut found, mut heading) = (Vec::new(), "");
+    let text = text.replace("\\\n", "");
     let network_file_listens = text.lines().any(|line| line.trim() == "ListenOnly=yes");
     for line in text.lines() {
         if line.starts_with('#') && kind_of(file) == "md" {
@@ -48,7 +49,7 @@ fn sending_lines<'a>(file: &str, text: &'a str) -> Vec<&'a str> {
         let listens = line.contains("listen-only on") || kind_of(file) == "network" && network_file_listens;
         let may_send = SENDING.iter().any(|(place, section, _)| *place == file && *section == heading);
         if sets_bit_rate(line) && !listens && !may_send {
-            found.push(line);
+            found.push(line.to_owned());
         }
     }
     found
