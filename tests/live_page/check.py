@@ -6,6 +6,7 @@ page elsewhere may do; then the report of a recording. Every wait is for a condi
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -140,6 +141,12 @@ def loss_is_shown_and_mended(page, gateway, axe):
     expect(page.locator("#connection")).to_have_text("live")
     gateway.kill()
     expect(page.locator("#old")).to_contain_text("Connection lost since")
+    # Also where only the heading or the tab is seen: by word and sign, not by colour alone.
+    expect(page.locator("#overall .badge.error")).to_have_text("✕NOT CONNECTED")
+    expect(page).to_have_title(re.compile("^✕ NOT CONNECTED · "))
+    lost = page.locator("#icon").get_attribute("href")
+    assert "%E2%9C%95" in lost, lost
+    expect(page.locator("#history li").first).to_contain_text("Connection lost since")
     expect(page.locator("body.old h2").first).to_be_visible()
     blinking = page.evaluate("document.getAnimations().filter(a => a.playState === 'running').length")
     assert blinking == 0, f"{blinking} animations of values that are old"
@@ -148,7 +155,30 @@ def loss_is_shown_and_mended(page, gateway, axe):
     expect(page.locator("#old")).to_be_hidden()
     expect(page.locator("#connection")).to_have_text("live")
     expect(page.locator("#lanes .span.gap")).not_to_have_count(0)
+    expect(page.locator("#overall")).not_to_contain_text("NOT CONNECTED")
+    expect(page).not_to_have_title(re.compile("NOT CONNECTED"))
+    for text in ("the gateway was restarted: process ", "connected again"):
+        expect(page.locator("#history li").filter(has_text=text)).to_have_count(1)
     print("seen: connection lost, old values marked, connected again", flush=True)
+
+
+def loss_looks_like_one(browser, url, gateway, pictures):
+    """A killed gateway, dark and light, wide and narrow."""
+    looks = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 390)]
+    pages = [new_page(browser, viewport={"width": width, "height": 844}, color_scheme=scheme) for scheme, width in looks]
+    for page in pages:
+        page.goto(url)
+        expect(page.locator("#connection")).to_have_text("live")
+    gateway.kill()
+    for page, (scheme, width) in zip(pages, looks):
+        expect(page.locator("#overall .badge.error")).to_be_in_viewport()
+        expect(page.locator("#old")).to_be_in_viewport()
+        page.screenshot(path=f"{pictures}/killed-{scheme}-{width}.png")
+    gateway.start()
+    for page in pages:
+        expect(page.locator("#connection")).to_have_text("live")
+        page.close()
+    print("seen: killed gateway, light and dark, 1280 and 390 px wide", flush=True)
 
 
 def keys_do_it(page):
@@ -243,6 +273,7 @@ def main(program, chromium, pictures):
             elsewhere.close()
             loss_is_shown_and_mended(page, gateway, axe)
             page.close()
+            loss_looks_like_one(browser, url, gateway, pictures)
             every_look(browser, url, pictures, axe)
             report_is_accessible(browser, program, Path(folder), pictures, axe)
         except BaseException:

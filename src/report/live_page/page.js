@@ -37,13 +37,15 @@ const lagOf = (snapshot, at) => {
   return difference - offset;
 };
 
-const markOld = (text) => {
+const markOld = (word, text) => {
   if (!isOld) {
     isOld = true;
     interrupt(lastAt ?? performance.now());
     document.body.classList.add("old");
     announce(text);
+    note("ERROR", text);
   }
+  drawOverall("error", word);
   setText(by("old"), text);
   setHidden(by("old"), false);
 };
@@ -52,16 +54,20 @@ const markPresent = () => {
   isOld = false;
   document.body.classList.remove("old");
   setHidden(by("old"), true);
+  if (shown) drawHeader(shown);
   announce("connected again");
+  note("OK", "connected again");
 };
 
 const take = (event) => {
   const at = performance.now();
   const snapshot = JSON.parse(event.data);
+  const before = pid;
   const lag = lagOf(snapshot, at);
+  if (before !== null && before !== pid) note("WARN", `the gateway was restarted: process ${pid} in place of ${before}`);
   [lastAt, lastClock] = [at, new Date()];
   if (lag > LAG_MS) {
-    markOld(`The connection is slow: the values below are ${ageText(lag)} old`);
+    markOld("OLD VALUES", `The connection is slow: the values below are ${ageText(lag)} old`);
     return;
   }
   markPresent();
@@ -90,7 +96,7 @@ const check = () => {
   const silence = lastAt === null ? Infinity : performance.now() - lastAt;
   if (source.readyState !== EventSource.OPEN || silence > SILENCE_MS) {
     setText(by("connection"), "connecting …");
-    if (lastClock) markOld(`Connection lost since ${clock(lastClock)}: the values below are old`);
+    if (lastClock) markOld("NOT CONNECTED", `Connection lost since ${clock(lastClock)}: the values below are old`);
   }
 };
 

@@ -170,10 +170,22 @@ const drawDiagnostics = (snapshot) => {
   });
 };
 
+// The worst of all in a badge, and in title and icon of the tab, which is seldom the one in front.
+const drawOverall = (tone, text) => {
+  replace(by("overall"), [badge(tone, text)]);
+  const title = `${SIGNS[tone] ?? ""} ${text} · ${by("vehicle-name").textContent}`;
+  if (document.title !== title) document.title = title;
+  const style = getComputedStyle(document.documentElement);
+  const [fill, ink] = [tone, `on-${tone}`].map((name) => style.getPropertyValue(`--${name}`).trim());
+  const sign = `<text x="8" y="12" font-size="11" font-weight="bold" text-anchor="middle" font-family="sans-serif" fill="${ink}">${SIGNS[tone] ?? ""}</text>`;
+  const image = `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 16 16"><rect width="16" height="16" rx="3" fill="${fill}"/>${sign}</svg>`;
+  const icon = `data:image/svg+xml,${encodeURIComponent(image)}`;
+  if (by("icon").getAttribute("href") !== icon) by("icon").setAttribute("href", icon);
+};
 const drawHeader = (snapshot) => {
   const build = snapshot.process;
   setText(by("vehicle-name"), build?.vehicle ?? snapshot.node);
-  replace(by("overall"), [badge(toneOf(snapshot.level), snapshot.level)]);
+  drawOverall(toneOf(snapshot.level), snapshot.level);
   const ros = build?.ros;
   const parts = build ? [`signal-gateway ${build.build.version}`, build.build.commit && `commit ${build.build.commit}`,
     build.build.distribution && `ROS 2 ${build.build.distribution}`, `node ${snapshot.node}`, `process ${build.pid}`,
