@@ -48,7 +48,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 /// The destinations of the outputs, and the signals of the process.
 pub(super) struct GatewayIo {
     publisher: Publisher,
-    view: View,
+    pub(super) view: View,
     json: Option<JsonTimeline>,
     pub(super) supervisor: Supervisor,
     pub(super) watchdog: Watchdog,

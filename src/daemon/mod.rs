@@ -279,6 +279,7 @@ async fn play_on(
             }
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
+                gateway_io.view.begin_again(now.mono);
             }
             // A recording without a frame of ours has nothing to repeat.
             if replay.next_time().is_none() {

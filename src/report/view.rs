@@ -160,6 +160,13 @@ impl View {
         }
     }
 
+    /// Begins the story again.
+    pub fn begin_again(&mut self, at: MonoTime) {
+        if let Some((teller, _)) = &mut self.story {
+            teller.restart(at);
+        }
+    }
+
     /// Holds the present caption against the state when that is due, and shows the traffic lights that have changed.
     ///
     /// # Errors
@@ -190,7 +197,7 @@ impl View {
                 Destination::Journal => {}
                 Destination::Terminal(view) => view.caption(caption.text),
                 Destination::Lines(out) => {
-                    write(out, &format!("{} ▸ {}\n", time_text(caption.from), caption.text))?;
+                    write(out, &format!("{} ▸ {}\n", time_text(teller.time_of(caption)), caption.text))?;
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! The mistakes of newcomers in `docs/mistakes.md`: each is made as it says there, prints what it says there, and is gone when
+//! The mistakes of newcomers in `docs/evidence/mistakes.md`: each is made as it says there, prints what it says there, and is gone when
 //! the message is followed. `UPDATE_DOCS=1 cargo test --test process mistakes` renews what is printed.
 
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ const GATEWAY: &str =
     "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n[diagnostics]\nperiod_ms = 250\n";
 
 fn document() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/mistakes.md")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evidence/mistakes.md")
 }
 
 /// A sound configuration, a drive and a recording.

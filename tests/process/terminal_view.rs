@@ -29,7 +29,7 @@ fn view_shows_left_and_the_log_and_ends_on_q() {
     tmux.wait_for(|screen| screen.contains("the driver pulls the stalk left") && screen.contains("LEFT"));
     // The beginning of the log.
     tmux.press("Home");
-    tmux.wait_for(|screen| screen.contains(" INFO Demo vehicle: ROS 2 off"));
+    tmux.wait_for(|screen| screen.contains(" Demo vehicle: ROS 2 off"));
     tmux.press("q");
     let end = tmux.wait_for_end();
     assert!(end.contains("code 0") && end.contains("Try next"), "{end}");

@@ -28,7 +28,9 @@ pub struct WrongCaption {
 #[derive(Debug, Clone)]
 pub struct Teller {
     story: Story,
-    /// The captions that were shown.
+    /// Time at which the story began, the last time if it was told several times.
+    start: MonoTime,
+    /// The captions that were shown since then.
     shown: usize,
     next_check: MonoTime,
     /// Traffic lights at the last look, by their names.
@@ -38,14 +40,30 @@ pub struct Teller {
 impl Teller {
     /// Begins a story.
     pub fn new(story: Story) -> Self {
-        Self { story, shown: 0, next_check: MonoTime::ZERO, lights: BTreeMap::new() }
+        Self { story, start: MonoTime::ZERO, shown: 0, next_check: MonoTime::ZERO, lights: BTreeMap::new() }
+    }
+
+    /// Begins the story again.
+    pub fn restart(&mut self, at: MonoTime) {
+        (self.start, self.shown) = (at, 0);
+    }
+
+    /// The time in the story.
+    fn story_time(&self, at: MonoTime) -> MonoTime {
+        MonoTime::ZERO.after(at.since(self.start))
     }
 
     /// The next caption that is due; `None` when there is none.
     pub fn next_caption(&mut self, at: MonoTime) -> Option<&'static Caption> {
-        let next = self.story.get(self.shown).filter(|caption| caption.from <= at)?;
+        let now = self.story_time(at);
+        let next = self.story.get(self.shown).filter(|caption| caption.from <= now)?;
         self.shown += 1;
         Some(next)
+    }
+
+    /// The time at which a caption is shown.
+    pub fn time_of(&self, caption: &Caption) -> MonoTime {
+        self.start.after(caption.from.since(MonoTime::ZERO))
     }
 
     /// True if the state is to be looked at.
@@ -78,7 +96,7 @@ impl Teller {
     /// The present caption, if it had time to settle.
     fn settled(&self, at: MonoTime) -> Option<&'static Caption> {
         let present = self.story.get(self.shown.checked_sub(1)?)?;
-        (at >= present.must_hold_from()).then_some(present)
+        (self.story_time(at) >= present.must_hold_from()).then_some(present)
     }
 
     fn changed_lights(&mut self, snapshot: &Snapshot) -> Vec<(String, String)> {

@@ -180,7 +180,7 @@ fn take(model: &mut Model, message: Message) {
 }
 
 /// A line of the log with its time, to the millisecond.
-fn line_text(since_start: Duration, text: &str) -> String {
+pub fn line_text(since_start: Duration, text: &str) -> String {
     format!("{:>8}.{:03} {text}", clock_text(since_start), since_start.subsec_millis())
 }
 

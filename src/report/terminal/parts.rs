@@ -10,7 +10,7 @@ use super::ink::{DIM, Ink};
 use super::picture::BusLine;
 use super::view_model::{Keys, Model};
 use crate::core::diagnostics::Level;
-use crate::report::text::{clock_text, counted, wrapped};
+use crate::report::text::{clock_text, counted};
 
 /// From this width on a bus has a longer name, and says that its load is not known.
 const WIDE: usize = 70;
@@ -110,23 +110,29 @@ pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rec
 
 /// The rows of a line of the log: all of its text, broken between words, and inside of one that is longer than a row.
 fn rows_of(text: &str, width: usize) -> Vec<String> {
-    let is_indented = |row: usize| row > 0 && width > 2 * LOG_INDENT;
-    let mut rows: Vec<String> = Vec::new();
-    for part in wrapped(text, Some(width.saturating_sub(LOG_INDENT)), LOG_INDENT) {
-        let mut rest = part.as_str();
+    let indent = if width > 2 * LOG_INDENT { LOG_INDENT } else { 0 };
+    let mut rows = vec![String::new()];
+    for word in text.split_inclusive(' ') {
+        let mut rest = word;
         loop {
-            let indent = if is_indented(rows.len()) { LOG_INDENT } else { 0 };
-            let room = width.saturating_sub(indent).max(1);
-            let end = rest.char_indices().nth(room).map_or(rest.len(), |(at, _)| at);
-            let (row, more) = rest.split_at(end);
-            rows.push(format!("{:indent$}{row}", ""));
-            rest = more;
-            if rest.is_empty() {
+            let is_first = rows.len() == 1;
+            let Some(row) = rows.last_mut() else { break };
+            let room = width.saturating_sub(row.chars().count());
+            if rest.trim_end().chars().count() <= room {
+                row.push_str(rest);
                 break;
             }
+            let begins = row.chars().count() <= if is_first { 0 } else { indent };
+            if begins {
+                let end = rest.char_indices().nth(room.max(1)).map_or(rest.len(), |(at, _)| at);
+                let (part, more) = rest.split_at(end);
+                row.push_str(part);
+                rest = more;
+            }
+            rows.push(" ".repeat(indent));
         }
     }
-    rows
+    rows.iter().map(|row| row.trim_end().to_owned()).collect()
 }
 
 /// Keys on the left, and on the right where a browser finds the same.
@@ -145,4 +151,27 @@ pub(super) fn footer(model: &Model, width: usize) -> Line<'static> {
     let room = width.saturating_sub(url.chars().count() + 1);
     let keys = if keys.chars().count() < room { keys } else { " q quit  ? help" };
     Line::from(vec![Span::styled(format!("{keys:<room$}"), DIM), Span::raw(format!("{url} "))])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_the_log_is_broken_between_words_and_only_a_longer_word_inside() {
+        let text = "   0:01.000 WARN  log: /a/long/path/to/a/file cannot be written";
+        assert_eq!(rows_of(text, 80), [text]);
+        let rows =
+            ["   0:01.000 WARN  log:", "            /a/long/path/to/a/file cannot", "            be written"];
+        assert_eq!(rows_of(text, 41), rows);
+        let rows = [
+            "   0:01.000 WARN  log:",
+            "            /a/long/path/to/",
+            "            a/file cannot be",
+            "            written",
+        ];
+        assert_eq!(rows_of(text, 28), rows);
+        assert_eq!(rows_of("abcdefgh", 3), ["abc", "def", "gh"]);
+        assert_eq!(rows_of("", 3), [""]);
+    }
 }

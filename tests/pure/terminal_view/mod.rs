@@ -22,6 +22,7 @@ use signal_gateway::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, Topi
 use signal_gateway::core::traffic_light::bulb::Color::{Green, Red};
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus};
 use signal_gateway::report::terminal::draw::draw;
+use signal_gateway::report::terminal::line_text;
 use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, More, Picture};
 use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
 
@@ -143,14 +144,8 @@ fn picture_of_the_documentation_is_the_view() {
     drive.model.caption = "the driver pulls the stalk left".to_owned();
     drive.model.elapsed = Duration::from_secs(62);
     for change in &drive.gateway.changes {
-        let text = format!(
-            "{:>8}.{:03} {:<5} {:<16} {}",
-            change.ms() / 1000,
-            change.ms() % 1000,
-            change.level.to_string(),
-            change.task,
-            change.message
-        );
+        let text = format!("{:<5} {:<16} {}", change.level.to_string(), change.task, change.message);
+        let text = line_text(Duration::from_millis(change.ms()), &text);
         drive.model.add_line(Some(change.level), text);
     }
     let picture = svg::picture(drawn(&drive.model, (100, 27)).backend().buffer());
