@@ -18,6 +18,7 @@ mod pure {
     mod diagnostics_doc;
     mod discovery;
     mod doctor;
+    mod documents;
     mod drive_scenarios;
     mod integrity_real_logs;
     mod j1939;

@@ -26,7 +26,7 @@ struct Picture {
 
 const CAPTIONS: &[Caption] = &[
     Caption {
-        document: "README.md",
+        document: "docs/turn-signal-decider.md",
         picture: "decider.svg",
         sentence: "Two candidates for the turn signal along a road, and the resulting signal",
         check: |picture| {
@@ -38,7 +38,7 @@ const CAPTIONS: &[Caption] = &[
         },
     },
     Caption {
-        document: "README.md",
+        document: "docs/turn-signal-decider.md",
         picture: "decider.svg",
         sentence: "an avoidance to the right before a left turn, the signal along the road, and the record that requires it",
         check: |picture| {
@@ -54,7 +54,7 @@ const CAPTIONS: &[Caption] = &[
         },
     },
     Caption {
-        document: "README.md",
+        document: "docs/status.md",
         picture: "terminal.svg",
         sentence: "The live view of the demo: the car with its left arrows lit, the values, and how far they are trusted",
         check: |picture| {
@@ -82,7 +82,7 @@ const CAPTIONS: &[Caption] = &[
         },
     },
     Caption {
-        document: "README.md",
+        document: "docs/vehicle-lights.md",
         picture: "timeline.svg",
         sentence: "Raw values, reports, diagnostics and the bus of the demo recording over time",
         check: |picture| {
@@ -92,7 +92,7 @@ const CAPTIONS: &[Caption] = &[
         },
     },
     Caption {
-        document: "README.md",
+        document: "docs/vehicle-lights.md",
         picture: "timeline.svg",
         sentence: "`replay --picture` draws a whole recording, here the demo.",
         check: |picture| {
@@ -103,7 +103,7 @@ const CAPTIONS: &[Caption] = &[
         },
     },
     Caption {
-        document: "README.md",
+        document: "docs/traffic-lights.md",
         picture: "lights.svg",
         sentence: "The traffic lights of the bench scenario over time",
         check: |picture| {

@@ -1,5 +1,5 @@
 //! opendbc as an oracle: frames that its packer makes for each state, read by its car state and by our replay of the
-//! profile. [`docs/opendbc.md`](../../../../docs/opendbc.md) has the table.
+//! profile. [`docs/evidence/opendbc.md`](../../../../docs/evidence/opendbc.md) has the table.
 
 mod checksums;
 mod commands;
@@ -326,12 +326,15 @@ fn reports_are_what_the_car_states_of_opendbc_read() {
         .collect();
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 
-    let (text, path) = (document(&all), project().join("docs/opendbc.md"));
+    let (text, path) = (document(&all), project().join("docs/evidence/opendbc.md"));
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &text).unwrap();
     }
     let written = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(written == text, "docs/opendbc.md is not what was read: run `UPDATE_DOCS=1 tests/run opendbc`");
+    assert!(
+        written == text,
+        "docs/evidence/opendbc.md is not what was read: run `UPDATE_DOCS=1 tests/run opendbc`"
+    );
 }
 
 #[test]
