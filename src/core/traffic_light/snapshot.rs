@@ -82,6 +82,18 @@ pub struct ControllerPhaseSnapshot {
     pub phase: Option<String>,
 }
 
+impl TrafficLightsSnapshot {
+    /// The lights that are listed, each with a name that tells channel and layer: `11 conventional, detected`.
+    pub fn named_lights(&self) -> impl Iterator<Item = (String, &LightSnapshot)> {
+        self.channels.iter().flat_map(|channel| {
+            channel.states.iter().map(|light| {
+                let layer = if light.layer == StoreLayer::Detected { ", detected" } else { "" };
+                (format!("{} {}{layer}", light.id, channel.channel.name()), light)
+            })
+        })
+    }
+}
+
 impl TrafficLightFlow {
     /// The present state.
     pub fn snapshot(&self) -> TrafficLightsSnapshot {

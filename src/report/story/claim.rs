@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::core::command::snapshot::FunctionSnapshot;
 use crate::core::gateway::snapshot::Snapshot;
 use crate::core::names::variant_name;
-use crate::core::traffic_light::snapshot::LightSnapshot;
+use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
 use crate::core::traffic_light::target::{LightChannel, StoreLayer};
 use crate::core::vehicle_report::ReportSnapshot;
 use crate::report::lights::bulbs_text;
@@ -100,12 +100,6 @@ fn published<T: Serialize>(report: &ReportSnapshot<T>) -> String {
 
 /// The bulbs of each light that is listed, by the name of the light.
 pub(super) fn lights(snapshot: &Snapshot) -> impl Iterator<Item = (String, String)> {
-    let channels = snapshot.traffic_lights.iter().flat_map(|lights| &lights.channels);
-    channels.flat_map(|channel| {
-        let name = |light: &LightSnapshot| {
-            let detected = if light.layer == StoreLayer::Detected { ", detected" } else { "" };
-            format!("{} {}{detected}", light.id, channel.channel.name())
-        };
-        channel.states.iter().map(move |light| (name(light), bulbs_text(&light.bulbs)))
-    })
+    let lights = snapshot.traffic_lights.iter().flat_map(TrafficLightsSnapshot::named_lights);
+    lights.map(|(name, light)| (name, bulbs_text(&light.bulbs)))
 }

@@ -6,7 +6,6 @@ use crate::core::diagnostics::Level;
 use crate::core::gateway::snapshot::{ProcessSnapshot, Snapshot};
 use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::snapshot::TrafficLightsSnapshot;
-use crate::core::traffic_light::target::StoreLayer;
 use crate::core::validation::snapshot::{SignalSnapshot, UsedBy};
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_report::ReportSnapshot;
@@ -326,12 +325,7 @@ fn more(snapshot: &Snapshot) -> Vec<(String, More)> {
 }
 
 fn lights_lines(lights: &TrafficLightsSnapshot) -> impl Iterator<Item = (String, More)> {
-    let states = lights.channels.iter().flat_map(|channel| {
-        channel.states.iter().map(|light| {
-            let layer = if light.layer == StoreLayer::Detected { ", detected" } else { "" };
-            (format!("{} {}{layer}", light.id, channel.channel.name()), More::Bulbs(light.bulbs.clone()))
-        })
-    });
+    let states = lights.named_lights().map(|(name, light)| (name, More::Bulbs(light.bulbs.clone())));
     let phases = lights.controllers.iter().map(|controller| {
         let phase = controller.phase.clone().unwrap_or_else(|| "no phase yet".to_owned());
         (controller.name.clone(), More::Text(phase))
