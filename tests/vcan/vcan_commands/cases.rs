@@ -289,10 +289,12 @@ fn no_command_never_engaged(day: &Day) {
     day.car.request("stalk left");
     day.car.wait_for_lights(Mark::START, "left", "driver");
     let (mark, lights) = (BusTime::now(), day.car.mark());
-    for mode in [MANUAL, AUTONOMOUS] {
+    for (mode, name) in [(MANUAL, "MANUAL"), (AUTONOMOUS, "AUTONOMOUS")] {
         day.mode(mode);
-        let since = day.commander.send("turn 0 10; hazard 0 10");
-        day.commander.status(since, TRANSMISSION, OK, "control mode ");
+        let sent = day.commander.send("turn 0 10; hazard 0 10");
+        // The vehicle begins in a mode of its own, in which no command has been received yet.
+        day.commander.status(sent, TRANSMISSION, OK, &format!("control mode {name}"));
+        let since = day.commander.mark();
         for task in [TURN, HAZARD] {
             let why = if mode == MANUAL { "not allowed in this control mode" } else { "nothing requested" };
             day.commander.status(since, task, OK, why);
