@@ -12,6 +12,7 @@ mod process {
     mod descriptors;
     mod discover_command;
     mod doctor_command;
+    mod history;
     mod init_command;
     mod lights_command;
     mod live_page;

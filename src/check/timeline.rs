@@ -1,6 +1,7 @@
 //! Collects the timeline of a replayed recording: each state with the frame that caused it.
 
 use std::collections::BTreeMap;
+use std::io;
 
 use super::decode::{FrameReader, ReadFrame, ReadSignal};
 use crate::config::Settings;
@@ -19,6 +20,7 @@ use crate::core::vehicle_lights::raw_state::RawState;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::core::vehicle_status::measure::Measure;
 use crate::core::vehicle_status::output::VehicleStatusOutput;
+use crate::replay::{RecordedInput, Replay};
 use crate::report::timeline::{CausingFrame, Curve, Group, Lane, Timeline, Tone};
 
 /// Maximum number of lanes for traffic lights; a map has thousands of lights.
@@ -69,6 +71,26 @@ impl TimelineCollector {
             collector.begin((Group::Links, 0, interface), MonoTime::ZERO, Tone::Ok, "up", false);
         }
         collector
+    }
+
+    /// Replays a recording by its stamps, and returns its timeline.
+    ///
+    /// # Errors
+    /// A recording that cannot be read to its end.
+    pub fn replayed(settings: &Settings, mut replay: Replay, title: String) -> io::Result<Timeline> {
+        let mut collector = Self::new(settings);
+        loop {
+            let now = replay.now();
+            while let Some(output) = replay.poll_output() {
+                collector.given_out(&output, now.mono);
+            }
+            if let Some((RecordedInput::Can(input), at)) = replay.upcoming() {
+                collector.received(input, Now { mono: at, wall: now.wall.after(at.since(now.mono)) });
+            }
+            if !replay.step()? {
+                return Ok(collector.finish(title, settings.vehicle.clone(), replay.length()));
+            }
+        }
     }
 
     /// Adds an input. Call it before the gateway handles the input.

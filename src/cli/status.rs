@@ -6,12 +6,14 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
 use super::messages;
 use crate::core::diagnostics::Level;
+use crate::core::gateway::history::HistoryRequest;
 use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::report::history::entry_text;
 use crate::report::schema;
 use crate::report::status::text;
 
@@ -21,6 +23,8 @@ Examples:
   signal-gateway status --watch
   signal-gateway status --json | jq .buses
   signal-gateway status --quiet || echo \"look at the vehicle\"
+  signal-gateway status --history | less +G
+  signal-gateway status --history=ERROR --watch    errors so far, and from now on
 
 The socket belongs to the user and the group of the service: sudo usermod -aG signal-gateway $USER
 docs/status.md describes the JSON, and --schema prints its JSON Schema.
@@ -47,15 +51,43 @@ pub(super) struct StatusArgs {
     /// Print the JSON Schema of that line; no gateway is needed
     #[arg(long, conflicts_with_all = ["json", "watch"])]
     schema: bool,
+    /// Print what has changed in the last hours, oldest first; with a LEVEL, changes of this level or worse
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "OK")]
+    history: Option<HistoryLevel>,
     /// Print twice a second until Ctrl-C, and wait for a gateway that has ended
     #[arg(long)]
     watch: bool,
 }
 
+/// The lowest level of the changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum HistoryLevel {
+    #[value(name = "OK")]
+    Ok,
+    #[value(name = "WARN")]
+    Warn,
+    #[value(name = "ERROR")]
+    Error,
+}
+
+impl From<HistoryLevel> for Level {
+    fn from(level: HistoryLevel) -> Self {
+        match level {
+            HistoryLevel::Ok => Self::Ok,
+            HistoryLevel::Warn => Self::Warn,
+            HistoryLevel::Error => Self::Error,
+        }
+    }
+}
+
 pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
     if args.schema {
-        print(&format!("{:#}\n", schema::status()), args)?;
+        let schema = if args.history.is_some() { schema::history() } else { schema::status() };
+        print(&format!("{schema:#}\n"), args)?;
         return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(level) = args.history {
+        return history(args, level.into());
     }
     let mut client = match StatusClient::connect(&args.socket) {
         Ok(client) => client,
@@ -82,6 +114,45 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
                 Level::Warn | Level::Stale => 4,
                 Level::Error => 7,
             }));
+        }
+    }
+}
+
+/// Prints the changes that the gateway has kept, and with `--watch` those that come.
+fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
+    let mut after = 0;
+    let mut client = match StatusClient::connect(&args.socket) {
+        Ok(client) => client,
+        Err(error) => return Ok(unreachable(&args.socket, &error)),
+    };
+    loop {
+        let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
+        let page = match client.history(request) {
+            Ok(page) => page,
+            Err(error) if args.watch && !matches!(error, ClientError::NoHistory) => {
+                client = reconnect(args, &error)?;
+                continue;
+            }
+            Err(error) => return Ok(unreachable(&args.socket, &error)),
+        };
+        let mut out = io::stdout().lock();
+        for entry in &page.entries {
+            if args.json {
+                writeln!(out, "{}", serde_json::to_string(entry).map_err(io::Error::from)?)?;
+            } else {
+                write!(out, "{}", entry_text(entry))?;
+            }
+        }
+        out.flush()?;
+        drop(out);
+        // Numbers of a gateway without a file begin again.
+        let last = page.entries.last().map_or(after, |entry| entry.number);
+        after = if page.next_number <= last { 0 } else { last };
+        if !page.has_more {
+            if !args.watch {
+                return Ok(ExitCode::SUCCESS);
+            }
+            sleep(RECONNECT_INTERVAL);
         }
     }
 }

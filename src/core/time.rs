@@ -94,6 +94,19 @@ impl WallStamp {
 
     /// Returns the date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
     pub fn utc_text(self) -> String {
+        let [year, month, day, hour, minute, second] = self.utc_fields();
+        format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
+    }
+
+    /// Returns the date and time in UTC, to the millisecond, for people: `2026-01-01 00:00:00.000Z`.
+    pub fn utc_line_text(self) -> String {
+        let [year, month, day, hour, minute, second] = self.utc_fields();
+        let millis = self.nanosec() / 1_000_000;
+        format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}.{millis:03}Z")
+    }
+
+    /// Year, month, day, hour, minute and second in UTC.
+    fn utc_fields(self) -> [i64; 6] {
         let seconds = self.0.div_euclid(1_000_000_000);
         let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
         // Days since 0000-03-01, in eras of 400 years that begin with a March: leap days end a year.
@@ -105,8 +118,7 @@ impl WallStamp {
         let day = day_of_year - (153 * months + 2) / 5 + 1;
         let month = if months < 10 { months + 3 } else { months - 9 };
         let year = year_of_era + era * 400 + i64::from(month <= 2);
-        let (hours, minutes) = (second / 3600, second / 60 % 60);
-        format!("{year:04}{month:02}{day:02}T{hours:02}{minutes:02}{:02}Z", second % 60)
+        [year, month, day, second / 3600, second / 60 % 60, second % 60]
     }
 }
 
@@ -157,6 +169,7 @@ mod tests {
         for (seconds, text) in dates {
             assert_eq!(WallStamp::from_nanos(seconds * 1_000_000_000).utc_text(), text);
         }
+        assert_eq!(WallStamp::from_nanos(1_999_999).utc_line_text(), "1970-01-01 00:00:00.001Z");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::config::gateway::BlackBoxConfig;
 use crate::core::can::{CanInput, LinkState};
 use crate::core::diagnostics::Level;
 use crate::core::gateway::WALL_CLOCK_TASK;
-use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
+use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings, Recording};
 use crate::core::gateway::event::Output;
 use crate::core::gateway::process_status::RecorderState;
 use crate::core::time::{MonoTime, Now};
@@ -40,8 +40,7 @@ impl FaultRecorder {
     /// or thread. A folder that cannot be written is reported in the log and in the diagnostics.
     pub(super) fn start(settings: &Settings, links: &[LinkState]) -> Option<Self> {
         let config = &settings.black_box;
-        let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
-        let folder = config.folder.clone().or_else(from_systemd)?;
+        let folder = folder(settings)?;
         let recorder =
             BlackBoxRecorder::start(&folder, config.keep, time_and_text, recording::encoder(settings))
                 .inspect_err(|error| tracing::warn!("no black box: {error}"))
@@ -71,18 +70,22 @@ impl FaultRecorder {
         self.black_box.given_out(output.clone(), at);
     }
 
-    /// Writes the recording whose window has ended, if there is one.
-    pub(super) fn save_if_over(&mut self, at: Now) {
-        if let Some(recording) = self.black_box.take(at) {
-            self.recorder.save(recording);
-        }
+    /// Writes the recording whose window has ended, if there is one; returns the begin of its frames and its name.
+    pub(super) fn save_if_over(&mut self, at: Now) -> Option<(Now, String)> {
+        let recording = self.black_box.take(at)?;
+        Some(self.save(recording))
     }
 
-    /// Writes the recording of an open window.
-    pub(super) fn save_open(&mut self) {
-        if let Some(recording) = self.black_box.flush() {
-            self.recorder.save(recording);
-        }
+    /// Writes the recording of an open window, if there is one; returns the begin of its frames and its name.
+    pub(super) fn save_open(&mut self) -> Option<(Now, String)> {
+        let recording = self.black_box.flush()?;
+        Some(self.save(recording))
+    }
+
+    fn save(&self, recording: Recording) -> (Now, String) {
+        let named = (recording.start(), self.recorder.name(&recording));
+        self.recorder.save(recording);
+        named
     }
 
     pub(super) fn stop(&mut self) {
@@ -114,6 +117,12 @@ impl FaultRecorder {
 fn limits(config: &BlackBoxConfig) -> BlackBoxSettings {
     let (before, after) = (config.before, config.after);
     BlackBoxSettings { before, after, most_inputs: MAX_INPUTS, most_outputs: MAX_OUTPUTS }
+}
+
+/// Returns the folder of the black-box files: as configured, or in systemd's `STATE_DIRECTORY`; `None` without one.
+pub(super) fn folder(settings: &Settings) -> Option<PathBuf> {
+    let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
+    settings.black_box.folder.clone().or_else(from_systemd)
 }
 
 fn state_folder(variable: Option<OsString>) -> Option<PathBuf> {

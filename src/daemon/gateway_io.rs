@@ -1,18 +1,18 @@
 //! Passes the outputs to their destinations, and performs the process's duties to its supervisor.
 
-use std::future::pending;
 use std::io;
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use tokio::time::{Interval, MissedTickBehavior, interval};
-
 use super::error::DaemonError;
-use super::fault_recorder::FaultRecorder;
+use super::fault_recorder::{self, FaultRecorder};
+use super::history::HistoryKeeper;
+use super::pages::ReportPage;
 use super::publisher::Publisher;
 use super::recording;
 use super::signals::{ReloadSignal, StopSignals};
+use super::watchdog::Watchdog;
 use super::watching::{Process, Watching};
 use crate::config::Settings;
 use crate::core::can::{CanInput, LinkState, LogNote};
@@ -28,7 +28,7 @@ use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::live::{Edges, GivenOut, Live};
 use crate::core::gateway::process_status::LostLines;
 use crate::core::gateway::snapshot::ProcessSnapshot;
-use crate::core::time::{Now, WallStamp};
+use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::io::can::transmit::Transmitter;
@@ -56,6 +56,7 @@ pub(super) struct GatewayIo {
     pub(super) reload: ReloadSignal,
     pub(super) watching: Watching,
     timer: PreciseTimer,
+    history: HistoryKeeper,
     faults: Option<FaultRecorder>,
     mcap: Option<McapRecorder>,
     /// `None` if the configuration cannot be reloaded.
@@ -75,12 +76,14 @@ impl GatewayIo {
         settings: &Settings,
         view: View,
         json: Option<JsonTimeline>,
+        report: Option<ReportPage>,
     ) -> Result<Self, DaemonError> {
         // Signals first: from here on a stop is an orderly one.
         let (stop, reload) = (StopSignals::of_service()?, ReloadSignal::listen()?);
         let supervisor = Supervisor::from_env()?;
         let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
+        let history = HistoryKeeper::new();
         let version = env!("SIGNAL_GATEWAY_VERSION");
         tracing::info!("{}: {}; signal-gateway {version}", settings.vehicle, publisher.graph());
         Ok(Self {
@@ -91,7 +94,8 @@ impl GatewayIo {
             watchdog,
             stop,
             reload,
-            watching: Watching::start(settings),
+            watching: Watching::start(settings, history.shared(), report),
+            history,
             timer: PreciseTimer::new()?,
             faults: None,
             mcap: recording::start(settings),
@@ -110,6 +114,12 @@ impl GatewayIo {
         self.node = Some(settings.gateway.node.clone());
         self.configuration =
             self.reload.is_taken().then(|| ConfigurationState::new(settings.in_effect.clone()));
+    }
+
+    /// Keeps the history over the end of the process, where there is a folder for black-box files.
+    pub(super) fn keep_history(&mut self, settings: &Settings) {
+        let folder = fault_recorder::folder(settings);
+        self.view.earlier(&self.history.begin(folder.as_deref()));
     }
 
     /// Ignores reload requests, since a recording is played with its first configuration.
@@ -223,6 +233,7 @@ impl GatewayIo {
     /// Publishes and shows an output.
     fn hand_on(&mut self, given_out: &GivenOut) {
         let GivenOut { output, at, lag, is_held } = given_out;
+        self.history.given_out(output, at.mono);
         match output {
             Output::VehicleLights(report) => {
                 tracing::debug!("{report:?}, {lag:?} after its decision was due");
@@ -328,6 +339,7 @@ impl GatewayIo {
         let snapshot = ProcessSnapshot {
             configuration: self.configuration.clone(),
             black_box: self.faults.as_ref().map(FaultRecorder::state),
+            next_change: self.history.next_number(),
             log: process_log::state(),
             ros: self.publisher.snapshot(),
             ..ProcessSnapshot::default()
@@ -370,8 +382,12 @@ impl GatewayIo {
         self.supervisor.stopping();
         let mut faults = self.faults;
         // The disk works while the network disconnects.
-        faults.iter_mut().for_each(FaultRecorder::save_open);
+        if let Some((start, name)) = faults.as_mut().and_then(FaultRecorder::save_open) {
+            let end = Now { mono: MonoTime::MAX, ..start };
+            self.history.recorded(start, end, name);
+        }
         self.publisher.stop();
+        self.history.stop();
         faults.iter_mut().for_each(FaultRecorder::stop);
         self.mcap.iter().for_each(|mcap| mcap.stop(recording::STOP_PATIENCE));
         tracing::info!("stopped");
@@ -394,7 +410,9 @@ impl Edges for LiveEdges<'_> {
             if let Input::Can(input) = input {
                 faults.keep(*input, at);
             }
-            faults.save_if_over(at);
+            if let Some((start, name)) = faults.save_if_over(at) {
+                self.io.history.recorded(start, at, name);
+            }
         }
     }
 
@@ -457,27 +475,6 @@ fn transmit(frame: &CommandFrame, transmitters: &[Transmitter]) -> CommandInput 
 fn write_line(line: &str) -> io::Result<()> {
     use io::Write;
     writeln!(io::stdout().lock(), "{line}")
-}
-
-/// The times at which the service manager expects a sign of life, in real time.
-pub(super) struct Watchdog(Option<Interval>);
-
-impl Watchdog {
-    /// Creates the timer. Must be called within a runtime.
-    fn new(period: Option<Duration>) -> Self {
-        Self(period.filter(|period| !period.is_zero()).map(|period| {
-            let mut ping_interval = interval(period);
-            ping_interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
-            ping_interval
-        }))
-    }
-
-    pub(super) async fn ping_due(&mut self) {
-        match &mut self.0 {
-            Some(ping_interval) => drop(ping_interval.tick().await),
-            None => pending().await,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ pub mod discover;
 mod error;
 mod fault_recorder;
 mod gateway_io;
+mod history;
 mod pages;
 pub mod publisher;
 mod receivers;
@@ -17,9 +18,11 @@ pub mod reload;
 mod ros_environment;
 mod signals;
 pub mod vehicle;
+mod watchdog;
 mod watching;
 
 pub use error::DaemonError;
+pub use pages::ReportPage;
 pub use watching::build;
 
 use std::future::pending;
@@ -75,9 +78,14 @@ const QUIET: Duration = Duration::from_millis(100);
 
 /// Runs on the configured source until a stop signal arrives. SIGHUP reloads the result of `read`, unless a recording
 /// is played.
-pub fn run(settings: Settings, view: View, read: ReadConfiguration) -> Result<(), DaemonError> {
+pub fn run(
+    settings: Settings,
+    view: View,
+    read: ReadConfiguration,
+    report: ReportPage,
+) -> Result<(), DaemonError> {
     match (settings.source, settings.recording.clone()) {
-        (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view, read)),
+        (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view, read, report)),
         (SourceKind::Recording, None) => Err(DaemonError::NoRecording),
         (SourceKind::Recording, Some(recording)) => {
             let playback = Playback {
@@ -90,7 +98,8 @@ pub fn run(settings: Settings, view: View, read: ReadConfiguration) -> Result<()
             let name = recording.file.display().to_string();
             let mut routes = Routes::by_interface(&settings.gateway);
             routes.adopt_only_interface(&recording.file);
-            play(settings, view, None, (&name, &reopen, routes), playback)
+            let played = (name.as_str(), &reopen as Reopen<'_>, routes);
+            play_with(settings, view, None, Some(report), played, playback)
         }
     }
 }
@@ -100,11 +109,27 @@ pub fn play(
     settings: Settings,
     view: View,
     json: Option<JsonTimeline>,
+    played: (&str, Reopen<'_>, Routes),
+    playback: Playback,
+) -> Result<(), DaemonError> {
+    play_with(settings, view, json, None, played, playback)
+}
+
+/// Plays a recording; with `report` as the source of a gateway that runs on and keeps its history.
+fn play_with(
+    settings: Settings,
+    view: View,
+    json: Option<JsonTimeline>,
+    report: Option<ReportPage>,
     (name, reopen, routes): (&str, Reopen<'_>, Routes),
     playback: Playback,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
-        let mut gateway_io = GatewayIo::open(&settings, view, json)?;
+        let keeps_history = report.is_some();
+        let mut gateway_io = GatewayIo::open(&settings, view, json, report)?;
+        if keeps_history {
+            gateway_io.keep_history(&settings);
+        }
         gateway_io.keep_configuration();
         // On the heap: the settings make it large.
         let outcome = Box::pin(play_on(settings, &mut gateway_io, (name, reopen, routes), playback)).await;
@@ -174,9 +199,15 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_current_thread().enable_all().build()
 }
 
-async fn run_live(settings: Settings, view: View, read: ReadConfiguration) -> Result<(), DaemonError> {
+async fn run_live(
+    settings: Settings,
+    view: View,
+    read: ReadConfiguration,
+    report: ReportPage,
+) -> Result<(), DaemonError> {
     let _sender_lock = SenderLock::take(settings.gateway.command_interfaces()).await?;
-    let mut gateway_io = GatewayIo::open(&settings, view, None)?;
+    let mut gateway_io = GatewayIo::open(&settings, view, None, Some(report))?;
+    gateway_io.keep_history(&settings);
     let (mut receivers, transmitters) =
         Receivers::start(&settings, |bus| Some(settings.gateway.relevant_ids(bus)));
     let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;

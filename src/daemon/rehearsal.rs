@@ -19,7 +19,7 @@ pub fn rehearse(
     speed: f64,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
-        let mut gateway_io = GatewayIo::open(settings, view, None)?;
+        let mut gateway_io = GatewayIo::open(settings, view, None, None)?;
         gateway_io.keep_configuration();
         gateway_io.ready(rehearsal.gateway(), rehearsal.now());
         let clock = Clock::start();

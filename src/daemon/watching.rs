@@ -7,10 +7,14 @@ use std::io;
 use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::pages::router;
+use tokio::sync::Semaphore;
+
+use super::history::SharedHistory;
+use super::pages::{ReportPage, Sources, router};
 use crate::config::Settings;
 use crate::config::gateway::HttpConfig;
 use crate::core::diagnostics::Status;
@@ -20,7 +24,7 @@ use crate::core::provenance::ProvenanceSummary;
 use crate::core::time::{Now, millis};
 use crate::io::can::traffic::TrafficMeter;
 use crate::io::http;
-use crate::io::snapshots::feed::{SnapshotFeed, SnapshotSource};
+use crate::io::snapshots::feed::SnapshotFeed;
 use crate::io::snapshots::socket::{StatusSocket, serve};
 use crate::io::systemd::Supervisor;
 use crate::report::status::headline;
@@ -53,7 +57,7 @@ pub(super) struct Process {
 impl Watching {
     /// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. Without a socket the gateway runs as
     /// well: the log names the reason.
-    pub(super) fn start(settings: &Settings) -> Self {
+    pub(super) fn start(settings: &Settings, history: SharedHistory, report: Option<ReportPage>) -> Self {
         let from_systemd = || runtime_socket(std::env::var_os("RUNTIME_DIRECTORY"));
         let config = &settings.status;
         let path = config.socket.clone().or_else(from_systemd).filter(|_| config.enabled);
@@ -67,7 +71,7 @@ impl Watching {
         if let (Some(_), Some(url)) = (&http, settings.http.url().filter(|_| settings.http.opens_browser)) {
             open_browser(&url);
         }
-        let feed = open(socket.as_ref(), http, &settings.http);
+        let feed = open(socket.as_ref(), http, &settings.http, (history, report));
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.as_str());
         Self {
             feed,
@@ -170,12 +174,14 @@ fn open(
     socket: Option<&StatusSocket>,
     http: Option<TcpListener>,
     config: &HttpConfig,
+    (history, report): (SharedHistory, Option<ReportPage>),
 ) -> Option<SnapshotFeed> {
     if socket.is_none() && http.is_none() {
         return None;
     }
-    let (feed, source) = SnapshotFeed::new();
-    let started = start_serving(socket, http, config, source);
+    let (feed, snapshots) = SnapshotFeed::new();
+    let sources = Sources { snapshots, history, report, making: Arc::new(Semaphore::new(1)) };
+    let started = start_serving(socket, http, config, sources);
     started.inspect_err(|error| tracing::warn!("no status: {error}")).ok()?;
     Some(feed)
 }
@@ -184,17 +190,18 @@ fn start_serving(
     socket: Option<&StatusSocket>,
     http: Option<TcpListener>,
     config: &HttpConfig,
-    source: SnapshotSource,
+    sources: Sources,
 ) -> io::Result<()> {
     let socket = socket.map(StatusSocket::listener).transpose()?;
     let hosts = config.hosts.clone();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let pages = router(source.clone(), config.page);
+    let (source, history) = (sources.snapshots.clone(), sources.history.clone());
+    let pages = router(sources, config.page);
     thread::Builder::new().name("status".to_owned()).spawn(move || {
         runtime.block_on(async {
             let socket = async {
                 match socket {
-                    Some(listener) => serve(listener, source).await,
+                    Some(listener) => serve(listener, source, move |request| history.page(request)).await,
                     None => pending().await,
                 }
             };

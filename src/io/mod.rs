@@ -5,6 +5,7 @@ pub mod clock;
 pub mod clock_state;
 pub mod folder_access;
 pub mod hangup;
+pub mod history_file;
 pub mod http;
 mod journal;
 pub mod mcap;

@@ -37,6 +37,7 @@ pub struct BlackBoxRecorder {
     recordings: Option<SyncSender<Recording>>,
     state: Arc<Mutex<RecorderState>>,
     keep: Arc<AtomicUsize>,
+    boot: String,
     ended: Receiver<()>,
 }
 
@@ -50,9 +51,10 @@ impl BlackBoxRecorder {
         let (sender, recordings) = sync_channel(MAX_WAITING);
         let (end, ended) = channel();
         let limit = Arc::new(AtomicUsize::new(keep));
+        let boot = boot();
         let mut writer = RecordingWriter {
             keep: Arc::clone(&limit),
-            folder: Folder { path: folder.to_owned(), keep, boot: boot(), last_counter: 0 },
+            folder: Folder { path: folder.to_owned(), keep, boot: boot.clone(), last_counter: 0 },
             line,
             encoder,
             state: Arc::clone(&state),
@@ -62,7 +64,7 @@ impl BlackBoxRecorder {
             let _end: std::sync::mpsc::Sender<()> = end;
             writer.run(&recordings);
         })?;
-        Ok(Self { recordings: Some(sender), state, keep: limit, ended })
+        Ok(Self { recordings: Some(sender), state, keep: limit, boot, ended })
     }
 
     /// Queues a recording. Never blocks: if the queue is full, the recording is lost and counted.
@@ -75,6 +77,11 @@ impl BlackBoxRecorder {
         };
         tracing::warn!("black box not written: {error}");
         fail(&self.state, error.to_owned());
+    }
+
+    /// Returns the end of a recording's file names, which [`log_of`] finds again.
+    pub fn name(&self, recording: &Recording) -> String {
+        format!("{}-{}", self.boot, recording.fault.wall.utc_text())
     }
 
     /// Changes the number of recordings to keep, from the next one on.
@@ -94,6 +101,23 @@ impl BlackBoxRecorder {
             tracing::warn!("black box not written: the disk is too slow");
         }
     }
+}
+
+/// Returns the log of a recording in a folder, by the end of its name; `None` if there is none, or no longer.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn log_of(folder: &Path, recording: &str) -> io::Result<Option<PathBuf>> {
+    let end = format!("-{recording}.log");
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let name = entry?.file_name();
+        if name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(&end)) {
+            found.push(folder.join(name));
+        }
+    }
+    // Of two within a second, or with a clock that was set back, the newest.
+    Ok(found.into_iter().max())
 }
 
 struct RecordingWriter {

@@ -12,6 +12,7 @@ use crate::core::can::{BusIndex, CanId, Frame};
 use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::gateway::event::Output;
+use crate::core::gateway::history::{Change, ChangeKind};
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
 use crate::core::traffic_light::output::TrafficLightOutput;
@@ -129,43 +130,36 @@ pub struct Event {
     /// `ENABLE_LEFT`, `no longer published`, or the message of a status.
     pub text: String,
     /// What has changed.
-    pub kind: EventKind,
+    pub kind: ChangeKind,
     /// Signals that it is about, as its status names them.
     pub signals: Vec<String>,
-}
-
-/// What a change is about. The journal has an identifier for each, which never changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EventKind {
-    /// A report is published, or has another value.
-    ReportPublished,
-    /// A report is no longer published.
-    ReportWithdrawn,
-    /// A status has another level or message.
-    Status(Level),
-    /// A new request goes to the vehicle.
-    CommandSent,
-}
-
-impl EventKind {
-    /// `MESSAGE_ID` in the journal.
-    pub fn message_id(self) -> &'static str {
-        match self {
-            Self::ReportPublished => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e101",
-            Self::ReportWithdrawn => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e102",
-            Self::Status(Level::Ok) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e110",
-            Self::Status(Level::Warn | Level::Stale) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e111",
-            Self::Status(Level::Error) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e112",
-            Self::CommandSent => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e120",
-        }
-    }
+    /// What to do; empty if nothing is to be done.
+    pub remedy: String,
 }
 
 impl Event {
     /// Returns the message of a status that is not OK; empty for other events.
     pub fn cause(&self) -> &str {
-        let is_bad = matches!(self.kind, EventKind::Status(level) if level > Level::Ok);
+        let is_bad = self.kind == ChangeKind::Status && self.level > Level::Ok;
         if is_bad { &self.text } else { "" }
+    }
+
+    /// `MESSAGE_ID` in the journal. There is one for each kind, and for each level of a status; they never change.
+    pub fn message_id(&self) -> &'static str {
+        match (self.kind, self.level) {
+            (ChangeKind::ReportPublished, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e101",
+            (ChangeKind::ReportWithdrawn, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e102",
+            (ChangeKind::CommandSent, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e120",
+            (_, Level::Ok) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e110",
+            (_, Level::Warn | Level::Stale) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e111",
+            (_, Level::Error) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e112",
+        }
+    }
+
+    /// The change for the history.
+    pub fn change(self) -> Change {
+        let Self { level, task, text, kind, remedy, .. } = self;
+        Change { kind, level, subject: task, text, remedy }
     }
 }
 
@@ -229,10 +223,10 @@ impl Changes {
             return Vec::new();
         }
         let (level, text, kind) = match text {
-            Some(text) => (Level::Ok, text, EventKind::ReportPublished),
-            None => (Level::Warn, "no longer published".to_owned(), EventKind::ReportWithdrawn),
+            Some(text) => (Level::Ok, text, ChangeKind::ReportPublished),
+            None => (Level::Warn, "no longer published".to_owned(), ChangeKind::ReportWithdrawn),
         };
-        vec![Event { level, task: report.to_owned(), text, kind, signals: Vec::new() }]
+        vec![Event { level, task: report.to_owned(), text, kind, signals: Vec::new(), remedy: String::new() }]
     }
 
     fn status(&mut self, status: &Status) -> Option<Event> {
@@ -245,8 +239,9 @@ impl Changes {
             level: status.level,
             task: status.task.clone(),
             text: status.message.clone(),
-            kind: EventKind::Status(status.level),
+            kind: ChangeKind::Status,
             signals: status.signals.clone(),
+            remedy: status.remedy.clone(),
         })
     }
 }
@@ -256,8 +251,9 @@ fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
         level: Level::Ok,
         task: FRAMES.to_owned(),
         text: format!("{verb} {frame}"),
-        kind: EventKind::CommandSent,
+        kind: ChangeKind::CommandSent,
         signals: Vec::new(),
+        remedy: String::new(),
     };
     is_news.then(event).into_iter().collect()
 }

@@ -5,6 +5,7 @@ use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
 use super::live_view::Feed;
+use crate::core::gateway::history::HistoryEntry;
 use crate::core::gateway::snapshot::Snapshot;
 
 /// Returns the schema of a line of `status --json`.
@@ -15,6 +16,11 @@ pub fn status() -> Value {
 /// Returns the schema of an event of the live page.
 pub fn feed() -> Value {
     schema::<Feed<'_>>()
+}
+
+/// Returns the schema of a line of `status --history --json`.
+pub fn history() -> Value {
+    schema::<HistoryEntry>()
 }
 
 fn schema<T: JsonSchema>() -> Value {

@@ -8,11 +8,13 @@ use super::story::{Story, Summary, Teller, TryNext, WrongCaption, try_next_text}
 use super::terminal::TerminalView;
 use crate::core::diagnostics::Level;
 use crate::core::gateway::event::Output;
+use crate::core::gateway::history::HistoryEntry;
 use crate::core::gateway::snapshot::Snapshot;
 use crate::core::time::MonoTime;
 use crate::io::output_queue::{Loss, Losses, OutputQueue};
 use crate::io::process_log;
 use crate::report::gateway::{Changes, Event};
+use crate::report::history::line_text;
 use crate::report::text::escaped;
 
 /// Shows what happens while a command runs.
@@ -81,6 +83,13 @@ impl View {
         self
     }
 
+    /// Shows the changes of an earlier process, where there is a log that scrolls back to them.
+    pub fn earlier(&self, entries: &[HistoryEntry]) {
+        if let Destination::Terminal(view) = &self.destination {
+            view.earlier(entries.iter().map(|entry| (entry.level, line_text(entry))).collect());
+        }
+    }
+
     /// Shows the changes in an output.
     ///
     /// # Errors
@@ -140,7 +149,7 @@ impl View {
             return;
         }
         // A field may come several times: each task of the moment is found.
-        let mut fields = vec![("MESSAGE_ID", worst.kind.message_id()), ("CAUSE", worst.cause())];
+        let mut fields = vec![("MESSAGE_ID", worst.message_id()), ("CAUSE", worst.cause())];
         for event in &events {
             fields.push(("TASK", event.task.as_str()));
             fields.extend(event.signals.iter().map(|signal| ("SIGNAL", signal.as_str())));

@@ -12,6 +12,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import recording
@@ -52,6 +53,39 @@ window.EventSource = class extends Plain {
 """
 
 
+# A change every five seconds for two hours, as a gateway has left it.
+PAST_S, PAST_STEP_S = 7200, 5
+
+
+def seed_history(folder, program):
+    """The history file of a gateway that ran for two hours, with one black box: the recording, around its first ERROR."""
+    box = folder / "box"
+    box.mkdir()
+    now = time.time()
+    recorded = f"0a1b2c3d-{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime(now - PAST_S / 2))}"
+    (box / f"fault-000001-{recorded}.log").write_text("\n".join(recording.lines()) + "\n")
+    replayed = subprocess.run([program, "replay", "states.log", "--profile", "demo_vehicle"], cwd=folder, check=True,
+                              capture_output=True, text=True).stdout
+    error_s = next(float(line.split()[0]) for line in replayed.splitlines() if "ERROR turn_indicators  invalid" in line)
+    entries = []
+
+    def add(ago_s, kind, level, subject, text, **more):
+        entry = {"number": len(entries) + 1, "stamp_ns": int((now - ago_s) * 1e9), "kind": kind, "level": level,
+                 "subject": subject, "text": text, "remedy": None, "black_box": None, **more}
+        entries.append(json.dumps(entry))
+
+    add(PAST_S, "started", "OK", "gateway", "started, the oldest of all")
+    for step in range(PAST_S // PAST_STEP_S):
+        ago_s = PAST_S - step * PAST_STEP_S
+        if step == PAST_S // PAST_STEP_S // 2:
+            add(ago_s, "status", "ERROR", "turn_indicators", "invalid, an hour ago", remedy="Find out what the value means.",
+                black_box={"recording": recorded, "at_us": round(error_s * 1e6)})
+            add(ago_s - 3, "status", "OK", "turn_indicators", "publishing")
+        add(ago_s, "report_published", "OK", "turn_indicators", ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT"][step % 4])
+    add(1, "stopped", "OK", "gateway", "stopped")
+    (box / "history.jsonl").write_text("\n".join(['{"history":1,"writer":"stopped"}', *entries]) + "\n")
+
+
 def free_port():
     with socket.socket() as sock:
         sock.bind(("127.0.0.1", 0))
@@ -64,6 +98,7 @@ class Gateway:
     def __init__(self, program, folder, port):
         self.command, self.folder, self.process = [program, "run", "--config", str(folder / "gateway.toml")], folder, None
         (folder / "states.log").write_text("\n".join(recording.lines()) + "\n")
+        seed_history(folder, program)
         (folder / "gateway.toml").write_text(f"""
 profile = "{PROJECT}/config/vehicles/demo_vehicle.toml"
 source = "recording"
@@ -76,6 +111,8 @@ repeat = true
 enabled = false
 [http]
 address = "127.0.0.1:{port}"
+[black_box]
+folder = "box"
 [traffic_lights]
 scenario = "{PROJECT}/config/scenarios/bench.toml"
 """)
@@ -137,6 +174,16 @@ def states_are_seen(page):
     expect(page.locator("#lights")).to_contain_text("main road")
 
 
+def picture_for_readme(page):
+    """The page when its last minute has every state, and the vehicle turns left again."""
+    expect(page.locator("#car-text")).to_have_text("turning left")
+    if os.environ.get("UPDATE_DOCS"):
+        page.emulate_media(color_scheme="dark")
+        page.wait_for_timeout(300)  # until it is drawn
+        page.screenshot(path=PROJECT / "docs/pictures/page.png")
+        page.emulate_media(color_scheme="light")
+
+
 def loss_is_shown_and_mended(page, gateway, axe):
     expect(page.locator("#connection")).to_have_text("live")
     gateway.kill()
@@ -181,6 +228,48 @@ def loss_looks_like_one(browser, url, gateway, pictures):
     print("seen: killed gateway, light and dark, 1280 and 390 px wide", flush=True)
 
 
+def history_is_scrolled_and_leads_to_frames(browser, url, pictures, axe):
+    """Two hours of changes, back to the oldest; one click from an ERROR of an hour ago to its frame, in list and lanes."""
+    for scheme, width, height in (("light", 1280, 900), ("dark", 390, 844)):
+        page = new_page(browser, viewport={"width": width, "height": height}, color_scheme=scheme)
+        page.goto(url)
+        changes = page.locator("#history li[data-key]")
+        expect(changes).not_to_have_count(0)
+        expect(page.locator("#past-text")).to_contain_text("there is more before")
+        oldest = changes.filter(has_text="started, the oldest of all")
+        parts = 0
+        while oldest.count() == 0:
+            before = changes.count()
+            page.locator("#history").evaluate("list => list.scrollTo(0, list.scrollHeight)")
+            page.wait_for_function("before => document.querySelectorAll('#history li[data-key]').length > before", arg=before)
+            parts += 1
+        assert parts > 1, "all of it was there at once"
+        oldest.scroll_into_view_if_needed()
+        expect(oldest).to_be_in_viewport()
+        page.locator("#past-time").select_option("120")
+        expect(page.locator("#past-lanes .lane .name")).to_contain_text(["turn_indicators, report"])
+        page.locator("#past").scroll_into_view_if_needed()
+        page.locator("#past").screenshot(path=f"{pictures}/history-{scheme}-{width}.png")
+        is_accessible(page, axe, f"history, {scheme}, {width}")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, f"wider than {width}"
+        page.locator("#least").select_option("ERROR")
+        error = changes.filter(has_text="invalid, an hour ago")
+        error.scroll_into_view_if_needed()
+        page.screenshot(path=f"{pictures}/error-{scheme}-{width}.png")
+        for link in (error.get_by_role("link", name="frames"), page.locator("#past-lanes a[title*='invalid, an hour ago']")):
+            with page.expect_popup() as opened:
+                link.click()
+            report = opened.value
+            report.set_default_timeout(WAIT_MS)
+            expect(report.locator("#detail")).to_contain_text("Frame that led to it")
+            expect(report.locator("#detail")).to_contain_text(" ".join(["00", "00", "06"] + 5 * ["00"]))
+            expect(report.locator("#detail")).to_contain_text("diagnostics: turn_indicators")
+            report.screenshot(path=f"{pictures}/frames-{scheme}-{width}.png")
+            report.close()
+        page.close()
+    print("seen: two hours of history scrolled, and the frame of an ERROR with one click, 1280 and 390 px wide", flush=True)
+
+
 def keys_do_it(page):
     page.keyboard.press("Tab")
     expect(page.locator(".skip")).to_be_focused()
@@ -214,8 +303,6 @@ def every_look(browser, url, pictures, axe):
             assert required.evaluate("stretch => stretch.offsetLeft > stretch.parentElement.querySelector('.ego').offsetLeft")
             expect(page.locator("#car-text")).to_have_text("turning left")
             page.screenshot(path=f"{pictures}/live-page-{scheme}-{width}.png", full_page=True)
-            if os.environ.get("UPDATE_DOCS") and (scheme, width) == ("dark", 1280):
-                page.screenshot(path=PROJECT / "docs/pictures/page.png")
             assert page.evaluate("document.documentElement.scrollWidth") <= width, f"wider than {width}"
             is_accessible(page, axe, f"{scheme}, {width}")
             page.close()
@@ -265,6 +352,7 @@ def main(program, chromium, pictures):
             assert answer.status == 200 and "sha256-" in answer.headers["content-security-policy"], answer.headers
             complaints.clear()  # of the visits before the gateway had started
             states_are_seen(page)
+            picture_for_readme(page)
             keys_do_it(page)
             assert not complaints, complaints
             assert all(request.startswith((url, "data:")) for request in requests), requests
@@ -273,6 +361,7 @@ def main(program, chromium, pictures):
             elsewhere.close()
             loss_is_shown_and_mended(page, gateway, axe)
             page.close()
+            history_is_scrolled_and_leads_to_frames(browser, url, pictures, axe)
             loss_looks_like_one(browser, url, gateway, pictures)
             every_look(browser, url, pictures, axe)
             report_is_accessible(browser, program, Path(folder), pictures, axe)

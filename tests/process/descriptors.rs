@@ -4,7 +4,7 @@ use std::io::{BufRead as _, BufReader};
 use std::net::SocketAddr;
 use std::os::unix::net::UnixStream;
 
-use super::metrics_endpoint::{ask, free_address};
+use crate::support::http::{ask, free_address};
 use crate::support::process::{Folder, Process};
 use crate::support::waiting::{described, wait_for, wait_until};
 

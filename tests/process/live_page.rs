@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::metrics_endpoint::{Gateway, ask, body, free_address};
+use super::metrics_endpoint::Gateway;
+use crate::support::http::{ask, body, free_address};
 use crate::support::process::Process;
 use crate::support::waiting::{Bystander, DEADLINE, wait_for, wait_until};
 

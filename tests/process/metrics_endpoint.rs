@@ -1,24 +1,20 @@
 //! The metrics over HTTP: what is answered and what is not, and Prometheus's own tools on the result.
 
-use std::io::{Read as _, Write as _};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::io::Write as _;
+use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::support::http::{ask, body, free_address};
 use crate::support::prerequisite::{Missing, Prerequisite, require};
 use crate::support::process::{Folder, Process};
-use crate::support::waiting::{DEADLINE, described, wait_for, wait_until};
+use crate::support::waiting::{described, wait_for, wait_until};
 
 /// A gateway on the demo recording, with metrics.
 pub(super) struct Gateway {
     process: Process,
     pub(super) address: SocketAddr,
     _folder: Folder,
-}
-
-/// An address that nobody uses at the moment.
-pub(super) fn free_address() -> SocketAddr {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap()
 }
 
 impl Gateway {
@@ -48,19 +44,6 @@ impl Gateway {
         let is_answer = |text: &String| !text.is_empty() && !text.ends_with("the gateway does not answer\n");
         wait_for(what, || ask(self.address, request).filter(is_answer))
     }
-}
-
-pub(super) fn ask(address: SocketAddr, request: &str) -> Option<String> {
-    let mut stream = TcpStream::connect(address).ok()?;
-    stream.set_read_timeout(Some(DEADLINE)).unwrap();
-    stream.write_all(request.as_bytes()).ok()?;
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).ok()?;
-    Some(answer)
-}
-
-pub(super) fn body(answer: &str) -> &str {
-    answer.split_once("\r\n\r\n").unwrap().1
 }
 
 #[test]

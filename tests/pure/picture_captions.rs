@@ -67,13 +67,13 @@ const CAPTIONS: &[Caption] = &[
     Caption {
         document: "README.md",
         picture: "page.png",
-        sentence: "The live page: the vehicle turning left, what is commanded, reported and received, the last minute, and the \
-                   trust in it",
+        sentence: "The live page: the vehicle turning left, what is reported and received, the last minute, and how far it is \
+                   trusted",
         check: |_| {
             // A browser takes it; this is what the browser waits for before.
             let check = fs::read_to_string(project().join("tests/live_page/check.py")).unwrap();
             let (before, _) = check.split_once("docs/pictures/page.png").unwrap();
-            let (_, before) = before.rsplit_once("page.goto(url)").unwrap();
+            let (_, before) = before.rsplit_once("def picture_for_readme").unwrap();
             assert!(before.contains("\"turning left\""), "{before}");
             let page = fs::read_to_string(project().join("src/report/live_page/page.html")).unwrap();
             for section in ["id=\"vehicle\"", "id=\"timeline\"", "id=\"trust\""] {

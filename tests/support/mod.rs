@@ -13,6 +13,7 @@ pub(crate) mod doctor;
 pub(crate) mod drive_script;
 pub(crate) mod driving_vehicle;
 pub(crate) mod files;
+pub(crate) mod http;
 pub(crate) mod json_process;
 pub(crate) mod mcap;
 pub(crate) mod peer;

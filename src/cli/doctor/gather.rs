@@ -248,7 +248,7 @@ fn running(args: &DoctorArgs, settings: Option<&Settings>) -> RunningFacts {
             let is_denied = error.kind() == io::ErrorKind::PermissionDenied;
             return RunningFacts { reach: if is_denied { Reach::Denied } else { Reach::Absent }, ..facts };
         }
-        Err(ClientError::Busy | ClientError::Unreadable(_)) => {
+        Err(ClientError::Busy | ClientError::NoHistory | ClientError::Unreadable(_)) => {
             return RunningFacts { reach: Reach::Unreadable, ..facts };
         }
     };

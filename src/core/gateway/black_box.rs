@@ -171,8 +171,8 @@ impl Recording {
         covered.map(move |(output, at)| (output, wall(start, *at)))
     }
 
-    /// The time of the first input, with which the log begins; without one, the time of the fault.
-    fn start(&self) -> Now {
+    /// Returns the time of the first input, with which the log begins; without one, the time of the fault.
+    pub fn start(&self) -> Now {
         self.inputs.first().map_or(self.fault, |(_, at)| *at)
     }
 

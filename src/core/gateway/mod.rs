@@ -50,6 +50,7 @@ pub mod catalogue;
 pub mod configuration;
 pub mod confinement;
 pub mod event;
+pub mod history;
 mod late_reports;
 pub mod live;
 pub mod live_time;

@@ -79,6 +79,9 @@ pub struct ProcessSnapshot {
     pub configuration: Option<ConfigurationState>,
     /// Black-box files; `None` without a folder for them.
     pub black_box: Option<RecorderState>,
+    /// Number of the next change of the history; a greater one than before means that there are new changes.
+    #[serde(default)]
+    pub next_change: u64,
     /// Log; `None` without one.
     pub log: Option<LogState>,
     /// ROS 2; `None` while it is off.

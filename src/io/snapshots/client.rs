@@ -1,17 +1,23 @@
 //! The other end of the status socket: reads snapshots of a running gateway.
 
-use std::io::{self, BufRead as _, BufReader, ErrorKind, Read as _};
+use std::io::{self, BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
 
-use super::socket::BUSY;
+use super::socket::{BUSY, HistoryAnswer};
+use crate::core::gateway::history::{HistoryPage, HistoryRequest};
 use crate::core::gateway::snapshot::Snapshot;
 
 /// Longest wait for a line.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Longest line that is read, bytes.
 const MAX_LINE: u64 = 64 * 1024 * 1024;
+
+/// Begin of the line that answers a request for changes.
+const HISTORY: &str = "{\"history\":";
+/// Snapshots that may come before the answer.
+const MOST_SNAPSHOTS_BEFORE: usize = 5;
 
 /// A connection to a running gateway.
 #[derive(Debug)]
@@ -26,6 +32,9 @@ pub enum ClientError {
     /// It serves too many clients already.
     #[error("it has too many clients")]
     Busy,
+    /// It does not answer a request for changes, as an older version.
+    #[error("it keeps no history: it is an older version")]
+    NoHistory,
     /// It does not send a snapshot that this version can read.
     #[error("it does not send a status that this version can read: {0}")]
     Unreadable(serde_json::Error),
@@ -47,6 +56,29 @@ impl StatusClient {
     /// # Errors
     /// See [`ClientError`].
     pub fn receive(&mut self) -> Result<(Snapshot, String), ClientError> {
+        let line = self.line()?;
+        let snapshot = parse(&line)?;
+        Ok((snapshot, line))
+    }
+
+    /// Changes that the gateway has kept.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn history(&mut self, request: HistoryRequest) -> Result<HistoryPage, ClientError> {
+        let request = serde_json::to_string(&request).map_err(ClientError::Unreadable)?;
+        self.0.get_mut().write_all(format!("{request}\n").as_bytes())?;
+        for _ in 0..MOST_SNAPSHOTS_BEFORE {
+            let line = self.line()?;
+            if line.starts_with(HISTORY) {
+                let answer: HistoryAnswer = serde_json::from_str(&line).map_err(ClientError::Unreadable)?;
+                return Ok(answer.history);
+            }
+        }
+        Err(ClientError::NoHistory)
+    }
+
+    fn line(&mut self) -> Result<String, ClientError> {
         let mut line = String::new();
         match self.0.by_ref().take(MAX_LINE).read_line(&mut line) {
             Ok(0) => return Err(io::Error::new(ErrorKind::UnexpectedEof, "the connection was closed").into()),
@@ -59,8 +91,7 @@ impl StatusClient {
         if line == BUSY {
             return Err(ClientError::Busy);
         }
-        let snapshot = parse(&line)?;
-        Ok((snapshot, line))
+        Ok(line)
     }
 }
 

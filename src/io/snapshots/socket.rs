@@ -1,5 +1,6 @@
 //! The status socket: each client gets the present snapshot as a line of JSON at once, and then one every
-//! [`INTERVAL`] until it leaves. Nothing that a client sends is read.
+//! [`INTERVAL`] until it leaves. A client that sends a line with a [`HistoryRequest`] gets a [`HistoryAnswer`] between them;
+//! one that sends anything else is left.
 
 use std::fs::{self, File, Permissions, TryLockError};
 use std::io::{self, ErrorKind};
@@ -9,11 +10,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::io::AsyncWriteExt as _;
+use serde::{Deserialize, Serialize};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::sync::Semaphore;
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::feed::SnapshotSource;
+use crate::core::gateway::history::{HistoryPage, HistoryRequest};
 
 /// Time from one line to the next.
 pub const INTERVAL: Duration = Duration::from_millis(500);
@@ -23,6 +26,10 @@ pub const MAX_CLIENTS: usize = 64;
 pub const BUSY: &str = "{\"error\":\"too many clients\"}\n";
 /// Longest time that a client may leave a line unread.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(1);
+/// Longest request of a client, bytes.
+const MAX_REQUEST: usize = 256;
+/// Pause after an answer, so that a client that asks all the time does not keep the others waiting.
+const ANSWER_PAUSE: Duration = Duration::from_millis(5);
 /// Pause before the next client when there are too many, or no file descriptors.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 /// Owner and group may connect.
@@ -120,11 +127,23 @@ impl Drop for StatusSocket {
     }
 }
 
-/// Serves clients for ever.
+/// The line that answers a request for changes.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HistoryAnswer {
+    /// The changes.
+    pub history: HistoryPage,
+}
+
+/// Serves clients for ever; `history` answers their requests for changes.
 ///
 /// # Errors
 /// A listener that the runtime does not take.
-pub async fn serve(listener: UnixListener, source: SnapshotSource) -> io::Result<()> {
+pub async fn serve(
+    listener: UnixListener,
+    source: SnapshotSource,
+    history: impl Fn(HistoryRequest) -> HistoryPage + Clone + Send + 'static,
+) -> io::Result<()> {
     let listener = tokio::net::UnixListener::from_std(listener)?;
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
@@ -138,20 +157,49 @@ pub async fn serve(listener: UnixListener, source: SnapshotSource) -> io::Result
             sleep(BUSY_PAUSE).await;
             continue;
         };
-        let source = source.clone();
+        let (source, history) = (source.clone(), history.clone());
         tokio::spawn(async move {
-            serve_client(client, source).await;
+            serve_client(client, source, history).await;
             drop(place);
         });
     }
 }
 
-/// Writes lines until the client leaves, or leaves one unread for too long.
-async fn serve_client(mut client: tokio::net::UnixStream, mut source: SnapshotSource) {
-    while let Some(taken) = source.next().await {
-        let line = taken.json_line();
-        match timeout(WRITE_TIMEOUT, client.write_all(line.as_bytes())).await {
-            Ok(Ok(())) => sleep(INTERVAL).await,
+/// Writes lines until the client leaves, leaves one unread for too long, or sends what is no request.
+async fn serve_client(
+    client: tokio::net::UnixStream,
+    mut source: SnapshotSource,
+    history: impl Fn(HistoryRequest) -> HistoryPage,
+) {
+    let (mut reader, mut writer) = client.into_split();
+    let (mut requests, mut is_asking) = (Vec::with_capacity(MAX_REQUEST), true);
+    let mut next = Instant::now();
+    loop {
+        let line: Arc<str> = if let Some(end) = requests.iter().position(|byte| *byte == b'\n') {
+            let Ok(request) = serde_json::from_slice(&requests[..end]) else { return };
+            requests.drain(..=end);
+            sleep(ANSWER_PAUSE).await;
+            // Plain structs of numbers and strings: this cannot fail.
+            let answer = serde_json::to_string(&HistoryAnswer { history: history(request) });
+            (answer.unwrap_or_default() + "\n").into()
+        } else if requests.len() >= MAX_REQUEST {
+            return;
+        } else {
+            tokio::select! {
+                read = reader.read_buf(&mut requests), if is_asking => {
+                    // One that has ended its side listens on.
+                    is_asking = read.is_ok_and(|length| length > 0);
+                    continue;
+                }
+                () = sleep_until(next) => {
+                    next = Instant::now() + INTERVAL;
+                    let Some(taken) = source.next().await else { return };
+                    taken.json_line()
+                }
+            }
+        };
+        match timeout(WRITE_TIMEOUT, writer.write_all(line.as_bytes())).await {
+            Ok(Ok(())) => {}
             Ok(Err(_)) | Err(_) => return,
         }
     }

@@ -45,6 +45,19 @@ const ageText = (ms) => {
   return minutes < 60 ? `${minutes} min ${Math.floor(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 };
 const clock = (date) => date.toTimeString().slice(0, 8);
+const twoDigits = (number) => String(number).padStart(2, "0");
+const day = (date) => `${date.getFullYear()}-${twoDigits(date.getMonth() + 1)}-${twoDigits(date.getDate())}`;
+// The day is told where it is another one.
+const moment = (date) => day(date) === day(new Date()) ? clock(date) : `${day(date)} ${clock(date)}`;
+
+// A text if it fits so many pixels; else its beginning, where that means something by itself, or nothing.
+const ruler = document.createElement("canvas").getContext("2d");
+ruler.font = "12px system-ui, sans-serif";
+const EDGES_PX = 24;
+const fitting = (text, width) => {
+  const beginning = /^[\d.]+(?= )|^.+?(?=: )/.exec(text)?.[0] ?? text;
+  return [text, beginning].find((part) => ruler.measureText(part).width + EDGES_PX <= width) ?? "";
+};
 
 // A word with a sign before it, so that colour is never alone.
 const SIGNS = { ok: "✓", warn: "!", error: "✕", none: "–" };

@@ -1,8 +1,6 @@
-// What happened since the page was opened: the timeline, the changes of statuses, and announcements.
+// The last minute as it was seen here: its timeline, and announcements.
 const TIMELINE_MS = 60_000;
-const MAX_CHANGES = 200;
 const lanes = new Map(); // label to spans, the last of which is going on
-const known = new Map(); // task to level and message
 let failures = null;
 
 const begin = (label, at, tone, text) => {
@@ -46,22 +44,6 @@ const remember = (snapshot, at) => {
   if (turn) begin("Decider", at, turn.replace(" ", "-"), turn);
   for (const bus of snapshot.view.buses) begin(`Bus ${bus.name}`, at, toneOf(bus.level), bus.state);
   begin("All statuses", at, toneOf(snapshot.level), snapshot.level);
-  noteChanges(snapshot);
-};
-
-const noteChanges = (snapshot) => {
-  for (const status of snapshot.diagnostics) {
-    const before = known.get(status.task);
-    known.set(status.task, status.level + status.message);
-    if (before === undefined || before === status.level + status.message) continue;
-    note(status.level, `${status.task}: ${status.message}`);
-  }
-};
-const note = (level, text) => {
-  const history = by("history");
-  const time = element("time", "", clock(new Date()));
-  history.prepend(element("li", "", time, " ", badge(toneOf(level), level), " ", text));
-  while (history.children.length > MAX_CHANGES) history.lastChild.remove();
 };
 
 // Begins a gap in all lanes.
@@ -78,11 +60,13 @@ const drawTimeline = (at) => {
     track.setAttribute("role", "img");
     return element("div", "lane", element("span", "name", label), track);
   }, (lane, [label, spans]) => {
-    const track = lane.lastChild;
-    keyed(track, spans, (span) => span.from, (span) => element("div", "", element("span", "", span.text)), (drawn, span) => {
+    const track = lane.lastChild, width = track.clientWidth;
+    keyed(track, spans, (span) => span.from, () => element("div", "", element("span")), (drawn, span) => {
       const left = Math.max((span.from - from) / TIMELINE_MS, 0);
       const right = ((span.to ?? at) - from) / TIMELINE_MS;
-      setClass(drawn, `span ${span.tone}${right - left < 0.05 ? " narrow" : ""}`);
+      const text = fitting(span.text, (right - left) * width);
+      setText(drawn.firstChild, text);
+      setClass(drawn, `span ${span.tone}${text === span.text ? "" : " left-out"}`);
       drawn.style.left = `${left * 100}%`;
       drawn.style.width = `${Math.max(right - left, 0) * 100}%`;
       drawn.title = span.text;

@@ -12,6 +12,7 @@ let pid = null;
 let isPaused = false;
 let pausedText = "";
 let isOld = false;
+let pastAt = 0; // performance.now() of the last drawing of the history
 
 let shown = null;
 const show = (snapshot) => {
@@ -64,7 +65,10 @@ const take = (event) => {
   const snapshot = JSON.parse(event.data);
   const before = pid;
   const lag = lagOf(snapshot, at);
-  if (before !== null && before !== pid) note("WARN", `the gateway was restarted: process ${pid} in place of ${before}`);
+  if (before !== null && before !== pid) {
+    note("WARN", `the gateway was restarted: process ${pid} in place of ${before}`);
+    askNewest();
+  }
   [lastAt, lastClock] = [at, new Date()];
   if (lag > LAG_MS) {
     markOld("OLD VALUES", `The connection is slow: the values below are ${ageText(lag)} old`);
@@ -73,9 +77,14 @@ const take = (event) => {
   markPresent();
   remember(snapshot, at);
   announceChanges(snapshot);
+  followHistory(snapshot);
   if (!isPaused) {
     show(snapshot);
     drawTimeline(at);
+    if (pastEnd === null && at - pastAt > 1_000) {
+      pastAt = at;
+      drawPastLanes();
+    }
   }
   setText(by("connection"), isPaused ? pausedText : "live");
 };

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::core::diagnostics::Level;
+use crate::core::gateway::history::ChangeKind;
 use crate::core::time::MonoTime;
-use crate::report::gateway::{Event, EventKind};
+use crate::report::gateway::Event;
 use crate::report::text::{escaped, times, wrapped};
 
 /// Commands that come next, each with what it does.
@@ -23,17 +24,21 @@ impl Summary {
     /// Counts an event for the summary.
     pub fn count(&mut self, event: &Event) {
         match event.kind {
-            EventKind::ReportPublished | EventKind::ReportWithdrawn => {
-                let value = (event.kind == EventKind::ReportPublished).then(|| event.text.clone());
+            ChangeKind::ReportPublished | ChangeKind::ReportWithdrawn => {
+                let value = (event.kind == ChangeKind::ReportPublished).then(|| event.text.clone());
                 *self.values.entry(event.task.clone()).or_default().entry(value).or_default() += 1;
             }
-            EventKind::Status(Level::Ok) | EventKind::CommandSent => {}
-            EventKind::Status(Level::Warn | Level::Error | Level::Stale) => {
+            ChangeKind::Status if event.level > Level::Ok => {
                 let reason = format!("{}: {}", event.task, event.text);
                 if !self.reasons.contains(&reason) {
                     self.reasons.push(reason);
                 }
             }
+            ChangeKind::Status
+            | ChangeKind::CommandSent
+            | ChangeKind::Started
+            | ChangeKind::Stopped
+            | ChangeKind::Missing => {}
         }
     }
 
@@ -87,20 +92,21 @@ pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
 mod tests {
     use super::*;
 
-    fn event(task: &str, text: &str, kind: EventKind) -> Event {
-        Event { level: Level::Ok, task: task.to_owned(), text: text.to_owned(), kind, signals: Vec::new() }
+    fn event(task: &str, text: &str, kind: ChangeKind, level: Level) -> Event {
+        let (task, text) = (task.to_owned(), text.to_owned());
+        Event { level, task, text, kind, signals: Vec::new(), remedy: String::new() }
     }
 
     #[test]
     fn summary_counts_values_and_names_each_reason_once() {
         let mut summary = Summary::default();
         for event in [
-            event("turn", "ENABLE_LEFT", EventKind::ReportPublished),
-            event("turn", "no longer published", EventKind::ReportWithdrawn),
-            event("turn", "stale", EventKind::Status(Level::Error)),
-            event("turn", "ENABLE_LEFT", EventKind::ReportPublished),
-            event("turn", "stale", EventKind::Status(Level::Error)),
-            event("can0", "fine", EventKind::Status(Level::Ok)),
+            event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "no longer published", ChangeKind::ReportWithdrawn, Level::Ok),
+            event("turn", "stale", ChangeKind::Status, Level::Error),
+            event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "stale", ChangeKind::Status, Level::Error),
+            event("can0", "fine", ChangeKind::Status, Level::Ok),
         ] {
             summary.count(&event);
         }
@@ -113,11 +119,12 @@ mod tests {
     fn summary_and_what_comes_next_are_wrapped_between_words() {
         const NEXT: TryNext = &[("signal-gateway demo lights", "the traffic lights of a scenario")];
         let mut summary = Summary::default();
-        summary.count(&event("turn", "ENABLE_LEFT", EventKind::ReportPublished));
+        summary.count(&event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok));
         summary.count(&event(
             "turn",
             "a reason that is longer than a narrow line",
-            EventKind::Status(Level::Warn),
+            ChangeKind::Status,
+            Level::Warn,
         ));
         let text = summary.text(MonoTime::from_millis(45_100), Some(40)) + &try_next_text(NEXT, Some(40));
         assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");

@@ -61,6 +61,7 @@ pub struct TerminalView {
 
 enum Message {
     Line(Option<Level>, String),
+    Earlier(Vec<(Level, String)>),
     Snapshot(MonoTime, Box<Snapshot>),
     Picture(Box<Picture>),
     Messages(Vec<MessageRow>),
@@ -88,6 +89,11 @@ impl TerminalView {
     /// Adds a line to the log, of this time since the start.
     pub fn line(&self, level: Level, at: MonoTime, text: &str) {
         self.send(Message::Line(Some(level), line_text(at.since(MonoTime::ZERO), text)));
+    }
+
+    /// Adds lines of an earlier process to the log, each with its level.
+    pub fn earlier(&self, lines: Vec<(Level, String)>) {
+        self.send(Message::Earlier(lines));
     }
 
     /// Shows another caption from now on.
@@ -168,6 +174,11 @@ fn take(model: &mut Model, message: Message) {
                 None => (level_in(&text), line_text(model.time(), &text)),
             };
             model.add_line(known, escaped(&text).into_owned());
+        }
+        Message::Earlier(lines) => {
+            for (level, text) in lines {
+                model.add_line(Some(level), text);
+            }
         }
         Message::Snapshot(at, snapshot) => {
             model.at = Some(at.since(MonoTime::ZERO));

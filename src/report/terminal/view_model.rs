@@ -11,8 +11,8 @@ use crate::core::diagnostics::Level;
 
 /// Span of the strip, ms.
 pub const STRIP_MS: i64 = 60_000;
-/// Lines of the log that are kept.
-const MAX_LINES: usize = 500;
+/// Lines of the log that are kept: some hours of changes.
+const MAX_LINES: usize = 20_000;
 /// Lines by which a page of the log is scrolled.
 const PAGE: usize = 10;
 /// Half a period of a blinking arrow: 1.5 Hz.

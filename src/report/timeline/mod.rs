@@ -1,5 +1,5 @@
 //! The timeline of a recording: raw values, reports, commands, diagnostics, traffic lights and links, each with the frame
-//! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
+//! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_page`]).
 
 mod chart;
 mod curve;
@@ -33,6 +33,17 @@ pub struct Timeline {
     pub frames: Vec<CausingFrame>,
     /// What was left out, in sentences.
     pub remarks: Vec<String>,
+}
+
+/// A place of a timeline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OpenedAt {
+    /// Group of the lane.
+    pub group: Group,
+    /// Label of the lane.
+    pub label: String,
+    /// Time, seconds after the first frame.
+    pub at_s: f64,
 }
 
 /// The subject of a lane.

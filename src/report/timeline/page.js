@@ -276,4 +276,18 @@
   }, { passive: false });
   window.addEventListener("resize", draw);
   draw();
+
+  // Opened at a change: the state of this name that begins next to it, or else the place alone.
+  const AROUND_S = 2, NEXT_TO_S = 0.5;
+  function open({ group, label, at_s: at }) {
+    show(at - AROUND_S, at + AROUND_S);
+    const near = data.lanes.flatMap((lane, index) => {
+      if (lane.group !== group || lane.label !== label) return [];
+      const position = spanAt(lane.spans, at + NEXT_TO_S);
+      return lane.spans[position] ? [[Math.abs(lane.spans[position][FROM] - at), index, position]] : [];
+    }).sort(([a], [b]) => a - b)[0];
+    if (near && near[0] <= NEXT_TO_S) choose(near[1], near[2]);
+    else by("detail").replaceChildren(element("p", "", `No state of ${label} begins at ${seconds(at)} in this replay of the black box.`));
+  }
+  if (data.opened_at) open(data.opened_at);
 })();

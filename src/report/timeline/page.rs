@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{Column, MOTION, Span, Timeline};
+use super::{Column, MOTION, OpenedAt, Span, Timeline};
+use crate::report::page::Page;
 use crate::report::palette;
 use crate::report::text::counted;
 
@@ -11,13 +12,14 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 impl Timeline {
-    /// The timeline as a page. It works from a file, and loads nothing.
-    pub fn to_html(&self) -> String {
+    /// Returns the timeline as a page, which works from a file and loads nothing. With `opened_at` it opens there.
+    pub fn to_page(&self, opened_at: Option<&OpenedAt>) -> Page {
         let title = format!("{} - signal-gateway", self.title);
+        let style = palette::style() + STYLE;
         let places = [
             ("{{title}}", html(&title)),
-            ("{{style}}", palette::style() + STYLE),
-            ("{{data}}", self.data()),
+            ("{{style}}", style.clone()),
+            ("{{data}}", self.data(opened_at)),
             ("{{script}}", SCRIPT.to_owned()),
         ];
         let mut page = String::new();
@@ -30,11 +32,11 @@ impl Timeline {
             rest = after;
         }
         page.push_str(rest);
-        page
+        Page::new(page, &style, SCRIPT)
     }
 
     /// The data of the script: JSON in which no character can end the element that it is in.
-    fn data(&self) -> String {
+    fn data(&self, opened_at: Option<&OpenedAt>) -> String {
         let lanes = self.lanes.iter().map(|lane| {
             json!({
                 "group": lane.group,
@@ -66,6 +68,7 @@ impl Timeline {
             "lanes": lanes.collect::<Vec<_>>(),
             "frames": self.frames,
             "remarks": self.remarks,
+            "opened_at": opened_at,
         });
         data.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
     }

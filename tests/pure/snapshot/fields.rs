@@ -25,7 +25,9 @@ fn compare(path: &str, text: &str) {
 
 #[test]
 fn shipped_schemas_are_those_of_the_types() {
-    for (name, schema) in [("status", schema::status()), ("feed", schema::feed())] {
+    for (name, schema) in
+        [("status", schema::status()), ("feed", schema::feed()), ("history", schema::history())]
+    {
         compare(&format!("docs/schema/{name}.schema.json"), &(format!("{schema:#}") + "\n"));
     }
 }

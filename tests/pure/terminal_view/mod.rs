@@ -249,23 +249,23 @@ fn every_size_is_drawn_and_a_tiny_one_asks_for_more() {
 #[test]
 fn log_is_scrolled_by_keys_and_bounded() {
     let mut drive = Drive::left();
-    for line in 0..600 {
+    for line in 0..20_600 {
         drive.model.add_line(Some(Level::Warn), format!("line {line} ends"));
     }
-    assert_eq!(drive.model.log.len(), 500);
-    assert!(text(&drive.model, SIZES[1]).contains("line 599 ends"));
+    assert_eq!(drive.model.log.len(), 20_000);
+    assert!(text(&drive.model, SIZES[1]).contains("line 20599 ends"));
     let mut drive = drive.press(KeyCode::PageUp).press(KeyCode::Up);
     let shown = text(&drive.model, SIZES[1]);
-    assert!(shown.contains("line 588 ends") && !shown.contains("line 589 ends"), "{shown}");
+    assert!(shown.contains("line 20588 ends") && !shown.contains("line 20589 ends"), "{shown}");
     // New lines do not move what is being read.
     drive.model.add_line(None, "new".to_owned());
-    assert!(text(&drive.model, SIZES[1]).contains("line 588 ends"));
+    assert!(text(&drive.model, SIZES[1]).contains("line 20588 ends"));
     let drive = drive.press(KeyCode::Home);
     // The pane is full at the first line too.
     let first = text(&drive.model, SIZES[1]);
     let lines: Vec<_> = first.lines().skip_while(|line| !line.contains(" below ")).skip(1).collect();
     assert!(
-        lines.len() > 2 && lines[0].contains("line 101 ends") && lines[1].contains("line 102 ends"),
+        lines.len() > 2 && lines[0].contains("line 601 ends") && lines[1].contains("line 602 ends"),
         "{first}"
     );
     assert!(text(&drive.press(KeyCode::End).model, SIZES[1]).contains("new"));

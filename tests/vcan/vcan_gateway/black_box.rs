@@ -84,7 +84,7 @@ impl Drive {
     fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.folder.path().join("box")).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        let mut names: Vec<_> = names.filter(|name| name != "filler").collect();
+        let mut names: Vec<_> = names.filter(|name| name.starts_with("fault-")).collect();
         names.sort();
         names
     }

@@ -5,6 +5,7 @@
 //! on how fast something comes.
 
 mod black_box;
+mod history;
 mod joining;
 mod links;
 pub(crate) mod reader;
