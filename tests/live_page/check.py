@@ -178,10 +178,10 @@ def picture_for_readme(page):
     """The page when its last minute has every state, and the vehicle turns left again."""
     expect(page.locator("#car-text")).to_have_text("turning left")
     if os.environ.get("UPDATE_DOCS"):
-        page.emulate_media(color_scheme="dark")
+        page.emulate_media(color_scheme="dark", reduced_motion="reduce")  # lit, and not dark between two flashes
         page.wait_for_timeout(300)  # until it is drawn
         page.screenshot(path=PROJECT / "docs/pictures/page.png")
-        page.emulate_media(color_scheme="light")
+        page.emulate_media(color_scheme="light", reduced_motion="no-preference")
 
 
 def loss_is_shown_and_mended(page, gateway, axe):

@@ -206,7 +206,11 @@
     if (span[FROM] < view.from || span[FROM] > view.to) show(span[FROM] - width / 2, span[FROM] + width / 2);
     else draw();
     tell(data.lanes[lane], span);
-    tracks[lane].scrollIntoView({ block: "nearest" });
+    // On a narrow screen the details cover the lower part of the lanes, and the buttons the upper one.
+    const { top, bottom } = tracks[lane].getBoundingClientRect();
+    const details = by("detail").getBoundingClientRect();
+    const end = details.left < tracks[lane].getBoundingClientRect().right ? details.top : innerHeight;
+    if (top < by("controls").getBoundingClientRect().bottom || bottom > end) tracks[lane].scrollIntoView({ block: "center" });
   }
 
   function pairs(entries) {
