@@ -23,7 +23,7 @@ use crate::replay::Routes;
 use crate::report::chart::Chart;
 use crate::report::text::{counted, escaped, plain_path};
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct ConfigArgs {
     #[arg(short, long, value_name = "FILE", help = config_help())]
     pub(super) config: Option<PathBuf>,

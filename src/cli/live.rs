@@ -6,25 +6,22 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::arguments::{ConfigArgs, file_name, settings_of_node};
+use super::arguments::{ConfigArgs, settings_of_node};
+use super::black_box_report::black_box_report;
 use super::failure::Failure;
 use super::messages;
 use super::ros_arguments::{self, RosArgs, RosArguments};
 use super::view::ViewArgs;
-use crate::check::timeline::TimelineCollector;
-use crate::config::Settings;
 use crate::config::files::Disk;
 use crate::config::gateway::DEFAULT_NODE;
 use crate::daemon;
-use crate::io::can::log::Log;
 use crate::io::process_log::LogForm;
 #[cfg(feature = "ros")]
 use crate::io::ros::network::process;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::supervisor;
-use crate::replay::{Recording, Replay, Routes};
 use crate::report::text::escaped;
-use crate::report::timeline::{OpenedAt, Timeline};
+use crate::report::timeline::OpenedAt;
 use crate::report::view::View;
 
 pub(super) const RUN_HELP: &str = "\
@@ -77,6 +74,7 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     args.config.config = args.config.config.or(ros.config);
     args.config.profile = args.config.profile.or(ros.profile);
     let (config, overrides, record) = (args.config, ros.overrides, args.record);
+    let config_of_reports = config.clone();
     let isolated = !args.isolation.no_isolation;
     let read = move || {
         let mut settings = settings_of_node(&config, &overrides)?;
@@ -90,22 +88,9 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let view =
         args.view.open(format!("run · {}", settings.vehicle), settings.http.url(), || Ok(View::journal()))?;
     let read = Arc::new(move || read().map_err(|failure| failure.to_string()));
-    let reread = Arc::clone(&read);
-    let report = move |log: &Path, opened_at: &OpenedAt| {
-        let timeline = black_box_timeline(&reread()?, log).map_err(|failure| failure.to_string())?;
-        Ok(timeline.to_page(Some(opened_at)))
-    };
+    let report = move |log: &Path, opened_at: &OpenedAt| black_box_report(&config_of_reports, log, opened_at);
     daemon::run(settings, view, read, Arc::new(report))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Returns the timeline of a black-box log with this configuration.
-fn black_box_timeline(settings: &Settings, log: &Path) -> Result<Timeline, Failure> {
-    let unreadable = Failure::file(log);
-    let recording = Recording::from(Log::open(log).map_err(&unreadable)?);
-    let routes = Routes::by_interface(&settings.gateway);
-    let replay = Replay::new(settings.gateway.clone(), recording, routes).map_err(&unreadable)?;
-    TimelineCollector::replayed(settings, replay, file_name(log)).map_err(&unreadable)
 }
 
 /// Reads the arguments of ROS 2 and starts the log in this form with their level, or `default_level`.

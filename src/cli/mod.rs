@@ -2,6 +2,7 @@
 
 mod against_running;
 mod arguments;
+mod black_box_report;
 mod decide;
 mod demo;
 mod discover;
@@ -38,6 +39,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
+use black_box_report::BlackBoxReportArgs;
 use decide::DecideArgs;
 use demo::DemoArgs;
 use discover::DiscoverArgs;
@@ -127,6 +129,9 @@ enum GatewayCommand {
     /// Reload the configuration of a running gateway, and print the result
     #[command(after_help = reload::HELP)]
     Reload(ReloadArgs),
+    /// Write the page of a black box for the live page
+    #[command(hide = true)]
+    BlackBoxReport(BlackBoxReportArgs),
     /// Serve a gateway that has started this process as its network side
     #[cfg(feature = "ros")]
     #[command(hide = true)]
@@ -162,6 +167,7 @@ pub fn main() -> ExitCode {
         GatewayCommand::Vehicle(args) => vehicle::run(&args),
         GatewayCommand::Status(args) => status::run(&args),
         GatewayCommand::Reload(args) => reload::run(&args),
+        GatewayCommand::BlackBoxReport(args) => black_box_report::run(&args),
         #[cfg(feature = "ros")]
         GatewayCommand::Network(args) => live::network(&args),
         #[cfg(feature = "ros")]

@@ -228,7 +228,7 @@ impl Results<'_> {
         if let Some(timeline) = self.timeline {
             let timeline = timeline.finish(file_name(path), vehicle, length);
             if let Some(path) = &args.report {
-                write_new(path, &timeline.to_page(None).html, true).map_err(Failure::written(path))?;
+                write_new(path, &timeline.to_html(None), true).map_err(Failure::written(path))?;
             }
             args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
         }

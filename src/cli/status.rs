@@ -120,21 +120,24 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
 
 /// Prints the changes that the gateway has kept, and with `--watch` those that come.
 fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
-    let mut after = 0;
-    let mut client = match StatusClient::connect(&args.socket) {
-        Ok(client) => client,
-        Err(error) => return Ok(unreachable(&args.socket, &error)),
-    };
+    let (mut after, mut is_connected) = (0, false);
     loop {
         let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
-        let page = match client.history(request) {
+        // A new connection each time: on one that waits for the reader of what is printed here, snapshots would pile up.
+        let page = match StatusClient::connect(&args.socket).and_then(|mut client| client.history(request)) {
             Ok(page) => page,
-            Err(error) if args.watch && !matches!(error, ClientError::NoHistory) => {
-                client = reconnect(args, &error)?;
+            Err(error) if args.watch && after > 0 && !matches!(error, ClientError::NoHistory) => {
+                if is_connected {
+                    let socket = args.socket.display();
+                    messages::warn(&format!("no history from {socket}: {error}; waiting for it"));
+                }
+                is_connected = false;
+                sleep(RECONNECT_INTERVAL);
                 continue;
             }
             Err(error) => return Ok(unreachable(&args.socket, &error)),
         };
+        is_connected = true;
         let mut out = io::stdout().lock();
         for entry in &page.entries {
             if args.json {
@@ -145,7 +148,7 @@ fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
         }
         out.flush()?;
         drop(out);
-        // Numbers of a gateway without a file begin again.
+        // After a clock that was set back, a gateway without a file numbers its changes below those before.
         let last = page.entries.last().map_or(after, |entry| entry.number);
         after = if page.next_number <= last { 0 } else { last };
         if !page.has_more {

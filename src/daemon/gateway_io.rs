@@ -386,10 +386,11 @@ impl GatewayIo {
             let end = Now { mono: MonoTime::MAX, ..start };
             self.history.recorded(start, end, name);
         }
+        self.history.end();
         self.publisher.stop();
-        self.history.stop();
         faults.iter_mut().for_each(FaultRecorder::stop);
         self.mcap.iter().for_each(|mcap| mcap.stop(recording::STOP_PATIENCE));
+        self.history.wait();
         tracing::info!("stopped");
     }
 }

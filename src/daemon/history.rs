@@ -1,5 +1,6 @@
 //! Keeps what changes: in memory for whoever looks, and in a file over the end of the process.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -22,8 +23,10 @@ use crate::report::text::counted;
 const MAX_BYTES: usize = 12 * 1024 * 1024;
 /// Time between two writings of a history that changes, which is the most that a killed process loses.
 const SAVE_INTERVAL: Duration = Duration::from_secs(60);
-/// Longest wait for the disk at the end.
-const STOP_PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for the disk at the end, after all other waits.
+const STOP_PATIENCE: Duration = Duration::from_millis(200);
+/// Most changes that a killed process can have numbered and not written.
+const MOST_UNWRITTEN: u64 = 100_000;
 /// Subject of what happens to the process itself.
 const SUBJECT: &str = "gateway";
 
@@ -101,11 +104,13 @@ pub(super) struct HistoryKeeper {
     waiting: Vec<Note>,
     next_number: u64,
     clock: Clock,
+    /// Held for as long as the file is written.
+    lock: Option<File>,
     writer: Option<HistoryWriter>,
 }
 
 enum Note {
-    Change(Change, MonoTime, WallStamp),
+    Change(Change, Option<MonoTime>, WallStamp),
     Recorded(MonoTime, MonoTime, String),
 }
 
@@ -119,6 +124,7 @@ impl HistoryKeeper {
             waiting: Vec::new(),
             next_number: 0,
             clock: Clock::start(),
+            lock: None,
             writer: None,
         }
     }
@@ -137,6 +143,9 @@ impl HistoryKeeper {
     /// returns what was in it. A file that is not understood is left alone, and nothing is written.
     pub(super) fn begin(&mut self, folder: Option<&Path>) -> Vec<HistoryEntry> {
         let file = folder.and_then(|folder| self.restore(folder));
+        // Greater than all that an earlier process can have given, unless the clock was set back.
+        let millis = self.clock.now().wall.as_nanos() / 1_000_000;
+        self.shared.lock().history.go_on_from(u64::try_from(millis).unwrap_or(0));
         let earlier = self.shared.lock().history.entries();
         self.note(ChangeKind::Started, format!("started, {}", env!("SIGNAL_GATEWAY_VERSION")));
         self.writer = file.and_then(|file| {
@@ -147,15 +156,16 @@ impl HistoryKeeper {
     }
 
     /// Reads the file in this folder; returns it if it may be written.
-    fn restore(&self, folder: &Path) -> Option<HistoryFile> {
+    fn restore(&mut self, folder: &Path) -> Option<HistoryFile> {
         self.shared.lock().folder = Some(folder.to_owned());
         let file = HistoryFile::in_folder(folder);
-        let read = match file.read() {
-            Ok(read) => read,
+        let (lock, read) = match file.claim().and_then(|lock| Ok((lock, file.read()?))) {
+            Ok(claimed) => claimed,
             Err(error) => {
                 let path = file.path().display();
                 tracing::warn!(
-                    "the history is not kept over the end of the process: {path}: {error}; move the file away"
+                    "the history is not kept over the end of the process: {path}: {error}; give it a folder \
+                     of its own by [black_box] folder, or move the file away"
                 );
                 return None;
             }
@@ -168,14 +178,17 @@ impl HistoryKeeper {
                 let lines = counted(unreadable, "line");
                 let text = format!("{lines} of the history could not be read");
                 tracing::warn!("{}: {text}", file.path().display());
-                shared.history.add(process(ChangeKind::Missing, text), now.mono, now.wall);
+                shared.history.add(process(ChangeKind::Missing, text), None, now.wall);
             }
             if writer == WriterState::Running {
-                let text = "the run before did not end in order; up to a minute of it is missing here";
-                shared.history.add(process(ChangeKind::Missing, text.to_owned()), now.mono, now.wall);
+                let next = shared.history.next_number();
+                shared.history.go_on_from(next + MOST_UNWRITTEN);
+                let text = "the run before did not end in order; its last minute may be missing";
+                shared.history.add(process(ChangeKind::Missing, text.to_owned()), None, now.wall);
             }
         }
         drop(shared);
+        self.lock = lock;
         Some(file)
     }
 
@@ -184,7 +197,8 @@ impl HistoryKeeper {
         let changes = self.changes.of(output);
         if !changes.is_empty() {
             let stamp = self.clock.now().wall;
-            self.waiting.extend(changes.into_iter().map(|event| Note::Change(event.change(), at, stamp)));
+            self.waiting
+                .extend(changes.into_iter().map(|event| Note::Change(event.change(), Some(at), stamp)));
         }
         if !self.waiting.is_empty() {
             self.take_over();
@@ -207,17 +221,27 @@ impl HistoryKeeper {
         self.next_number = shared.take(self.waiting.drain(..));
     }
 
-    /// Notes the end of the process, and writes the history for the last time.
-    pub(super) fn stop(&mut self) {
+    /// Notes the end of the process, and begins to write the history for the last time.
+    pub(super) fn end(&mut self) {
         self.note(ChangeKind::Stopped, "stopped".to_owned());
-        if let Some(writer) = self.writer.take() {
-            writer.stop();
+        if let Some(writer) = &mut self.writer {
+            writer.stop = None;
+        }
+    }
+
+    /// Waits until the history is written. Call it when all else has ended, so that the disk had that time as well.
+    pub(super) fn wait(self) {
+        let is_late = |writer: &HistoryWriter| {
+            writer.ended.recv_timeout(STOP_PATIENCE) == Err(RecvTimeoutError::Timeout)
+        };
+        if self.writer.as_ref().is_some_and(is_late) {
+            tracing::warn!("the end of the history is not written: the disk is too slow");
         }
     }
 
     fn note(&mut self, kind: ChangeKind, text: String) {
         let now = self.clock.now();
-        self.waiting.push(Note::Change(process(kind, text), now.mono, now.wall));
+        self.waiting.push(Note::Change(process(kind, text), None, now.wall));
         self.next_number = self.shared.lock().take(self.waiting.drain(..));
     }
 }
@@ -230,7 +254,8 @@ fn process(kind: ChangeKind, text: String) -> Change {
 
 /// Writes the file in a thread: from time to time, and at the end.
 struct HistoryWriter {
-    stop: Sender<()>,
+    /// Dropped to stop it.
+    stop: Option<Sender<()>>,
     ended: Receiver<()>,
 }
 
@@ -243,33 +268,26 @@ impl HistoryWriter {
             let _end: Sender<()> = end;
             write_until(&stopped, &file, &shared);
         })?;
-        Ok(Self { stop, ended })
-    }
-
-    fn stop(self) {
-        drop(self.stop);
-        if self.ended.recv_timeout(STOP_PATIENCE) == Err(RecvTimeoutError::Timeout) {
-            tracing::warn!("the end of the history is not written: the disk is too slow");
-        }
+        Ok(Self { stop: Some(stop), ended })
     }
 }
 
 fn write_until(stopped: &Receiver<()>, file: &HistoryFile, shared: &SharedHistory) {
-    let (mut written, mut is_failing) = (0, false);
+    let (mut written, mut is_failing) = (None, false);
     // At once, so that the file tells that this process runs.
     let mut interval = Duration::ZERO;
     loop {
         let is_over = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);
         interval = SAVE_INTERVAL;
-        let (next, entries) = {
+        let (revision, entries) = {
             let shared = shared.lock();
-            let next = shared.history.next_number();
-            (next, if next == written && !is_over { Vec::new() } else { shared.history.entries() })
+            let revision = Some(shared.history.revision());
+            (revision, if revision == written && !is_over { Vec::new() } else { shared.history.entries() })
         };
-        if next != written || is_over {
+        if revision != written || is_over {
             let writer = if is_over { WriterState::Stopped } else { WriterState::Running };
             match file.write(&entries, writer) {
-                Ok(()) => (written, is_failing) = (next, false),
+                Ok(()) => (written, is_failing) = (revision, false),
                 Err(error) if is_failing => tracing::debug!("{}: {error}", file.path().display()),
                 Err(error) => {
                     is_failing = true;

@@ -15,7 +15,7 @@ use axum::{Extension, Router};
 use futures_util::stream::unfold;
 use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
-use tokio::time::sleep;
+use tokio::time::{sleep, timeout};
 
 use super::history::SharedHistory;
 use crate::core::gateway::history::{ChangeKind, HistoryRequest};
@@ -89,7 +89,11 @@ fn request_of(query: &str) -> Result<HistoryRequest, String> {
 }
 
 /// The report of the black box that has the frames of a change, opened at the change.
-async fn frames(State(sources): State<Sources>, UrlPath(number): UrlPath<String>) -> Response {
+async fn frames(
+    State(sources): State<Sources>,
+    Extension(connection): Extension<Connection>,
+    UrlPath(number): UrlPath<String>,
+) -> Response {
     let not_found = |text: String| (StatusCode::NOT_FOUND, text + "\n").into_response();
     let Ok(number) = number.parse() else { return not_found("expected the number of a change".to_owned()) };
     let (log, entry, place) = match sources.history.frames(number) {
@@ -99,7 +103,10 @@ async fn frames(State(sources): State<Sources>, UrlPath(number): UrlPath<String>
     let Some(report) = sources.report else {
         return not_found("frames are shown by `signal-gateway run` alone".to_owned());
     };
-    let Ok(_permit) = sources.making.acquire().await else { return not_found(String::new()) };
+    let Ok(permit) = sources.making.try_acquire_owned() else {
+        return (StatusCode::SERVICE_UNAVAILABLE, "another report is being made; try again\n")
+            .into_response();
+    };
     let group = match entry.kind {
         ChangeKind::ReportPublished | ChangeKind::ReportWithdrawn => Group::Reports,
         ChangeKind::CommandSent => Group::Commands,
@@ -109,7 +116,19 @@ async fn frames(State(sources): State<Sources>, UrlPath(number): UrlPath<String>
     };
     #[allow(clippy::cast_precision_loss)] // exact for 285 years
     let opened_at = OpenedAt { group, label: entry.subject, at_s: place.at_us as f64 / 1e6 };
-    match spawn_blocking(move || report(&log, &opened_at)).await {
+    let mut making = spawn_blocking(move || {
+        // Until it is made, whether its client waits or not.
+        let _permit = permit;
+        report(&log, &opened_at)
+    });
+    let made = loop {
+        match timeout(EVENT_INTERVAL, &mut making).await {
+            Ok(made) => break made,
+            // What makes it is bounded in time.
+            Err(_) => connection.extend(),
+        }
+    };
+    match made {
         Ok(Ok(page)) => with_policy(page),
         Ok(Err(error)) => (StatusCode::INTERNAL_SERVER_ERROR, error + "\n").into_response(),
         Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "the report could not be made\n").into_response(),

@@ -1,7 +1,7 @@
 //! The file that keeps the history over the end of the process: a line of JSON for each entry, after a line that says how
 //! the process ended.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, BufRead, BufReader, BufWriter, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -59,6 +59,24 @@ impl HistoryFile {
     /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Claims the file for this process until the result is dropped; `None` where no lock can be written, as in a folder that
+    /// cannot be written yet.
+    ///
+    /// # Errors
+    /// Another process that keeps its history there.
+    pub fn claim(&self) -> io::Result<Option<File>> {
+        let path = self.path.with_extension("lock");
+        let folder = self.path.parent().map(fs::create_dir_all).transpose();
+        let opened = folder.and_then(|_| File::options().create(true).truncate(false).write(true).open(path));
+        let Ok(lock) = opened else { return Ok(None) };
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                Err(io::Error::new(ErrorKind::ResourceBusy, "another gateway keeps its history there"))
+            }
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(lock)),
+        }
     }
 
     /// Reads the file; `None` if there is none.
@@ -142,7 +160,7 @@ mod tests {
                 text: (*text).to_owned(),
                 remedy: "mend it".to_owned(),
             };
-            history.add(change, MonoTime::ZERO, WallStamp::from_nanos(-1));
+            history.add(change, Some(MonoTime::ZERO), WallStamp::from_nanos(-1));
         }
         history.recorded((MonoTime::ZERO, MonoTime::ZERO), "boot-time");
         history.entries()

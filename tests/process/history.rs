@@ -83,13 +83,30 @@ fn history_goes_on_over_a_restart_and_tells_of_a_process_that_was_killed() {
 }
 
 #[test]
+fn second_gateway_in_the_same_folder_leaves_the_history_of_the_first_alone() {
+    let car = Car::new();
+    let mut first = car.run();
+    let address = free_address();
+    let second_keys = std::fs::read_to_string(car.folder.path().join("gateway.toml")).unwrap();
+    let own = second_keys.replace(&car.address.to_string(), &address.to_string()).replace("\"s\"", "\"t\"");
+    car.folder.write("gateway.toml", &own);
+    let mut second = Process::run(&car.folder);
+    second.wait_for_log("another gateway keeps its history there");
+    second.stop("TERM");
+    first.stop("TERM");
+    car.folder.write("gateway.toml", &second_keys);
+    let _third = car.run();
+    assert_eq!(car.kinds(), ["started", "stopped", "started"], "of the first and the third");
+}
+
+#[test]
 fn file_that_is_no_history_is_left_alone_and_lines_that_are_no_entry_are_told() {
     let car = Car::new();
     std::fs::create_dir_all(car.folder.path().join("box")).unwrap();
     let of_a_later_version = "{\"history\":9,\"writer\":\"stopped\"}\n";
     std::fs::write(car.file(), of_a_later_version).unwrap();
     let mut gateway = car.run();
-    gateway.wait_for_log("expected a history of version 1, found version 9; move the file away");
+    gateway.wait_for_log("expected a history of version 1, found version 9; give it a folder");
     gateway.stop("TERM");
     assert_eq!(std::fs::read_to_string(car.file()).unwrap(), of_a_later_version);
     let entry = |number: u64| {
@@ -122,7 +139,7 @@ fn changes_are_read_over_the_socket_and_what_is_no_request_ends_the_connection()
         .split(|byte| *byte == b'\n')
         .filter_map(|line| serde_json::from_slice(line).ok())
         .collect();
-    assert_eq!((lines[0]["number"].as_u64(), &lines[0]["kind"]), (Some(1), &"started".into()));
+    assert_eq!(lines[0]["kind"], "started");
     assert_eq!(json.status.code(), Some(0), "the exit code is no level of the past");
     let none = car.status(&["--history=ERROR", "--json"]).stdout;
     let errors: Vec<Value> =

@@ -14,9 +14,13 @@ use crate::core::time::{MonoTime, WallStamp};
 /// Longest text of an entry, bytes.
 const MAX_TEXT: usize = 2_000;
 /// Memory that an entry needs beside its texts, bytes.
-const OVERHEAD: usize = 240;
-/// Largest number of an entry; a file with a larger one is not ours.
-const MAX_NUMBER: u64 = u64::MAX / 2;
+const OVERHEAD: usize = 240 + MAX_RECORDING;
+/// Largest number of an entry, which JavaScript still counts on from; a file with a larger one is not ours.
+const MAX_NUMBER: u64 = 1 << 52;
+/// Longest name of a recording, bytes.
+const MAX_RECORDING: usize = 64;
+/// Most subjects of a history that is restored.
+const MAX_SUBJECTS: usize = 1_000;
 
 /// What a change is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -99,6 +103,7 @@ pub struct History {
     max_bytes: usize,
     bytes: usize,
     next_number: u64,
+    revision: u64,
 }
 
 /// The entries of a subject, oldest first.
@@ -111,7 +116,7 @@ struct Subject {
 #[derive(Debug, Clone)]
 struct Kept {
     entry: HistoryEntry,
-    /// When the gateway decided it; `None` for an entry of an earlier process.
+    /// When the gateway decided it; `None` for an entry of an earlier process, or about the process itself.
     at: Option<MonoTime>,
 }
 
@@ -146,7 +151,7 @@ impl History {
 
     /// Creates an empty history that needs about so many bytes at most.
     pub fn new(max_bytes: usize) -> Self {
-        Self { subjects: BTreeMap::new(), max_bytes, bytes: 0, next_number: 1 }
+        Self { subjects: BTreeMap::new(), max_bytes, bytes: 0, next_number: 1, revision: 0 }
     }
 
     /// Returns the number of the next entry.
@@ -154,14 +159,27 @@ impl History {
         self.next_number
     }
 
+    /// Numbers the next entry with `number` at the least, so that no number comes twice that an earlier process may have given.
+    pub fn go_on_from(&mut self, number: u64) {
+        self.next_number = self.next_number.max(number.min(MAX_NUMBER));
+    }
+
+    /// Returns a number that grows with each change of what is kept.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
     /// Puts entries of an earlier process before all that comes. Returns how many could not be used: their numbers do not
-    /// grow, or they are longer than ours.
+    /// grow, they are longer than ours, or they have too many subjects.
     pub fn restore(&mut self, entries: impl IntoIterator<Item = HistoryEntry>) -> u64 {
         let mut unusable = 0;
         for entry in entries {
             let texts = [&entry.subject, &entry.text, entry.remedy.as_ref().unwrap_or(&entry.text)];
+            let recording = entry.black_box.as_ref().map_or(0, |place| place.recording.len());
             let is_usable = (self.next_number..MAX_NUMBER).contains(&entry.number)
-                && texts.iter().all(|text| text.len() <= MAX_TEXT);
+                && texts.iter().all(|text| text.len() <= MAX_TEXT)
+                && recording <= MAX_RECORDING
+                && (self.subjects.len() < MAX_SUBJECTS || self.subjects.contains_key(&entry.subject));
             if is_usable {
                 self.next_number = entry.number + 1;
                 self.keep(Kept { entry, at: None });
@@ -172,8 +190,8 @@ impl History {
         unusable
     }
 
-    /// Keeps a change that was decided at `at`, with the time of the computer's clock.
-    pub fn add(&mut self, change: Change, at: MonoTime, stamp: WallStamp) {
+    /// Keeps a change that the gateway decided at `at`, if it did, with the time of the computer's clock.
+    pub fn add(&mut self, change: Change, at: Option<MonoTime>, stamp: WallStamp) {
         let Change { kind, level, subject, text, remedy } = change;
         let [subject, text, remedy] = [subject, text, remedy].map(shortened);
         let entry = HistoryEntry {
@@ -187,11 +205,12 @@ impl History {
             black_box: None,
         };
         self.next_number += 1;
-        self.keep(Kept { entry, at: Some(at) });
+        self.keep(Kept { entry, at });
     }
 
     /// Notes that the frames from `start` to `end` are in a recording of this name.
     pub fn recorded(&mut self, (start, end): (MonoTime, MonoTime), recording: &str) {
+        self.revision += 1;
         let entries = self.subjects.values_mut().flat_map(|subject| {
             let is_of_this_time = move |kept: &&mut Kept| kept.at.is_some_and(|at| at >= start);
             subject.entries.iter_mut().rev().take_while(is_of_this_time)
@@ -254,6 +273,7 @@ impl History {
     }
 
     fn keep(&mut self, kept: Kept) {
+        self.revision += 1;
         let bytes = size(&kept.entry);
         let subject = self.subjects.entry(kept.entry.subject.clone()).or_default();
         subject.entries.push_back(kept);
@@ -308,7 +328,7 @@ mod tests {
 
     fn add(history: &mut History, subject: &str, millis: u64) {
         let stamp = WallStamp::from_nanos(i64::try_from(millis).unwrap());
-        history.add(change(subject, "text"), MonoTime::from_millis(millis), stamp);
+        history.add(change(subject, "text"), Some(MonoTime::from_millis(millis)), stamp);
     }
 
     fn numbers(page: &HistoryPage) -> Vec<u64> {
@@ -322,7 +342,7 @@ mod tests {
             let subject = if number % 2 == 0 { "b" } else { "a" };
             let level = if number % 3 == 0 { Level::Ok } else { Level::Error };
             let change = Change { level, ..change(subject, "text") };
-            history.add(change, MonoTime::from_millis(number), WallStamp::from_nanos(0));
+            history.add(change, Some(MonoTime::from_millis(number)), WallStamp::from_nanos(0));
         }
         history
     }
@@ -395,16 +415,35 @@ mod tests {
         entries[4].number = 2;
         entries[5].text = "x".repeat(MAX_TEXT + 1);
         entries[6].number = MAX_NUMBER;
-        assert_eq!(history.restore(entries), 3);
+        entries[7].black_box = Some(InBlackBox { recording: "x".repeat(MAX_RECORDING + 1), at_us: 0 });
+        assert_eq!(history.restore(entries), 4);
         add(&mut history, "new", 5);
-        assert_eq!(numbers(&history.page(HistoryRequest::default())), [1, 2, 3, 4, 8, 9, 10]);
+        assert_eq!(numbers(&history.page(HistoryRequest::default())), [1, 2, 3, 4, 9, 10]);
+        history.go_on_from(5);
+        add(&mut history, "new", 6);
+        history.go_on_from(u64::MAX);
+        add(&mut history, "new", 7);
+        assert_eq!(numbers(&history.page(HistoryRequest::default()))[5..], [10, 11, MAX_NUMBER]);
+    }
+
+    #[test]
+    fn history_of_too_many_subjects_is_cut_short() {
+        let template = nine().entries().remove(0);
+        let of_many = (0..2_000).map(|number| HistoryEntry {
+            number: number + 1,
+            subject: number.to_string(),
+            ..template.clone()
+        });
+        let mut history = History::new(10_000_000);
+        assert_eq!(history.restore(of_many), 1_000);
+        assert_eq!(history.entries().len(), MAX_SUBJECTS);
     }
 
     #[test]
     fn text_of_any_length_is_kept_as_far_as_there_is_room() {
         let mut history = History::new(1_000_000);
         let long = "ä".repeat(MAX_TEXT);
-        history.add(change("turn", &long), MonoTime::ZERO, WallStamp::from_nanos(0));
+        history.add(change("turn", &long), None, WallStamp::from_nanos(0));
         let text = history.entries()[0].text.clone();
         assert!(text.ends_with("ä…") && (MAX_TEXT - 3..=MAX_TEXT).contains(&text.len()), "{}", text.len());
         let mut small = History::new(10);

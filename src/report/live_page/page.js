@@ -67,7 +67,7 @@ const take = (event) => {
   const lag = lagOf(snapshot, at);
   if (before !== null && before !== pid) {
     note("WARN", `the gateway was restarted: process ${pid} in place of ${before}`);
-    askNewest();
+    nextChange = null;
   }
   [lastAt, lastClock] = [at, new Date()];
   if (lag > LAG_MS) {

@@ -1,11 +1,14 @@
 // The history that the gateway keeps: its changes as a list that goes back as far as one scrolls, and as lanes of a longer time.
 const HISTORY = "/history";
 const PART = 500; // changes of a request
+const MOST_CHANGES = 50_000;
+const MOST_NOTES = 200;
 const MINUTE_MS = 60_000;
 const changes = []; // by number
 let isComplete = false; // the oldest is here
 let nextChange = null; // number of the next one, as far as it is known here
-let recordings = null; // black-box files written, which may have the frames of a change
+let recordings = null; // black-box files that were written at the last request for the newest changes
+let writtenNow = 0; // those that are written now, which may have the frames of a change
 let clockOffset = 0; // what the gateway's clock is ahead of ours, ms
 let asking = Promise.resolve(); // the last request
 let underWay = 0; // requests without an answer
@@ -25,25 +28,28 @@ const ask = (parameters, take) => {
       const answer = await fetch(`${HISTORY}?${new URLSearchParams(parameters)}`);
       const date = Date.parse(answer.headers.get("date"));
       // Whole seconds: small differences are none.
-      if (Math.abs(date - Date.now()) > 2_000) clockOffset = date - Date.now();
+      clockOffset = Math.abs(date - Date.now()) > 2_000 ? date - Date.now() : 0;
       if (answer.ok) page = await answer.json();
     } catch { /* not connected */ }
     underWay -= 1;
     if (!page) return;
     take(page);
+    forgetOldest();
     drawPast();
   });
 };
 const askNewest = () => ask({ count: PART }, (page) => {
   const known = new Map(changes.map((change) => [change.number, change]));
-  // Those of another gateway, or of one without a file that was restarted.
-  if (changes.length && page.next_number <= changes.at(-1).number) forgetChanges();
+  const last = changes.at(-1)?.number;
+  // Those of another gateway, or some that are missing here before the newest ones.
+  if (changes.length && (page.next_number <= last || (page.has_more && page.entries[0]?.number > last))) forgetChanges();
   if (!changes.length) isComplete = !page.has_more;
   for (const change of page.entries) {
     if (known.has(change.number)) known.get(change.number).black_box = change.black_box;
     else if (!changes.length || change.number > changes.at(-1).number) changes.push(change);
   }
   nextChange = page.next_number;
+  recordings = writtenNow;
 });
 const askNewer = () => ask({ count: PART, after: changes.at(-1)?.number ?? 0 }, (page) => {
   if (page.next_number <= (changes.at(-1)?.number ?? 0)) { askNewest(); return; }
@@ -64,14 +70,20 @@ const forgetChanges = () => {
   changes.length = 0;
   for (const item of [...by("history").children]) if (item.dataset.key) item.remove();
 };
+// The page needs memory for each of them; what is forgotten is read again by whoever scrolls there.
+const forgetOldest = () => {
+  if (changes.length <= MOST_CHANGES) return;
+  const kept = changes.splice(0, changes.length - MOST_CHANGES / 2).at(-1).number;
+  for (const item of [...by("history").children]) if (item.dataset.key && Number(item.dataset.key) <= kept) item.remove();
+  isComplete = false;
+};
 const followHistory = (snapshot) => {
   const process = snapshot.process;
   if (!process || underWay > 0) return;
-  const written = process.black_box?.written ?? null;
-  if (nextChange === null || changes.length === 0 || written !== recordings) askNewest();
+  writtenNow = process.black_box?.written ?? 0;
+  if (nextChange === null || changes.length === 0 || writtenNow !== recordings) askNewest();
   else if (process.next_change > nextChange) askNewer();
   else if (process.next_change < nextChange) askNewest();
-  recordings = written;
 };
 
 // The list, newest first.
@@ -108,6 +120,7 @@ const drawList = () => {
     }
     if (change.black_box && !item.querySelector("a")) {
       const link = framesLink(change, "", "frames");
+      link.setAttribute("aria-label", `frames of ${change.subject}, ${moment(new Date(timeOf(change)))}`);
       link.title = `The frames around it, in the black box ${change.black_box.recording}`;
       item.insertBefore(link, item.querySelector(".more"));
       item.insertBefore(document.createTextNode(" "), link);
@@ -118,7 +131,10 @@ const drawList = () => {
   setText(by("history-end"), isComplete ? "none" : "earlier changes are being read …");
 };
 // What happened to this page itself.
-const note = (level, text) => by("history").prepend(element("li", toneOf(level), element("time", "", clock(new Date())), " ", badge(toneOf(level), level), ` ${text}`));
+const note = (level, text) => {
+  by("history").prepend(element("li", `${toneOf(level)} note`, element("time", "", clock(new Date())), " ", badge(toneOf(level), level), ` ${text}`));
+  by("history").querySelectorAll(".note").forEach((item, place) => { if (place >= MOST_NOTES) item.remove(); });
+};
 
 // The lanes: each report, the gateway itself, and each status that was not OK all the time.
 const toneOfChange = ({ kind, level, subject, text }) => {
@@ -137,10 +153,10 @@ const pastSpans = (from, to) => {
   let before = null;
   for (const change of changes) {
     const at = Math.min(timeOf(change), to);
-    if (timeOf(change) > to) break;
+    if (timeOf(change) > to) continue;
     if (["started", "stopped", "missing"].includes(change.kind)) {
       // Without a stop it has ended after its last change.
-      const end = change.kind === "started" && before ? Math.min(timeOf(before), at) : at;
+      const end = change.kind !== "stopped" && before ? Math.min(timeOf(before), at) : at;
       for (const key of found.keys()) if (found.get(key).at(-1).tone !== "gap") add(key, end, "gap", "not running", change);
       if (change.kind === "started") add("gateway", at, "ok", "running", change);
     } else if (change.kind === "command_sent") {
@@ -217,7 +233,7 @@ const readOn = () => {
 };
 const drawPast = () => {
   drawList();
-  drawPastLanes();
+  if (!isPaused) drawPastLanes();
   readOn();
 };
 const movePast = (share) => {

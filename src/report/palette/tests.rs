@@ -206,7 +206,7 @@ fn both_pages_have_each_variable_that_they_use_and_each_sign() {
         frames: Vec::new(),
         remarks: Vec::new(),
     };
-    for page in [crate::report::live_page::page().html, timeline.to_page(None).html] {
+    for page in [crate::report::live_page::page().html, timeline.to_html(None)] {
         for used in page.split("var(--").skip(1) {
             let name = used.split(')').next().unwrap();
             assert!(page.contains(&format!(" --{name}: #")), "--{name} has no value");

@@ -1,11 +1,11 @@
 //! The timeline of a recording: raw values, reports, commands, diagnostics, traffic lights and links, each with the frame
-//! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_page`]).
+//! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
 
 mod chart;
 mod curve;
 mod page;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::core::diagnostics::Level;
 
@@ -36,7 +36,7 @@ pub struct Timeline {
 }
 
 /// A place of a timeline.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OpenedAt {
     /// Group of the lane.
     pub group: Group,
@@ -47,7 +47,7 @@ pub struct OpenedAt {
 }
 
 /// The subject of a lane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Group {
     /// Raw values of bound signals, with their meaning.

@@ -287,8 +287,8 @@
     show(at - AROUND_S, at + AROUND_S);
     const near = data.lanes.flatMap((lane, index) => {
       if (lane.group !== group || lane.label !== label) return [];
-      const position = spanAt(lane.spans, at + NEXT_TO_S);
-      return lane.spans[position] ? [[Math.abs(lane.spans[position][FROM] - at), index, position]] : [];
+      const [first, last] = [at - NEXT_TO_S, at + NEXT_TO_S].map((edge) => spanAt(lane.spans, edge));
+      return lane.spans.slice(first, last + 1).map((span, place) => [Math.abs(span[FROM] - at), index, first + place]);
     }).sort(([a], [b]) => a - b)[0];
     if (near && near[0] <= NEXT_TO_S) choose(near[1], near[2]);
     else by("detail").replaceChildren(element("p", "", `No state of ${label} begins at ${seconds(at)} in this replay of the black box.`));

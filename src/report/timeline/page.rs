@@ -12,13 +12,12 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 impl Timeline {
-    /// Returns the timeline as a page, which works from a file and loads nothing. With `opened_at` it opens there.
-    pub fn to_page(&self, opened_at: Option<&OpenedAt>) -> Page {
+    /// Returns the timeline as a document, which works from a file and loads nothing. With `opened_at` it opens there.
+    pub fn to_html(&self, opened_at: Option<&OpenedAt>) -> String {
         let title = format!("{} - signal-gateway", self.title);
-        let style = palette::style() + STYLE;
         let places = [
             ("{{title}}", html(&title)),
-            ("{{style}}", style.clone()),
+            ("{{style}}", palette::style() + STYLE),
             ("{{data}}", self.data(opened_at)),
             ("{{script}}", SCRIPT.to_owned()),
         ];
@@ -32,7 +31,12 @@ impl Timeline {
             rest = after;
         }
         page.push_str(rest);
-        Page::new(page, &style, SCRIPT)
+        page
+    }
+
+    /// Returns the page of a document of [`Self::to_html`].
+    pub fn page(html: String) -> Page {
+        Page::new(html, &(palette::style() + STYLE), SCRIPT)
     }
 
     /// The data of the script: JSON in which no character can end the element that it is in.

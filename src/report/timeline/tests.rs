@@ -98,7 +98,7 @@ fn hostile_names_stay_texts_in_page_and_picture() {
     HOSTILE.clone_into(&mut timeline.title);
     HOSTILE.clone_into(&mut timeline.subtitle);
     timeline.remarks.push(HOSTILE.to_owned());
-    let page = timeline.to_page(None).html;
+    let page = timeline.to_html(None);
     assert_eq!(page.matches("<script").count(), 2, "the data, and the program");
     assert_eq!(page.matches("</script").count(), 2);
     assert!(!page.contains("<img") && !page.contains("<!--"));
@@ -115,7 +115,7 @@ fn hostile_names_stay_texts_in_page_and_picture() {
 
 #[test]
 fn page_loads_nothing_and_forbids_it() {
-    let page = timeline(lane(3, 1.0), vec![frame("A"), frame("B"), frame("C")]).to_page(None).html;
+    let page = timeline(lane(3, 1.0), vec![frame("A"), frame("B"), frame("C")]).to_html(None);
     assert!(page.contains("default-src 'none'"));
     for outside in
         ["http:", "https:", "src=", "href=", "url(", "@import", "fetch(", "XMLHttp", "innerHTML", "eval("]

@@ -151,6 +151,7 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
 
 /// System calls that every engine needs, in all cases: of the C library, the libraries of Rust, RustDDS and Zenoh.
 fn always() -> Vec<i64> {
+    #[cfg_attr(not(target_arch = "x86_64"), expect(unused_mut))]
     let mut calls = vec![
         // Memory.
         libc::SYS_brk,
