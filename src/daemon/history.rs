@@ -19,7 +19,7 @@ use crate::io::recorder::log_of;
 use crate::report::gateway::Changes;
 use crate::report::text::counted;
 
-/// Most memory of the history, bytes: at one change a second, ten hours of them.
+/// Most memory of the history, bytes: at one change a second, about eight hours of them.
 const MAX_BYTES: usize = 12 * 1024 * 1024;
 /// Time between two writings of a history that changes, which is the most that a killed process loses.
 const SAVE_INTERVAL: Duration = Duration::from_secs(60);

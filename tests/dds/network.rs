@@ -5,6 +5,10 @@ use std::sync::atomic::{AtomicU16, Ordering};
 
 use crate::support::prerequisite::{Missing, Prerequisite};
 
+/// Cyclone as a host has it that knows the gateway's address, and sends no multicast.
+pub(crate) const UNICAST: &str = "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General><Discovery>\
+    <ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
+
 /// Two hosts joined by a switch, or one host with nothing but a loopback.
 pub(crate) struct Net {
     names: Vec<String>,

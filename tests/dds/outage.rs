@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::delivery::{TURN, is_match};
-use super::network::Net;
+use super::network::{Net, UNICAST};
 use super::session::{Gateway, Role};
-use super::two_hosts::UNICAST;
 use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::{Cyclone, LOOPBACK, Writing, domain};
 use crate::support::prerequisite::require;

@@ -4,17 +4,13 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::network::Net;
+use super::network::{Net, UNICAST};
 use super::outage::{has_report, turn_reader};
 use super::session::Role;
 use crate::support::json_process::JsonProcess;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 use crate::support::waiting::wait_for;
-
-/// Cyclone as a host has it that knows the gateway's address, and sends no multicast.
-pub(crate) const UNICAST: &str = "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General><Discovery>\
-    <ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
 /// Packets that have left over the interface.
 pub(crate) fn sent(packets: &JsonProcess) -> Value {
