@@ -1,14 +1,18 @@
 //! `demo`: runs the gateway on a built-in recording or simulation.
 
+use std::fs::DirBuilder;
 use std::io;
 use std::net::Ipv4Addr;
-use std::path::Path;
+use std::os::unix::fs::DirBuilderExt as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::arguments::speed;
+use super::arguments::{ConfigArgs, speed};
+use super::black_box_report::black_box_report;
 use super::failure::Failure;
 use super::live::{IsolationArgs, node_arguments};
 use super::messages;
@@ -22,7 +26,7 @@ use crate::config::{Overrides, Refused, Settings, load};
 use crate::core::simulated_vehicle::request::{self, SimulationRequest};
 use crate::core::time::MonoTime;
 use crate::daemon::rehearsal::rehearse;
-use crate::daemon::{self, DaemonError, Playback};
+use crate::daemon::{self, DaemonError, Playback, ReportPage};
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::rehearsal::{Rehearsal, Surroundings};
 use crate::io::can::log::Log;
@@ -61,6 +65,9 @@ const TRY_NEXT: &[(&str, &str)] = &[
     ("signal-gateway identify LOG", "the built-in profiles that fit your log"),
     ("signal-gateway init", "a configuration for your car"),
 ];
+
+/// Time after an error until its black box is written, in the time of the recording.
+const AFTER_ERROR: Duration = Duration::from_secs(2);
 
 #[derive(Debug, Args)]
 pub(super) struct DemoArgs {
@@ -138,7 +145,35 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?))).map(Recording::from);
     let routes = Routes::by_interface(&settings.gateway);
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
-    Ok(daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?)
+    // Whoever looks at the page is led from an error to its frames.
+    let black_box = if args.web.is_on() { BlackBoxFolder::create(&mut settings) } else { None };
+    let report: Option<ReportPage> = black_box.is_some().then(|| {
+        let config = ConfigArgs { config: None, profile: Some("demo_vehicle".into()) };
+        let report: ReportPage = Arc::new(move |log, opened_at| black_box_report(&config, log, opened_at));
+        report
+    });
+    Ok(daemon::play(settings, view, None, report, ("the built-in recording", &reopen, routes), playback)?)
+}
+
+/// A folder for the black boxes of a demo, which goes when this is dropped.
+struct BlackBoxFolder(PathBuf);
+
+impl BlackBoxFolder {
+    /// Creates one and configures it; `None` where that is impossible, so that errors lead nowhere.
+    fn create(settings: &mut Settings) -> Option<Self> {
+        let folder = std::env::temp_dir().join(format!("signal-gateway-demo-{}", std::process::id()));
+        DirBuilder::new().mode(0o700).create(&folder).ok()?;
+        settings.black_box.folder = Some(folder.clone());
+        settings.black_box.after = AFTER_ERROR;
+        Some(Self(folder))
+    }
+}
+
+impl Drop for BlackBoxFolder {
+    fn drop(&mut self) {
+        // What cannot be removed is left to whoever clears temporary files.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }
 
 /// Where the demo publishes, and the commands that listen to it.

@@ -325,6 +325,6 @@ fn replay_in_time(
     // On ROS 2 they come from there.
     let inputs = if args.ros { Vec::new() } else { inputs(&settings) };
     let reopen = || with_samples(args.recording.time.apply(Log::open(path)?)?, path, &inputs);
-    daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
+    daemon::play(settings, view, json, None, (&path.display().to_string(), &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)
 }

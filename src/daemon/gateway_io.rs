@@ -12,6 +12,7 @@ use super::pages::ReportPage;
 use super::publisher::Publisher;
 use super::recording;
 use super::signals::{ReloadSignal, StopSignals};
+use super::status_changes::changed;
 use super::watchdog::Watchdog;
 use super::watching::{Process, Watching};
 use crate::config::Settings;
@@ -107,10 +108,24 @@ impl GatewayIo {
         })
     }
 
-    /// Starts the black box if a folder is configured, the statuses of the process, and the state of the
-    /// configuration.
-    pub(super) fn observe_process(&mut self, settings: &Settings, links: &[LinkState]) {
+    /// Starts the black box if a folder is configured.
+    pub(super) fn open_black_box(&mut self, settings: &Settings, links: &[LinkState]) {
         self.faults = FaultRecorder::start(settings, links);
+    }
+
+    /// Keeps an input that is handled next for the black box, and writes the recording whose window has ended.
+    pub(super) fn keep(&mut self, input: Option<CanInput>, at: Now) {
+        let Some(faults) = &mut self.faults else { return };
+        if let Some(input) = input {
+            faults.keep(input, at);
+        }
+        if let Some((start, name)) = faults.save_if_over(at) {
+            self.history.recorded(start, at, name);
+        }
+    }
+
+    /// Starts the statuses of the process, and the state of the configuration.
+    pub(super) fn observe_process(&mut self, settings: &Settings) {
         self.node = Some(settings.gateway.node.clone());
         self.configuration =
             self.reload.is_taken().then(|| ConfigurationState::new(settings.in_effect.clone()));
@@ -207,6 +222,7 @@ impl GatewayIo {
             let (at, lag, is_held) = (now, Duration::ZERO, false);
             self.emit_output(GivenOut { output, at, lag, is_held });
         }
+        self.keep(None, now);
         self.refresh(now);
         self.take_failure().map_or(Ok(()), Err)
     }
@@ -407,14 +423,8 @@ impl Edges for LiveEdges<'_> {
         if let Input::Can(CanInput::Frame { bus, frame, .. }) = input {
             tracing::debug!("received on bus {}: {frame}", bus.0);
         }
-        if let Some(faults) = &mut self.io.faults {
-            if let Input::Can(input) = input {
-                faults.keep(*input, at);
-            }
-            if let Some((start, name)) = faults.save_if_over(at) {
-                self.io.history.recorded(start, at, name);
-            }
-        }
+        let input = if let Input::Can(input) = input { Some(*input) } else { None };
+        self.io.keep(input, at);
     }
 
     fn transmit(&mut self, output: &Output, frame: &CommandFrame, read: Now) -> (CommandInput, Now) {
@@ -442,17 +452,6 @@ impl Edges for LiveEdges<'_> {
     }
 }
 
-/// Returns the statuses whose level or message differs from the last published one.
-fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
-    let is_known = |status: &Status| {
-        let is_same = |known: &Status| {
-            (&known.task, known.level, &known.message) == (&status.task, status.level, &status.message)
-        };
-        given_out.iter().any(is_same)
-    };
-    statuses.iter().filter(|status| !is_known(status)).cloned().collect()
-}
-
 /// Why a wait has ended.
 pub(super) enum Woken {
     Stopped,
@@ -476,23 +475,4 @@ fn transmit(frame: &CommandFrame, transmitters: &[Transmitter]) -> CommandInput 
 fn write_line(line: &str) -> io::Result<()> {
     use io::Write;
     writeln!(io::stdout().lock(), "{line}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::core::diagnostics::Level;
-
-    #[test]
-    fn a_status_is_given_out_again_when_its_level_or_message_differs() {
-        let status = |task: &str, level, message: &str, count: &str| {
-            Status::plain(task, level, message, vec![("count", count.to_owned())])
-        };
-        let before = [status("log", Level::Ok, "a", "1"), status("ros", Level::Ok, "a", "1")];
-        assert_eq!(changed(&before, &[]), before);
-        assert_eq!(changed(&[status("log", Level::Ok, "a", "2")], &before), []);
-        for now in [status("log", Level::Warn, "a", "1"), status("log", Level::Ok, "b", "1")] {
-            assert_eq!(changed(&[now.clone(), before[1].clone()], &before), [now]);
-        }
-    }
 }

@@ -17,6 +17,7 @@ pub mod rehearsal;
 pub mod reload;
 mod ros_environment;
 mod signals;
+mod status_changes;
 pub mod vehicle;
 mod watchdog;
 mod watching;
@@ -38,7 +39,7 @@ use crate::core::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::call::GatewayCall;
 use crate::core::gateway::live::Live;
-use crate::core::time::MonoTime;
+use crate::core::time::{MonoTime, Now};
 use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::SenderLock;
 use crate::io::clock::Clock;
@@ -98,25 +99,14 @@ pub fn run(
             let name = recording.file.display().to_string();
             let mut routes = Routes::by_interface(&settings.gateway);
             routes.adopt_only_interface(&recording.file);
-            let played = (name.as_str(), &reopen as Reopen<'_>, routes);
-            play_with(settings, view, None, Some(report), played, playback)
+            play(settings, view, None, Some(report), (&name, &reopen, routes), playback)
         }
     }
 }
 
-/// Plays a recording in real time, publishing as `run` does.
+/// Plays a recording in real time, publishing as `run` does. With `report` it keeps black boxes and history in the
+/// configured folder.
 pub fn play(
-    settings: Settings,
-    view: View,
-    json: Option<JsonTimeline>,
-    played: (&str, Reopen<'_>, Routes),
-    playback: Playback,
-) -> Result<(), DaemonError> {
-    play_with(settings, view, json, None, played, playback)
-}
-
-/// Plays a recording; with `report` as the source of a gateway that runs on and keeps its history.
-fn play_with(
     settings: Settings,
     view: View,
     json: Option<JsonTimeline>,
@@ -129,6 +119,7 @@ fn play_with(
         let mut gateway_io = GatewayIo::open(&settings, view, json, report)?;
         if keeps_history {
             gateway_io.keep_history(&settings);
+            gateway_io.open_black_box(&settings, &vec![LinkState::Up; settings.gateway.buses.len()]);
         }
         gateway_io.keep_configuration();
         // On the heap: the settings make it large.
@@ -211,7 +202,8 @@ async fn run_live(
     let (mut receivers, transmitters) =
         Receivers::start(&settings, |bus| Some(settings.gateway.relevant_ids(bus)));
     let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;
-    gateway_io.observe_process(&settings, &links);
+    gateway_io.open_black_box(&settings, &links);
+    gateway_io.observe_process(&settings);
     let mut reloader = Reloader::new(read);
     let inbox = gateway_io.inbox();
     let clock = Clock::start();
@@ -353,6 +345,7 @@ async fn play_on(
                 *stamp = wall;
             }
             gateway_io.record_received(input, wall);
+            gateway_io.keep(Some(input), Now { mono: at, wall });
         }
         replay.step().map_err(unreadable)?;
     }

@@ -60,6 +60,60 @@ impl Car {
     }
 }
 
+/// The page to which the first error with frames leads.
+fn page_of_first_error(address: SocketAddr, process: &Process) -> String {
+    let error = wait_for(described(|| format!("an error with frames: {:?}", process.log())), || {
+        let page: Value = serde_json::from_str(body(&get(address, "/history?level=ERROR")?)).ok()?;
+        page["entries"].as_array()?.iter().find(|entry| entry["black_box"].is_object()).cloned()
+    });
+    let path = format!("/frames/{}", error["number"]);
+    wait_for(described(|| format!("{path}: {:?}", process.log())), || {
+        get(address, &path).filter(|page| page.starts_with("HTTP/1.1 200 "))
+    })
+}
+
+#[test]
+fn error_in_a_recording_that_is_played_leads_to_its_frames() {
+    let car = Car::new();
+    // Left from 0 s, an undefined value at 1 s, left again from 2 s on.
+    let lines = (0..80).map(|frame| {
+        let (ms, state) = (frame * 50, if (20..40).contains(&frame) { 3 } else { 1 });
+        let stamp = format!("({}.{:03}000)", 1_700_000_000 + ms / 1000, ms % 1000);
+        format!("{stamp} can0 2A5#0000{:02X}0000000000\n{stamp} can0 2C1#0000000000000000\n", state << 1)
+    });
+    car.folder.write("played.log", &lines.collect::<String>());
+    let keys = std::fs::read_to_string(car.folder.path().join("gateway.toml")).unwrap();
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
+    let keys = keys.replace(&format!("\"{recording}\""), "\"played.log\"\nrepeat = true");
+    car.folder.write("gateway.toml", &keys.replace("folder = \"box\"", "folder = \"box\"\nafter_s = 1"));
+    let gateway = car.run();
+    let page = page_of_first_error(car.address, &gateway);
+    assert!(
+        page.contains("\"opened_at\":{\"group\":\"diagnostics\",\"label\":\"turn_indicators\""),
+        "{page}"
+    );
+    assert!(page.contains("\"bytes\":\"00 00 06 00 00 00 00 00\""), "{page}");
+}
+
+#[test]
+fn error_of_the_demo_leads_to_its_frames_and_the_demo_leaves_nothing_behind() {
+    let folder = Folder::with_configuration("");
+    let address = free_address();
+    let mut demo = Process::start(folder.path(), |command| {
+        command
+            .args(["demo", "--no-ros", "--repeat", "--plain", "--speed", "20"])
+            .arg(format!("--web={address}"));
+        command.env("TMPDIR", folder.path());
+    });
+    let page = page_of_first_error(address, &demo);
+    assert!(page.contains("\"opened_at\":{\"group\":\"diagnostics\""), "{page}");
+    assert!(page.contains("\"interface\":\"can0\""), "{page}");
+    demo.stop("TERM");
+    let left: Vec<_> =
+        std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(!left.iter().any(|name| name.to_string_lossy().contains("demo")), "{left:?}");
+}
+
 #[test]
 fn history_goes_on_over_a_restart_and_tells_of_a_process_that_was_killed() {
     let car = Car::new();

@@ -25,7 +25,7 @@ type SharedOutput = Arc<(Mutex<Output>, Condvar)>;
 
 /// A running process, and every line it has written. It ends when it is dropped.
 pub(crate) struct JsonProcess {
-    child: Child,
+    child: Mutex<Child>,
     input: Option<ChildStdin>,
     output: SharedOutput,
     name: String,
@@ -62,7 +62,8 @@ impl JsonProcess {
                 read_lines(stderr, &shared, |line| Some(json!({"event": "log", "text": line})));
             });
         }
-        Self { input: child.stdin.take(), child, output, name: name.to_owned(), ends_by_itself: true }
+        let input = child.stdin.take();
+        Self { input, child: Mutex::new(child), output, name: name.to_owned(), ends_by_itself: true }
     }
 
     /// The same process, which is killed in the end, since it runs on when its standard input is closed.
@@ -79,7 +80,7 @@ impl JsonProcess {
 
     /// The id of the process.
     pub(crate) fn id(&self) -> u32 {
-        self.child.id()
+        self.child.lock().unwrap().id()
     }
 
     /// The present end of its output, to look from there on.
@@ -104,9 +105,15 @@ impl JsonProcess {
     fn missed(&self, what: &str) -> String {
         let output = self.output.0.lock().unwrap();
         let last: Vec<_> = output.lines.iter().rev().take(8).map(|(_, line)| line.to_string()).collect();
-        let why = if output.ended { "it has ended" } else { "too late" };
+        let why = if output.ended { self.end_text() } else { "too late".to_owned() };
         let last = last.join("\n");
         format!("{}: waited for {what}: {why}; its last lines, newest first:\n{last}", self.name)
+    }
+
+    /// That a process without output has ended, and how.
+    fn end_text(&self) -> String {
+        let ended = self.child.lock().ok().and_then(|mut child| child.try_wait().ok().flatten());
+        ended.map_or_else(|| "its output has ended".to_owned(), |status| format!("it has ended: {status}"))
     }
 
     /// Likewise; `None` if there is none in that time, so that the caller tries once more.
@@ -193,7 +200,7 @@ impl JsonProcess {
 
     /// Kills the process without a chance to leave orderly.
     pub(crate) fn kill(mut self) {
-        self.child.kill().unwrap();
+        self.child.get_mut().unwrap().kill().unwrap();
     }
 }
 
@@ -206,7 +213,8 @@ impl Drop for JsonProcess {
             drop(self.output.1.wait_timeout_while(output, DEADLINE, |output| !output.ended).unwrap());
         }
         let is_ended = self.output.0.lock().is_ok_and(|output| output.ended);
-        let _ended = (if is_ended { Ok(()) } else { self.child.kill() }, self.child.wait());
+        let Ok(child) = self.child.get_mut() else { return };
+        let _ended = (if is_ended { Ok(()) } else { child.kill() }, child.wait());
     }
 }
 
