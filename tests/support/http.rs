@@ -1,13 +1,14 @@
 //! HTTP by hand, so that a request can be anything.
 
 use std::io::{Read as _, Write as _};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 
+use super::ports::free_port;
 use super::waiting::DEADLINE;
 
 /// An address that nobody uses at the moment.
 pub(crate) fn free_address() -> SocketAddr {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap()
+    SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()))
 }
 
 /// The whole answer to a request; `None` if there is none.

@@ -17,6 +17,7 @@ pub(crate) mod http;
 pub(crate) mod json_process;
 pub(crate) mod mcap;
 pub(crate) mod peer;
+pub(crate) mod ports;
 pub(crate) mod prerequisite;
 pub(crate) mod process;
 pub(crate) mod processor;

@@ -8,11 +8,11 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::peer::free_port;
 use super::security::certificates;
 use crate::session::{Gateway, Role};
 use crate::support::json_process::JsonProcess;
 use crate::support::peer::{Cyclone, LOOPBACK, domain};
+use crate::support::ports::free_port;
 use crate::support::prerequisite::{Missing, Prerequisite, require};
 
 /// The report on turn indicators, as it is called in the control room.

@@ -6,9 +6,10 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use signal_gateway::io::ros::messages::type_hash;
 
-use super::peer::{Peer, free_port, router, session};
+use super::peer::{Peer, router, session};
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
+use crate::support::ports::free_port;
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process};
 use crate::support::waiting::{let_pass, wait_for};

@@ -12,9 +12,10 @@ use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::ros::messages::type_hash;
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Transport, TypeHashes, ZenohSettings};
 
-use super::peer::{Peer, free_port, router};
+use super::peer::{Peer, router};
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
+use crate::support::ports::free_port;
 use crate::support::prerequisite::require;
 use crate::support::waiting::Pace;
 

@@ -5,10 +5,11 @@ use std::time::Duration;
 use serde_json::Value;
 
 use super::delivery::turn_key;
-use super::peer::{Peer, free_port, router, session};
+use super::peer::{Peer, router, session};
 use crate::session::Role;
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
+use crate::support::ports::free_port;
 use crate::support::prerequisite::require;
 use crate::support::waiting::Bystander;
 

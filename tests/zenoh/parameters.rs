@@ -3,10 +3,11 @@
 use serde_json::{Value, json};
 use signal_gateway::io::ros::messages::type_hash;
 
-use super::peer::{Peer, free_port, router, session};
+use super::peer::{Peer, router, session};
 use crate::session::{Gateway, Role};
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
+use crate::support::ports::free_port;
 use crate::support::prerequisite::require;
 use crate::support::waiting::wait_until;
 

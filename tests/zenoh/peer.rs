@@ -1,6 +1,5 @@
 //! The other side: sessions and routers of Zenoh's Python binding, on the loopback.
 
-use std::net::TcpListener;
 use std::path::Path;
 use std::process::Command;
 
@@ -116,11 +115,6 @@ impl Peer {
 
 fn is_sample(line: &Value, name: &str) -> bool {
     line["event"] == "sample" && line["name"] == name
-}
-
-/// A port of the loopback on which nobody listens.
-pub(crate) fn free_port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
 /// A session that looks for a router at this port as often as the shipped configurations do.

@@ -9,10 +9,11 @@ use signal_gateway::io::ros::messages::type_hash;
 use tempfile::TempDir;
 
 use super::delivery::turn_key;
-use super::peer::{Peer, free_port};
+use super::peer::Peer;
 use crate::session::{KINDS, Role};
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
+use crate::support::ports::free_port;
 use crate::support::prerequisite::require;
 
 /// Time in which a sample that was let through would have come.

@@ -3,10 +3,11 @@
 use serde_json::{Value, json};
 use signal_gateway::io::ros::messages::type_hash;
 
-use super::peer::{Peer, free_port, router, session};
+use super::peer::{Peer, router, session};
 use crate::session::{Gateway, KINDS, Role};
 use crate::support::json_process::Mark;
 use crate::support::peer::domain;
+use crate::support::ports::free_port;
 use crate::support::prerequisite::{Missing, require};
 
 /// A router, the gateway and a peer.
