@@ -191,7 +191,7 @@ program_of() { sed -nE "s#.*\"executable\":\"([^\"]*/$2-[0-9a-f]*)\".*#\1#p" "$(
 # tests NAME COMMAND... -- ARGUMENT...: a program of libtest, perhaps behind a command that runs it. Counts its tests; one
 # that says it is skipped has not passed. Slow ones are left to full runs and to names.
 tests() {
-    local name=$1 log command=() arguments=() chosen program ok bad skipped listed later left_out verdict code seconds cpu
+    local name=$1 log command=() arguments=() chosen program ok bad skipped listed later=() part left_out verdict code seconds cpu
     shift
     while [[ $1 != -- ]]; do command+=("$1") && shift; done
     shift
@@ -202,11 +202,11 @@ tests() {
         chosen=$("$program" --list --format terse "${arguments[@]}" 2>/dev/null | grep -c ': test$')
         ((chosen)) || return 0
     elif ((${#patterns[@]} == 0)) && ! $release; then
-        later=::exhaustive::
-        $full || later=::slow::
-        listed=$("$program" --list --format terse "${arguments[@]}" "$later" 2>/dev/null | grep -c ': test$')
+        later=(::exhaustive::)
+        $full || later+=(::slow::)
+        listed=$("$program" --list --format terse "${arguments[@]}" "${later[@]}" 2>/dev/null | grep -c ': test$')
         record slow_left "$listed"
-        arguments+=(--skip "$later")
+        for part in "${later[@]}"; do arguments+=(--skip "$part"); done
     fi
     log=$(log_of "$name")
     run "$test_patience" "$name" "${command[@]}" --show-output "${arguments[@]}"
