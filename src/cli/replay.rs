@@ -148,7 +148,7 @@ fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::R
         return Ok(log.into());
     }
     let is_sample = |(_, kind): &&(String, SampleKind)| !matches!(kind, SampleKind::Frames { .. });
-    let samples = SampleLog::open(path, inputs.iter().filter(is_sample).cloned().collect())?;
+    let samples = SampleLog::open_beside(&log, path, inputs.iter().filter(is_sample).cloned().collect())?;
     Ok(Recording { log, samples: Some(samples) })
 }
 

@@ -3,6 +3,7 @@
 pub mod can;
 pub mod clock;
 pub mod clock_state;
+pub(crate) mod file_budget;
 pub mod folder_access;
 pub mod hangup;
 pub mod history_file;

@@ -8,9 +8,10 @@ use std::sync::Arc;
 
 use super::can::bag_folder;
 use super::can::formats::{
-    Choose, EntryContent, MessageReader, RecordedTopic, open_messages, received_frame,
+    Choose, EntryContent, MessageReader, RecordedTopic, open_messages_within, received_frame,
 };
-use super::can::log::is_breakage;
+use super::can::log::{Log, is_breakage};
+use super::file_budget::{ENTRY_WORK, FileBudget};
 use super::ros::messages::autoware_vehicle_msgs::TurnIndicatorsReport;
 use super::ros::messages::ros2_socketcan_msgs::FdFrame;
 use super::ros::messages::signal_gateway_msgs::GatewayCall as CallMessage;
@@ -27,6 +28,8 @@ use crate::core::time::WallStamp;
 pub struct SampleLog {
     reader: Box<dyn MessageReader<usize>>,
     choose: Choose<usize>,
+    /// Of all files.
+    budget: FileBudget,
     topics: Vec<SampleTopic>,
     /// The files of a bag that follow.
     rest: VecDeque<PathBuf>,
@@ -122,6 +125,18 @@ impl SampleLog {
     /// # Errors
     /// A file that cannot be read, or is of another kind.
     pub fn open(path: &Path, topics: Vec<(String, SampleKind)>) -> io::Result<Self> {
+        Self::open_within(path, topics, FileBudget::default())
+    }
+
+    /// Like [`Self::open`], for a recording of which `log` reads the frames: together they cost no more than one reader may.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is of another kind.
+    pub fn open_beside(log: &Log, path: &Path, topics: Vec<(String, SampleKind)>) -> io::Result<Self> {
+        Self::open_within(path, topics, log.budget().clone())
+    }
+
+    fn open_within(path: &Path, topics: Vec<(String, SampleKind)>, budget: FileBudget) -> io::Result<Self> {
         let mut rest =
             VecDeque::from(if path.is_dir() { bag_folder::files(path)? } else { vec![path.to_owned()] });
         let first = rest.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
@@ -134,8 +149,9 @@ impl SampleLog {
         });
         let topic = |(name, kind)| SampleTopic { name, kind, received: 0, undecodable: 0, reason: None };
         Ok(Self {
-            reader: open_messages(&first, &choose)?,
+            reader: open_messages_within(&first, &choose, &budget)?,
             choose,
+            budget,
             topics: topics.into_iter().map(topic).collect(),
             rest,
             next_id: None,
@@ -152,7 +168,7 @@ impl SampleLog {
     /// A file that cannot be read.
     pub fn next_sample(&mut self) -> io::Result<Option<LoggedSample>> {
         while !self.is_ended {
-            match self.reader.advance() {
+            match self.budget.spend(ENTRY_WORK).and_then(|()| self.reader.advance()) {
                 Ok(Some(Ok(()))) => {
                     if let Some(sample) = self.sample() {
                         return Ok(Some(sample));
@@ -192,7 +208,7 @@ impl SampleLog {
 
     fn open_next(&mut self) -> io::Result<()> {
         while let Some(next) = self.rest.pop_front() {
-            match open_messages(&next, &self.choose) {
+            match open_messages_within(&next, &self.choose, &self.budget) {
                 Ok(reader) => {
                     self.reader = reader;
                     return Ok(());

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::compression::decompressed;
 use super::formats::{HEAD, is_in_bags};
+use crate::io::file_budget::FileBudget;
 
 /// Returns the recordings of a bag in the order of the numbers in their names; none if the folder is not a bag.
 ///
@@ -28,7 +29,8 @@ pub(in crate::io) fn begins_like_a_bag(path: &Path) -> io::Result<bool> {
     let file = io::BufReader::new(File::open(path)?);
     let mut head = Vec::new();
     // What can be unpacked of it tells.
-    let _cut_off = decompressed(Box::new(file))?.take(HEAD as u64).read_to_end(&mut head);
+    let _cut_off =
+        decompressed(Box::new(file), &FileBudget::default())?.take(HEAD as u64).read_to_end(&mut head);
     Ok(is_in_bags(&head))
 }
 

@@ -9,10 +9,10 @@ use bzip2::bufread::MultiBzDecoder;
 use flate2::bufread::MultiGzDecoder;
 use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 use lzma_rust2::XzReader;
-use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
 use super::exact::skip;
+use crate::io::file_budget::{FileBudget, Kept};
 
 const GZIP: &[u8] = &[0x1F, 0x8B];
 /// Followed by a digit.
@@ -29,10 +29,29 @@ const MAX_XZ_KIB: u32 = 96 << 10;
 const PIECE: usize = 1024;
 /// Largest Zstandard window, bytes; the `zstd` tool has the same default limit.
 const MAX_ZSTD_WINDOW: u64 = 128 << 20;
+/// Room of the decoder of Zstandard beside a window, bytes: two blocks.
+const ZSTD_BLOCKS: u64 = 256 << 10;
 
-/// Returns the content of `source`, decompressed if it begins like a compressed file. Fails if its first bytes cannot
-/// be read.
-pub(super) fn decompressed(mut source: Box<dyn BufRead + Send>) -> io::Result<Box<dyn Read + Send>> {
+/// Longest header of a Zstandard frame, bytes.
+const MAX_ZSTD_HEADER: usize = 18;
+
+/// Cost of an unpacked byte, nominal ns.
+mod cost {
+    pub(super) const GZIP: u64 = 3;
+    pub(super) const BZIP2: u64 = 15;
+    pub(super) const XZ: u64 = 6;
+    pub(super) const LZ4: u64 = 1;
+    pub(super) const ZSTD: u64 = 2;
+}
+/// Cost of a member, block or frame that may be empty, nominal ns.
+const PART_WORK: u64 = 500;
+
+/// Returns the content of `source`, decompressed within the file's budget if it begins like a compressed file. Fails if its
+/// first bytes cannot be read.
+pub(super) fn decompressed(
+    mut source: Box<dyn BufRead + Send>,
+    budget: &FileBudget,
+) -> io::Result<Box<dyn Read + Send>> {
     // A pipe may give its first bytes one by one.
     let mut head = Vec::new();
     (&mut source).take(XZ.len() as u64).read_to_end(&mut head)?;
@@ -42,49 +61,62 @@ pub(super) fn decompressed(mut source: Box<dyn BufRead + Send>) -> io::Result<Bo
         || head.first().is_some_and(|first| first >> 4 == 5) && head[1..].starts_with(ZSTD_SKIPPABLE);
     let bzip2 = is(BZIP2) && head.get(BZIP2.len()).is_some_and(u8::is_ascii_digit);
     let source = io::Cursor::new(head).chain(source);
+    let decoder = |decoder, piece, byte_work| Decoder {
+        decoder,
+        is_failed: false,
+        piece,
+        byte_work,
+        budget: budget.clone(),
+    };
     Ok(if gzip {
-        Box::new(FusedDecoder::new(MultiGzDecoder::new(source)))
+        Box::new(decoder(Box::new(MultiGzDecoder::new(source)), usize::MAX, cost::GZIP))
     } else if xz {
-        let decoder = XzReader::new_mem_limit(source, true, MAX_XZ_KIB);
-        Box::new(FusedDecoder { piece: PIECE, ..FusedDecoder::new(decoder) })
+        let kib = u32::try_from(budget.left() >> 10).unwrap_or(u32::MAX).min(MAX_XZ_KIB);
+        Box::new(decoder(Box::new(XzReader::new_mem_limit(source, true, kib)), PIECE, cost::XZ))
     } else if bzip2 {
-        Box::new(FusedDecoder { piece: PIECE, ..FusedDecoder::new(MultiBzDecoder::new(source)) })
+        Box::new(decoder(Box::new(MultiBzDecoder::new(source)), PIECE, cost::BZIP2))
     } else if lz4 {
-        Box::new(FusedDecoder::new(Lz4Decoder::new(source)))
+        Box::new(decoder(Box::new(Lz4Decoder::new(source)), usize::MAX, cost::LZ4))
     } else if zstd {
-        Box::new(FusedDecoder::new(ZstdReader::new(source)))
+        Box::new(decoder(Box::new(ZstdReader::new(source, budget.keep())), usize::MAX, cost::ZSTD))
     } else {
         Box::new(source)
     })
 }
 
-/// A decoder that is not called again after an error, which may have left it without a state.
-struct FusedDecoder<R> {
-    decoder: R,
-    failed: bool,
+/// Decompresses within the budget. After an error, which may have left the decoder without a state, it is not called again.
+struct Decoder {
+    decoder: Box<dyn Read + Send>,
+    is_failed: bool,
     /// Most bytes that are asked for at once.
     piece: usize,
+    /// Nominal ns.
+    byte_work: u64,
+    budget: FileBudget,
 }
 
-impl<R> FusedDecoder<R> {
-    fn new(decoder: R) -> Self {
-        Self { decoder, failed: false, piece: usize::MAX }
-    }
-}
-
-impl<R: Read> Read for FusedDecoder<R> {
+impl Read for Decoder {
+    /// A damaged source fails with [`ErrorKind::Other`], so that no reader takes it for damage of one object of its own, which
+    /// the next read passes over.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.failed {
-            return Err(ErrorKind::InvalidData.into());
+        if self.is_failed {
+            return Err(io::Error::other("the compressed data are damaged"));
         }
         let length = buffer.len().min(self.piece);
         let outcome = self.decoder.read(&mut buffer[..length]);
-        self.failed = outcome.as_ref().is_err_and(|error| error.kind() != ErrorKind::Interrupted);
+        let outcome = outcome.and_then(|read| {
+            self.budget.spend(read as u64 * self.byte_work)?;
+            Ok(read)
+        });
         outcome.map_err(|error| {
-            if error.kind() == ErrorKind::UnexpectedEof {
-                return io::Error::new(error.kind(), "the file ends within compressed data");
+            self.is_failed = error.kind() != ErrorKind::Interrupted;
+            match error.kind() {
+                ErrorKind::UnexpectedEof => {
+                    io::Error::new(error.kind(), "the file ends within compressed data")
+                }
+                ErrorKind::InvalidData | ErrorKind::InvalidInput => io::Error::other(error),
+                _ => error,
             }
-            error
         })
     }
 }
@@ -94,6 +126,9 @@ struct ZstdReader<R> {
     source: R,
     decoder: FrameDecoder,
     in_frame: bool,
+    /// Largest window of the frames so far, bytes: the decoder uses its memory again.
+    window: u64,
+    kept: Kept,
     /// Why the frame ends early.
     broken: Option<io::Error>,
 }
@@ -103,28 +138,34 @@ struct ZstdReader<R> {
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 impl<R: BufRead> ZstdReader<R> {
-    fn new(source: R) -> Self {
+    fn new(source: R, kept: Kept) -> Self {
         let mut decoder = FrameDecoder::new();
         decoder.set_max_window_size(MAX_ZSTD_WINDOW);
-        Self { source, decoder, in_frame: false, broken: None }
+        Self { source, decoder, in_frame: false, window: 0, kept, broken: None }
     }
 
     /// Reads the header of the next frame; returns false at the end of the file.
     fn enter(&mut self) -> io::Result<bool> {
         while !self.source.fill_buf()?.is_empty() {
-            match self.decoder.reset(&mut self.source) {
-                Ok(()) => {
-                    self.in_frame = true;
-                    return Ok(true);
-                }
-                Err(FrameDecoderError::ReadFrameHeaderError(ReadFrameHeaderError::SkipFrame {
-                    length,
-                    ..
-                })) => {
-                    skip(&mut self.source, length.into())?;
-                }
-                Err(error) => return Err(damaged(&error)),
+            self.kept.budget().spend(PART_WORK)?;
+            let mut header = [0; MAX_ZSTD_HEADER];
+            self.source.read_exact(&mut header[..5])?;
+            if header[1..].starts_with(ZSTD_SKIPPABLE) {
+                self.source.read_exact(&mut header[5..8])?;
+                let length = u32::from_le_bytes([header[4], header[5], header[6], header[7]]);
+                skip(&mut self.source, length.into())?;
+                continue;
             }
+            let length = if header.starts_with(ZSTD) { zstd_header_length(header[4]) } else { 5 };
+            self.source.read_exact(&mut header[5..length])?;
+            let header = &header[..length];
+            // A frame with a larger window is refused by the decoder, with its size.
+            let window = zstd_window(header).min(MAX_ZSTD_WINDOW);
+            self.kept.resize(self.window.max(window) + ZSTD_BLOCKS)?;
+            self.window = self.window.max(window);
+            self.decoder.reset(header).map_err(|error| damaged(&error))?;
+            self.in_frame = true;
+            return Ok(true);
         }
         Ok(false)
     }
@@ -143,6 +184,27 @@ impl<R: BufRead> ZstdReader<R> {
     }
 }
 
+/// Returns the length of a frame's header, by the descriptor behind its magic.
+fn zstd_header_length(descriptor: u8) -> usize {
+    let is_single = descriptor & 0x20 != 0;
+    let dictionary = [0, 1, 2, 4][usize::from(descriptor & 3)];
+    let content_size = [usize::from(is_single), 2, 4, 8][usize::from(descriptor >> 6)];
+    5 + usize::from(!is_single) + dictionary + content_size
+}
+
+/// Returns the size of the window that a frame's header announces, bytes. A frame of a single segment has the size of its content.
+fn zstd_window(header: &[u8]) -> u64 {
+    let [_, _, _, _, descriptor, window, ..] = *header else { return 0 };
+    if descriptor & 0x20 == 0 {
+        let base = 1_u64 << (10 + u32::from(window >> 3));
+        return base + base / 8 * u64::from(window & 7);
+    }
+    let size = &header[5 + [0, 1, 2, 4][usize::from(descriptor & 3)]..];
+    let mut bytes = [0; 8];
+    bytes[..size.len()].copy_from_slice(size);
+    u64::from_le_bytes(bytes) + if size.len() == 2 { 256 } else { 0 }
+}
+
 impl<R: BufRead> Read for ZstdReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
@@ -156,6 +218,7 @@ impl<R: BufRead> Read for ZstdReader<R> {
             if self.decoder.is_finished() {
                 self.leave()?;
             } else {
+                self.kept.budget().spend(PART_WORK)?;
                 let step = || BlockDecodingStrategy::UptoBlocks(1);
                 if let Err(error) = self.decoder.decode_blocks(&mut self.source, step()) {
                     self.broken = Some(damaged(&error));
@@ -196,7 +259,8 @@ mod tests {
 
     fn unpacked(packed: &[u8]) -> io::Result<Vec<u8>> {
         let mut content = Vec::new();
-        decompressed(Box::new(io::Cursor::new(packed.to_vec())))?.read_to_end(&mut content)?;
+        decompressed(Box::new(io::Cursor::new(packed.to_vec())), &FileBudget::default())?
+            .read_to_end(&mut content)?;
         Ok(content)
     }
 
@@ -240,7 +304,9 @@ mod tests {
             let most_lost = if tool == "zstd" { 128 << 10 } else { PIECE };
             for place in 1..=20 {
                 let cut = whole.len() / 21 * place + place;
-                let mut reader = decompressed(Box::new(io::Cursor::new(whole[..cut].to_vec()))).unwrap();
+                let mut reader =
+                    decompressed(Box::new(io::Cursor::new(whole[..cut].to_vec())), &FileBudget::default())
+                        .unwrap();
                 let mut read = Vec::new();
                 assert!(reader.read_to_end(&mut read).is_err(), "{tool}: cut");
                 assert!(content.starts_with(&read), "{tool}");

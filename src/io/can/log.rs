@@ -15,10 +15,11 @@ use super::compression::decompressed;
 use super::counted_source::CountedSource;
 use super::formats::{
     BadLine, EntryContent, EntryInterface, Format, HEAD, LineFormat, LineReader, LogEntry, ObjectReader,
-    Outcome, not_recognised, refuse_pending_rows, refused, without_byte_order_mark,
+    ObjectSource, Outcome, not_recognised, refuse_pending_rows, refused, without_byte_order_mark,
 };
 use super::lines::Lines;
 use crate::core::time::WallStamp;
+use crate::io::file_budget::{ENTRY_WORK, FileBudget};
 use crate::io::standard_input;
 
 /// Position of an interface in [`Log::interfaces`].
@@ -79,7 +80,10 @@ struct FrameTimes {
 /// Reads a log.
 pub struct Log {
     reader: FormatReader,
+    /// Number of bytes that were read of the present file.
     consumed: Arc<AtomicU64>,
+    /// Of all files.
+    budget: FileBudget,
     interfaces: Vec<String>,
     times: Vec<FrameTimes>,
     records: u64,
@@ -138,14 +142,15 @@ impl Log {
     /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if its first
     /// bytes cannot be read, or if the format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
-        let consumed = Arc::new(AtomicU64::new(0));
-        let reader = FormatReader::of_source(source, &consumed)?;
+        let budget = FileBudget::default();
+        let (reader, consumed) = FormatReader::of_source(source, &budget)?;
         let (interfaces, first_bad, breakage) = (Vec::new(), None, None);
         let (records, bad_lines, rest, is_ended) = (0, 0, VecDeque::new(), false);
         let times = Vec::new();
         Ok(Self {
             reader,
             consumed,
+            budget,
             interfaces,
             times,
             records,
@@ -209,8 +214,8 @@ impl Log {
             }
             match self.rest.pop_front() {
                 Some(next) => {
-                    self.consumed = Arc::new(AtomicU64::new(0));
-                    self.reader = FormatReader::of_source(Box::new(File::open(next)?), &self.consumed)?;
+                    (self.reader, self.consumed) =
+                        FormatReader::of_source(Box::new(File::open(next)?), &self.budget)?;
                 }
                 None => self.is_ended = true,
             }
@@ -233,6 +238,7 @@ impl Log {
 
     fn next_whole_record(&mut self) -> io::Result<Option<LogRecord>> {
         while let Some((number, entry)) = self.reader.next()? {
+            self.budget.spend(ENTRY_WORK)?;
             let reason = match entry {
                 Ok(None) => continue,
                 Ok(Some(LogEntry { stamp, interface, content })) => {
@@ -247,6 +253,11 @@ impl Log {
             self.first_bad.get_or_insert((number, reason));
         }
         Ok(None)
+    }
+
+    /// Returns the budget of the recording, for other readers of the same files.
+    pub(in crate::io) fn budget(&self) -> &FileBudget {
+        &self.budget
     }
 
     /// Returns the interface names so far, in order of appearance.
@@ -293,6 +304,7 @@ pub(in crate::io) fn is_breakage(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         io::ErrorKind::UnexpectedEof
+            | io::ErrorKind::FileTooLarge
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
             | io::ErrorKind::Other
@@ -312,14 +324,15 @@ fn position(names: &mut Vec<String>, interface: EntryInterface<'_>) -> Result<In
 }
 
 impl FormatReader {
-    /// Reads a source, decompressed if necessary, and counts the bytes that it takes.
-    fn of_source(source: Box<dyn Read + Send>, consumed: &Arc<AtomicU64>) -> io::Result<Self> {
-        let source = BufReader::with_capacity(BUFFER, source);
-        Self::new(decompressed(Box::new(CountedSource { source, consumed: Arc::clone(consumed) }))?)
+    /// Reads a source, decompressed if necessary. Also returns the counter of the bytes that it takes.
+    fn of_source(source: Box<dyn Read + Send>, budget: &FileBudget) -> io::Result<(Self, Arc<AtomicU64>)> {
+        let source = CountedSource::new(BufReader::with_capacity(BUFFER, source), budget.clone());
+        let consumed = source.consumed();
+        Ok((Self::new(decompressed(Box::new(source), budget)?, budget)?, consumed))
     }
 
     /// Recognises the format by the beginning of `source`, and reads no more than necessary.
-    fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
+    fn new(mut source: Box<dyn Read + Send>, budget: &FileBudget) -> io::Result<Self> {
         let mut head = Vec::with_capacity(HEAD);
         let mut format = None;
         while format.is_none() && head.len() < HEAD {
@@ -348,7 +361,8 @@ impl FormatReader {
                 Self::Lines { lines: Lines::new(source), format, reader: format.usual_reader(), number: 0 }
             }
             Format::Objects(format) => {
-                let source = Box::new(BufReader::with_capacity(BUFFER, source));
+                let bytes = Box::new(BufReader::with_capacity(BUFFER, source));
+                let source = ObjectSource { bytes, budget: budget.clone() };
                 Self::Objects { reader: (format.reader)(source)?, number: 0 }
             }
         })
@@ -478,5 +492,47 @@ mod tests {
         bytes.extend(b"\n(1.0) can0 123#01\n");
         let (log, records) = read_all(bytes);
         assert_eq!((records.len(), log.bad_lines()), (2, 1));
+    }
+
+    /// A BLF file of one message.
+    fn blf() -> Vec<u8> {
+        let mut file = [b"LOGG".as_slice(), &144_u32.to_le_bytes()].concat();
+        file.resize(144, 0);
+        file.extend(
+            [b"LOBJ".as_slice(), &[32, 0, 1, 0], &48_u32.to_le_bytes(), &1_u32.to_le_bytes()].concat(),
+        );
+        file.extend([1, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]);
+        file.extend([1, 0, 0, 8, 0xA0, 1, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8]);
+        file
+    }
+
+    #[test]
+    fn damage_of_compressed_data_ends_the_recording_in_a_format_that_skips_damaged_objects() {
+        let mut lz4 = lz4_flex::frame::FrameEncoder::new(Vec::new());
+        lz4.write_all(&blf()).unwrap();
+        let zstd =
+            ruzstd::encoding::compress_to_vec(blf().as_slice(), ruzstd::encoding::CompressionLevel::Fastest);
+        for packed in [lz4.finish().unwrap(), zstd] {
+            assert_eq!(read_all(packed.clone()).1.len(), 1);
+            for (at, bit) in (0..packed.len()).flat_map(|at| (0..8).map(move |bit| (at, bit))) {
+                let mut damaged = packed.clone();
+                damaged[at] ^= 1 << bit;
+                let Ok(mut log) = Log::new(Box::new(Cursor::new(damaged))) else { continue };
+                // Bytes, and not records, bound the objects.
+                let ends = (0..1000).any(|_| !matches!(log.next_record(), Ok(Some(_))));
+                assert!(ends && log.bad_lines() < 1000, "byte {at}, bit {bit}");
+            }
+        }
+    }
+
+    #[test]
+    fn entries_are_read_up_to_the_limit_of_their_file() {
+        let mut log = Log::new(Box::new(Cursor::new(b"(1.0) can0 123#\n".repeat(100)))).unwrap();
+        let limit = 10_000_000_000;
+        log.budget().spend(limit - 50 * ENTRY_WORK).unwrap();
+        let read = std::iter::from_fn(|| log.next_record().unwrap()).count();
+        assert_eq!(read, 50);
+        let reason = log.breakage().unwrap().to_string();
+        assert!(reason.contains("unpack the file first"), "{reason}");
     }
 }

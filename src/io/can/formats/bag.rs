@@ -1,13 +1,15 @@
 //! Opens the files of a bag for their messages, whatever topics are chosen.
 
 use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read as _};
+use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
 
 use super::super::compression::decompressed;
+use super::super::counted_source::CountedSource;
 use super::ros_messages::{Choose, MessageReader};
-use super::{mcap, refuse_pending_rows, refused, sqlite};
+use super::{ObjectSource, mcap, refuse_pending_rows, refused, sqlite};
+use crate::io::file_budget::FileBudget;
 
 const BUFFER: usize = 64 << 10;
 /// First bytes that tell the format.
@@ -21,11 +23,25 @@ pub fn open_messages<T: Send + 'static>(
     path: &Path,
     choose: &Choose<T>,
 ) -> io::Result<Box<dyn MessageReader<T>>> {
+    open_messages_within(path, choose, &FileBudget::default())
+}
+
+/// Like [`open_messages`], within a budget that all readers of a recording share.
+///
+/// # Errors
+/// A file that cannot be read, or that holds no messages of ROS 2.
+pub(crate) fn open_messages_within<T: Send + 'static>(
+    path: &Path,
+    choose: &Choose<T>,
+    budget: &FileBudget,
+) -> io::Result<Box<dyn MessageReader<T>>> {
     refuse_pending_rows(path)?;
-    let mut source = decompressed(Box::new(BufReader::new(File::open(path)?)))?;
+    let file = BufReader::new(Box::new(File::open(path)?) as Box<dyn Read + Send>);
+    let mut source = decompressed(Box::new(CountedSource::new(file, budget.clone())), budget)?;
     let mut head = Vec::new();
     source.by_ref().take(MAGIC_LENGTH).read_to_end(&mut head)?;
-    let source = Box::new(BufReader::with_capacity(BUFFER, Cursor::new(head.clone()).chain(source)));
+    let bytes = Box::new(BufReader::with_capacity(BUFFER, Cursor::new(head.clone()).chain(source)));
+    let source = ObjectSource { bytes, budget: budget.clone() };
     let choose = Arc::clone(choose);
     if mcap::FORMAT.begins(&head) {
         return Ok(Box::new(mcap::Mcap::new(source, choose)?));

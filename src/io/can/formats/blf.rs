@@ -19,6 +19,7 @@ use super::entry::{BadLine, EntryContent, LogEntry};
 use super::fields::{bus_error, data_frame, id, length_of_dlc};
 use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome};
 use crate::core::can::MAX_DATA;
+use crate::io::file_budget::Kept;
 
 /// Largest valid size, bytes. Writers fill containers with 128 KiB, unpacked.
 const MAX_BYTES: u32 = 16 << 20;
@@ -29,6 +30,8 @@ const CONTAINER: u32 = 10;
 const BASE: usize = 16;
 /// Length of the header of a frame: head, flags, time.
 const HEADER: usize = 32;
+/// Cost of a byte of a container, to unpack it and to look for an object in it, nominal ns.
+const UNPACKED_WORK: u64 = 8;
 /// Maximum number of bytes read of an object, enough for a header and a CAN FD message.
 const MAX_READ: usize = 256;
 
@@ -52,7 +55,8 @@ impl Blf {
         let size = u64::from(u32_at(&head, 4));
         skip(&mut source, size.saturating_sub(56))?;
         let start = system_time(&head[40..]).unwrap_or(0);
-        let contents = ContainerContents { source, inside: Inside::Nothing };
+        let kept = source.budget.keep();
+        let contents = ContainerContents { source, inside: Inside::Nothing, kept };
         Ok(Self { objects: BufReader::new(contents), start })
     }
 
@@ -78,7 +82,7 @@ impl Blf {
 impl ObjectReader for Blf {
     fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
         match self.read_object() {
-            // A container that cannot be unpacked, instead of its objects.
+            // A container that cannot be unpacked, instead of its objects. A source that fails gives errors of other kinds.
             Err(error) if error.kind() == ErrorKind::InvalidData => Ok(Some(Err(BadLine::BadData))),
             outcome => outcome,
         }
@@ -158,6 +162,8 @@ fn frame(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<EntryCont
 struct ContainerContents {
     source: ObjectSource,
     inside: Inside,
+    /// The packed bytes of a container.
+    kept: Kept,
 }
 
 enum Inside {
@@ -187,6 +193,7 @@ impl Read for ContainerContents {
                         self.inside = Inside::Nothing;
                         return Err(ErrorKind::InvalidData.into());
                     };
+                    self.source.budget.spend(read as u64 * UNPACKED_WORK)?;
                     read
                 }
                 Inside::Base(base, done) => {
@@ -233,7 +240,7 @@ impl ContainerContents {
             0 => self.inside = Inside::Stored(packed.into()),
             2 => {
                 let mut bytes = Vec::new();
-                append(&mut self.source, packed.into(), &mut bytes)?;
+                append(&mut self.source, packed.into(), &mut bytes, &mut self.kept)?;
                 self.inside = Inside::Packed(ZlibDecoder::new(Cursor::new(bytes)));
             }
             _ => {
@@ -289,7 +296,7 @@ fn channel(data: &[u8]) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::shown;
+    use super::super::testing::{shown, source};
     use super::*;
     use flate2::Compression;
     use flate2::write::ZlibEncoder;
@@ -341,7 +348,7 @@ mod tests {
     }
 
     fn read(file: Vec<u8>) -> Vec<Result<String, BadLine>> {
-        let mut blf = Blf::new(Box::new(Cursor::new(file))).unwrap();
+        let mut blf = Blf::new(source(&file)).unwrap();
         let mut entries = Vec::new();
         while let Some(entry) = blf.next_object().unwrap() {
             entries.extend(entry.transpose().map(|entry| entry.map(|entry| shown(&entry, START_MICROS))));
@@ -397,7 +404,7 @@ mod tests {
         packed[40..44].fill(0xAA);
         let packed = file(&[packed, container(2, &whole())]);
         assert_eq!(read(packed.clone()), [Err(BadLine::BadData), after.clone()]);
-        let mut blf = Blf::new(Box::new(Cursor::new(packed))).unwrap();
+        let mut blf = Blf::new(source(&packed)).unwrap();
         blf.next_object().unwrap();
         let mut magic = whole();
         magic[0] = b'X';
@@ -422,7 +429,7 @@ mod tests {
     fn a_file_that_was_cut_off_is_an_error_at_its_end() {
         let whole = file(&[container(2, &object(1, 1, 100, &can_message(1, 0, 1, 0x1A0, [1; 8])))]);
         for length in (10..whole.len()).filter(|length| !(144..148).contains(length)) {
-            let cut = Box::new(Cursor::new(whole[..length].to_vec()));
+            let cut = source(&whole[..length]);
             let outcome = Blf::new(cut).and_then(|mut blf| blf.next_object().map(|entry| entry.is_none()));
             assert_eq!(outcome.unwrap_err().kind(), ErrorKind::UnexpectedEof, "{length}");
         }
@@ -440,7 +447,7 @@ mod tests {
                 let at = at % file.len();
                 file[at] = byte;
             }
-            if let Ok(mut blf) = Blf::new(Box::new(Cursor::new(file))) {
+            if let Ok(mut blf) = Blf::new(source(&file)) {
                 for _ in 0..1000 {
                     if !matches!(blf.next_object(), Ok(Some(_))) {
                         return Ok(());

@@ -5,7 +5,9 @@
 
 use std::io::{self, ErrorKind, Read};
 
-use super::damaged;
+use super::super::exact::append;
+use super::{ObjectSource, damaged};
+use crate::io::file_budget::{FileBudget, Kept};
 
 /// Length of a word, bytes.
 const WORD: usize = 8;
@@ -29,9 +31,10 @@ fn table_length(last: u32) -> usize {
 }
 
 /// A message, kept for the next one's bytes.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Message {
     bytes: Vec<u8>,
+    kept: Kept,
     /// Where each segment begins and ends in `bytes`.
     segments: Vec<(usize, usize)>,
 }
@@ -47,6 +50,13 @@ pub(super) struct Struct<'a> {
     pointers: usize,
 }
 
+/// The structures of a list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Structs<'a> {
+    first: Struct<'a>,
+    count: usize,
+}
+
 /// Where a pointer leads to.
 struct Target {
     segment: usize,
@@ -56,8 +66,13 @@ struct Target {
 }
 
 impl Message {
+    /// Creates an empty message; its bytes are kept within the budget.
+    pub(super) fn new(budget: &FileBudget) -> Self {
+        Self { bytes: Vec::new(), kept: budget.keep(), segments: Vec::new() }
+    }
+
     /// Reads the next message; returns false at the end of the source. Fails if the source ends within it.
-    pub(super) fn read(&mut self, source: &mut impl Read) -> io::Result<bool> {
+    pub(super) fn read(&mut self, source: &mut ObjectSource) -> io::Result<bool> {
         let mut count = Vec::new();
         match source.take(4).read_to_end(&mut count)? {
             0 => return Ok(false),
@@ -81,7 +96,7 @@ impl Message {
             self.segments.push((usize::try_from(start).unwrap_or(0), usize::try_from(end).unwrap_or(0)));
         }
         self.bytes.clear();
-        super::super::exact::append(source, end, &mut self.bytes)?;
+        append(source, end, &mut self.bytes, &mut self.kept)?;
         Ok(true)
     }
 
@@ -198,11 +213,11 @@ impl<'a> Struct<'a> {
 
     /// Returns the structures of the list behind a pointer, none if it leads nowhere; `None` for anything else, and for a list
     /// that is longer than its segment.
-    pub(super) fn structures(&self, index: usize) -> Option<Vec<Struct<'a>>> {
+    pub(super) fn structures(&self, index: usize) -> Option<Structs<'a>> {
         let message = self.message;
         let target = message.follow(self.segment, self.pointer(index)?)?;
         if target.pointer == 0 {
-            return Some(Vec::new());
+            return Some(Structs { first: *self, count: 0 });
         }
         let (kind, length) = list(target.pointer)?;
         let content = target.start + WORD;
@@ -211,14 +226,16 @@ impl<'a> Struct<'a> {
         let (words, pointers) = sizes(tag);
         let (count, size) = (usize::try_from(low(tag) >> 2).ok()?, words + pointers);
         let is_whole = kind == 7 && size > 0 && count.checked_mul(size)? <= length;
-        let element = |index| Struct {
-            message,
-            segment: target.segment,
-            start: content + index * size * WORD,
-            words,
-            pointers,
-        };
-        is_whole.then(|| (0..count).map(element).collect())
+        let first = Struct { message, segment: target.segment, start: content, words, pointers };
+        is_whole.then_some(Structs { first, count })
+    }
+}
+
+impl<'a> Structs<'a> {
+    /// Returns the structure at a position; `None` behind the last one.
+    pub(super) fn get(&self, index: usize) -> Option<Struct<'a>> {
+        let size = (self.first.words + self.first.pointers) * WORD;
+        (index < self.count).then(|| Struct { start: self.first.start + index * size, ..self.first })
     }
 }
 

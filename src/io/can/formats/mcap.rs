@@ -2,7 +2,7 @@
 //!
 //! A file is a sequence of records, most of them in chunks, which are plain, lz4 or zstd. They are read from the first to the last, so
 //! that a file without its end, as a killed recorder leaves it, is read as well; the index is not needed. Memory is the packed bytes of a
-//! chunk. A chunk that cannot be unpacked, or whose checksum is wrong, counts as a bad object.
+//! chunk, the window of its decoder, and the topics that are read. A chunk that cannot be unpacked, or whose checksum is wrong, counts as a bad object.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read};
@@ -12,12 +12,13 @@ use mcap::parse_record;
 use mcap::records::{Channel, Record, op};
 
 use super::super::compression::decompressed;
-use super::super::exact::{append, skip};
+use super::super::exact::{append, append_rest, skip};
 use super::entry::BadLine;
 use super::ros_frames::{Frames, choose_frames};
 use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 use super::{Mark, ObjectFormat, ObjectSource, damaged};
 use crate::core::time::WallStamp;
+use crate::io::file_budget::{Kept, is_limit};
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "MCAP",
@@ -30,6 +31,12 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const MAX_CHUNK: u64 = 256 << 20;
 /// Largest schema, channel, or message of a topic that is read, bytes.
 const MAX_RECORD: u64 = 1 << 20;
+/// Longest name of a topic or type that is read, bytes; ROS 2 allows 255.
+const MAX_NAME: usize = 1024;
+/// Memory of an entry of a map beside its name, bytes.
+const NODE: usize = 64;
+/// Cost of a record, nominal ns.
+const RECORD_WORK: u64 = 100;
 /// Length of the head of a message: channel, sequence, log time, publish time.
 const MESSAGE_HEAD: usize = 22;
 /// Length of the head of a chunk before the name of its compression: two times, size, checksum, length of the name.
@@ -53,11 +60,17 @@ struct Content<T> {
     channels: BTreeMap<u16, Option<T>>,
     choice: TopicChoice<T>,
     record: Vec<u8>,
+    /// The buffer `record`.
+    buffered: Kept,
+    /// Names of schemas and channels.
+    kept: Kept,
     /// Channel and log time of the message in `record`.
     message: Option<(u16, WallStamp)>,
 }
 
 struct Chunk {
+    /// The packed bytes.
+    _kept: Kept,
     records: BufReader<Checked<Box<dyn Read + Send>>>,
     /// 0 = none.
     checksum: u32,
@@ -99,7 +112,8 @@ impl<T> Mcap<T> {
         let mut magic = [0; 8];
         file.read_exact(&mut magic)?;
         let (schemas, channels, record) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        let content = Content { schemas, channels, choice: TopicChoice::new(choose), record, message: None };
+        let (choice, buffered, kept) = (TopicChoice::new(choose), file.budget.keep(), file.budget.keep());
+        let content = Content { schemas, channels, choice, record, buffered, kept, message: None };
         Ok(Self { file, chunk: None, content, is_ended: false })
     }
 }
@@ -124,6 +138,7 @@ impl<T: Send> MessageReader<T> for Mcap<T> {
                 Ok(Some(Step::Message)) => return Ok(Some(Ok(()))),
                 Ok(Some(Step::TooLong)) => return Ok(Some(Err(BadLine::TooLong))),
                 Ok(Some(Step::Other)) => continue,
+                Err(error) if is_limit(&error) => return Err(error),
                 Ok(None | Some(Step::Chunk | Step::DataEnd)) | Err(_) => {}
             }
             let (is_cut, is_whole) = (chunk.is_cut, matches!(step, Ok(None)) && chunk.is_intact());
@@ -167,13 +182,12 @@ impl Chunk {
         if length > MAX_CHUNK {
             return Err(damaged("a chunk is larger than 256 MiB"));
         }
-        let mut packed = Vec::new();
-        file.take(length).read_to_end(&mut packed)?;
-        let is_cut = (packed.len() as u64) < length;
+        let (mut packed, mut kept) = (Vec::new(), file.budget.keep());
+        let is_cut = append_rest(file, length, &mut packed, &mut kept)? < length;
         let packed = Box::new(Cursor::new(packed));
-        let source = if name.is_empty() { packed } else { decompressed(packed)? };
+        let source = if name.is_empty() { packed } else { decompressed(packed, &file.budget)? };
         let records = BufReader::new(Checked { source, digest: CRC.digest() });
-        Ok(Self { records, checksum, is_cut })
+        Ok(Self { _kept: kept, records, checksum, is_cut })
     }
 
     /// True if the checksum of all records is that of the chunk.
@@ -189,6 +203,7 @@ impl<T> Content<T> {
         if source.read(&mut head[..1])? == 0 {
             return Ok(None);
         }
+        self.kept.budget().spend(RECORD_WORK)?;
         source.read_exact(&mut head[1..])?;
         let (opcode, length) =
             (head[0], u64::from_le_bytes([1, 2, 3, 4, 5, 6, 7, 8].map(|at: usize| head[at])));
@@ -205,17 +220,26 @@ impl<T> Content<T> {
         self.read_body(source, length)?;
         let record = parse_record(opcode, &self.record).map_err(|error| damaged(error.to_string()))?;
         if let Record::Schema { header, .. } = record {
-            self.schemas.insert(header.id, header.name);
+            // A longer name is not the name of a type that is read.
+            if header.name.len() <= MAX_NAME {
+                self.kept.grow((NODE + header.name.len()) as u64)?;
+                self.schemas.insert(header.id, header.name);
+            } else {
+                self.schemas.remove(&header.id);
+            }
         } else if let Record::Channel(channel) = record {
-            self.add_channel(&channel);
+            self.add_channel(&channel)?;
         }
         Ok(Some(Step::Other))
     }
 
-    fn add_channel(&mut self, channel: &Channel) {
+    fn add_channel(&mut self, channel: &Channel) -> io::Result<()> {
         let type_name = self.schemas.get(&channel.schema_id).map_or("", String::as_str);
         let topic = RecordedTopic { name: &channel.topic, type_name, encoding: &channel.message_encoding };
-        self.channels.insert(channel.id, self.choice.take(&topic));
+        let chosen = if topic.name.len() <= MAX_NAME { self.choice.take(&topic) } else { None };
+        self.kept.grow((NODE + topic.name.len().min(MAX_NAME)) as u64)?;
+        self.channels.insert(channel.id, chosen);
+        Ok(())
     }
 
     fn read_message(&mut self, source: &mut impl Read, length: u64) -> io::Result<Step> {
@@ -236,7 +260,7 @@ impl<T> Content<T> {
 
     fn read_body(&mut self, source: &mut impl Read, length: u64) -> io::Result<()> {
         self.record.clear();
-        append(source, length, &mut self.record)
+        append(source, length, &mut self.record, &mut self.buffered)
     }
 }
 
@@ -327,7 +351,7 @@ mod tests {
 
     fn read(file: &[u8]) -> (Vec<Result<String, BadLine>>, io::Result<()>) {
         let mut entries = Vec::new();
-        let mut reader = match (FORMAT.reader)(Box::new(Cursor::new(file.to_vec()))) {
+        let mut reader = match (FORMAT.reader)(super::super::testing::source(file)) {
             Ok(reader) => reader,
             Err(error) => return (entries, Err(error)),
         };

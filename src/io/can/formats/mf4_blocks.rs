@@ -4,13 +4,15 @@
 //! are visited is bounded, so that reading ends whatever the links say.
 
 use std::cell::Cell;
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind};
 use std::ops::Range;
 
-use super::{damaged, refused};
+use super::super::exact::append_rest;
+use super::{ObjectSource, damaged, refused};
+use crate::io::file_budget::{FileBudget, Kept};
 
-/// Largest file, bytes: it is kept in memory.
-const MAX_BYTES: u64 = 1 << 30;
+/// Cost of visiting a block, nominal ns.
+const BLOCK_WORK: u64 = 100;
 /// Length of the identification of a file, bytes; the block `HD` follows.
 const IDENTIFICATION: usize = 64;
 /// Length of the head of a block, bytes.
@@ -21,7 +23,12 @@ pub(super) struct Blocks {
     /// True if the writer did not end the file, so that the length of its data is not noted.
     is_unfinished: bool,
     /// Number of bytes of blocks that may still be visited.
-    budget: Cell<u64>,
+    unvisited: Cell<u64>,
+    pub(super) budget: FileBudget,
+    /// The size of `bytes`.
+    _kept: Kept,
+    /// Why the file could not be read to its end.
+    failure: Option<io::Error>,
 }
 
 /// A block of a kind other than data.
@@ -45,15 +52,14 @@ impl Block<'_> {
 }
 
 impl Blocks {
-    /// Reads a file as far as it goes. Fails if it is not of version 4 or too large.
-    pub(super) fn read(source: impl Read) -> io::Result<Self> {
-        let mut bytes = Vec::new();
-        let outcome = source.take(MAX_BYTES + 1).read_to_end(&mut bytes);
+    /// Reads a file as far as it goes. Fails if it is not of version 4.
+    pub(super) fn read(mut source: ObjectSource) -> io::Result<Self> {
+        let budget = source.budget.clone();
+        budget.allow_whole();
+        let (mut bytes, mut kept) = (Vec::new(), budget.keep());
+        let failure = append_rest(&mut source, u64::MAX, &mut bytes, &mut kept).err();
         if bytes.len() < IDENTIFICATION {
-            return Err(outcome.err().unwrap_or_else(|| ErrorKind::UnexpectedEof.into()));
-        }
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(refused("the MDF file is larger than 1 GiB", "cut it, e.g. with asammdf"));
+            return Err(failure.unwrap_or_else(|| ErrorKind::UnexpectedEof.into()));
         }
         if bytes[8] != b'4' {
             return Err(refused(
@@ -62,8 +68,17 @@ impl Blocks {
             ));
         }
         // The data of an unsorted group are visited twice, for its values of variable length.
-        let budget = Cell::new(4 * bytes.len() as u64);
-        Ok(Self { is_unfinished: bytes.starts_with(b"UnFinMF "), bytes, budget })
+        let unvisited = Cell::new(4 * bytes.len() as u64);
+        let is_unfinished = bytes.starts_with(b"UnFinMF ");
+        Ok(Self { bytes, is_unfinished, unvisited, budget, _kept: kept, failure })
+    }
+
+    /// Returns the error for a part that the file does not have.
+    pub(super) fn cut(&self) -> io::Error {
+        match &self.failure {
+            Some(failure) => io::Error::new(failure.kind(), failure.to_string()),
+            None => ErrorKind::UnexpectedEof.into(),
+        }
     }
 
     /// Returns the block `HD`.
@@ -80,7 +95,7 @@ impl Blocks {
     pub(super) fn block(&self, at: u64) -> io::Result<Block<'_>> {
         let (kind, content, is_cut) = self.locate(at)?;
         if is_cut {
-            return Err(ErrorKind::UnexpectedEof.into());
+            return Err(self.cut());
         }
         let links = u64_at(&self.bytes, content.start - 8);
         let links = usize::try_from(links).ok().and_then(|links| links.checked_mul(8));
@@ -107,9 +122,10 @@ impl Blocks {
     }
 
     fn locate(&self, at: u64) -> io::Result<([u8; 2], Range<usize>, bool)> {
-        let start = usize::try_from(at).map_err(|_| ErrorKind::UnexpectedEof)?;
+        self.budget.spend(BLOCK_WORK)?;
+        let start = usize::try_from(at).map_err(|_| self.cut())?;
         let head = start.checked_add(HEAD).and_then(|end| self.bytes.get(start..end));
-        let head = head.ok_or(ErrorKind::UnexpectedEof)?;
+        let head = head.ok_or_else(|| self.cut())?;
         let kind = [head[2], head[3]];
         if !head.starts_with(b"##") {
             return Err(damaged(format!("MF4: no block at byte {at}")));
@@ -118,12 +134,12 @@ impl Blocks {
         let length = u64_at(head, 8).saturating_sub(HEAD as u64);
         let is_open = self.is_unfinished && kind == *b"DT" && length == 0;
         let (length, is_cut) = match usize::try_from(length) {
-            _ if is_open => (rest, false),
+            _ if is_open => (rest, self.failure.is_some()),
             Ok(length) if length <= rest => (length, false),
             _ => (rest, true),
         };
-        let left = self.budget.get().checked_sub((HEAD + length) as u64);
-        self.budget.set(left.ok_or_else(|| damaged("MF4: the blocks refer to each other in a circle"))?);
+        let left = self.unvisited.get().checked_sub((HEAD + length) as u64);
+        self.unvisited.set(left.ok_or_else(|| damaged("MF4: the blocks refer to each other in a circle"))?);
         Ok((kind, content..content + length, is_cut))
     }
 }

@@ -46,6 +46,11 @@ impl Conversion {
         })
     }
 
+    /// Returns the number of pairs of a table, of which a conversion looks at each.
+    fn pairs(&self) -> usize {
+        if let Self::Table(pairs) = self { pairs.len() } else { 0 }
+    }
+
     fn value(&self, number: f64) -> Option<f64> {
         match self {
             Self::None => Some(number),
@@ -210,6 +215,13 @@ impl FrameChannels {
             *channel = Some(Channel::of(file, &block)?);
         }
         Ok(is_frame.then_some(found))
+    }
+
+    /// Returns the number of pairs in tables of conversions.
+    pub(super) fn pairs(&self) -> u64 {
+        let Self { kind: _, time, bus, id, extended, fd, dlc, length, data } = self;
+        let channels = [time, bus, id, extended, fd, dlc, length, data].into_iter().flatten();
+        channels.map(|channel| channel.conversion.pairs() as u64).sum()
     }
 
     /// Returns the time of a record in ns since the start of the measurement.

@@ -9,9 +9,16 @@ use super::fields::{bus_error, data_frame, id, length_of_dlc};
 use super::mf4_blocks::{Blocks, u16_at, u32_at, u64_at};
 use super::mf4_channels::{Channel, FrameChannels, FrameKind};
 use super::mf4_data::DataReader;
+use crate::io::file_budget::Kept;
 
-/// Most bytes that the values of variable length of a data group may have.
-const MAX_VALUES: usize = 1 << 30;
+/// Cost of a record beside the conversions of its values, nominal ns.
+const RECORD_WORK: u64 = 50;
+/// Memory of a frame that waits in a window, bytes.
+const WAITING: u64 = 160;
+/// Memory of a group beside tables of conversions, bytes.
+const GROUP: u64 = 2048;
+/// Memory of a pair in a table of a conversion, bytes.
+const PAIR: u64 = 16;
 /// Flag of a channel group whose records are values of variable length.
 const VARIABLE_LENGTH: u16 = 1;
 
@@ -31,6 +38,10 @@ pub(super) struct DataGroup {
     groups: BTreeMap<u64, ChannelGroup>,
     /// Entries in the order of their times and records; without a time for those that cannot be read.
     window: BTreeMap<(Option<i64>, u64), Entry>,
+    /// The most that has waited in `window`.
+    window_kept: Kept,
+    /// Descriptions of the groups.
+    _kept: Kept,
     /// Number of frames that were read.
     frames: u64,
     /// Why nothing behind the window can be read.
@@ -46,6 +57,8 @@ struct ChannelGroup {
     records: u64,
     /// Values of variable length, each behind its length.
     values: Vec<u8>,
+    /// The size of `values`.
+    values_kept: Kept,
 }
 
 impl DataGroup {
@@ -53,7 +66,7 @@ impl DataGroup {
     pub(super) fn of(file: &Blocks, link: u64, start: i64) -> io::Result<(Option<Self>, Option<u64>)> {
         let block = file.block_of_kind(link, *b"DG")?;
         let number_length = block.data.first().copied().unwrap_or(0).into();
-        let mut groups = BTreeMap::new();
+        let (mut groups, mut kept) = (BTreeMap::new(), file.budget.keep());
         // Numbers of the groups, by where they are.
         let mut numbers = BTreeMap::new();
         let mut next = block.link(1);
@@ -61,7 +74,9 @@ impl DataGroup {
             let group = file.block_of_kind(link, *b"CG")?;
             let number = u64_at(group.data, 0);
             numbers.insert(link, number);
-            groups.insert(number, ChannelGroup::of(file, group.link(1), group.data)?);
+            let description = ChannelGroup::of(file, group.link(1), group.data)?;
+            kept.grow(GROUP + PAIR * description.frames.as_ref().map_or(0, FrameChannels::pairs))?;
+            groups.insert(number, description);
             next = group.link(0);
         }
         if !groups.values().any(|group| group.frames.is_some()) {
@@ -72,8 +87,9 @@ impl DataGroup {
             return Err(damaged("MF4: the records of a group cannot be told apart"));
         }
         let data = DataReader::new(file, block.link(2));
-        let (window, frames, failure) = (BTreeMap::new(), 0, None);
-        let mut this = Self { start, data, number_length, groups, window, frames, failure };
+        let (window, window_kept, frames, failure) = (BTreeMap::new(), file.budget.keep(), 0, None);
+        let mut this =
+            Self { start, data, number_length, groups, window, window_kept, _kept: kept, frames, failure };
         this.collect_values(file, block.link(2), &numbers);
         Ok((Some(this), block.link(0)))
     }
@@ -86,30 +102,31 @@ impl DataGroup {
         let mut between = BTreeMap::new();
         for (number, link) in &links {
             if let Some(of) = numbers.get(link) {
-                between.insert(*of, Vec::new());
+                between.insert(*of, (Vec::new(), file.budget.keep()));
             } else if let Some(group) = self.groups.get_mut(number) {
-                DataReader::new(file, Some(*link)).append_all(file, MAX_VALUES, &mut group.values);
+                let reader = DataReader::new(file, Some(*link));
+                reader.append_all(file, &mut group.values, &mut group.values_kept);
             }
         }
         if between.is_empty() {
             return;
         }
         let mut reader = DataReader::new(file, data);
-        let mut left = MAX_VALUES;
         // A failure comes again when the frames are read.
         while let Ok(Some((number, record))) =
             next_record(&mut reader, file, self.number_length, &self.groups)
         {
-            let Some(values) = between.get_mut(&number) else { continue };
-            let Some(rest) = left.checked_sub(record.len() + 4) else { break };
-            left = rest;
+            let Some((values, kept)) = between.get_mut(&number) else { continue };
+            if kept.grow(record.len() as u64 + 4).is_err() {
+                break;
+            }
             values.extend(u32::try_from(record.len()).unwrap_or(u32::MAX).to_le_bytes());
             values.extend(record);
         }
         for (number, link) in links {
             let values = numbers.get(&link).and_then(|of| between.remove(of));
             if let (Some(values), Some(group)) = (values, self.groups.get_mut(&number)) {
-                group.values = values;
+                (group.values, group.values_kept) = values;
             }
         }
     }
@@ -118,7 +135,8 @@ impl DataGroup {
     pub(super) fn next(&mut self, file: &Blocks) -> io::Result<Option<(Option<i64>, Entry)>> {
         let size = if self.groups.len() > 1 { WINDOW } else { 1 };
         while self.window.len() < size && self.failure.is_none() {
-            match self.read(file) {
+            let waiting = (self.window.len() as u64 + 1) * WAITING;
+            match self.window_kept.resize_up(waiting).and_then(|()| self.read(file)) {
                 Ok(Some(entry)) => {
                     let nanos = entry.ok().map(|entry| entry.stamp.as_nanos());
                     self.window.insert((nanos, self.frames), entry);
@@ -143,6 +161,7 @@ impl DataGroup {
             let index = group.records;
             group.records += 1;
             if let Some(frames) = &group.frames {
+                file.budget.spend(frames.pairs())?;
                 return Ok(Some(entry(frames, record, index, &group.values, self.start)));
             }
         }
@@ -156,7 +175,8 @@ impl ChannelGroup {
         let length = u64::from(u32_at(data, 24)) + u64::from(u32_at(data, 28));
         let length = usize::try_from(length).map_err(|_| ErrorKind::InvalidData)?;
         let frames = if is_variable { None } else { FrameChannels::of(file, channels)? };
-        Ok(Self { length: (!is_variable).then_some(length), frames, records: 0, values: Vec::new() })
+        let (length, values_kept) = ((!is_variable).then_some(length), file.budget.keep());
+        Ok(Self { length, frames, records: 0, values: Vec::new(), values_kept })
     }
 }
 
@@ -167,6 +187,7 @@ fn next_record<'a>(
     number_length: usize,
     groups: &BTreeMap<u64, ChannelGroup>,
 ) -> io::Result<Option<(u64, &'a [u8])>> {
+    file.budget.spend(RECORD_WORK)?;
     let (mut number, mut group) = (0, groups.values().next());
     if number_length > 0 {
         let Some(bytes) = data.take(file, number_length)? else { return Ok(None) };

@@ -55,14 +55,17 @@ mod sqlite_file;
 mod trc;
 mod unrecognised;
 
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
 
 pub use bag::open_messages;
+pub(crate) use bag::open_messages_within;
 pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 pub use ros_frames::received_frame;
 pub use ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 pub(super) use sqlite::refuse_pending_rows;
 pub use unrecognised::{Looks, known_magic};
+
+use crate::io::file_budget::FileBudget;
 
 /// Longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
 pub(super) const MAX_LINE: usize = 1024;
@@ -131,7 +134,27 @@ impl ObjectFormat {
     }
 }
 
-pub(super) type ObjectSource = Box<dyn BufRead + Send>;
+/// The bytes of a file, decompressed, and what reading it may cost.
+pub(super) struct ObjectSource {
+    pub(super) bytes: Box<dyn BufRead + Send>,
+    pub(super) budget: FileBudget,
+}
+
+impl Read for ObjectSource {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.bytes.read(buffer)
+    }
+}
+
+impl BufRead for ObjectSource {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.bytes.fill_buf()
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.bytes.consume(amount);
+    }
+}
 
 /// Binary formats.
 const OBJECT_FORMATS: [ObjectFormat; 8] = [
@@ -275,6 +298,11 @@ mod testing {
         entries.map(|entry| entry.map(|entry| shown(&entry, 0))).collect()
     }
 
+    /// Returns a source of these bytes.
+    pub(super) fn source(bytes: &[u8]) -> ObjectSource {
+        ObjectSource { bytes: Box::new(io::Cursor::new(bytes.to_vec())), budget: FileBudget::default() }
+    }
+
     /// Reads a file to its end; the entries are shown as those of lines.
     pub(super) fn objects(format: ObjectFormat, file: &[u8]) -> io::Result<Vec<Result<String, BadLine>>> {
         let (entries, outcome) = until_failure(format, file);
@@ -287,7 +315,7 @@ mod testing {
         file: &[u8],
     ) -> (Vec<Result<String, BadLine>>, io::Result<()>) {
         let mut entries = Vec::new();
-        let outcome = (format.reader)(Box::new(io::Cursor::new(file.to_vec()))).and_then(|mut reader| {
+        let outcome = (format.reader)(source(file)).and_then(|mut reader| {
             while let Some(object) = reader.next_object()? {
                 entries.extend(object.map(|entry| entry.map(|entry| shown(&entry, 0))).transpose());
             }

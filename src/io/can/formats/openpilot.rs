@@ -7,7 +7,6 @@
 //! Frames that openpilot itself sends appear a second time with 128 added to the number of the bus, and those that the panda refused
 //! with 192 added: both are passed over, as what is sent is in recordings of ROS 2.
 
-use std::collections::VecDeque;
 use std::io;
 
 use super::capnp::{Message, Struct, begins};
@@ -19,7 +18,8 @@ pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "openpilot rlog and qlog",
     mark: Mark::Content(|head| begins(head, 2, 1)),
     reader: |source| {
-        Ok(Box::new(Openpilot { source, message: Message::default(), frames: VecDeque::new(), start: 0 }))
+        let message = Message::new(&source.budget);
+        Ok(Box::new(Openpilot { source, message, next_frame: None, start: 0 }))
     },
 };
 
@@ -32,39 +32,50 @@ const SENT: u8 = 128;
 struct Openpilot {
     source: ObjectSource,
     message: Message,
-    /// Frames of the last message.
-    frames: VecDeque<Result<LogEntry<'static>, BadLine>>,
+    /// Position of the next frame in the message; `None` if it has no more.
+    next_frame: Option<usize>,
     /// Wall time at the start of the log's clock, ns since 1970; 0 if it is not known.
     start: i64,
 }
 
 impl ObjectReader for Openpilot {
     fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
-        if let Some(frame) = self.frames.pop_front() {
-            return Ok(Some(frame.map(Some)));
+        if self.next_frame.is_none() {
+            if !self.message.read(&mut self.source)? {
+                return Ok(None);
+            }
+            let Some(event) = self.message.root() else { return Ok(Some(Err(BadLine::NoFrame))) };
+            match (event.u16(8), nanos(&event)) {
+                (INIT_DATA, Ok(nanos)) => {
+                    let wall = event.structure(0).map_or(0, |data| data.u64(8));
+                    let wall = i64::try_from(wall).ok().filter(|wall| *wall > 0);
+                    self.start = wall.map_or(0, |wall| wall - nanos);
+                }
+                (CAN, _) => self.next_frame = Some(0),
+                _ => {}
+            }
         }
-        if !self.message.read(&mut self.source)? {
+        Ok(Some(self.next_frame()))
+    }
+}
+
+impl Openpilot {
+    /// Returns the next frame of the message that was received.
+    fn next_frame(&mut self) -> Outcome<'static> {
+        let Some(position) = self.next_frame.take() else { return Ok(None) };
+        let event = self.message.root().ok_or(BadLine::NoFrame)?;
+        let Some(frame) = event.structures(0).ok_or(BadLine::NoFrame)?.get(position) else { return Ok(None) };
+        self.next_frame = Some(position + 1);
+        if frame.u8(6) >= SENT {
             return Ok(None);
         }
-        let Some(event) = self.message.root() else { return Ok(Some(Err(BadLine::NoFrame))) };
-        let nanos = i64::try_from(event.u64(0)).map_err(|_| BadLine::NoTime);
-        match (event.u16(8), nanos) {
-            (INIT_DATA, Ok(nanos)) => {
-                let wall = event.structure(0).map_or(0, |data| data.u64(8));
-                self.start = i64::try_from(wall).ok().filter(|wall| *wall > 0).map_or(0, |wall| wall - nanos);
-            }
-            (CAN, nanos) => match event.structures(0) {
-                Some(frames) => {
-                    let nanos = nanos.map(|nanos| self.start.saturating_add(nanos));
-                    let received = frames.iter().filter(|frame| frame.u8(6) < SENT);
-                    self.frames.extend(received.map(|frame| entry(nanos?, frame)));
-                }
-                None => return Ok(Some(Err(BadLine::NoFrame))),
-            },
-            _ => {}
-        }
-        Ok(Some(Ok(None)))
+        entry(self.start.saturating_add(nanos(&event)?), &frame).map(Some)
     }
+}
+
+/// Returns the time of an event, ns of the log's clock.
+fn nanos(event: &Struct<'_>) -> Result<i64, BadLine> {
+    i64::try_from(event.u64(0)).map_err(|_| BadLine::NoTime)
 }
 
 fn entry(nanos: i64, frame: &Struct<'_>) -> Result<LogEntry<'static>, BadLine> {

@@ -12,6 +12,7 @@ use super::clock::SECOND;
 use super::entry::{BadLine, EntryInterface, LogEntry};
 use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome, damaged};
 use crate::core::time::WallStamp;
+use crate::io::file_budget::Kept;
 
 /// Type of a section header; reads the same in both byte orders.
 const SECTION: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
@@ -39,13 +40,15 @@ struct PcapNg {
     interfaces: Vec<Interface>,
     /// The content of a block, and its length again.
     block: Vec<u8>,
+    kept: Kept,
     /// The first link type of the file; another one replaces it if it carries CAN frames.
     link: Option<u16>,
 }
 
 impl PcapNg {
     fn new(source: ObjectSource) -> Self {
-        Self { source, order: ByteOrder::Little, interfaces: Vec::new(), block: Vec::new(), link: None }
+        let (interfaces, block, kept) = (Vec::new(), Vec::new(), source.budget.keep());
+        Self { source, order: ByteOrder::Little, interfaces, block, kept, link: None }
     }
 
     /// Reads a block into `self.block` and returns its type.
@@ -66,7 +69,7 @@ impl PcapNg {
         }
         self.block.clear();
         self.block.extend(&head[8..]);
-        append(&mut self.source, u64::from(length - 12), &mut self.block)?;
+        append(&mut self.source, u64::from(length - 12), &mut self.block, &mut self.kept)?;
         let content = self.block.len() - 4;
         if self.order.u32(&self.block, content) != length {
             return Err(damaged("a block has two lengths"));

@@ -25,7 +25,8 @@ impl PythonSqlite {
     }
 
     pub(super) fn new(database: Database, table: Table<7>) -> Self {
-        Self { database, rows: Rows::new(table) }
+        let rows = Rows::new(table, &database);
+        Self { database, rows }
     }
 }
 

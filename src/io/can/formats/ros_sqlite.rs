@@ -7,6 +7,7 @@ use super::entry::BadLine;
 use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 use super::sqlite_file::{Database, Rows, Table, Value};
 use crate::core::time::WallStamp;
+use crate::io::file_budget::Kept;
 
 const COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
 
@@ -20,6 +21,8 @@ pub(super) struct RosSqlite<T> {
     /// Topic and log time of the message in `content`.
     message: Option<(i64, WallStamp)>,
     content: Vec<u8>,
+    /// The size of `content`.
+    kept: Kept,
 }
 
 /// Returns the table of messages; `None` for a database that `rosbag2` has not written.
@@ -32,7 +35,7 @@ impl<T> RosSqlite<T> {
     pub(super) fn new(database: Database, messages: Table<3>, choose: Choose<T>) -> io::Result<Self> {
         let (mut topics, mut choice) = (BTreeMap::new(), TopicChoice::new(choose));
         if let Some(table) = database.table("topics", ["name", "type", "serialization_format"])? {
-            let mut rows = Rows::new(table);
+            let mut rows = Rows::new(table, &database);
             while let Some(row) = rows.next(&database)? {
                 let Ok(texts) = row else { continue };
                 let [name, type_name, encoding] = &texts.map(text);
@@ -41,14 +44,8 @@ impl<T> RosSqlite<T> {
                 }
             }
         }
-        Ok(Self {
-            database,
-            messages: Rows::new(messages),
-            topics,
-            choice,
-            message: None,
-            content: Vec::new(),
-        })
+        let (messages, kept) = (Rows::new(messages, &database), database.keep());
+        Ok(Self { database, messages, topics, choice, message: None, content: Vec::new(), kept })
     }
 }
 
@@ -62,6 +59,7 @@ impl<T: Send> MessageReader<T> for RosSqlite<T> {
             return Ok(Some(match (logged.integer(), data.bytes()) {
                 (Some(logged), Some(data)) => {
                     self.message = Some((topic, WallStamp::from_nanos(logged)));
+                    self.kept.resize_up(data.len() as u64)?;
                     self.content.clear();
                     self.content.extend(data);
                     Ok(())

@@ -3,15 +3,25 @@
 //! A table is a tree of pages: inner pages refer to others, leaves have the rows, and what does not fit is in a chain of
 //! overflow pages. Every page is visited once at most, so that reading ends whatever the file says.
 
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind};
 
-use super::refused;
+use super::super::exact::append_rest;
 use super::sqlite_columns::column_names;
+use super::{ObjectSource, refused};
+use crate::io::file_budget::{FileBudget, Kept};
 
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
 
-/// Largest database, bytes: it is kept in memory.
-const MAX_BYTES: u64 = 1 << 30;
+/// Longest statement that makes a table, bytes, as in SQLite.
+const MAX_SQL: usize = 1_000_000;
+/// Cost of a byte of such a statement, nominal ns.
+const SQL_WORK: u64 = 30;
+/// Cost of a row beside its bytes and columns, or of a page, nominal ns.
+const ROW_WORK: u64 = 100;
+/// Number of bytes of a row that cost a nominal ns.
+const BYTES_PER_WORK: u64 = 4;
+/// Cost of a column before the last one that is read, nominal ns.
+const COLUMN_WORK: u64 = 4;
 /// Length of the header of a file, bytes.
 const HEADER: usize = 100;
 /// Smallest number of bytes of a page that a valid database uses.
@@ -47,6 +57,13 @@ pub(super) struct Table<const N: usize> {
     columns: [usize; N],
 }
 
+impl<const N: usize> Table<N> {
+    /// Returns the number of columns up to the last one that is read.
+    fn columns_read(&self) -> usize {
+        self.columns.into_iter().max().map_or(0, |last| last + 1)
+    }
+}
+
 /// A row whose content is damaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct DamagedRow;
@@ -56,27 +73,26 @@ pub(super) struct Database {
     page_size: usize,
     /// Number of bytes of a page that are used; the rest is reserved for extensions.
     usable: usize,
+    budget: FileBudget,
+    /// The size of `bytes`.
+    _kept: Kept,
+    /// Why the file could not be read to its end.
+    failure: Option<io::Error>,
 }
 
 impl Database {
     /// Reads a database as far as it goes. Fails if the source fails within the header, or for a kind of database that is
     /// not supported.
-    pub(super) fn read(source: impl Read) -> io::Result<Self> {
-        let mut bytes = Vec::new();
-        match source.take(MAX_BYTES + 1).read_to_end(&mut bytes) {
-            Err(error) if bytes.len() < HEADER || error.kind() == ErrorKind::Interrupted => {
-                return Err(error);
-            }
+    pub(super) fn read(mut source: ObjectSource) -> io::Result<Self> {
+        let budget = source.budget.clone();
+        budget.allow_whole();
+        let (mut bytes, mut kept) = (Vec::new(), budget.keep());
+        let failure = match append_rest(&mut source, u64::MAX, &mut bytes, &mut kept) {
+            Err(error) if bytes.len() < HEADER => return Err(error),
             _ if bytes.len() < HEADER => return Err(ErrorKind::UnexpectedEof.into()),
-            // What was read before a failure of the source is used; the missing pages are then an error.
-            _ => {}
-        }
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(refused(
-                "the SQLite database is larger than 1 GiB",
-                "export a part of it, e.g. with sqlite3 and a WHERE clause",
-            ));
-        }
+            // What was read before a failure of the source is used; the missing pages then fail as it did.
+            outcome => outcome.err(),
+        };
         if number(&bytes[56..60]) > 1 {
             return Err(refused(
                 "the texts of the SQLite database are UTF-16",
@@ -91,7 +107,7 @@ impl Database {
         if !page_size.is_power_of_two() || usable < MIN_USABLE {
             return Err(refused("the SQLite database is damaged or encrypted: its page size is invalid", ""));
         }
-        Ok(Self { bytes, page_size, usable })
+        Ok(Self { bytes, page_size, usable, budget, _kept: kept, failure })
     }
 
     /// Returns the table with this name and all of these columns; `None` if there is none.
@@ -100,7 +116,7 @@ impl Database {
         name: &str,
         columns: [&str; N],
     ) -> io::Result<Option<Table<N>>> {
-        let mut tables = Rows::new(SCHEMA);
+        let mut tables = Rows::new(SCHEMA, self);
         while let Some(row) = tables.next(self)? {
             let Ok([kind, table, root, sql]) = row else { continue };
             if kind != Value::Text(b"table")
@@ -108,7 +124,9 @@ impl Database {
             {
                 continue;
             }
-            let sql = String::from_utf8_lossy(sql.bytes().unwrap_or_default());
+            let sql = sql.bytes().filter(|sql| sql.len() <= MAX_SQL).unwrap_or_default();
+            self.budget.spend(sql.len() as u64 * SQL_WORK)?;
+            let sql = String::from_utf8_lossy(sql);
             let names = column_names(&sql);
             let positions =
                 columns.map(|column| names.iter().position(|name| name.eq_ignore_ascii_case(column)));
@@ -120,17 +138,26 @@ impl Database {
         Ok(None)
     }
 
+    /// Starts to keep something of the database beside it.
+    pub(super) fn keep(&self) -> Kept {
+        self.budget.keep()
+    }
+
     /// Returns the used bytes of a page, counted from 1. Fails if it is not in the file.
     fn page(&self, page: u32) -> io::Result<&[u8]> {
         let index =
             usize::try_from(page).ok().and_then(|page| page.checked_sub(1)).ok_or(ErrorKind::InvalidData)?;
         let start = index.checked_mul(self.page_size).ok_or(ErrorKind::InvalidData)?;
         let page = self.bytes.get(start..).and_then(|bytes| bytes.get(..self.usable));
-        page.ok_or_else(|| ErrorKind::UnexpectedEof.into())
+        page.ok_or_else(|| match &self.failure {
+            Some(failure) => io::Error::new(failure.kind(), failure.to_string()),
+            None => ErrorKind::UnexpectedEof.into(),
+        })
     }
 
     /// Counts a page in `visited`. Fails if there are more than the file has, so that pages refer in a circle.
     fn visit(&self, visited: &mut usize) -> io::Result<()> {
+        self.budget.spend(ROW_WORK)?;
         *visited += 1;
         let is_possible = *visited <= self.bytes.len() / self.page_size + 1;
         is_possible.then_some(()).ok_or_else(|| ErrorKind::InvalidData.into())
@@ -142,10 +169,14 @@ impl Database {
         cell: &[u8],
         length: u64,
         payload: &mut Vec<u8>,
+        kept: &mut Kept,
         visited: &mut usize,
     ) -> io::Result<()> {
+        self.budget.spend(ROW_WORK + length / BYTES_PER_WORK)?;
         let length = usize::try_from(length).ok().filter(|length| *length <= self.bytes.len());
         let length = length.ok_or(ErrorKind::InvalidData)?;
+        kept.resize(payload.capacity().max(length) as u64)?;
+        payload.reserve_exact(length);
         let (max, min) = (self.usable - 35, (self.usable - 12) * 32 / 255 - 23);
         let fitting = min + length.saturating_sub(min) % (self.usable - 4);
         let local = if length <= max {
@@ -161,7 +192,8 @@ impl Database {
             self.visit(visited)?;
             let page = next.get(..4).ok_or(ErrorKind::InvalidData)?;
             next = self.page(u32::try_from(number(page)).unwrap_or(0))?;
-            payload.extend(next[4..].iter().take(length - payload.len()));
+            let content = &next[4..];
+            payload.extend_from_slice(&content[..content.len().min(length - payload.len())]);
         }
         Ok(())
     }
@@ -175,12 +207,15 @@ pub(super) struct Rows<const N: usize> {
     /// Number of pages so far.
     visited: usize,
     payload: Vec<u8>,
+    /// The size of `payload`.
+    kept: Kept,
     row_number: i64,
 }
 
 impl<const N: usize> Rows<N> {
-    pub(super) fn new(table: Table<N>) -> Self {
-        Self { table, path: vec![(table.root, 0)], visited: 0, payload: Vec::new(), row_number: 0 }
+    pub(super) fn new(table: Table<N>, database: &Database) -> Self {
+        let (path, payload, kept) = (vec![(table.root, 0)], Vec::new(), database.budget.keep());
+        Self { table, path, visited: 0, payload, kept, row_number: 0 }
     }
 
     /// Returns the number of the last row, which is the value of a column INTEGER PRIMARY KEY.
@@ -224,8 +259,10 @@ impl<const N: usize> Rows<N> {
                 let (row_number, rest) = varint(rest).ok_or(ErrorKind::InvalidData)?;
                 self.row_number = row_number.cast_signed();
                 self.payload.clear();
-                database.collect(rest, length, &mut self.payload, &mut self.visited)?;
-                return Ok(Some(values(&self.payload, self.table.columns).ok_or(DamagedRow)));
+                let Self { payload, kept, visited, .. } = self;
+                database.collect(rest, length, payload, kept, visited)?;
+                database.budget.spend(self.table.columns_read() as u64 * COLUMN_WORK)?;
+                return Ok(Some(values(&self.payload, self.table).ok_or(DamagedRow)));
             }
             let child = cell.get(..4).and_then(|child| u32::try_from(number(child)).ok());
             self.path.push((child.ok_or(ErrorKind::InvalidData)?, 0));
@@ -235,12 +272,12 @@ impl<const N: usize> Rows<N> {
 }
 
 /// Returns these columns of a record; a column that is not written has no value.
-fn values<const N: usize>(record: &[u8], columns: [usize; N]) -> Option<[Value<'_>; N]> {
+fn values<const N: usize>(record: &[u8], table: Table<N>) -> Option<[Value<'_>; N]> {
     let (length, mut types) = varint(record)?;
     let (head, mut content) = record.split_at_checked(usize::try_from(length).ok()?)?;
     types = head.get(record.len() - types.len()..)?;
     let mut found = [Value::Null; N];
-    for column in 0.. {
+    for column in 0..table.columns_read() {
         let Some((kind, rest)) = varint(types) else { break };
         types = rest;
         let length = match kind {
@@ -264,7 +301,7 @@ fn values<const N: usize>(record: &[u8], columns: [usize; N]) -> Option<[Value<'
             _ if kind % 2 == 0 => Value::Blob(bytes),
             _ => Value::Text(bytes),
         };
-        for (found, wanted) in found.iter_mut().zip(columns) {
+        for (found, wanted) in found.iter_mut().zip(table.columns) {
             if wanted == column {
                 *found = value;
             }
@@ -371,6 +408,7 @@ pub(super) mod testing {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::source;
     use super::testing::{cell, file, page, record, whole};
     use super::*;
 
@@ -398,9 +436,9 @@ mod tests {
     }
 
     fn read(file: &[u8]) -> io::Result<Vec<Vec<u8>>> {
-        let database = Database::read(file)?;
+        let database = Database::read(source(file))?;
         let table = database.table("blobs", ["The Data"])?.ok_or(ErrorKind::NotFound)?;
-        let (mut rows, mut found) = (Rows::new(table), Vec::new());
+        let (mut rows, mut found) = (Rows::new(table, &database), Vec::new());
         while let Some(row) = rows.next(&database)? {
             found.push(row.map_err(|_| ErrorKind::InvalidData)?[0].bytes().unwrap_or_default().to_vec());
         }
@@ -427,10 +465,11 @@ mod tests {
         file[512 + 11] = 2;
         assert_eq!(read(&file).unwrap_err().kind(), ErrorKind::InvalidData);
         file[7 * 512 + 3] = 7;
-        let database = Database::read(&file[..]).unwrap();
+        let database = Database::read(source(&file)).unwrap();
         let cell = [&[0; 39][..], &[0, 0, 0, 7]].concat();
         let mut visited = 0;
-        let mut collect = || database.collect(&cell, 4045, &mut Vec::new(), &mut visited);
+        let mut kept = database.budget.keep();
+        let mut collect = || database.collect(&cell, 4045, &mut Vec::new(), &mut kept, &mut visited);
         assert!(collect().is_ok() && collect().is_err(), "a chain of eight pages, twice, in a file of eight");
     }
 
@@ -451,10 +490,11 @@ mod tests {
         assert_eq!(varint(&[0xFF; 8]), None);
         let integers = [3, 1, 6, 0xFF, 0x80, 0, 0, 0, 0, 0, 0, 0];
         assert_eq!(
-            values(&integers, [0, 1, 2]),
+            values(&integers, Table { root: 0, columns: [0, 1, 2] }),
             Some([Value::Integer(-1), Value::Integer(i64::MIN), Value::Null])
         );
-        assert_eq!(values(&[2, 10], [0]), None);
-        assert_eq!(values(&[2, 4, 0], [0]), None);
+        let only = Table { root: 0, columns: [0] };
+        assert_eq!(values(&[2, 10], only), None);
+        assert_eq!(values(&[2, 4, 0], only), None);
     }
 }
