@@ -32,6 +32,7 @@ mod pure {
     mod performance_pictures;
     mod picture_captions;
     mod reconfigure;
+    mod reader_limits;
     mod recording_formats;
     mod recording_variants;
     mod repetition;
