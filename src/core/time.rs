@@ -87,9 +87,12 @@ impl WallStamp {
         self.0.rem_euclid(1_000_000_000) as u32
     }
 
-    /// Returns seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`.
+    /// Returns seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`, or `-0.250000` before it.
+    /// What is finer than a microsecond is cut off, towards the past.
     pub fn candump_text(self) -> String {
-        format!("{}.{:06}", self.sec(), self.nanosec() / 1000)
+        let micros = self.0.div_euclid(1000);
+        let (sign, micros) = (if micros < 0 { "-" } else { "" }, micros.unsigned_abs());
+        format!("{sign}{}.{:06}", micros / 1_000_000, micros % 1_000_000)
     }
 
     /// Returns the date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
@@ -154,6 +157,22 @@ mod tests {
     #[test]
     fn stamps_beyond_int32_saturate() {
         assert_eq!(WallStamp::from_nanos(i64::MAX).sec(), i32::MAX);
+    }
+
+    #[test]
+    fn stamps_are_written_as_candump_does_with_their_sign() {
+        for (nanos, text) in [
+            (0, "0.000000"),
+            (1_436_509_052_249_713_999, "1436509052.249713"),
+            (-250_000_000, "-0.250000"),
+            (-1_750_000_000, "-1.750000"),
+            (-2_000_000_000, "-2.000000"),
+            (-1, "-0.000001"),
+            (7_258_118_400_000_000_000, "7258118400.000000"),
+            (i64::MIN, "-9223372036.854776"),
+        ] {
+            assert_eq!(WallStamp::from_nanos(nanos).candump_text(), text);
+        }
     }
 
     #[test]

@@ -9,6 +9,10 @@
 //!    0.012000 1  ErrorFrame
 //!    0.013000 CANFD   1 Rx 1A1 Name 1 0 9 12 00 01 … (duration, length, flags, …)
 //! ```
+//! The length of a frame is its data length code, one hexadecimal digit. CSS Electronics also writes CAN FD frames in this form,
+//! without `CANFD` and with a decimal code: `d 10` and 16 bytes. Only a code of 9 to 15 is ambiguous, since a classic frame with
+//! such a code has 8 bytes; the number of bytes in the line decides, and a line with any other number is bad.
+//!
 //! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of
 //! the measurement, `relative` from the line before, whatever that held. The start is the date of
 //! the first trigger block, or the date of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status, with
@@ -163,10 +167,12 @@ fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLin
         Some("r" | "R") => return Ok(Some(EntryContent::Remote)),
         _ => return Err(BadLine::NoFrame),
     }
-    let dlc = fields.next();
-    let dlc = dlc.and_then(|dlc| number(dlc, if dlc.len() == 1 { 16 } else { fields.radix }));
-    let length = dlc.and_then(|dlc| length_of_dlc(dlc, false)).ok_or(BadLine::BadLength)?;
-    fields.data_frame(id, false, length).map(Some)
+    let dlc = fields.next().and_then(|dlc| number(dlc, 10).or_else(|| number(dlc, 16)));
+    let dlc = dlc.ok_or(BadLine::BadLength)?;
+    let [classic, fd] = [false, true].map(|fd| length_of_dlc(dlc, fd));
+    let is_fd = classic != fd && fd == Some(fields.byte_count());
+    let length = if is_fd { fd } else { classic.filter(|length| dlc <= 8 || *length == fields.byte_count()) };
+    fields.data_frame(id, is_fd, length.ok_or(BadLine::BadLength)?).map(Some)
 }
 
 const FD_FRAME: u32 = 1 << 12;
@@ -280,6 +286,32 @@ mod tests {
         let expected =
             ["1000 can1 1A1##00102030405060708090A0B0C", "2000 can1 1A1##00708", "3000 can1 1A1#0708"];
         assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn bytes_in_the_line_tell_a_long_frame_from_a_code_above_eight() {
+        let bytes = |count: usize| " 01".repeat(count);
+        let frame = |dlc: &str, count| format!("1.0 1 123 Rx d {dlc}{}  Length = 0 ID = 291", bytes(count));
+        for (dlc, count, is_fd) in [
+            ("8", 8, false),
+            ("9", 8, false),
+            ("9", 12, true),
+            ("a", 8, false),
+            ("a", 16, true),
+            ("10", 8, false),
+            ("10", 16, true),
+            ("15", 8, false),
+            ("15", 64, true),
+            ("f", 64, true),
+        ] {
+            let mark = if is_fd { "##0" } else { "#" };
+            let expected = format!("1000000 can1 123{mark}{}", "01".repeat(count));
+            assert_eq!(good(FORMAT, &["base hex", &frame(dlc, count)]), [expected], "{dlc} {count}");
+        }
+        for (dlc, count) in [("9", 9), ("9", 7), ("10", 12), ("15", 16), ("16", 16), ("16", 8)] {
+            let line = frame(dlc, count);
+            assert_refused(FORMAT, &["base hex"], &[(&line, BadLine::BadLength)]);
+        }
     }
 
     #[test]

@@ -11,6 +11,16 @@
 //! `r` behind it for a remote request. In system mode times are times of day (a step back by
 //! more than half a day is midnight), in absolute mode since the start, in relative mode since the
 //! line before. The last part of a time is milliseconds, or tenths of them when it has four digits.
+//!
+//! A log of J1939 has other columns: the time, the channel, the identifier of 29 bits, and parameter group, type, addresses and priority,
+//! which repeat what the identifier says.
+//!
+//! ```text
+//! ***PROTOCOL J1939***
+//! 12:38:37:7168 1 1ceafffe 0x00EA00 RQST_ACL FE  FF  007 Tx 3 00 EE 00
+//! ```
+//! A message of more than eight bytes is passed over: BUSMASTER assembles it from frames, which have lines of their own. A log of LIN is
+//! not read: its lines are bad.
 
 use super::clock::{DAY, WrappingClock, days, nanos, time_of_day};
 use super::entry::{BadLine, EntryContent, LogEntry};
@@ -29,6 +39,8 @@ pub(super) const FORMAT: LineFormat = LineFormat {
 struct Busmaster {
     start: i64,
     decimal: bool,
+    /// True between the heading of J1939 and that of another protocol.
+    j1939: bool,
     mode: TimeMode,
     /// Time since midnight before the start.
     clock: WrappingClock,
@@ -39,7 +51,7 @@ struct Busmaster {
 impl Default for Busmaster {
     fn default() -> Self {
         let clock = WrappingClock::new(DAY, 0);
-        Self { start: 0, decimal: false, mode: TimeMode::System, clock, elapsed: 0 }
+        Self { start: 0, decimal: false, j1939: false, mode: TimeMode::System, clock, elapsed: 0 }
     }
 }
 
@@ -57,8 +69,9 @@ impl LineReader for Busmaster {
         }
         let mut fields = fields(text(line)?, if self.decimal { 10 } else { 16 });
         let time = fields.next().and_then(clock).ok_or(BadLine::NoTime)?;
-        let (channel, content) = frame(&mut fields)?;
-        Ok(Some(LogEntry::numbered(self.advance(time), channel, content)))
+        let frame = if self.j1939 { j1939_frame(&mut fields)? } else { Some(frame(&mut fields)?) };
+        let nanos = self.advance(time);
+        Ok(frame.map(|(channel, content)| LogEntry::numbered(nanos, channel, content)))
     }
 }
 
@@ -70,7 +83,11 @@ impl Busmaster {
             b"SYSTEM MODE" => self.mode = TimeMode::System,
             b"ABSOLUTE MODE" => self.mode = TimeMode::Absolute,
             b"RELATIVE MODE" => self.mode = TimeMode::Relative,
+            b"PROTOCOL J1939" => self.j1939 = true,
             other => {
+                if other.starts_with(b"PROTOCOL ") {
+                    self.j1939 = false;
+                }
                 if let Some(start) = other.strip_prefix(b"START DATE AND TIME ") {
                     self.start = text(start).ok().and_then(start_time).ok_or(BadLine::NoTime)?;
                     (self.clock, self.elapsed) = (WrappingClock::new(DAY, self.start.rem_euclid(DAY)), 0);
@@ -144,6 +161,24 @@ fn frame(fields: &mut SpacedFields<'_>) -> Result<(u32, EntryContent), BadLine> 
     Ok((channel, content))
 }
 
+/// Reads channel and content after the time in a log of J1939; `None` for a message of several frames.
+fn j1939_frame(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, EntryContent)>, BadLine> {
+    let channel = fields.channel()?;
+    let identifier = number(fields.text(BadLine::NoFrame)?, fields.radix).ok_or(BadLine::BadId)?;
+    let id = id(identifier, true)?;
+    // Parameter group, type, source, destination and priority come before the direction.
+    if !matches!(fields.nth(5), Some("Rx" | "Tx")) {
+        return Err(BadLine::NoFrame);
+    }
+    let length = fields.length()?;
+    if length > 8 {
+        return Ok(None);
+    }
+    let content = fields.data_frame(id, false, length)?;
+    fields.end()?;
+    Ok(Some((channel, content)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing::{assert_refused, good};
@@ -173,6 +208,34 @@ mod tests {
         ];
         assert_eq!(lines, expected);
         assert_eq!(good(FORMAT, &["***DEC***", "0:0:1:0 Rx 1 416 s 2 10 255"]), ["1000000 can1 1A0#0AFF"]);
+    }
+
+    #[test]
+    fn frames_of_j1939_are_read_and_assembled_messages_passed_over() {
+        let long = format!("14:30:03:0 1 18feca00 0x00FECA BROADCAST 00  FF  006 Rx 10 {}", "01 ".repeat(10));
+        let lines = good(
+            FORMAT,
+            &[
+                "***BUSMASTER 2.5.0***",
+                "***PROTOCOL J1939***",
+                START,
+                "***HEX***",
+                "14:30:01:5000 1 18eeff00 0x00EE00 ACL 00  FF  006 Tx 8 01 00 00 00 00 00 00 80",
+                "14:30:02:7168 2 1ceafffe 0x00EA00 RQST_ACL FE  FF  007 Rx 3 00 EE 00",
+                &long,
+                "***DEC***",
+                "14:30:04:0 1 419361024 065265 DATA 000 255 006 Rx 2 010 255",
+                "***PROTOCOL CAN***",
+                "14:30:05:0 Rx 1 416 s 1 255",
+            ],
+        );
+        let expected = [
+            "1709649001500000 can1 18EEFF00#0100000000000080",
+            "1709649002716800 can2 1CEAFFFE#00EE00",
+            "1709649004000000 can1 18FEF100#0AFF",
+            "1709649005000000 can1 1A0#FF",
+        ];
+        assert_eq!(lines, expected);
     }
 
     #[test]
@@ -227,5 +290,16 @@ mod tests {
             ("1:0:0:0 Rx 1 1A0 s 2 1", BadLine::BadData),
         ];
         assert_refused(FORMAT, &[], &cases);
+        let cases = [
+            ("1:0:0:0 x 18eeff00 0x00EE00 ACL 00 FF 006 Tx 0", BadLine::NoInterface),
+            ("1:0:0:0 1", BadLine::NoFrame),
+            ("1:0:0:0 1 0x18eeff00 0x00EE00 ACL 00 FF 006 Tx 0", BadLine::BadId),
+            ("1:0:0:0 1 20000000 0x00EE00 ACL 00 FF 006 Tx 0", BadLine::BadId),
+            ("1:0:0:0 1 18eeff00 0x00EE00 ACL 00 FF Tx 0", BadLine::NoFrame),
+            ("1:0:0:0 1 18eeff00 0x00EE00 ACL 00 FF 006 Tx", BadLine::BadLength),
+            ("1:0:0:0 1 18eeff00 0x00EE00 ACL 00 FF 006 Tx 1", BadLine::BadData),
+            ("1:0:0:0 1 18eeff00 0x00EE00 ACL 00 FF 006 Tx 1 00 00", BadLine::BadLength),
+        ];
+        assert_refused(FORMAT, &["***PROTOCOL J1939***"], &cases);
     }
 }

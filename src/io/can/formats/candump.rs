@@ -5,7 +5,7 @@
 //!  (1436509052.249713)  can0  044   [4]  2A 36 6C 2B
 //! ```
 //! Of `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
-//! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length of two digits),
+//! the flags of 29 bits and remote requests in an identifier of eight digits, as can-utils takes them; a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length of two digits),
 //! a raw DLC (`{F}`), `remote request`, and the flags of `-x`; bytes may be binary (`-i`) or in reverse order (`-S`). Colours
 //! (`-c`), letters behind the data (`-a`) and the explanation of an error frame (`-e`) are passed over. CAN XL is counted as
 //! not supported. Lines that begin with `#` are comments, or notes of the black box.
@@ -163,24 +163,28 @@ fn parse_note(line: &[u8]) -> Option<LogEntry<'_>> {
     Some(LogEntry { stamp, interface, content: EntryContent::Note(LogNote::parse(fields)?) })
 }
 
-const EFF_FLAG: u32 = 0x8000_0000;
-const ERR_FLAG: u32 = 0x2000_0000;
+/// Flags of SocketCAN above the 29 bits of an identifier; the highest one, for 29 bits, is known from eight digits.
+const REMOTE_FLAG: u32 = 0x4000_0000;
+const ERROR_FLAG: u32 = 0x2000_0000;
+const ID_MASK: u32 = 0x1FFF_FFFF;
 
 /// The identifier of a frame, or the class of an error frame.
-enum FrameOrError {
+enum Identifier {
     Frame(CanId),
+    Remote,
     Error(u32),
 }
 
-fn identifier(id: &str) -> Result<FrameOrError, BadLine> {
+fn identifier(id: &str) -> Result<Identifier, BadLine> {
     let flagged = number(id, 16).ok_or(BadLine::BadId)?;
     let id = match id.len() {
         3 => CanId::standard(flagged),
-        8 if flagged & ERR_FLAG != 0 => return Ok(FrameOrError::Error(flagged & !(ERR_FLAG | EFF_FLAG))),
-        8 => CanId::extended(flagged),
+        8 if flagged & ERROR_FLAG != 0 => return Ok(Identifier::Error(flagged & ID_MASK)),
+        8 if flagged & REMOTE_FLAG != 0 => return Ok(Identifier::Remote),
+        8 => CanId::extended(flagged & ID_MASK),
         _ => None,
     };
-    id.map(FrameOrError::Frame).ok_or(BadLine::BadId)
+    id.map(Identifier::Frame).ok_or(BadLine::BadId)
 }
 
 /// Reads the content that `-ta` writes, from the field after the interface on.
@@ -203,9 +207,10 @@ fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<EntryConten
     let length = if fd { usize::try_from(length).ok() } else { length_of_dlc(length, false) };
     let length = length.ok_or(BadLine::BadLength)?;
     match identifier {
-        FrameOrError::Frame(_) if fields.clone().next() == Some("remote") => Ok(EntryContent::Remote),
-        FrameOrError::Frame(id) => data_frame(id, fd, &long_data(fields, length)?[..length]),
-        FrameOrError::Error(class) => {
+        Identifier::Frame(_) if fields.clone().next() == Some("remote") => Ok(EntryContent::Remote),
+        Identifier::Remote => Ok(EntryContent::Remote),
+        Identifier::Frame(id) => data_frame(id, fd, &long_data(fields, length)?[..length]),
+        Identifier::Error(class) => {
             Ok(EntryContent::Error(ErrorFrame::new(class, &long_data(fields, length)?[..length])))
         }
     }
@@ -232,8 +237,9 @@ fn long_data(fields: SpacedFields<'_>, length: usize) -> Result<[u8; MAX_DATA], 
 /// Reads the content that `-L` writes on both sides of the `#`.
 fn content(id: &str, rest: &str) -> Result<EntryContent, BadLine> {
     let can_id = match identifier(id)? {
-        FrameOrError::Frame(id) => id,
-        FrameOrError::Error(class) => {
+        Identifier::Frame(id) => id,
+        Identifier::Remote => return Ok(EntryContent::Remote),
+        Identifier::Error(class) => {
             let (bytes, length) = data(rest)?;
             return Ok(EntryContent::Error(ErrorFrame::new(class, &bytes[..length])));
         }
@@ -301,6 +307,7 @@ mod tests {
             &[
                 "( 1436509052.249713) can0 123#01",
                 "(0000000012.5) can0 123#02",
+                "(-0.250000) can0 123#02",
                 "(2015-07-10 06:17:32.249713)  can0  123   [1]  03",
                 "  (000.000100)  can0       123   [4]  2A 36 6C 2B               '*6l+'",
                 " (12.5)  can1  18FEF100   [0]",
@@ -314,6 +321,7 @@ mod tests {
         let expected = [
             "1436509052249713 can0 123#01",
             "12500000 can0 123#02",
+            "-250000 can0 123#02",
             "1436509052249713 can0 123#03",
             "100 can0 123#2A366C2B",
             "12500000 can1 18FEF100#",
@@ -400,6 +408,36 @@ mod tests {
         let error = parse_line(b"(0.1) can0 20000204#000800000000607F").unwrap();
         let warning = ErrorFrame::new(0x204, &[0, 8, 0, 0, 0, 0, 96, 127]);
         assert_eq!(error.content, EntryContent::Error(warning));
+    }
+
+    #[test]
+    fn flags_in_an_identifier_are_taken_as_can_utils_takes_them() {
+        let lines = good(
+            FORMAT,
+            &[
+                "(1.5) can0 98f00400#01",
+                "(1.5) can0 9FFFFFFF##001",
+                "(1.500000) can0 80000123#01",
+                "(1.5) can0 58F00400#",
+                "(1.5) can0 C0000123#R4",
+                "(1.5) can0 A0000004#0008",
+                "(1.5) can0 F0000004#0008",
+                " (1.5)  can0  98F00400   [1]  01",
+                " (1.5)  can0  58F00400   [1]  01",
+            ],
+        );
+        let expected = [
+            "can0 18F00400#01",
+            "can0 1FFFFFFF##001",
+            "can0 00000123#01",
+            "can0 Remote",
+            "can0 Remote",
+            "can0 Error(ErrorFrame { class: 4, data: [0, 8, 0, 0, 0, 0, 0, 0] })",
+            "can0 Error(ErrorFrame { class: 268435460, data: [0, 8, 0, 0, 0, 0, 0, 0] })",
+            "can0 18F00400#01",
+            "can0 Remote",
+        ];
+        assert_eq!(lines, expected.map(|line| format!("1500000 {line}")));
     }
 
     #[test]

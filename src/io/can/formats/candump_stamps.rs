@@ -34,7 +34,8 @@ pub(super) fn are_differences<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool
     falls > 0 && falls * 20 >= pairs && small * 4 >= pairs
 }
 
-/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the rest.
+/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the rest. Seconds before 1970 are
+/// negative, as we write them.
 pub(super) fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     let (time, rest) = without_colour(line.trim_start()).trim_start().strip_prefix('(')?.split_once(')')?;
     let (_, fraction) = time.trim().split_once('.')?;
@@ -43,7 +44,10 @@ pub(super) fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     }
     let nanos = match time.trim().split_once(' ') {
         Some((date, time)) => date_and_time(date, time),
-        None => decimal(time.trim(), SECOND),
+        None => match time.trim().strip_prefix('-') {
+            Some(before) => decimal(before, SECOND).map(|nanos| -nanos),
+            None => decimal(time.trim(), SECOND),
+        },
     };
     Some((nanos.map(WallStamp::from_nanos)?, rest))
 }

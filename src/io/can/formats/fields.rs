@@ -64,6 +64,15 @@ impl<'a, I: Iterator<Item = &'a str>> LineFields<I> {
         data_frame(id, fd, &bytes[..length])
     }
 
+    /// Returns the number of fields from here on that are bytes, up to the first that is not one.
+    pub(super) fn byte_count(&self) -> usize
+    where
+        I: Clone,
+    {
+        let is_byte = |field: &&str| number(field, self.radix).is_some_and(|byte| byte <= 0xFF);
+        self.fields.clone().take_while(is_byte).count()
+    }
+
     /// Fails if fields are left.
     pub(super) fn end(&mut self) -> Result<(), BadLine> {
         if self.next().is_none() { Ok(()) } else { Err(BadLine::BadLength) }

@@ -15,6 +15,7 @@
 //! PCAN from 1. Without a number it is `can0`.
 
 mod asc;
+mod attack_csv;
 mod bag;
 mod blf;
 mod busmaster;
@@ -89,13 +90,14 @@ impl LineFormat {
 }
 
 /// Formats of lines, in the order in which they may claim one.
-const LINE_FORMATS: [LineFormat; 15] = [
+const LINE_FORMATS: [LineFormat; 16] = [
     candump::FORMAT,
     candump::DIFFERENCES,
     asc::FORMAT,
     trc::FORMAT,
     csv::FORMAT,
     python_csv::FORMAT,
+    attack_csv::FORMAT,
     busmaster::FORMAT,
     canhacker::FORMAT,
     crtd::FORMAT,
@@ -406,6 +408,7 @@ mod tests {
             ("1542473901.020305 1R11 1A0 00\n", Some("CRTD")),
             ("1.0 CXX OVMS\n", Some("CRTD")),
             ("timestamp,arbitration_id,extended,remote,error,dlc,data\n", Some("python-can CSV")),
+            ("Timestamp,Arbitration_ID,DLC,Data,Label\n", Some("data set CSV")),
             ("Number;Time\n1;1.250;1;Rx;DT;01A0;-;0\n", Some("PCAN TRC and PEAK-Converter CSV")),
             ("(see below) for more\n", None),
             ("# a comment\nkey = 1\n", None),

@@ -73,9 +73,38 @@ pub(super) fn looks_like(head: &[u8]) -> (String, &'static str) {
         Ok(line) if zeros == 0 && is_without_times(line) => {
             ("the output of candump without times".to_owned(), "record it with candump -L")
         }
+        Ok(line)
+            if zeros == 0
+                && let Some(known) = known_line(line) =>
+        {
+            (known.name.to_owned(), known.remedy)
+        }
         Ok(line) if zeros == 0 => (quoted(line.trim_end()), ""),
         _ => ("binary data".to_owned(), ""),
     }
+}
+
+/// What to do with frames in a layout that is not read.
+const AS_CANDUMP: &str = "write its frames as candump does, with a time each: (12.345678) can0 123#0102";
+
+/// Recognises layouts of frames that are not read, by their first line.
+fn known_line(line: &str) -> Option<Looks> {
+    let line = line.trim();
+    let frames = |name| Some(Looks { name, remedy: AS_CANDUMP });
+    if line.starts_with("IDH:") && line.contains("IDL:") {
+        return frames("frames as IDH and IDL (.dat), without reliable times");
+    }
+    if line.starts_with("Recv time") && line.contains("Packet num") {
+        return frames("a log of the ArrowPoint CANbus tools, without a date");
+    }
+    let fields: Vec<_> =
+        line.split([' ', '\t', ',', ';', '-', ':']).filter(|field| !field.is_empty()).collect();
+    let is_hex = |text: &str| text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let [id, length, data] = fields[..] else { return None };
+    let id = id.strip_prefix("0x").unwrap_or(id);
+    let is_frame = is_hex(id) && (2..=8).contains(&id.len()) && is_hex(data);
+    let is_frame = is_frame && length.parse() == Ok(data.len() / 2) && data.len().is_multiple_of(2);
+    if is_frame { frames("frames as identifier, length and data, without times") } else { None }
 }
 
 /// Returns true for a line of candump without a time: `can0  123   [8]  01 02`, or `can0 123#0102`.
@@ -129,6 +158,17 @@ mod tests {
             (b"  can0  RX - -  123  [12]  01\n", "the output of candump without times"),
             (b"  \x1B[1m\x1B[34mcan0\x1B[0m  123   [0] \n", "the output of candump without times"),
             (b"can0 18FEF100#\n", "the output of candump without times"),
+            (
+                b"IDH: 07, IDL: 60, Len: 08, Data: 02 10 87 00 00 00 00 00 ,TS: 235180,BAUD: 1\n",
+                "frames as IDH and IDL (.dat), without reliable times",
+            ),
+            (
+                b"Recv time     , Packet num, ID        , flags, data\n",
+                "a log of the ArrowPoint CANbus tools, without a date",
+            ),
+            (b"180 8 00005dc3d5003010\r\n", "frames as identifier, length and data, without times"),
+            (b"0x180-2-5dc3\n", "frames as identifier, length and data, without times"),
+            (b"180 7 00005dc3d5003010\n", "text that begins with \"180 7 00005dc3d5003010\""),
             (b"\x00\x01\xFF\xFE\xFD", "binary data"),
             (b"\xC3\x28", "binary data"),
         ] {
