@@ -7,7 +7,7 @@ use crate::config::built_in::display;
 use crate::config::reading::{Checker, Fields, LocatedText, Location};
 use crate::core::can::BusIndex;
 use crate::core::dbc::codec::SignalCodec;
-use crate::core::dbc::model::{Database, Message, Number, Signal};
+use crate::core::dbc::model::{Contradiction, Database, Message, Number, Signal};
 use crate::core::near_miss::did_you_mean;
 use crate::core::plausibility::fingerprint::PlatformList;
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
@@ -67,7 +67,12 @@ impl<'a> Binder<'a> {
         let found: Vec<_> =
             named.filter_map(|(index, known)| Some((index, known.database.message(name)?))).collect();
         match found.as_slice() {
-            [one] => Some(*one),
+            [(index, message)] => {
+                let known = &self.buses[*index];
+                let contradiction = known.database.contradiction(message, name);
+                self.refuse_contradiction(at, known, contradiction)?;
+                Some((*index, message))
+            }
             [] => {
                 match bus.filter(|bus| !self.buses.iter().any(|known| known.bus == *bus)) {
                     Some(bus) => self.refuse_bus(at, bus),
@@ -90,6 +95,22 @@ impl<'a> Binder<'a> {
                 None
             }
         }
+    }
+
+    /// Refuses a name with two definitions in the file of a bus; `None` if there is one.
+    fn refuse_contradiction(
+        &self,
+        at: &Location,
+        bus: &LoadedDbc,
+        contradiction: Option<&Contradiction>,
+    ) -> Option<()> {
+        let Some(Contradiction { message, signal, lines: [first, other] }) = contradiction else {
+            return Some(());
+        };
+        let (path, name) = (display(&bus.path), signal.as_ref().unwrap_or(message));
+        let reason = format!("{name} has two definitions that differ: {path}:{first} and {path}:{other}");
+        self.refuse(at, reason, "leave the right one in the file");
+        None
     }
 
     /// Refuses a bus that the profile does not have.
@@ -127,12 +148,7 @@ impl<'a> Binder<'a> {
             return None;
         };
         let (bus, message) = self.find_message(bus, message_name, at)?;
-        let Some(signal) = message.signal(signal_name) else {
-            let bus = &self.buses[bus];
-            let rejected = rejected(bus, signal_name).unwrap_or_default();
-            self.refuse_signal(at, message, signal_name, &rejected);
-            return None;
-        };
+        let signal = self.signal_of(message, signal_name, at)?;
         if signal.number != Number::Integer {
             let reason = format!("{} is a floating-point signal", signal.name);
             self.refuse(at, reason, "bind a signal with integer raw values");
@@ -143,24 +159,34 @@ impl<'a> Binder<'a> {
 
     /// The codec of a signal of `message` that is named by itself, of any kind.
     pub(super) fn field(&self, message: &Message, given: &LocatedText) -> Option<SignalCodec> {
-        let signal = message.signal(&given.text);
-        if signal.is_none() {
-            self.refuse_signal(&given.location, message, &given.text, "");
-        }
-        signal.map(|signal| signal.codec.clone())
+        self.signal_of(message, &given.text, &given.location).map(|signal| signal.codec.clone())
     }
 
-    /// Refuses a signal that its message does not have.
-    pub(super) fn refuse_signal(&self, at: &Location, message: &Message, name: &str, rejected: &str) {
-        let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
-        let reason = format!("{} has no signal {name}{rejected}", message.name);
-        let remedy = if rejected.is_empty() {
-            let all = format!("it has {}", names.join(", "));
-            did_you_mean(name, names, all)
-        } else {
-            "mend that line of the DBC, or bind another signal".to_owned()
+    /// The signal of `message` of this name, of any kind; refused where the message does not have it.
+    pub(super) fn signal_of<'m>(
+        &self,
+        message: &'m Message,
+        name: &str,
+        at: &Location,
+    ) -> Option<&'m Signal> {
+        let has_message =
+            |bus: &&LoadedDbc| bus.database.messages.iter().any(|own| std::ptr::eq(own, message));
+        let bus = self.buses.iter().find(has_message)?;
+        let Some(signal) = message.signal(name) else {
+            let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
+            let rejected = rejected(bus, name);
+            let remedy = if rejected.is_none() {
+                let all = format!("it has {}", names.join(", "));
+                did_you_mean(name, names, all)
+            } else {
+                "mend that line of the DBC, or bind another signal".to_owned()
+            };
+            let reason = format!("{} has no signal {name}{}", message.name, rejected.unwrap_or_default());
+            self.refuse(at, reason, &remedy);
+            return None;
         };
-        self.refuse(at, reason, &remedy);
+        self.refuse_contradiction(at, bus, bus.database.signal_contradiction(message, signal, name))?;
+        Some(signal)
     }
 
     /// The message's name for people: with its bus, when several buses have one of that name.

@@ -86,6 +86,13 @@ impl<'c> MessageSections<'c> {
                 let reason = format!("{name} has an identifier of 11 bits, without a source address");
                 section.fields.refuse("source_addresses", reason, "remove it: J1939 has 29 bits");
             }
+            let mut others = sections.iter().filter(|other: &&MessageSection<'_>| {
+                section.described(binder).any(|message| other.is_of(binder, message))
+            });
+            if let Some(MessageSection { name: other, .. }) = others.next() {
+                let reason = format!("{name} and {other} are two names of one message");
+                binder.refuse(location, reason, "write one section");
+            }
             sections.push(section);
         }
         Self(sections)
@@ -202,7 +209,7 @@ impl MessageSection<'_> {
         let is_other =
             |named: &LocatedText| binder.buses.iter().position(|known| known.bus == named.text) != Some(bus);
         let exists = |named: &&LocatedText| binder.buses.iter().any(|known| known.bus == named.text);
-        self.name == message.name && !self.bus.as_ref().filter(exists).is_some_and(is_other)
+        message.is_called(self.name) && !self.bus.as_ref().filter(exists).is_some_and(is_other)
     }
 
     /// Returns the messages of the DBCs that the section is about.
@@ -269,13 +276,11 @@ fn timing(
     if send_type.is_some() && cycle_ms == 0 && section.is_none_or(|section| !section.fields.has("timeout_ms"))
     {
         let at = section.map_or(root, |section| section.location);
-        let reason = format!("no timeout for {}: the DBC has no GenMsgCycleTime for it", message.name);
-        let remedy = format!(
-            "add [message.{}] timeout_ms; `check LOG --fix` proposes one from a recording",
-            message.name
-        );
-        let missing =
-            MissingTimeout { profile_key: root.key.to_string(), message: message.name.clone(), ids };
+        let name = section.map_or(message.name.as_str(), |section| section.name);
+        let reason = format!("no timeout for {name}: the DBC has no GenMsgCycleTime for it");
+        let remedy =
+            format!("add [message.{name}] timeout_ms; `check LOG --fix` proposes one from a recording");
+        let missing = MissingTimeout { profile_key: root.key.to_string(), message: name.to_owned(), ids };
         let problem = binder.checker.source_location(at).problem(reason, remedy);
         binder.checker.adopt(vec![Problem { missing_timeout: Some(Box::new(missing)), ..problem }]);
     }

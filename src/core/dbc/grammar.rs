@@ -18,6 +18,9 @@ const CYCLE_TIME: &str = "GenMsgCycleTime";
 /// Attribute with the format of the frames of a message, an index into the list of its definition.
 const FRAME_FORMAT: &str = "VFrameFormat";
 
+/// Attributes with the whole name of a message or signal whose name in the file is cut to 32 characters.
+const LONG_NAME: [&str; 2] = ["SystemMessageLongSymbol", "SystemSignalLongSymbol"];
+
 /// Largest length of a statement in bytes. The grammar takes 25 times as much memory for it.
 const MAX_STATEMENT: usize = 1 << 20;
 
@@ -56,6 +59,11 @@ pub(super) enum Detail {
     /// Period of the message in ms; `None` for 0.
     Cycle(Option<u32>),
     FrameFormat(EnumValue),
+    LongName(String),
+    SignalLongName {
+        signal: String,
+        name: String,
+    },
     Values {
         signal: String,
         values: Values,
@@ -89,6 +97,8 @@ impl Detail {
             Self::Multiplexed { ranges, .. } => ranges.len(),
             Self::Cycle(_)
             | Self::FrameFormat(_)
+            | Self::LongName(_)
+            | Self::SignalLongName { .. }
             | Self::ValuesByTable { .. }
             | Self::Number { .. }
             | Self::UnreadableMultiplexing { .. } => 0,
@@ -229,15 +239,42 @@ fn read_multiplexing(text: &str) -> Result<Parsed, String> {
 }
 
 fn read_attribute(text: &str) -> Result<Parsed, String> {
-    let Some(attribute) = parse(text)?.attribute_values_message.into_iter().next() else {
+    let parsed = parse(text)?;
+    if let Some(attribute) = parsed.attribute_values_signal.into_iter().next() {
+        let Some(name) = long_name(&attribute.name, LONG_NAME[1], attribute.value)? else {
+            return Ok(Parsed::Nothing);
+        };
+        let detail = Detail::SignalLongName { signal: attribute.signal_name, name };
+        return Ok(Parsed::Detail { id: checked_id(text, attribute.message_id)?, detail });
+    }
+    let Some(attribute) = parsed.attribute_values_message.into_iter().next() else {
         return Ok(Parsed::Nothing);
     };
     let detail = match attribute.name.as_str() {
         CYCLE_TIME => Detail::Cycle(milliseconds(&attribute.value)?),
         FRAME_FORMAT => Detail::FrameFormat(enum_value(attribute.value)?),
-        _ => return Ok(Parsed::Nothing),
+        name => match long_name(name, LONG_NAME[0], attribute.value)? {
+            Some(name) => Detail::LongName(name),
+            None => return Ok(Parsed::Nothing),
+        },
     };
     Ok(Parsed::Detail { id: checked_id(text, attribute.message_id)?, detail })
+}
+
+/// Returns the long name in the value of an attribute; `None` for another attribute, and for an empty name.
+fn long_name(attribute: &str, wanted: &str, value: AttributeValue) -> Result<Option<String>, String> {
+    match value {
+        _ if attribute != wanted => Ok(None),
+        AttributeValue::String(name) if name.is_empty() => Ok(None),
+        // The separators of profiles, `BUS:MESSAGE.SIGNAL`, among them.
+        AttributeValue::String(name) if name.chars().all(|char| char.is_alphanumeric() || char == '_') => {
+            Ok(Some(name))
+        }
+        AttributeValue::String(_)
+        | AttributeValue::Uint(_)
+        | AttributeValue::Int(_)
+        | AttributeValue::Double(_) => Err("a name has only letters, digits and underscores".to_owned()),
+    }
 }
 
 fn read_definition(text: &str) -> Result<Parsed, String> {
@@ -303,7 +340,7 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
 /// Returns the identifier in the file, checked against the grammar's, which drops bits that do not fit.
 fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
     let mut fields = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
-    let id = fields.find(|field| *field != "BO_").and_then(|field| field.parse().ok());
+    let id = fields.find(|field| !matches!(*field, "BO_" | "SG_")).and_then(|field| field.parse().ok());
     let id: u32 = id.ok_or("no 32-bit message id")?;
     match MessageId::try_from(id) {
         Ok(same) if same == parsed => Ok(id),
@@ -336,6 +373,7 @@ fn used(parsed: &Dbc) -> usize {
         + parsed.signal_extended_value_type_list.len()
         + parsed.extended_multiplex.len()
         + parsed.attribute_values_message.len()
+        + parsed.attribute_values_signal.len()
         + parsed.attribute_defaults.len()
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::codec::SignalCodec;
 use super::finding::{DbcFindings, StatementLocation};
 use super::grammar::{Detail, EnumValue, Values};
-use super::model::{Database, MAX_ENTRIES, Message, Number, Signal};
+use super::model::{Contradiction, Database, MAX_ENTRIES, Message, Number, Signal};
 use super::multiplex::{MultiplexRule, Multiplexing};
 use super::outline::{MessageOutline, Outline, Property, SignalOutline};
 use crate::core::can::FrameFormat;
@@ -14,7 +14,7 @@ pub(super) fn database(outline: Outline) -> Database {
     if outline.entries > MAX_ENTRIES {
         return Database { is_too_large: true, ..Database::default() };
     }
-    let Outline { messages, properties, tables, lost_messages, mut findings, .. } = outline;
+    let Outline { messages, properties, tables, lost_messages, mut findings, redefined, .. } = outline;
     let defaults = Defaults {
         cycle_ms: outline.default_cycle,
         format: outline.default_frame_format,
@@ -31,9 +31,69 @@ pub(super) fn database(outline: Outline) -> Database {
             None => findings.rejected(&property.location, format!("no message with id {}", property.number)),
         }
     }
-    let joined = messages.into_iter().zip(details);
-    let messages = joined.map(|(message, details)| details.join(message, &defaults, &mut findings)).collect();
-    Database { messages, findings: findings.sorted(), is_too_large: false }
+    let named = messages.iter().zip(&mut details);
+    let named = named.map(|(message, details)| (message.name.as_str(), details.long_name.take()));
+    let (names, shared) = names(named, &mut findings);
+    let lines = shared.into_iter().map(|(name, [a, b])| (name, [a, b].map(|at| messages[at].location.line)));
+    let mut contradictions: Vec<_> =
+        lines.map(|(message, lines)| Contradiction { message, signal: None, lines }).collect();
+    for (at, signal, line) in redefined {
+        match signal {
+            Some(signal) => details[at].redefined.push((signal, line)),
+            None => contradictions.push(Contradiction {
+                message: names[at].name.clone(),
+                signal: None,
+                lines: [messages[at].location.line, line],
+            }),
+        }
+    }
+    let mut joined = Vec::new();
+    for ((message, details), names) in messages.into_iter().zip(details).zip(names) {
+        joined.push(details.join(message, names, &defaults, &mut findings, &mut contradictions));
+    }
+    Database { messages: joined, findings: findings.sorted(), contradictions, is_too_large: false }
+}
+
+/// The names of a message or signal in the database.
+struct Names {
+    name: String,
+    other: Option<String>,
+}
+
+/// Returns the names of messages, or of the signals of one, from the names in the statements and the long names. A long name takes the
+/// place of the other one if nothing else has it. Also returns the names that several have, each with the positions of two of them.
+fn names<'a>(
+    named: impl Iterator<Item = (&'a str, Option<(StatementLocation, String)>)>,
+    findings: &mut DbcFindings,
+) -> (Vec<Names>, Vec<(String, [usize; 2])>) {
+    let named: Vec<_> = named.collect();
+    // Each name with the positions of what has it.
+    let mut owners: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (at, (short, long)) in named.iter().enumerate() {
+        for name in std::iter::once(*short).chain(long.iter().map(|(_, name)| name.as_str())) {
+            let owners = owners.entry(name).or_default();
+            if owners.last() != Some(&at) {
+                owners.push(at);
+            }
+        }
+    }
+    let several = owners.iter().filter_map(|(name, at)| match at[..] {
+        [first, second, ..] => Some(((*name).to_owned(), [first, second])),
+        _ => None,
+    });
+    let several: Vec<_> = several.collect();
+    let names = named.iter().map(|(short, long)| match long {
+        None => Names { name: (*short).to_owned(), other: None },
+        Some((_, long)) if long == short => Names { name: long.clone(), other: None },
+        Some((_, long)) if owners[long.as_str()].len() == 1 => {
+            Names { name: long.clone(), other: Some((*short).to_owned()) }
+        }
+        Some((location, long)) => {
+            findings.rejected(location, format!("the name {long} is not the only one"));
+            Names { name: (*short).to_owned(), other: Some(long.clone()) }
+        }
+    });
+    (names.collect(), several)
 }
 
 const MAX_CLASSIC_DATA: usize = 8;
@@ -73,6 +133,11 @@ struct MessagePeriod(Option<u32>);
 struct Details {
     cycle: Option<MessagePeriod>,
     format: Option<EnumValue>,
+    long_name: Option<(StatementLocation, String)>,
+    /// Long names of signals by their names in the statements.
+    long_names: BTreeMap<String, (StatementLocation, String)>,
+    /// Names of signals that are defined again in another way, with the line of that.
+    redefined: Vec<(String, usize)>,
     rules: BTreeMap<String, MultiplexRule>,
     numbers: BTreeMap<String, Number>,
     values: BTreeMap<String, (StatementLocation, Values)>,
@@ -88,7 +153,7 @@ impl Details {
     ) {
         let Property { location, detail, .. } = property;
         if let Some(signal) = signal_of(&detail)
-            && !message.signal_names.contains(signal)
+            && !message.signal_names.contains_key(signal)
         {
             if !message.lost_signals.contains(signal) && !is_reported(&detail) {
                 findings.rejected(&location, format!("{} has no signal {signal}", message.name));
@@ -98,6 +163,13 @@ impl Details {
         let first = match detail {
             Detail::Cycle(cycle) => *self.cycle.get_or_insert(MessagePeriod(cycle)) == MessagePeriod(cycle),
             Detail::FrameFormat(format) => *self.format.get_or_insert_with(|| format.clone()) == format,
+            Detail::LongName(name) => {
+                self.long_name.get_or_insert_with(|| (location.clone(), name.clone())).1 == name
+            }
+            Detail::SignalLongName { signal, name } => {
+                let known = self.long_names.entry(signal);
+                known.or_insert_with(|| (location.clone(), name.clone())).1 == name
+            }
             Detail::Multiplexed { signal, multiplexor, ranges } => {
                 let rule = MultiplexRule { multiplexor, ranges };
                 let known = self.rules.entry(signal).or_insert_with(|| rule.clone());
@@ -129,14 +201,35 @@ impl Details {
         known.1 == *values
     }
 
-    fn join(mut self, outline: MessageOutline, defaults: &Defaults, findings: &mut DbcFindings) -> Message {
-        let MessageOutline { location, id, name, length, signals, lost_multiplexor, .. } = outline;
+    fn join(
+        mut self,
+        outline: MessageOutline,
+        message: Names,
+        defaults: &Defaults,
+        findings: &mut DbcFindings,
+        contradictions: &mut Vec<Contradiction>,
+    ) -> Message {
+        let MessageOutline { location, id, length, signals, signal_names, lost_multiplexor, .. } = outline;
+        let short = signals.iter().map(|signal| signal.parsed.name.as_str());
+        let named = short.map(|name| (name, self.long_names.remove(name)));
+        let (names, shared) = names(named, findings);
+        let lines =
+            shared.into_iter().map(|(name, [a, b])| (name, [a, b].map(|at| signals[at].location.line)));
+        let again = self.redefined.iter().filter_map(|(name, line)| {
+            let at = *signal_names.get(name)?;
+            Some((names[at].name.clone(), [signals[at].location.line, *line]))
+        });
+        contradictions.extend(lines.chain(again).map(|(signal, lines)| Contradiction {
+            message: message.name.clone(),
+            signal: Some(signal),
+            lines,
+        }));
         let multiplexing = Multiplexing::new(&signals, &self.rules, length, lost_multiplexor);
         let codecs: Vec<_> = (0..signals.len()).map(|index| multiplexing.codec(index)).collect();
         let mut joined: Vec<Signal> = Vec::new();
-        for (signal, codec) in signals.into_iter().zip(codecs) {
+        for ((signal, names), codec) in signals.into_iter().zip(names).zip(codecs) {
             let location = signal.location.clone();
-            match codec.and_then(|codec| self.signal(signal, codec, findings)) {
+            match codec.and_then(|codec| self.signal(signal, names, codec, findings)) {
                 Ok(signal) => {
                     if let Some(other) = joined.iter().find(|other| other.codec.overlaps(&signal.codec)) {
                         findings.note(&location, format!("shares bits with {}", other.name));
@@ -148,12 +241,14 @@ impl Details {
         }
         let cycle_ms = self.cycle.unwrap_or(MessagePeriod(defaults.cycle_ms)).0;
         let format = defaults.format(length, self.format.as_ref());
-        Message { name, id, length, format, cycle_ms, line: location.line, signals: joined }
+        let Names { name, other: other_name } = message;
+        Message { name, other_name, id, length, format, cycle_ms, line: location.line, signals: joined }
     }
 
     fn signal(
         &mut self,
         outline: SignalOutline,
+        names: Names,
         codec: SignalCodec,
         findings: &mut DbcFindings,
     ) -> Result<Signal, String> {
@@ -174,7 +269,8 @@ impl Details {
             check_values(location, values, &codec, findings);
         }
         Ok(Signal {
-            name: parsed.name,
+            name: names.name,
+            other_name: names.other,
             line: location.line,
             codec,
             number,
@@ -201,9 +297,10 @@ fn check_values(
 
 fn signal_of(detail: &Detail) -> Option<&str> {
     match detail {
-        Detail::Cycle(_) | Detail::FrameFormat(_) => None,
+        Detail::Cycle(_) | Detail::FrameFormat(_) | Detail::LongName(_) => None,
         Detail::Values { signal, .. }
         | Detail::ValuesByTable { signal, .. }
+        | Detail::SignalLongName { signal, .. }
         | Detail::Number { signal, .. }
         | Detail::Multiplexed { signal, .. }
         | Detail::UnreadableMultiplexing { signal } => Some(signal),

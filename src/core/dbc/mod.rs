@@ -269,6 +269,130 @@ mod tests {
         assert_eq!(*signal(&database, "Good").values, [(0, "a".to_owned())]);
     }
 
+    const LONG_NAMES: &str = r#"BO_ 291 Body_Control_0000: 8 X
+ SG_ Lever_0000 M : 0|2@1+ (1,0) [0|3] "" X
+ SG_ Page m1 : 8|2@1+ (1,0) [0|3] "" X
+
+BO_ 292 Body_Control_0001: 8 X
+ SG_ Lever_0000 : 0|2@1+ (1,0) [0|3] "" X
+
+BA_ "SystemMessageLongSymbol" BO_ 291 "Body_Control_Module_Turn_Indicator_Status";
+BA_ "SystemSignalLongSymbol" SG_ 291 Lever_0000 "TurnIndicatorSwitchPositionLeverState";
+VAL_ 291 Lever_0000 1 "left" ;
+"#;
+
+    #[test]
+    fn long_names_take_the_place_of_short_ones_which_still_name_the_same() {
+        let database = parse(LONG_NAMES.as_bytes());
+        assert_eq!(database.findings, []);
+        let names: Vec<_> = database.messages.iter().map(|message| message.name.as_str()).collect();
+        assert_eq!(names, ["Body_Control_Module_Turn_Indicator_Status", "Body_Control_0001"]);
+        for name in [names[0], "Body_Control_0000"] {
+            let message = database.message(name).unwrap();
+            for signal in ["TurnIndicatorSwitchPositionLeverState", "Lever_0000"] {
+                let signal = message.signal(signal).unwrap();
+                assert_eq!(
+                    (signal.name.as_str(), signal.values.len()),
+                    ("TurnIndicatorSwitchPositionLeverState", 1)
+                );
+                assert_eq!(database.signal_contradiction(message, signal, "Lever_0000"), None);
+            }
+            assert!(
+                !message.signal("Page").unwrap().codec.is_present(&[0; 64]),
+                "by its multiplexor's short name"
+            );
+            assert_eq!(database.contradiction(message, name), None);
+        }
+        assert_eq!(database.messages[1].signals[0].name, "Lever_0000");
+    }
+
+    #[test]
+    fn unusable_long_names_are_rejected_and_the_short_ones_stay() {
+        for (long, reason) in [
+            (r#"BO_ 291 "a.b""#, "only letters"),
+            ("BO_ 291 7", "only letters"),
+            (r#"SG_ 291 Lever_0000 "a b""#, "only letters"),
+            (r#"SG_ 291 Missing "a""#, "no signal Missing"),
+            (r#"BO_ 9 "a""#, "no message with id 9"),
+            (r#"BO_ 291 "Body_Control_0001""#, "is not the only one"),
+            (r#"SG_ 291 Lever_0000 "Page""#, "is not the only one"),
+            (
+                "SG_ 291 Lever_0000 \"a\";\nBA_ \"SystemSignalLongSymbol\" SG_ 291 Lever_0000 \"b\"",
+                "contradicts",
+            ),
+        ] {
+            let kind = if long.starts_with("BO_") { "Message" } else { "Signal" };
+            let (messages, _) = LONG_NAMES.split_once("BA_").unwrap();
+            let text = format!("{messages}BA_ \"System{kind}LongSymbol\" {long};\n");
+            let database = parse(text.as_bytes());
+            assert_eq!(database.rejected(), 1, "{long}: {:?}", database.findings);
+            assert!(
+                database.findings.iter().any(|finding| finding.reason.contains(reason)),
+                "{long}: {database:?}"
+            );
+            assert_eq!(database.messages[0].name, "Body_Control_0000", "{long}");
+        }
+        let empty = LONG_NAMES.replace("TurnIndicatorSwitchPositionLeverState", "");
+        let database = parse(empty.as_bytes());
+        assert_eq!((database.findings.len(), &*database.messages[0].signals[0].name), (0, "Lever_0000"));
+    }
+
+    #[test]
+    fn a_long_name_that_names_two_is_a_contradiction_of_both() {
+        let same = "BA_ \"SystemMessageLongSymbol\" BO_ 292 \"Body_Control_Module_Turn_Indicator_Status\";\n";
+        let database = parse(format!("{LONG_NAMES}{same}").as_bytes());
+        let [a, b] = [0, 1].map(|at| &database.messages[at]);
+        assert_eq!([&*a.name, &*b.name], ["Body_Control_0000", "Body_Control_0001"]);
+        let long = "Body_Control_Module_Turn_Indicator_Status";
+        assert_eq!(database.contradiction(a, long).map(|known| known.lines), Some([1, 5]));
+        assert_eq!(database.contradiction(a, "Body_Control_0000"), None);
+        // The long name of one signal is the short name of another one.
+        let page = LONG_NAMES.replace("\"TurnIndicatorSwitchPositionLeverState\"", "\"Page\"");
+        let database = parse(page.as_bytes());
+        let message = &database.messages[0];
+        let lines = |given: &str| {
+            let signal = message.signal(given).unwrap();
+            database.signal_contradiction(message, signal, given).map(|known| known.lines)
+        };
+        assert_eq!([lines("Page"), lines("Lever_0000")], [Some([2, 3]), None]);
+    }
+
+    #[test]
+    fn definitions_that_differ_are_contradictions_and_repeated_ones_are_not() {
+        let signal = |name: &str, start| format!(" SG_ {name} : {start}|8@1+ (1,0) [0|0] \"\" X\n");
+        let lines = |second: &str| {
+            let first = format!("BO_ 1 M: 8 X\n{}{}\n{second}", signal("A", 0), signal("B", 8));
+            let database = parse(first.as_bytes());
+            let message = &database.messages[0];
+            let of_message = database.contradiction(message, "M").map(|known| known.lines);
+            let of_signal = database.signal_contradiction(message, message.signal("A").unwrap(), "A");
+            assert!(database.rejected() > 0, "{second}: it is a finding as well");
+            (of_message, of_signal.map(|known| known.lines))
+        };
+        let (a, b) = (signal("A", 0), signal("B", 8));
+        for (second, expected) in [
+            (format!("BO_ 1 M: 8 Y\n{b}{a}"), None),
+            (format!("BO_ 1 M: 8 X\n{}{b}", a.replace(" X\n", " Y\n").replace("[0|0]", "[0|9]")), None),
+            (format!("BO_ 1 M: 8 X\n{a}"), Some([1, 5])),
+            (format!("BO_ 1 M: 8 X\n{a}{}", signal("B", 16)), Some([1, 5])),
+            (format!("BO_ 1 M: 8 X\n{a}{}", b.replace("(1,0)", "(2,0)")), Some([1, 5])),
+            (format!("BO_ 1 M: 8 X\n{a}{a}"), Some([1, 5])),
+            (format!("BO_ 1 M: 8 X\n{a}{b} SG_ C\n"), Some([1, 5])),
+            (format!("BO_ 1 M: 7 X\n{a}{b}"), Some([1, 5])),
+            (format!("BO_ 2 M: 8 X\n{a}{b}"), Some([1, 5])),
+            (format!("BO_ 1 N: 8 X\n{a}{b}"), Some([1, 5])),
+        ] {
+            assert_eq!(lines(&second), (expected, None), "{second}");
+        }
+        let database = message(&[a.clone(), a.clone(), b.clone(), signal("B", 24)].concat(), "");
+        let message = &database.messages[0];
+        let lines = |name: &str| {
+            let known = database.signal_contradiction(message, message.signal(name).unwrap(), name);
+            known.map(|known| known.lines)
+        };
+        assert_eq!([lines("A"), lines("B")], [None, Some([4, 5])]);
+    }
+
     #[test]
     fn unterminated_text_ends_with_its_line() {
         let database =

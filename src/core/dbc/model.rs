@@ -15,14 +15,35 @@ pub struct Database {
     pub messages: Vec<Message>,
     /// Statements that were rejected or are irregular, in the order of lines.
     pub findings: Vec<DbcFinding>,
+    /// Names with several definitions, of which the first is among the messages.
+    pub contradictions: Vec<Contradiction>,
     /// True if the file has more entries than [`MAX_ENTRIES`]; then the database is empty.
     pub is_too_large: bool,
 }
 
 impl Database {
-    /// Returns the message with this name; `None` when there is none.
+    /// Returns the message with this name, else the one with this other name; `None` when there is none.
     pub fn message(&self, name: &str) -> Option<&Message> {
-        self.messages.iter().find(|message| message.name == name)
+        let named = self.messages.iter().find(|message| message.name == name);
+        named.or_else(|| self.messages.iter().find(|message| message.is_called(name)))
+    }
+
+    /// Returns the contradiction for which a message cannot be bound by the name that was given.
+    pub fn contradiction(&self, message: &Message, given: &str) -> Option<&Contradiction> {
+        let names = [given, message.name.as_str()];
+        self.contradictions.iter().find(|known| known.signal.is_none() && names.contains(&&*known.message))
+    }
+
+    /// Returns the contradiction for which a signal of a message cannot be bound by the name that was given.
+    pub fn signal_contradiction(
+        &self,
+        message: &Message,
+        signal: &Signal,
+        given: &str,
+    ) -> Option<&Contradiction> {
+        let is_named = |name: &str| name == given || name == signal.name;
+        let of_message = self.contradictions.iter().filter(|known| known.message == message.name);
+        of_message.into_iter().find(|known| known.signal.as_deref().is_some_and(is_named))
     }
 
     /// Returns the number of signals of all messages.
@@ -36,11 +57,24 @@ impl Database {
     }
 }
 
+/// A name with two definitions that differ, so that nothing can be bound by it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Contradiction {
+    /// Name of the message.
+    pub message: String,
+    /// Name of the signal; `None` if the message itself has two definitions.
+    pub signal: Option<String>,
+    /// Lines of the first definition and of another one.
+    pub lines: [usize; 2],
+}
+
 /// A message of the file (`BO_`).
 #[derive(Debug, Clone)]
 pub struct Message {
-    /// Name of the message, unique in the file.
+    /// Name of the message, unique in the file: the long one (`SystemMessageLongSymbol`) if it has one.
     pub name: String,
+    /// Its other name, if any: the one of `BO_`, or a long one that is not unique.
+    pub other_name: Option<String>,
     /// Identifier of its frames, unique in the file.
     pub id: CanId,
     /// Length of its frames in bytes, 0 to 64.
@@ -57,17 +91,25 @@ pub struct Message {
 }
 
 impl Message {
-    /// Returns the signal with this name; `None` when there is none.
+    /// Returns true if this is one of the names of the message.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.other_name.as_deref() == Some(name)
+    }
+
+    /// Returns the signal with this name, else the one with this other name; `None` when there is none.
     pub fn signal(&self, name: &str) -> Option<&Signal> {
-        self.signals.iter().find(|signal| signal.name == name)
+        let named = self.signals.iter().find(|signal| signal.name == name);
+        named.or_else(|| self.signals.iter().find(|signal| signal.other_name.as_deref() == Some(name)))
     }
 }
 
 /// A signal of a message (`SG_`).
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Name of the signal, unique in its message.
+    /// Name of the signal, unique in its message: the long one (`SystemSignalLongSymbol`) if it has one.
     pub name: String,
+    /// Its other name, if any: the one of `SG_`, or a long one that is not unique.
+    pub other_name: Option<String>,
     /// Line of the `SG_` statement, from 1.
     pub line: usize,
     /// Codec with the position of its bits and its multiplexors.

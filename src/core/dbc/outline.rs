@@ -31,6 +31,8 @@ pub(super) struct Outline {
     /// Numbers of rejected messages, whose properties give no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
     pub(super) findings: DbcFindings,
+    /// Messages by their position, and signals of them by name, that are defined again in another way, with the line of that.
+    pub(super) redefined: Vec<(usize, Option<String>, usize)>,
     /// Number of entries so far; reading ends beyond [`MAX_ENTRIES`].
     pub(super) entries: usize,
 }
@@ -45,7 +47,8 @@ pub(super) struct MessageOutline {
     pub(super) name: String,
     pub(super) length: usize,
     pub(super) signals: Vec<SignalOutline>,
-    pub(super) signal_names: BTreeSet<String>,
+    /// Positions of the signals by name.
+    pub(super) signal_names: BTreeMap<String, usize>,
     pub(super) lost_signals: BTreeSet<String>,
     /// True if a rejected signal may be a multiplexor.
     pub(super) lost_multiplexor: bool,
@@ -78,7 +81,46 @@ enum Current {
         reason: String,
         is_note: bool,
         signals: usize,
+        /// Another definition of a message above.
+        again: Option<Again>,
     },
+}
+
+/// Another definition of a message.
+#[derive(Debug)]
+struct Again {
+    number: u32,
+    name: String,
+    length: u64,
+    /// Positions of the messages above with its identifier or its name.
+    first: Vec<usize>,
+    signals: Vec<can_dbc::Signal>,
+    unreadable: BTreeSet<String>,
+}
+
+impl Again {
+    /// Returns true if both definitions have the same content, in any order.
+    fn is_same(&self, first: &MessageOutline) -> bool {
+        let mut seen = BTreeSet::new();
+        let mut is_known = |signal: &can_dbc::Signal| {
+            let known = first.signal_names.get(&signal.name).filter(|known| seen.insert(**known));
+            known.is_some_and(|known| is_same_signal(&first.signals[*known].parsed, signal))
+        };
+        (self.number, &self.name) == (first.number, &first.name)
+            && usize::try_from(self.length) == Ok(first.length)
+            && self.unreadable == first.lost_signals
+            && self.signals.len() == first.signals.len()
+            && self.signals.iter().all(&mut is_known)
+    }
+}
+
+/// Returns true if two signals have the same bits with the same meaning.
+fn is_same_signal(a: &can_dbc::Signal, b: &can_dbc::Signal) -> bool {
+    let layout = |signal: &can_dbc::Signal| {
+        (signal.start_bit, signal.size, signal.byte_order, signal.value_type, signal.multiplexer_indicator)
+    };
+    let scale = |signal: &can_dbc::Signal| [signal.factor, signal.offset].map(f64::to_bits);
+    layout(a) == layout(b) && scale(a) == scale(b) && a.unit == b.unit
 }
 
 /// Parses all statements of `text`.
@@ -149,7 +191,7 @@ impl OutlineReader {
         let fields: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
         if let ["BO_", number, ..] = fields[..] {
             self.outline.lost_messages.extend(number.parse::<u32>());
-            return self.reject_message(location, reason, false);
+            return self.reject_message(location, reason, false, None);
         }
         self.outline.findings.rejected(&location, reason);
         // Without its rule the signal would appear in frames that do not carry it.
@@ -168,6 +210,7 @@ impl OutlineReader {
                 location,
                 "pseudo-message of signals without a message".to_owned(),
                 true,
+                None,
             );
         }
         match self.checked(number, &name, length) {
@@ -181,7 +224,7 @@ impl OutlineReader {
                     name,
                     length,
                     signals: Vec::new(),
-                    signal_names: BTreeSet::new(),
+                    signal_names: BTreeMap::new(),
                     lost_signals: BTreeSet::new(),
                     lost_multiplexor: false,
                 });
@@ -189,10 +232,20 @@ impl OutlineReader {
                 self.current = Current::Message;
             }
             Err(reason) => {
+                let again = self.again(number, name, length);
                 self.outline.lost_messages.insert(number);
-                self.reject_message(location, reason, false);
+                self.reject_message(location, reason, false, again);
             }
         }
+    }
+
+    /// Returns the start of another definition of a message above; `None` for a message that is rejected for another reason.
+    fn again(&self, number: u32, name: String, length: u64) -> Option<Again> {
+        let messages = self.outline.messages.iter().enumerate();
+        let first = messages.filter(|(_, known)| known.number == number || known.name == name);
+        let first: Vec<_> = first.map(|(position, _)| position).collect();
+        let (signals, unreadable) = (Vec::new(), BTreeSet::new());
+        (!first.is_empty()).then_some(Again { number, name, length, first, signals, unreadable })
     }
 
     fn checked(&self, number: u32, name: &str, length: u64) -> Result<(CanId, usize), String> {
@@ -217,10 +270,22 @@ impl OutlineReader {
     }
 
     fn signal(&mut self, location: StatementLocation, statement: &Statement<'_>) {
+        let position = self.outline.messages.len().saturating_sub(1);
         let message = match &mut self.current {
             Current::Nothing => return self.outline.findings.rejected(&location, "signal without a message"),
-            Current::Rejected { signals, .. } => {
+            Current::Rejected { signals, again, .. } => {
                 *signals += 1;
+                if let Some(again) = again {
+                    match grammar::read(statement) {
+                        Ok(ParsedStatement { parsed: Parsed::Signal(signal), .. })
+                            if layout(&signal).is_ok() =>
+                        {
+                            again.signals.push(*signal);
+                            self.outline.entries += 1;
+                        }
+                        Ok(_) | Err(_) => _ = again.unreadable.insert(signal_name(statement).to_owned()),
+                    }
+                }
                 return;
             }
             Current::Message => self.outline.messages.last_mut(),
@@ -230,22 +295,27 @@ impl OutlineReader {
             let Parsed::Signal(signal) = parsed else { return Err("not a signal".to_owned()) };
             Ok((*signal, irregularity))
         });
-        let name = statement.text.split_ascii_whitespace().nth(1).unwrap_or_default().trim_end_matches(':');
+        let name = signal_name(statement);
+        let redefined = &mut self.outline.redefined;
         let checked = parsed.and_then(|(signal, irregularity)| {
-            let taken = message.signal_names.contains(&signal.name);
             let layout = layout(&signal)?;
             if message.signals.len() == MAX_SIGNALS {
                 return Err(format!("more than {MAX_SIGNALS} signals in one message"));
             }
-            let taken = taken.then(|| "a signal above has the same name".to_owned());
-            taken.map_or(Ok((signal, layout, irregularity)), Err)
+            let Some(known) = message.signal_names.get(&signal.name) else {
+                return Ok((signal, layout, irregularity));
+            };
+            if !is_same_signal(&message.signals[*known].parsed, &signal) {
+                redefined.push((position, Some(signal.name.clone()), location.line));
+            }
+            Err("a signal above has the same name".to_owned())
         });
         match checked {
             Ok((parsed, layout, irregularity)) => {
                 if let Some(irregularity) = irregularity {
                     self.outline.findings.note(&location, irregularity);
                 }
-                message.signal_names.insert(parsed.name.clone());
+                message.signal_names.insert(parsed.name.clone(), message.signals.len());
                 message.signals.push(SignalOutline { location, layout, parsed });
                 self.outline.entries += 1;
             }
@@ -257,17 +327,28 @@ impl OutlineReader {
         }
     }
 
-    fn reject_message(&mut self, location: StatementLocation, reason: String, is_note: bool) {
-        self.current = Current::Rejected { location, reason, is_note, signals: 0 };
+    fn reject_message(
+        &mut self,
+        location: StatementLocation,
+        reason: String,
+        is_note: bool,
+        again: Option<Again>,
+    ) {
+        self.current = Current::Rejected { location, reason, is_note, signals: 0, again };
     }
 
     /// Ends the current message and adds the finding of a rejected one.
     fn close(&mut self) {
-        let Current::Rejected { location, mut reason, is_note, signals } =
+        let Current::Rejected { location, mut reason, is_note, signals, again } =
             std::mem::replace(&mut self.current, Current::Nothing)
         else {
             return;
         };
+        if let Some(again) = again {
+            let outline = &mut self.outline;
+            let other = again.first.iter().filter(|first| !again.is_same(&outline.messages[**first]));
+            outline.redefined.extend(other.map(|first| (*first, None, location.line)));
+        }
         if signals > 0 {
             reason = format!("{reason} (with its signals: {signals})");
         }
@@ -277,6 +358,11 @@ impl OutlineReader {
             self.outline.findings.rejected(&location, reason);
         }
     }
+}
+
+/// Returns the name in a statement of a signal, as far as it has one.
+fn signal_name<'a>(statement: &'a Statement<'_>) -> &'a str {
+    statement.text.split_ascii_whitespace().nth(1).unwrap_or_default().trim_end_matches(':')
 }
 
 fn layout(signal: &can_dbc::Signal) -> Result<Layout, String> {

@@ -12,7 +12,9 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::core::can::{CanId, FrameFormat, MAX_DATA};
 use crate::core::dbc::codec::{Layout, SignalCodec};
-use crate::core::dbc::model::{Database, DbcFinding, DbcSeverity, MAX_ENTRIES, Message, Number, Signal};
+use crate::core::dbc::model::{
+    Contradiction, Database, DbcFinding, DbcSeverity, MAX_ENTRIES, Message, Number, Signal,
+};
 use signal::{PlacedSignal, Scales, byte_order};
 use tree::{NamedElements, descend, listed, number, text_of, whole_of};
 
@@ -174,12 +176,21 @@ impl<'d> ClusterReader<'d> {
         let length = whole_of::<usize>(frame, "FRAME-LENGTH").filter(|length| *length <= MAX_DATA);
         let length =
             length.ok_or_else(|| format!("its frame has no FRAME-LENGTH of 0 to {MAX_DATA} bytes"))?;
-        if !self.ids.insert(id) {
-            return Err(format!("identifier {id} is taken by a message above"));
+        let (has_id, has_name) = (self.ids.contains(&id), self.names.contains(name));
+        if has_id || has_name {
+            let line = self.elements.line(triggering);
+            let others = self.database.messages.iter();
+            let others = others.filter(|known| (known.id == id) != (known.name == name));
+            self.database.contradictions.extend(others.map(|known| Contradiction {
+                message: known.name.clone(),
+                signal: None,
+                lines: [known.line, line],
+            }));
+            let taken = if has_id { format!("identifier {id}") } else { format!("the name {name}") };
+            return Err(format!("{taken} is taken by a message above"));
         }
-        if !self.names.insert(name.to_owned()) {
-            return Err(format!("the name {name} is taken by a message above"));
-        }
+        self.ids.insert(id);
+        self.names.insert(name.to_owned());
         let mut content = FrameContent::default();
         for mapping in listed(frame, "PDU-TO-FRAME-MAPPINGS", "PDU-TO-FRAME-MAPPING") {
             // A PDU begins with a byte: at its bit 0, or in the big-endian order at its bit 7.
@@ -199,7 +210,16 @@ impl<'d> ClusterReader<'d> {
         let (cycle_ms, line) = (content.cycle_ms, self.elements.line(triggering));
         let signals = self.signals(name, length, content);
         let name = name.to_owned();
-        self.database.messages.push(Message { name, id, length, format, cycle_ms, line, signals });
+        self.database.messages.push(Message {
+            name,
+            other_name: None,
+            id,
+            length,
+            format,
+            cycle_ms,
+            line,
+            signals,
+        });
         Ok(())
     }
 
@@ -322,14 +342,15 @@ impl<'d> ClusterReader<'d> {
     /// Compiles the collected signals of a message of `length` bytes.
     fn signals(&mut self, message: &str, length: usize, content: FrameContent<'d>) -> Vec<Signal> {
         let codec_of = |layout| SignalCodec::new(layout, length).map_err(|error| error.to_string());
-        let (mut compiled, mut names) = (Vec::new(), BTreeSet::new());
+        let (mut compiled, mut names) = (Vec::new(), BTreeMap::new());
         for (number, Selector { pdu, layout, values }) in (1..).zip(content.selectors) {
             // The element has no name of its own; cantools uses this one.
             let (name, line) = (format!("{message}_selector{number}"), self.elements.line(pdu));
-            names.insert(name.clone());
+            names.insert(name.clone(), (layout, line));
             match codec_of(layout) {
                 Ok(codec) => compiled.push(Signal {
                     name,
+                    other_name: None,
                     line,
                     codec,
                     number: Number::Integer,
@@ -351,9 +372,18 @@ impl<'d> ClusterReader<'d> {
                     is_reachable.then_some(codec).ok_or_else(|| format!("the selector cannot be {code}"))
                 }
             });
-            let taken = !names.insert(signal.name.to_owned());
+            let first = *names.entry(signal.name.to_owned()).or_insert((signal.layout, line));
+            let taken = first.1 != line;
             match codec {
                 Ok(_) if taken => {
+                    // One signal may be in several alternatives of a multiplexed PDU.
+                    if first.0 != signal.layout {
+                        self.database.contradictions.push(Contradiction {
+                            message: message.to_owned(),
+                            signal: Some(signal.name.to_owned()),
+                            lines: [first.1, line],
+                        });
+                    }
                     self.find(element, DbcSeverity::Rejected, "a signal above has the same name");
                 }
                 Ok(codec) => compiled.push(signal.compiled(line, codec)),

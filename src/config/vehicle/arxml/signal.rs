@@ -89,7 +89,7 @@ impl<'d> PlacedSignal<'d> {
     pub(super) fn compiled(self, line: usize, codec: SignalCodec) -> Signal {
         let Scale { factor, offset, values, .. } = self.scale;
         let (name, number, unit) = (self.name.to_owned(), self.number, self.unit);
-        Signal { name, line, codec, number, factor, offset, unit, values }
+        Signal { name, other_name: None, line, codec, number, factor, offset, unit, values }
     }
 
     /// Returns the texts of its raw values.

@@ -169,8 +169,7 @@ impl MessageParts<'_> {
             checker.refuse(&state.location, "no signal is given", EXAMPLE);
         }
         for entry in entries {
-            let Some(signal) = self.message.signal(&entry.key) else {
-                self.binder.refuse_signal(&entry.location, self.message, &entry.key, "");
+            let Some(signal) = self.binder.signal_of(self.message, &entry.key, &entry.location) else {
                 continue;
             };
             if signal.number != Number::Integer {
