@@ -56,6 +56,8 @@ Other events: act_begins and act_ends with act; event with act, event; action wi
 end with verdict (success, failure, stopped, fault, undecided), reason. internal and external are
 null until the first message; at is on the same time line as t; the state of a dark light is empty.
 
+With --without-map an id that is a text is that text, in JSON as well.
+
 Without --until it ends with the scenario, within an hour; a scenario that does not end by itself
 is shown for twice its longest cycle, or until 5 s after the last time a trigger names, else for a
 minute.
@@ -71,7 +73,7 @@ pub(super) struct LightsArgs {
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "NAME|FILE.osm")]
     map: Option<PathBuf>,
-    /// Take each id of the scenario for a light that is a group of its own, for scenarios of other kinds of maps
+    /// Take each id of the scenario for a light that is a group of its own, for scenarios of other kinds of maps; an id may be a text
     #[arg(long, conflicts_with = "map")]
     without_map: bool,
     /// Folder of a package, for $(find-pkg-share NAME) in a scenario; may be repeated
@@ -137,10 +139,11 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         packages: args.packages.iter().cloned().collect(),
         bulb_orders: args.bulb_order.clone(),
         modifiers: args.modifiers.iter().cloned().collect(),
+        takes_text_ids: args.without_map,
     };
     let file = scenario::read(&Disk, &args.scenario, options)?;
     let map = Arc::new(light_map(args, &file)?);
-    let uncertain_ends = file.uncertain_ends.clone();
+    let (uncertain_ends, names) = (file.uncertain_ends.clone(), file.light_names.clone());
     let unknown = file.check_against(&map, args.compat);
     if !unknown.is_empty() {
         return Err(Refused(unknown).into());
@@ -158,9 +161,9 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     settings.one_group_per_head = args.one_group_per_head.unwrap_or(settings.one_group_per_head);
 
     let mut run = ScenarioRun::new(settings, span.until);
-    let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map));
+    let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map, names.clone()));
     let style = if messages::layout(&io::stdout()).has_color { Style::Colored } else { Style::Plain };
-    let mut writer = LightsWriter::new(Form::json_if(args.json), style);
+    let mut writer = LightsWriter::new(Form::json_if(args.json), style, names.clone());
     let mut out = io::BufWriter::new(io::stdout().lock());
     while let Some(snapshot) = run.step() {
         let lines = writer.write(&snapshot, args.every == Every::Step && snapshot.is_frame);
@@ -174,7 +177,8 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     for (store, id, at) in run.contradictions() {
         let seconds = Duration::from_nanos(at.as_nanos()).as_secs_f64();
-        messages::warn(&format!("{id} {} shows red and green from {seconds:.3} s", store.name()));
+        let text = format!("{id} {} shows red and green from {seconds:.3} s", store.name());
+        messages::warn(&names.in_text(&text));
     }
     let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
     // The same verdict at another time is the same verdict.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use derive_more::Display;
 
+use super::light_names::LightNames;
 use super::naming::joined;
 use crate::config::reading::{Problem, SourceLocation};
 use crate::core::compat::Compat;
@@ -32,6 +33,8 @@ pub struct ScenarioFile {
     pub not_interpreted: Vec<NotInterpreted>,
     /// Every id that it names, for [`ScenarioFile::check_against`].
     pub ids: Vec<UsedId>,
+    /// The texts that stand for ids, with [`ReadOptions::takes_text_ids`](super::ReadOptions::takes_text_ids).
+    pub light_names: LightNames,
 }
 
 /// An event that ends the scenario, or its stop trigger, which was left out, or of which a group of conditions was.
@@ -67,7 +70,7 @@ pub struct NotInterpreted {
 /// An id of a light or group with its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsedId {
-    /// Way or relation id.
+    /// Way or relation id, or the number of a text.
     pub id: i64,
     /// Location of the id.
     pub location: SourceLocation,

@@ -8,6 +8,7 @@ mod bench;
 mod bulb_order;
 mod controllers;
 mod file;
+mod light_names;
 mod modifiers;
 mod naming;
 mod open_scenario;
@@ -18,6 +19,7 @@ use std::path::Path;
 pub use crate::config::reading::location::SourceLocation;
 pub use bulb_order::BulbOrder;
 pub use file::{NotInterpreted, ScenarioFile, UncertainEnd, UsedId};
+pub use light_names::LightNames;
 pub use reader::ReadOptions;
 
 use crate::config::built_in::BuiltIn;
@@ -85,10 +87,10 @@ pub fn read(
         let reason = format!("no scenario modifier is called {unknown:?}");
         checker.adopt(vec![Problem::whole_file(&text.file, reason, reader.modifiers.listed())]);
     }
-    let ScenarioReader { mut not_interpreted, mut ids, .. } = reader;
+    let ScenarioReader { mut not_interpreted, mut ids, names, .. } = reader;
     not_interpreted.sort_by_key(|part| part.location.position);
     ids.sort_by_key(|used| used.location.position);
-    (file.not_interpreted, file.ids) = (not_interpreted, ids);
+    (file.not_interpreted, file.ids, file.light_names) = (not_interpreted, ids, names);
     checker.finish(Some(file)).map_err(Refused)
 }
 

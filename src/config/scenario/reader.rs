@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::bulb_order::BulbOrder;
 use super::file::{NotInterpreted, UsedId};
+use super::light_names::LightNames;
 use super::modifiers::Modifiers;
 use super::naming::listed;
 use crate::config::reading::{Checker, LocatedText, Location, Value, line};
@@ -15,7 +16,7 @@ use crate::core::traffic_light::command::RATES_HZ;
 use crate::core::traffic_light::scenario::{
     Action, ControllerIndex, StateText, Test, TrafficSignalController,
 };
-use crate::core::traffic_light::signal_id::parse_id;
+use crate::core::traffic_light::signal_id::{SignalIdError, parse_id};
 use crate::core::traffic_light::state_check::{StateWriter, check_state};
 use crate::core::traffic_light::target::{SignalTarget, StoreId};
 
@@ -35,6 +36,8 @@ pub struct ReadOptions {
     pub bulb_orders: Vec<BulbOrder>,
     /// The values of scenario modifiers by name, each one of the values in the file.
     pub modifiers: BTreeMap<String, String>,
+    /// True if ids may be any texts, as in `OpenDRIVE`: for scenarios without a map, in improved mode. In commands they are numbers.
+    pub takes_text_ids: bool,
 }
 
 impl From<Compat> for ReadOptions {
@@ -50,6 +53,7 @@ pub(super) struct ScenarioReader<'c> {
     pub(super) options: &'c ReadOptions,
     pub(super) not_interpreted: Vec<NotInterpreted>,
     pub(super) ids: Vec<UsedId>,
+    pub(super) names: LightNames,
     /// The scenario modifiers, whose names stand for their values wherever they are written.
     pub(super) modifiers: Modifiers,
 }
@@ -62,12 +66,13 @@ impl<'c> ScenarioReader<'c> {
             options,
             not_interpreted: Vec::new(),
             ids: Vec::new(),
+            names: LightNames::default(),
             modifiers: Modifiers::default(),
         }
     }
 
     pub(super) fn refuse(&self, location: &Location, reason: impl AsRef<str>, remedy: &str) {
-        self.checker.refuse(location, reason, remedy);
+        self.checker.refuse(location, self.names.in_text(reason.as_ref()), remedy);
     }
 
     /// Refuses like [`Self::refuse`]. Returns `None`, for a caller that then has no value.
@@ -78,7 +83,7 @@ impl<'c> ScenarioReader<'c> {
 
     pub(super) fn leave_out(&mut self, location: &Location, what: &str) {
         let location = self.checker.source_location(location);
-        self.not_interpreted.push(NotInterpreted { location, what: line(what) });
+        self.not_interpreted.push(NotInterpreted { location, what: line(&self.names.in_text(what)) });
     }
 
     pub(super) fn list_modifiers(&mut self, location: &Location) {
@@ -94,11 +99,14 @@ impl<'c> ScenarioReader<'c> {
 
     /// Reads an id with or without a channel, such as `34802 v2i`.
     pub(super) fn target(&mut self, given: &LocatedText) -> Option<SignalTarget> {
-        let target = self.checker.accept(
-            &given.location,
-            SignalTarget::parse(&given.text),
-            "write it as 34802 or 34802 v2i",
-        )?;
+        let parsed = if self.takes_text_ids() {
+            let channel = given.text.rsplit_once(' ').and_then(|(id, name)| Some((id, name.parse().ok()?)));
+            let (id, store) = channel.unwrap_or((&given.text, StoreId::CONVENTIONAL));
+            self.parse_id(id.trim()).map(|id| SignalTarget { id, store })
+        } else {
+            SignalTarget::parse(&given.text)
+        };
+        let target = self.checker.accept(&given.location, parsed, "write it as 34802 or 34802 v2i")?;
         self.use_id(&given.location, target.id);
         Some(target)
     }
@@ -117,8 +125,24 @@ impl<'c> ScenarioReader<'c> {
         }
     }
 
+    fn takes_text_ids(&self) -> bool {
+        self.options.takes_text_ids && self.compat == Compat::Improved
+    }
+
+    /// Reads an id. A text that is not a number as we write it stands for a number of its own, where texts are taken.
+    fn parse_id(&mut self, text: &str) -> Result<i64, SignalIdError> {
+        let parsed = parse_id(text);
+        let is_number = parsed.as_ref().is_ok_and(|id| id.to_string() == text);
+        if is_number || text.is_empty() || !self.takes_text_ids() {
+            parsed
+        } else {
+            Ok(self.names.id_of(text))
+        }
+    }
+
     pub(super) fn id(&mut self, given: &LocatedText) -> Option<i64> {
-        let id = self.checker.accept(&given.location, parse_id(&given.text), "give a way or relation id")?;
+        let parsed = self.parse_id(&given.text);
+        let id = self.checker.accept(&given.location, parsed, "give a way or relation id")?;
         self.use_id(&given.location, id);
         Some(id)
     }

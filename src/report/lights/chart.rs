@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::display::list;
 use super::entry::{action_of, entry};
 use super::snapshot::Snapshot;
+use crate::config::scenario::LightNames;
 use crate::core::map::light_map::LightMap;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::BulbSet;
@@ -19,6 +20,7 @@ use crate::report::seconds;
 #[derive(Debug)]
 pub struct LightsChart {
     map: Arc<LightMap>,
+    names: LightNames,
     rows: BTreeMap<Subject, Growing>,
     marks: Vec<Mark>,
 }
@@ -39,9 +41,9 @@ struct Growing {
 }
 
 impl LightsChart {
-    /// Creates a chart without snapshots. The map gives the groups of each light.
-    pub fn new(map: Arc<LightMap>) -> Self {
-        Self { map, rows: BTreeMap::new(), marks: Vec::new() }
+    /// Creates a chart without snapshots. The map gives the groups of each light; ids with `names` are shown by these.
+    pub fn new(map: Arc<LightMap>, names: LightNames) -> Self {
+        Self { map, names, rows: BTreeMap::new(), marks: Vec::new() }
     }
 
     /// Adds a snapshot.
@@ -51,7 +53,7 @@ impl LightsChart {
         }
         let at_s = seconds(snapshot.at);
         for logged in snapshot.events {
-            let text = || entry(&logged.event, snapshot.scenario).text;
+            let text = || self.names.in_text(&entry(&logged.event, snapshot.scenario).text);
             match &logged.event {
                 // Entering the phase that is on begins it again.
                 ScenarioEvent::PhaseEntered { controller, .. } => {
@@ -119,11 +121,12 @@ impl LightsChart {
                     (LightChannel::V2i, true) => "v2i GroundTruth",
                     (LightChannel::V2i, false) => "v2i Detected",
                 };
-                (self.light(id), row)
+                (self.names.in_text(&self.light(id)), row)
             }
-            Subject::Group { id, is_external } => {
-                (format!("group {id}"), if is_external { "external" } else { "internal" })
-            }
+            Subject::Group { id, is_external } => (
+                self.names.in_text(&format!("group {id}")),
+                if is_external { "external" } else { "internal" },
+            ),
         }
     }
 

@@ -17,6 +17,7 @@ mod snapshot;
 mod text;
 
 use super::Form;
+use crate::config::scenario::LightNames;
 use crate::core::time::MonoTime;
 pub use display::Style;
 pub(super) use display::bulbs_text;
@@ -28,13 +29,14 @@ use text::Columns;
 pub struct LightsWriter {
     form: Form,
     columns: Columns,
+    names: LightNames,
     is_first: bool,
 }
 
 impl LightsWriter {
-    /// Creates a writer that has written nothing; `style` applies to text.
-    pub fn new(form: Form, style: Style) -> Self {
-        Self { form, columns: Columns::new(style), is_first: true }
+    /// Creates a writer that has written nothing; `style` applies to text. Ids with `names` are shown by these.
+    pub fn new(form: Form, style: Style, names: LightNames) -> Self {
+        Self { form, columns: Columns::new(style), names, is_first: true }
     }
 
     /// The lines of a snapshot. Text has events and changes, or all states when `whole`; JSON has one line with all
@@ -42,9 +44,12 @@ impl LightsWriter {
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Vec<String> {
         let is_first = std::mem::replace(&mut self.is_first, false);
         match self.form {
-            Form::Text => self.columns.lines(snapshot, whole),
+            Form::Text => {
+                let lines = self.columns.lines(snapshot, whole);
+                lines.iter().map(|line| self.names.in_text(line)).collect()
+            }
             Form::Json if snapshot.has_changed || whole || is_first => {
-                vec![json::object(snapshot).to_string()]
+                vec![self.names.in_json(json::object(snapshot)).to_string()]
             }
             Form::Json => Vec::new(),
         }

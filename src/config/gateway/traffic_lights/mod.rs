@@ -175,6 +175,7 @@ fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Opti
         packages: fields.read(&PACKAGES),
         bulb_orders: fields.read(&BULB_ORDER),
         modifiers: fields.read(&MODIFIERS),
+        takes_text_ids: false,
     };
     let named = fields.given(&SCENARIO)?;
     let path = named_file::find(BuiltIn::Scenario, files, &named, fields.checker.beside(&named));

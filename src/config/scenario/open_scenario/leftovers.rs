@@ -1,4 +1,4 @@
-//! A summary of all elements that were not interpreted.
+//! A summary of all elements that were not interpreted. Those that would change lights are refused.
 
 use std::collections::BTreeMap;
 
@@ -9,6 +9,12 @@ use crate::config::reading::{Element, Location};
 pub(super) fn list(root: &Element, reader: &mut ScenarioReader<'_>) {
     let mut kinds = BTreeMap::new();
     collect(root, &mut kinds);
+    let mut changers = BTreeMap::new();
+    collect_changers(root, false, &mut changers);
+    for (element, remedy) in changers.into_values() {
+        let reason = format!("{} changes traffic lights, and is not interpreted", element.name);
+        reader.refuse(&element.location, reason, remedy);
+    }
     for Leftover { location, times, elements, .. } in kinds.into_values() {
         let times = if times == 1 { "once".to_owned() } else { format!("{times} times") };
         let what = match elements {
@@ -39,6 +45,34 @@ fn collect(element: &Element, kinds: &mut BTreeMap<String, Leftover>) {
             collect(child, kinds);
         } else if !child.is_empty() {
             add(kinds, &child.location, child.count());
+        }
+    }
+}
+
+const AS_ACTION: &str = "write it as OpenSCENARIO 1.0 or later, with TrafficSignals, or as a TrafficSignalAction in an \
+                         InfrastructureAction";
+const AS_STATES: &str =
+    "give a TrafficSignalState for each light, since the lights of a group are in the road network's file";
+
+/// Collects the first element of each kind that would change lights: of OpenSCENARIO 0.9 (`Signals`, and `Signal` with `SetState` or
+/// `SetController`), and of later versions at a place where no version has it. In every version their names contain `Signal`; so do
+/// conditions, which change nothing.
+fn collect_changers<'e>(
+    element: &'e Element,
+    is_test: bool,
+    kinds: &mut BTreeMap<String, (&'e Element, &'static str)>,
+) {
+    let has_states = element.children.iter().any(|child| child.name == "TrafficSignalState");
+    for child in element.children.iter().filter(|child| !child.is_empty()) {
+        let is_test = is_test || child.name == "ByState" || child.name.ends_with("Condition");
+        let is_group = child.name == "TrafficSignalGroupState";
+        let is_changer = child.name.contains("Signal") && !is_test && !child.is_interpreted.get();
+        // The states of the lights beside that of their group say the same.
+        if is_changer && !(is_group && has_states) {
+            let kind = without_numbers(&child.location.key.to_string());
+            kinds.entry(kind).or_insert((child, if is_group { AS_STATES } else { AS_ACTION }));
+        } else {
+            collect_changers(child, is_test, kinds);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::super::naming::listed;
-use super::expression::compute;
+use super::expression::{compute, is_constant};
 use crate::core::traffic_light::variable::VariableIndex;
 
 /// The substitutions of a launch system that name the folder of a package.
@@ -91,8 +91,11 @@ impl ParameterScopes {
         let name = inner.unwrap_or(reference);
         let name = name.strip_prefix('$').unwrap_or(name);
         match inner {
-            // `A-1` may be a name, and may be a difference.
-            Some(expression) if !is_name(name) || name.contains('-') && self.declared(name).is_none() => {
+            // `A-1` may be a name, and may be a difference; and `pi` may be the name of a parameter.
+            Some(expression)
+                if !is_name(name)
+                    || (name.contains('-') || is_constant(expression)) && self.declared(name).is_none() =>
+            {
                 self.computed(expression)
             }
             Some(_) | None => self.parameter(name).map(|parameter| parameter.value.clone()),
@@ -246,10 +249,15 @@ mod tests {
             ("${$last-way-1+$last-way}", "13"),
             ("${ 2.5 * 2 }", "5"),
             ("${7}", "7"),
+            ("${ pi }", "3.14159265358979"),
+            ("${true}", "1"),
+            ("${min($way, 2 * pi)}", "6.28318530717959"),
+            ("${max($step, sign($step))}", "-1"),
         ] {
             assert_eq!(parameters.value(text).as_deref(), Ok(value), "{text}");
         }
         assert!(parameters.value("${$color + 1}").unwrap_err().0.contains("is not an expression"));
+        assert_eq!(parameters.value("${$pi}").unwrap_err().0, "no parameter is called pi");
         assert_eq!(parameters.value("${$wax + 1}").unwrap_err().0, "no parameter is called wax");
     }
 
