@@ -61,7 +61,7 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// Reads the lanelets of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
-/// The problem of the file, its projector, or the map, at its place as far as that is known.
+/// The problem of the file, its projector, or the map, at its place as far as that is known; a map without a lanelet for vehicles.
 pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, Problem> {
     let mut map = MapFile::read(files, path)?;
     let road = Points::new(&map.osm, &map.projector()).and_then(|points| {
@@ -69,7 +69,7 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
         map.osm.nodes = OsmLayer::default();
         LaneNetwork::read(&map.osm, &points)
     });
-    road.map_err(|error| {
+    let road = road.map_err(|error| {
         // Without the file, the map does not require local coordinates: they were the last resort.
         let reason = match (&error, map.given) {
             (MapError::NoLocal(node), None) => {
@@ -80,7 +80,9 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
             _ => error.to_string(),
         };
         map.problem(files, reason, &error)
-    })
+    })?;
+    let is_empty = road.lanes().next().is_none();
+    if is_empty { Err(Problem::whole_file(path, "it has no lanelet for vehicles", "")) } else { Ok(road) }
 }
 
 /// Notes a map that cannot be used: at its place in the map, or else at `at`, where the map is named.

@@ -127,10 +127,8 @@ pub fn way(
 /// A map that cannot be read or has no lanelet, or a speed that no scenario may have.
 pub fn anywhere(files: &dyn Files, map: &Path, speed_mps: f64) -> Result<DriveFile, Refused> {
     let road = read_lane_network(files, map)?;
-    let lane = road.lanes().next().map(|lane| lane.id);
-    let lane =
-        lane.ok_or_else(|| Problem::whole_file(map, "it has no lanelet for vehicles", "give another map"))?;
-    over(files, map, road, vec![lane], speed_mps)
+    let lanes = road.lanes().next().map(|lane| lane.id).into_iter().collect();
+    over(files, map, road, lanes, speed_mps)
 }
 
 fn over(

@@ -13,7 +13,7 @@ use crate::config::files::Files;
 use crate::config::gateway::topic_names::TopicNames;
 use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
-use crate::config::reading::{Fields, Keywords, Problem, flag, key_rows, keyword, millis, number_as, text};
+use crate::config::reading::{Fields, Keywords, flag, key_rows, keyword, millis, number_as, text};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::flow::{DeciderRole, TurnSignalSettings};
@@ -115,10 +115,7 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     }
     let named = fields.given(&MAP)?;
     let path = named_file::find(BuiltIn::Map, files, &named, fields.checker.beside(&named));
-    let road = read_lane_network(files, &path).and_then(|road| {
-        let without = || Problem::whole_file(&path, "it has no lanelet", "");
-        if road.lanes().next().is_none() { Err(without()) } else { Ok(road) }
-    });
+    let road = read_lane_network(files, &path);
     let remedy = named_file::remedy(BuiltIn::Map, files, &path, remedy);
     let refuse = |problem| refuse_map(fields.checker, fields.at("map"), problem, &remedy);
     let road = road.map_err(refuse).ok()?;
