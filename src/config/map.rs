@@ -82,7 +82,8 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
         map.problem(files, reason, &error)
     })?;
     let is_empty = road.lanes().next().is_none();
-    if is_empty { Err(Problem::whole_file(path, "it has no lanelet for vehicles", "")) } else { Ok(road) }
+    let problem = || Problem::whole_file(path, "it has no lanelet for vehicles", "give another map");
+    if is_empty { Err(problem()) } else { Ok(road) }
 }
 
 /// Notes a map that cannot be used: at its place in the map, or else at `at`, where the map is named.

@@ -66,7 +66,9 @@ fn collect_changers<'e>(
     for child in element.children.iter().filter(|child| !child.is_empty()) {
         let is_test = is_test || child.name == "ByState" || child.name.ends_with("Condition");
         let is_group = child.name == "TrafficSignalGroupState";
-        let is_changer = child.name.contains("Signal") && !is_test && !child.is_interpreted.get();
+        let is_empty_list = child.name.ends_with("Signals") && child.children.is_empty();
+        let is_changer =
+            child.name.contains("Signal") && !is_test && !is_empty_list && !child.is_interpreted.get();
         // The states of the lights beside that of their group say the same.
         if is_changer && !(is_group && has_states) {
             let kind = without_numbers(&child.location.key.to_string());
