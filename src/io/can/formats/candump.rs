@@ -412,32 +412,17 @@ mod tests {
 
     #[test]
     fn flags_in_an_identifier_are_taken_as_can_utils_takes_them() {
-        let lines = good(
-            FORMAT,
-            &[
-                "(1.5) can0 98f00400#01",
-                "(1.5) can0 9FFFFFFF##001",
-                "(1.500000) can0 80000123#01",
-                "(1.5) can0 58F00400#",
-                "(1.5) can0 C0000123#R4",
-                "(1.5) can0 A0000004#0008",
-                "(1.5) can0 F0000004#0008",
-                " (1.5)  can0  98F00400   [1]  01",
-                " (1.5)  can0  58F00400   [1]  01",
-            ],
-        );
-        let expected = [
-            "can0 18F00400#01",
-            "can0 1FFFFFFF##001",
-            "can0 00000123#01",
-            "can0 Remote",
-            "can0 Remote",
-            "can0 Error(ErrorFrame { class: 4, data: [0, 8, 0, 0, 0, 0, 0, 0] })",
-            "can0 Error(ErrorFrame { class: 268435460, data: [0, 8, 0, 0, 0, 0, 0, 0] })",
-            "can0 18F00400#01",
-            "can0 Remote",
-        ];
-        assert_eq!(lines, expected.map(|line| format!("1500000 {line}")));
+        for (frame, expected) in [
+            ("98f00400#01", "18F00400#01"),
+            ("80000123##001", "00000123##001"),
+            ("58F00400#", "Remote"),
+            ("C0000123#R4", "Remote"),
+            ("A0000004#", "Error(ErrorFrame { class: 4, data: [0, 0, 0, 0, 0, 0, 0, 0] })"),
+            ("F0000004   [0]", "Error(ErrorFrame { class: 268435460, data: [0, 0, 0, 0, 0, 0, 0, 0] })"),
+            ("98F00400   [1]  01", "18F00400#01"),
+        ] {
+            assert_eq!(good(FORMAT, &[&format!("(1.5) can0 {frame}")]), [format!("1500000 can0 {expected}")]);
+        }
     }
 
     #[test]
