@@ -10,6 +10,16 @@ use crate::support::docs_table;
 #[serde(deny_unknown_fields)]
 struct Document {
     format: Vec<Row>,
+    refused: Vec<RefusedRow>,
+}
+
+/// A layout of recordings that is known and not read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RefusedRow {
+    title: String,
+    why: String,
+    way_out: String,
 }
 
 /// What the documents state of a format; see `recording_formats.toml`.
@@ -28,13 +38,13 @@ const EDGES: [&str; 2] = [
     "<!-- The end of the table of formats. -->\n",
 ];
 
-fn rows() -> Vec<Row> {
-    toml::from_str::<Document>(include_str!("recording_formats.toml")).unwrap().format
+fn document() -> Document {
+    toml::from_str(include_str!("recording_formats.toml")).unwrap()
 }
 
 #[test]
 fn every_format_has_one_row_and_a_judge() {
-    let rows = rows();
+    let rows = document().format;
     let mut named: Vec<_> = rows.iter().flat_map(|row| row.of.iter().map(String::as_str)).collect();
     let mut names = formats::names();
     named.sort_unstable();
@@ -48,9 +58,13 @@ fn documentation_has_the_formats_and_who_judged_them() {
     let line = |Row { title, read, special, judge, .. }: Row| {
         format!("| {title} | {read} | {special} | {judge} |\n")
     };
-    let lines: String = rows().into_iter().map(line).collect();
+    let Document { format, refused } = document();
+    let lines: String = format.into_iter().map(line).collect();
+    let line = |RefusedRow { title, why, way_out }: RefusedRow| format!("| {title} | {why} | {way_out} |\n");
+    let refused: String = refused.into_iter().map(line).collect();
     let table = format!(
-        "| format | what is read | what is special | compared with (frames) |\n|---|---|---|---|\n{lines}"
+        "| format | what is read | what is special | compared with (frames) |\n|---|---|---|---|\n{lines}\n\
+         These are recognised, and refused with the way out:\n\n| layout | why it is not read | way out |\n|---|---|---|\n{refused}"
     );
     docs_table::check("docs/vehicle-lights.md", EDGES, &table, "recording_formats");
 }
