@@ -6,6 +6,7 @@ mod support;
 
 mod pure {
     mod absences;
+    mod advisories;
     mod arxml;
     mod bring_up;
     mod case_files;

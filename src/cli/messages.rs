@@ -123,7 +123,7 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
     };
     // DDS logs only if RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. Zenoh would warn of each link that ends
     // while it reports its links to others.
-    let quiet = "rustdds=off,ros2_client=off,mio_06=off,zenoh::api::admin=error";
+    let quiet = "rustdds=off,ros2_client=off,zenoh::api::admin=error";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
     let refused = |directive: &str| {
         let expected =
