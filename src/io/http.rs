@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 use std::io;
-use std::net::{IpAddr, SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -11,7 +11,8 @@ use axum::http::header::{
     ALLOW, CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, HeaderName, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
     X_FRAME_OPTIONS,
 };
-use axum::http::{HeaderValue, Method, StatusCode};
+use axum::http::uri::Scheme;
+use axum::http::{HeaderValue, Method, StatusCode, Version};
 use axum::middleware::{Next, from_fn};
 use axum::response::{IntoResponse as _, Response};
 use axum::{Extension, Router};
@@ -137,13 +138,15 @@ const HEADERS: [(HeaderName, &str); 5] = [
 ];
 
 async fn answer(request: Request, next: Next, hosts: &[String]) -> Response {
-    let host = request.headers().get(HOST).and_then(|host| host.to_str().ok());
-    let mut response = if !host.is_some_and(|host| is_known(host, hosts)) {
-        (StatusCode::MISDIRECTED_REQUEST, "unknown host; add it to hosts in [http]\n").into_response()
-    } else if ![Method::GET, Method::HEAD].contains(request.method()) {
-        (StatusCode::METHOD_NOT_ALLOWED, [(ALLOW, "GET, HEAD")], "only GET\n").into_response()
-    } else {
-        next.run(request).await
+    let mut response = match addressee(&request, hosts) {
+        Addressee::Malformed(reason) => (StatusCode::BAD_REQUEST, reason).into_response(),
+        Addressee::Unknown => {
+            (StatusCode::MISDIRECTED_REQUEST, "unknown host; add it to hosts in [http]\n").into_response()
+        }
+        Addressee::Known if ![Method::GET, Method::HEAD].contains(request.method()) => {
+            (StatusCode::METHOD_NOT_ALLOWED, [(ALLOW, "GET, HEAD")], "only GET\n").into_response()
+        }
+        Addressee::Known => next.run(request).await,
     };
     for (name, value) in HEADERS {
         response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));
@@ -151,45 +154,215 @@ async fn answer(request: Request, next: Next, hosts: &[String]) -> Response {
     response
 }
 
-/// Returns true if `host`, with or without a port, means this server.
-fn is_known(host: &str, hosts: &[String]) -> bool {
-    let name = match host.strip_prefix('[') {
-        Some(rest) => rest.split(']').next().unwrap_or_default(),
-        None => host.split(':').next().unwrap_or_default(),
+/// The server that a request means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Addressee {
+    /// This one.
+    Known,
+    /// Another one, or none: HTTP/1.0 does not demand a host.
+    Unknown,
+    /// No request may name its host so (RFC 9112, 3.2). The text says why.
+    Malformed(&'static str),
+}
+
+/// Returns the server that a request means: by its target if that is a whole URL, else by its `Host`.
+fn addressee(request: &Request, hosts: &[String]) -> Addressee {
+    let mut values = request.headers().get_all(HOST).iter();
+    let named = match (values.next(), values.next()) {
+        (_, Some(_)) => return Addressee::Malformed("more than one Host\n"),
+        (None, _) if request.version() > Version::HTTP_10 => {
+            return Addressee::Malformed("no Host\n");
+        }
+        (None, _) => Addressee::Unknown,
+        (Some(value), _) => value.to_str().map_or(MALFORMED_HOST, |value| addressee_of(value, hosts)),
     };
-    name.parse::<IpAddr>().is_ok()
-        || name.eq_ignore_ascii_case("localhost")
-        || hosts.iter().any(|known| name.eq_ignore_ascii_case(known))
+    match (named, request.uri().authority()) {
+        (Addressee::Malformed(_), _) | (_, None) => named,
+        // Without TLS there is no other scheme.
+        _ if request.uri().scheme().is_some_and(|scheme| *scheme != Scheme::HTTP) => Addressee::Unknown,
+        (_, Some(target)) => addressee_of(target.as_str(), hosts),
+    }
+}
+
+const MALFORMED_HOST: Addressee = Addressee::Malformed("malformed host; expected NAME or NAME:PORT\n");
+
+/// Returns the server that `value`, a host with or without a port, means.
+fn addressee_of(value: &str, hosts: &[String]) -> Addressee {
+    let (name, port) = match value.strip_prefix('[') {
+        Some(rest) => match rest.split_once(']') {
+            Some((address, port)) if address.parse::<Ipv6Addr>().is_ok() => (None, port),
+            _ => return MALFORMED_HOST,
+        },
+        None => {
+            let (name, port) = value.split_at(value.find(':').unwrap_or(value.len()));
+            (Some(name), port)
+        }
+    };
+    let is_port = |port: &str| {
+        port.is_empty() || port.bytes().all(|byte| byte.is_ascii_digit()) && port.parse::<u16>().is_ok()
+    };
+    // A port may be left out, with its colon or without (RFC 3986, 3.2.3).
+    let has_port = port.is_empty() || port.strip_prefix(':').is_some_and(is_port);
+    let is_name = |name: &str| {
+        !name.is_empty()
+            && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._~%!$&'()*+,;=".contains(&byte))
+    };
+    match name {
+        _ if !has_port => MALFORMED_HOST,
+        None => Addressee::Known,
+        Some(name) if !is_name(name) => MALFORMED_HOST,
+        Some(name)
+            if name.parse::<Ipv4Addr>().is_ok()
+                || name.eq_ignore_ascii_case("localhost")
+                || hosts.iter().any(|known| name.eq_ignore_ascii_case(known)) =>
+        {
+            Addressee::Known
+        }
+        Some(_) => Addressee::Unknown,
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+
     use super::*;
 
     #[test]
-    fn addresses_localhost_and_configured_names_are_known_and_no_other() {
+    fn addresses_localhost_and_configured_names_are_known_others_are_not_and_junk_is_malformed() {
         let hosts = ["car.local".to_owned()];
+        let of = |host| addressee_of(host, &hosts);
         for host in [
             "127.0.0.1",
             "127.0.0.1:9464",
+            "127.0.0.1:",
+            "127.0.0.1:65535",
+            "[::1]",
             "[::1]:9464",
+            "[::ffff:10.0.0.3]:80",
             "10.0.0.3",
             "localhost:1",
             "LOCALHOST",
             "Car.local:80",
         ] {
-            assert!(is_known(host, &hosts), "{host}");
+            assert_eq!(of(host), Addressee::Known, "{host}");
+        }
+        for host in [
+            "evil.example",
+            "evil.example:80",
+            "127.0.0.1.evil.example",
+            "localhost.evil.example",
+            "localhost.",
+            "car.local.evil",
+            "127.1",
+            "0x7f000001",
+            "300.0.0.1",
+        ] {
+            assert_eq!(of(host), Addressee::Unknown, "{host}");
         }
         for host in [
             "",
-            "evil.example",
-            "127.0.0.1.evil.example",
-            "localhost.evil.example",
+            ":80",
+            "127.0.0.1:80:90",
+            "127.0.0.1:x",
+            "127.0.0.1:+80",
+            "127.0.0.1:-1",
+            "127.0.0.1:65536",
+            "127.0.0.1:99999999999999999999",
+            "localhost:80/",
+            "localhost/",
+            "localhost?",
+            "localhost#",
+            "localhost\\evil",
+            "user@localhost",
+            "localhost@evil.example",
+            "localhost evil.example",
+            "localhost,evil.example:80:80",
+            "http://localhost",
             "[",
+            "[]",
+            "[::1",
+            "::1",
+            "[::1]80",
+            "[::1]:80:90",
+            "[[::1]]",
+            "[127.0.0.1]",
             "[evil]:1",
-            "car.local.evil",
+            "[fe80::1%25eth0]",
+            "k\u{f6}ln",
         ] {
-            assert!(!is_known(host, &hosts), "{host}");
+            assert_eq!(of(host), MALFORMED_HOST, "{host}");
         }
+    }
+
+    /// The status of the response to these bytes, empty if the connection is closed without one.
+    async fn status(address: SocketAddr, request: &str) -> String {
+        let mut stream = tokio::net::TcpStream::connect(address).await.unwrap();
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut response = Vec::new();
+        let _ = stream.read_to_end(&mut response).await;
+        let response = String::from_utf8(response).unwrap();
+        assert!(response.matches("HTTP/1.").count() < 2, "one request, one response: {response}");
+        response.split(' ').nth(1).unwrap_or_default().to_owned()
+    }
+
+    #[tokio::test]
+    async fn a_request_that_does_not_say_clearly_whom_it_means_is_refused_with_400() {
+        let listener = bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0))).unwrap();
+        let address = listener.local_addr().unwrap();
+        let router = Router::new().route("/", axum::routing::get(|| async { "content" }));
+        tokio::spawn(serve(listener, router, vec!["car.local".to_owned()]));
+        let head = |rest: &str| format!("GET / HTTP/1.1\r\n{rest}\r\n\r\n");
+        let mut wrong = Vec::new();
+        for (expected, request) in [
+            ("200", head("Host: localhost")),
+            ("200", head("Host:localhost\t ")),
+            ("200", head("HOST: 127.0.0.1:80")),
+            ("200", "GET / HTTP/1.0\r\nHost: localhost\r\n\r\n".to_owned()),
+            // Host: none, several, empty, junk.
+            ("400", head("X: y")),
+            ("421", "GET / HTTP/1.0\r\n\r\n".to_owned()),
+            ("400", head("Host: localhost\r\nHost: localhost")),
+            ("400", head("Host: localhost\r\nhost: evil.example")),
+            ("400", head("Host: evil.example\r\nHost: localhost")),
+            ("400", "GET / HTTP/1.0\r\nHost: localhost\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("400", head("Host:")),
+            ("400", head("Host: 127.0.0.1:80:90")),
+            ("400", head("Host: localhost, localhost:80:80")),
+            ("421", head("Host: localhost,evil.example")),
+            ("400", head("Host: user@localhost")),
+            ("400", head("Host: k\u{f6}ln")),
+            ("400", head("Host : localhost")),
+            ("421", head("Host: evil.example")),
+            // Target.
+            ("200", "GET http://localhost/ HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("200", "GET http://127.0.0.1:80 HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_owned()),
+            ("421", "GET http://evil.example/ HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("400", "GET http://user@localhost/ HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("400", "GET http://localhost:80:90/ HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("400", "GET http://localhost/ HTTP/1.1\r\n\r\n".to_owned()),
+            ("421", "GET https://localhost/ HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("405", "CONNECT localhost:80 HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("405", "OPTIONS * HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("400", "GET localhost/ HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned()),
+            // Head and length.
+            ("400", head("Host: localhost\r\n continued")),
+            ("400", head("Host: localhost\r\nX: y\r\n continued")),
+            ("400", head("Host: localhost\r\nX: \0")),
+            ("400", head("Host: localhost\r\nContent-Length: 1\r\nContent-Length: 2")),
+            ("400", head("Host: localhost\r\nContent-Length: 1, 2")),
+            ("400", head("Host: localhost\r\nContent-Length: -1")),
+            ("400", head("Host: localhost\r\nTransfer-Encoding: identity")),
+            ("400", "GET / HTTP/1.1 x\r\nHost: localhost\r\n\r\n".to_owned()),
+            ("400", "GET / HTTP/1.2\r\nHost: localhost\r\n\r\n".to_owned()),
+            // What follows a request is no second one.
+            ("200", head("Host: localhost") + &head("Host: localhost")),
+        ] {
+            let status = status(address, &request).await;
+            if status != expected {
+                wrong.push(format!("{request:?}: {status} instead of {expected}"));
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
     }
 }
