@@ -6,8 +6,9 @@ use serde_json::{Value, json};
 use signal_gateway::io::ros::session::DISTRO;
 
 use super::session::{Gateway, Role};
-use crate::support::json_process::JsonProcess;
+use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::{Cyclone, domain};
+use crate::support::processor::waited_in_all;
 use crate::support::waiting::let_pass;
 
 pub(crate) const TURN: &str = "rt/vehicle/status/turn_indicators_status";
@@ -16,6 +17,9 @@ const DIAGNOSTICS: &str = "rt/diagnostics";
 
 /// Long enough for a late joiner to be matched and handed something, if it ever is.
 pub(crate) const SILENCE: Duration = Duration::from_secs(2);
+
+/// A gateway that waited for a processor for so long may meet a late joiner too late.
+const SOON: Duration = Duration::from_millis(30);
 
 /// A DDS that is not ours.
 pub(crate) trait Peer {
@@ -56,6 +60,7 @@ with_both_peers!(
     texts_too_long_for_one_datagram_arrive_whole,
     a_late_joiner_gets_the_current_report_nothing_after_a_withdrawal_and_the_next_one_after_that,
     a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before,
+    a_late_joiner_is_handed_the_current_report_and_none_before_it_while_others_read,
     a_report_right_after_a_withdrawal_reaches_every_matched_reader,
     a_reader_that_is_killed_gets_data_again_when_it_is_restarted,
     a_reader_gets_data_of_the_next_gateway_at_once,
@@ -184,6 +189,48 @@ fn a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before(peer
         late.next("what comes later", is_report(1, 9));
         drop(late);
         gateway.wait_until("the reader's leave", |status| status["readers"][0] == 0);
+    }
+}
+
+/// Its depth would be enough for all of them.
+fn a_late_joiner_is_handed_the_current_report_and_none_before_it_while_others_read(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let early = ["transient_local", "volatile"].map(|kind| peer.reader(domain, "turn", TURN, kind));
+    gateway.wait_until("early readers", |status| status["readers"][0] == 2);
+    for reader in &early {
+        reader.next("a match", is_match);
+    }
+    gateway.send("turn left 1");
+    let sent = |line: &Value| line["sent"].as_i64().unwrap();
+    let first = sent(&early[0].next("a report", is_report(2, 1)));
+    // The writer is not a new one any more.
+    let repeated = |line: &Value| is_report(2, 1)(line) && sent(line) - first > 2_500_000_000;
+    early[0].next("its repetition after 3 s", repeated);
+    for sec in 2..30 {
+        gateway.send(&format!("turn left {sec}"));
+        early[0].next("a report", is_report(2, sec));
+    }
+    gateway.send("turn right 30");
+    for reader in &early {
+        reader.next("the last report", is_report(3, 30));
+    }
+    let kept_waiting = waited_in_all(gateway.id());
+    let late = peer.reader(domain, "turn", TURN, "transient_local");
+    late.next("the current report", is_report(3, 30));
+    let kept_waiting = waited_in_all(gateway.id()).saturating_sub(kept_waiting);
+    let lines: Vec<Value> = late.lines(Mark::START).into_iter().map(|(_, line)| line).collect();
+    let outdated = samples(&lines).into_iter().take_while(|line| !is_report(3, 30)(line)).count();
+    println!("{outdated} outdated reports; the gateway waited {kept_waiting:?} for a processor");
+    if kept_waiting < SOON {
+        assert_eq!(outdated, 0, "reports before the current one");
+    }
+    for reader in &early {
+        reader.next("the current report of another writer", is_report(3, 30));
+    }
+    gateway.send("turn off 31");
+    for reader in early.iter().chain([&late]) {
+        reader.next("the next report", is_report(1, 31));
     }
 }
 

@@ -8,29 +8,44 @@ use std::time::{Duration, Instant};
 /// Age at which an acknowledged sample is certainly gone.
 const KEPT: Duration = Duration::from_secs(7);
 
-/// Times and sizes of the samples, oldest first.
+/// A sample that may still be held.
+#[derive(Debug)]
+struct Held {
+    at: Instant,
+    bytes: usize,
+    publication: u64,
+}
+
+/// The samples that may still be held, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    samples: VecDeque<(Instant, usize)>,
-    /// Bytes that may still be held.
+    samples: VecDeque<Held>,
+    /// Their bytes.
     pub(super) bytes: usize,
 }
 
 impl History {
-    /// Records a written sample of that many bytes.
-    pub(super) fn add(&mut self, now: Instant, bytes: usize) {
-        self.samples.push_back((now, bytes));
+    /// Records a written sample of that many bytes. The samples of one publication, and their repetitions, have its number.
+    pub(super) fn add(&mut self, now: Instant, bytes: usize, publication: u64) {
+        self.samples.push_back(Held { at: now, bytes, publication });
         self.bytes += bytes;
     }
 
     /// Forgets old samples, when all are acknowledged.
     pub(super) fn acknowledged(&mut self, now: Instant) {
-        while let Some((at, bytes)) = self.samples.front()
+        while let Some(Held { at, bytes, .. }) = self.samples.front()
             && now.saturating_duration_since(*at) > KEPT
         {
             self.bytes -= bytes;
             self.samples.pop_front();
         }
+    }
+
+    /// The most publications that a reader may be handed.
+    pub(super) fn publications(&self) -> usize {
+        let (oldest, newest) = (self.samples.front(), self.samples.back());
+        let count = oldest.zip(newest).map(|(oldest, newest)| newest.publication - oldest.publication + 1);
+        count.map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX))
     }
 }
 
@@ -43,11 +58,12 @@ mod tests {
         let start = Instant::now();
         let after = |seconds| start + Duration::from_secs(seconds);
         let mut history = History::default();
-        (0..20).for_each(|second| history.add(after(second), 10));
-        assert_eq!(history.bytes, 200, "nobody acknowledged");
+        assert_eq!(history.publications(), 0);
+        (0..20).for_each(|second| history.add(after(second), 10, second / 2));
+        assert_eq!((history.bytes, history.publications()), (200, 10), "nobody acknowledged");
         history.acknowledged(after(10));
-        assert_eq!(history.bytes, 170);
+        assert_eq!((history.bytes, history.publications()), (170, 9));
         history.acknowledged(after(100));
-        assert_eq!(history.bytes, 0);
+        assert_eq!((history.bytes, history.publications()), (0, 0));
     }
 }

@@ -2,16 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
-use std::task::Waker;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
+use futures_util::Stream as _;
 use ros2_client::names::{MessageTypeName, Name, NodeName};
 use rustdds::dds::result::{CreateError, CreateResult};
 use rustdds::policy::{self, History};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
-    DomainParticipantStatusListener, GUID, LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity,
-    StatusEvented, Subscriber, Topic, TopicKind,
+    DomainParticipantStatusListener, EndpointDescription, GUID, LostReason, QosPolicies, QosPolicyBuilder,
+    RTPSEntity, StatusEvented, Subscriber, Topic, TopicKind,
 };
 
 use super::discovery_probe::{MissingPeers, Prefix, prefix};
@@ -87,7 +89,7 @@ impl Participant {
                 let lifespan = (written.delivery == Delivery::Log).then_some(LOG_LIFESPAN);
                 let qos = qos(Reliability::Reliable, written.durability, written.depth, lifespan);
                 let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
-                DdsTopicWriter::new(&publisher, topic, written.durability, written.delivery).map_err(dds)
+                DdsTopicWriter::new(&publisher, topic, written).map_err(dds)
             })
             .collect::<Result<Vec<_>, String>>()?;
         let topic_readers = settings
@@ -251,10 +253,16 @@ impl Participant {
         other.matched.values().flatten().all(|peer| served.contains(peer))
     }
 
-    /// Takes the events of the network since the last call; peers whose lease ran out are added to `missing`, except
-    /// those in `own`.
-    pub(super) fn observe(&mut self, missing: &mut MissingPeers, own: &[Prefix]) {
-        while let Some(event) = self.events.try_recv_status() {
+    /// Takes the events of the network since the last call, and has `waker` called when more occur; peers whose lease ran
+    /// out are added to `missing`, except those in `own`.
+    pub(super) fn observe(
+        &mut self,
+        waker: &Waker,
+        missing: &mut MissingPeers,
+        own: &[Prefix],
+    ) -> Result<(), String> {
+        let mut outcome = Ok(());
+        while let Some(event) = self.next_event(waker) {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
             match event {
                 DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
@@ -288,6 +296,7 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::ReaderDetected { reader } => {
                     self.type_check.reader(&reader.topic_name, &reader.type_name);
+                    outcome = outcome.and(self.meet_reader(&reader));
                 }
                 DomainParticipantStatusEvent::WriterDetected { writer } => {
                     self.type_check.writer(&writer.topic_name, &writer.type_name);
@@ -312,13 +321,43 @@ impl Participant {
         }
         let ours: Vec<GUID> = self.endpoints().collect();
         self.matched.retain(|local, _| ours.contains(local));
+        outcome
+    }
+
+    fn next_event(&self, waker: &Waker) -> Option<DomainParticipantStatusEvent> {
+        let mut events = self.events.as_async_status_stream();
+        match Pin::new(&mut events).poll_next(&mut Context::from_waker(waker)) {
+            Poll::Ready(event) => event,
+            Poll::Pending => None,
+        }
+    }
+
+    /// Keeps a reader of one of our topics that asks for history from being handed what is outdated.
+    fn meet_reader(&mut self, reader: &EndpointDescription) -> Result<(), String> {
+        let asks_for_history =
+            reader.qos.durability().is_some_and(|durability| durability > policy::Durability::Volatile);
+        let Some(position) = self.written_position(&reader.topic_name).filter(|_| asks_for_history) else {
+            return Ok(());
+        };
+        let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
+        let is_met = self.matched.get(&topic_writer.guid()).is_some_and(|peers| peers.contains(&reader.guid));
+        if !is_met && topic_writer.meet_late_reader()? {
+            self.replaced_writers += 1;
+            self.announce();
+        }
+        Ok(())
+    }
+
+    /// The position of the writer of a topic with this DDS name.
+    fn written_position(&self, dds_name: &str) -> Option<usize> {
+        let written = self.names.iter().take(self.topic_writers.len());
+        written.into_iter().position(|name| dds_name.strip_prefix("rt") == Some(name))
     }
 
     /// Remembers a writer on a topic that we write. A gateway that was killed is no such writer: it does not announce itself any
     /// more, and what replaces it hears only announcements.
     fn note_other_writer(&mut self, writer: GUID, topic: &str, own: &[Prefix]) {
-        let written = self.names.iter().take(self.topic_writers.len());
-        let position = written.into_iter().position(|name| topic.strip_prefix("rt") == Some(name));
+        let position = self.written_position(topic);
         let is_own = own.contains(&prefix(&writer.to_bytes()));
         if let Some(position) = position.filter(|_| !is_own && self.other_writers.len() < MAX_OTHER_WRITERS) {
             self.other_writers.insert(writer, position);

@@ -8,9 +8,10 @@
 //! RustDDS trims a transient-local writer's history every 6 s, up to what all readers have
 //! acknowledged; without readers it keeps thousands of samples, whatever the depth. A late joiner
 //! would be handed minutes of old samples before the current one. So while there is no reader, nothing is
-//! written and the history is empty; the current samples are written when one joins. A stream that
-//! others read has seconds of history nonetheless. Handing it over goes at 8 kB each 10 ms, the
-//! current sample last; when that would take long, the joiner finds a new, empty writer instead.
+//! written and the history is empty; the current samples are written when one joins. While others read, the history has
+//! seconds of samples nonetheless. RustDDS tells of a reader that it has discovered before it hands over anything: the
+//! reader has to ask first, and is answered after 5 ms. By then the writer is gone, and the reader finds a new, empty
+//! one instead, as do the others, which lose nothing but what was outdated.
 
 use std::time::{Duration, Instant};
 
@@ -20,6 +21,7 @@ use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 use super::history::History;
 use super::recent_samples::RecentSamples;
 use super::sample::{Padded, SampleWriter};
+use crate::io::ros::link::WrittenTopic;
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::topics::{Delivery, Durability};
 
@@ -28,10 +30,11 @@ const REPEATS: [Duration; 4] =
     [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1), Duration::from_secs(3)];
 /// Longest time that a withdrawal waits for readers to acknowledge what was sent before.
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
-/// The most history that a late joiner of a stream is handed.
-const MAX_HANDED_OVER: usize = 64 * 1024;
-/// Time for which a new writer is not replaced: its readers come one by one.
+/// Time for which a new writer is not replaced because its history is long: its readers come one by one.
 const SETTLING: Duration = Duration::from_secs(2);
+/// Time for which a new writer is not replaced for a late reader, so that many of them do not keep others from reading. It is the
+/// most history that a late reader gets.
+const MIN_LIFE: Duration = Duration::from_secs(1);
 
 /// A topic of one participant.
 pub(super) struct DdsTopicWriter {
@@ -39,6 +42,8 @@ pub(super) struct DdsTopicWriter {
     topic: Topic,
     durability: Durability,
     delivery: Delivery,
+    /// Publications that a late reader may be handed.
+    depth: usize,
     writer: SampleWriter,
     /// Time of the writer's first sample, or of its creation.
     first_write: Instant,
@@ -49,6 +54,8 @@ pub(super) struct DdsTopicWriter {
     recent: RecentSamples,
     /// The writer has written a sample.
     used: bool,
+    /// Number of publications so far.
+    publications: u64,
     history: History,
     /// Number of matched readers at the last call of [`settle`](Self::settle).
     readers: usize,
@@ -58,24 +65,21 @@ pub(super) struct DdsTopicWriter {
 
 impl DdsTopicWriter {
     /// A topic on which nothing was published yet; the quality of service is the topic's.
-    pub(super) fn new(
-        publisher: &Publisher,
-        topic: Topic,
-        durability: Durability,
-        delivery: Delivery,
-    ) -> CreateResult<Self> {
+    pub(super) fn new(publisher: &Publisher, topic: Topic, written: &WrittenTopic) -> CreateResult<Self> {
         let writer = publisher.create_datawriter_no_key::<CdrBytes, Padded>(&topic, None)?;
         Ok(Self {
             publisher: publisher.clone(),
             topic,
-            durability,
-            delivery,
+            durability: written.durability,
+            delivery: written.delivery,
+            depth: usize::try_from(written.depth).unwrap_or_default(),
             writer,
             first_write: Instant::now(),
             repeats: 0,
             current: Vec::new(),
             recent: RecentSamples::default(),
             used: false,
+            publications: 0,
             history: History::default(),
             readers: 0,
             acknowledged: false,
@@ -91,6 +95,7 @@ impl DdsTopicWriter {
     /// and [`Delivery::Live`] go out in any case.
     /// The error is the text of RustDDS.
     pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
+        self.publications += 1;
         if matches!(self.delivery, Delivery::Once | Delivery::Live) {
             return self.write(samples);
         }
@@ -114,7 +119,19 @@ impl DdsTopicWriter {
         self.begin_anew()
     }
 
-    /// The most bytes that RustDDS may hold of a stream until its readers have acknowledged them; none of a new writer,
+    /// Keeps a reader that was discovered, and asks for history, from being handed more than the topic's depth. Call it at once,
+    /// before RustDDS answers the reader. True when that made a new writer.
+    pub(super) fn meet_late_reader(&mut self) -> Result<bool, String> {
+        let counts_newest = matches!(self.delivery, Delivery::Report | Delivery::Stream);
+        let is_long = self.history.publications() > self.depth;
+        if counts_newest && self.used && is_long && self.first_write.elapsed() >= MIN_LIFE {
+            self.begin_anew()
+        } else {
+            Ok(false)
+        }
+    }
+
+    /// The most bytes that RustDDS may hold of a topic until its readers have acknowledged them; none of a new writer,
     /// which is not replaced.
     pub(super) fn history_bytes(&self) -> usize {
         if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes } else { 0 }
@@ -142,7 +159,7 @@ impl DdsTopicWriter {
     }
 
     /// Writes the current samples for the first reader, and repeats a report when that is due; drops the history
-    /// of readers that are gone, or that is too long for one who joins. True when that made a new writer.
+    /// of readers that are gone. True when that made a new writer.
     pub(super) fn settle(&mut self, readers: usize) -> Result<bool, String> {
         let joined = readers > std::mem::replace(&mut self.readers, readers);
         if self.has_all_acknowledged(Duration::ZERO) {
@@ -155,11 +172,6 @@ impl DdsTopicWriter {
         }
         if readers == 0 && is_transient {
             return if self.used { self.begin_anew() } else { Ok(false) };
-        }
-        let is_long = is_transient && joined && self.history.bytes > MAX_HANDED_OVER;
-        let is_settled = self.used && self.first_write.elapsed() >= SETTLING;
-        if self.delivery == Delivery::Stream && is_settled {
-            return if is_long { self.begin_anew() } else { Ok(false) };
         }
         if self.delivery == Delivery::Log {
             let recent = self.recent.now(Instant::now());
@@ -189,8 +201,8 @@ impl DdsTopicWriter {
                 self.first_write = Instant::now();
                 self.repeats = 0;
             }
-            if matches!(self.delivery, Delivery::Stream | Delivery::Log) {
-                self.history.add(Instant::now(), sample.as_ref().len());
+            if self.durability == Durability::TransientLocal {
+                self.history.add(Instant::now(), sample.as_ref().len(), self.publications);
             }
             let written = self.writer.write(sample.clone(), Some(Timestamp::now()));
             written.map_err(|error| error.to_string())?;

@@ -57,6 +57,8 @@ pub(super) struct DdsWorker {
     /// Ends the wait when something was received.
     wakeup: Arc<Wakeup>,
     waker: Waker,
+    /// Ends the wait when discovery has found something.
+    discovered: Arc<Wakeup>,
     participant: Participant,
     /// `None` where the loopback is not used.
     announcer: Option<LoopbackAnnouncer>,
@@ -130,6 +132,7 @@ impl DdsWorker {
             link,
             waker: Waker::from(Arc::clone(&wakeup)),
             wakeup,
+            discovered: Arc::new(Wakeup::default()),
             predecessors: Vec::new(),
             probe: None,
             missing: MissingPeers::default(),
@@ -167,10 +170,15 @@ impl DdsWorker {
         self.link.answer(&FromNetwork::Ready);
         self.link.flush()?;
         loop {
-            tokio::select! {
-                ready = self.link.ready() => ready?,
-                () = self.wakeup.arrived() => {}
-                () = sleep(TICK) => {}
+            let is_discovery_alone = tokio::select! {
+                ready = self.link.ready() => ready.map(|()| false)?,
+                () = self.wakeup.arrived() => false,
+                () = self.discovered.arrived() => self.last_round.elapsed() < TICK,
+                () = sleep(TICK) => false,
+            };
+            self.observe();
+            if is_discovery_alone {
+                continue;
             }
             let now = Instant::now();
             // Making a participant may take as long.
@@ -188,9 +196,6 @@ impl DdsWorker {
             self.watch_graph();
             self.answer_ping();
             self.link.flush()?;
-            let settled = self.participant.settle();
-            self.count_write_error(settled);
-            self.participant.observe(&mut self.missing, &self.own);
             self.probe_discovery();
             self.follow_wall_clock();
             self.follow_silent_writers();
@@ -204,6 +209,15 @@ impl DdsWorker {
             self.update_status();
             self.link.flush()?;
         }
+    }
+
+    /// Takes the events of discovery, and serves the readers that were met: a late reader is to be met within milliseconds.
+    fn observe(&mut self) {
+        let waker = Waker::from(Arc::clone(&self.discovered));
+        let observed = self.participant.observe(&waker, &mut self.missing, &self.own);
+        self.count_write_error(observed);
+        let settled = self.participant.settle();
+        self.count_write_error(settled);
     }
 
     /// Carries out what the gateway has ordered since the last call. True if it has ordered to stop.
@@ -232,7 +246,8 @@ impl DdsWorker {
         let Self { participant, predecessors, own, .. } = self;
         predecessors.retain_mut(|(predecessor, since)| {
             // Peers that it loses are not missing: our participant has met them or never will.
-            predecessor.observe(&mut MissingPeers::default(), own);
+            // It is polled, since it leaves soon; an error of its concerns nobody.
+            let _ = predecessor.observe(Waker::noop(), &mut MissingPeers::default(), own);
             let overlap = since.elapsed();
             overlap < OVERLAP || (overlap < MAX_OVERLAP && !participant.serves_all_of(predecessor))
         });
