@@ -15,6 +15,7 @@ use crate::core::can::error_frame::class_name;
 use crate::core::can::{CanId, source_address};
 use crate::core::plausibility::finding::{FindingKind, Severity, findings, other_platform};
 use crate::core::time::MonoTime;
+use crate::core::time::gap_filling::ShortenedGaps;
 use crate::core::validation::display::raw_and_bits;
 use crate::core::validation::integrity::IntegrityCounts;
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex};
@@ -264,9 +265,21 @@ pub fn recording_faults(replay: &Replay) -> Vec<String> {
             )
         }),
     ];
+    let ShortenedGaps { count: shortened, first } = replay.shortened_gaps();
+    let shortened = count(shortened, {
+        let (gaps, first) = (times(shortened), seconds_text(first));
+        format!(
+            "the recording is mostly silence, and reports are not repeated for long in {gaps}, from {first} on: replay its \
+             parts one by one"
+        )
+    });
     // The frames of a file that was cut tell of it as well.
     let of_samples = replay.samples().into_iter().flat_map(sample_faults);
-    log_faults(replay.log()).chain(of_times.into_iter().flatten()).chain(of_samples).collect()
+    log_faults(replay.log())
+        .chain(of_times.into_iter().flatten())
+        .chain(shortened)
+        .chain(of_samples)
+        .collect()
 }
 
 /// Describes frames that came instead of a missing message: on another interface, with another identifier length, or from

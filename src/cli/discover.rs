@@ -12,6 +12,7 @@ use super::arguments::{ShowProgress, TimeArgs, open, seconds};
 use super::failure::Failure;
 use super::{inspect, messages};
 use crate::config::draft::VehicleDraft;
+use crate::config::files::read_text;
 use crate::core::can::{CanInput, DriverMark, LogNote};
 use crate::core::discovery::capture::Capture;
 use crate::core::discovery::findings::DiscoveryFindings;
@@ -115,7 +116,7 @@ pub(super) fn discover(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
 fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCode, Failure> {
     let given = match &args.marks {
         Some(path) => {
-            let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
+            let text = read_text(path).map_err(Failure::file(path))?;
             marks(&text).map_err(|why| Failure::Usage(format!("{}: {why}", path.display())))?
         }
         None => Vec::new(),

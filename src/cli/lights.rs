@@ -66,6 +66,9 @@ The exit code is 5 when the scenario ends with exitFailure or cannot be carried 
 verdict is not known, because an event that could have ended it otherwise needs what is not
 interpreted here.";
 
+/// The most states of lights that are shown in all: each change of one shows those of all lights of the map.
+const MAX_SHOWN: usize = 20_000_000;
+
 #[derive(Debug, Args)]
 pub(super) struct LightsArgs {
     /// Scenario: OpenSCENARIO (.xosc), TIER IV's YAML, or a bench file (.toml)
@@ -165,15 +168,29 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let style = if messages::layout(&io::stdout()).has_color { Style::Colored } else { Style::Plain };
     let mut writer = LightsWriter::new(Form::json_if(args.json), style, names.clone());
     let mut out = io::BufWriter::new(io::stdout().lock());
+    let (mut shown, mut outcome) = (0, Ok(()));
     while let Some(snapshot) = run.step() {
-        let lines = writer.write(&snapshot, args.every == Every::Step && snapshot.is_frame);
+        let is_whole = args.every == Every::Step && snapshot.is_frame;
+        if snapshot.has_changed || is_whole {
+            shown += snapshot.states.count();
+        }
+        if shown > MAX_SHOWN {
+            outcome = Err(io::Error::other(format!(
+                "the scenario is shown to {:.3} s only, with {MAX_SHOWN} states of lights: give a smaller --until, or a map \
+                 with fewer lights",
+                Duration::from_nanos(snapshot.at.as_nanos()).as_secs_f64()
+            )));
+            break;
+        }
+        let lines = writer.write(&snapshot, is_whole);
         lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
         if let Some(chart) = &mut chart {
             chart.add(&snapshot);
         }
     }
     let until = MonoTime::ZERO.after(span.until);
-    let open_end = run.verdict().is_none().then(|| writer.until(until, span.why)).flatten();
+    let is_to_the_end = run.verdict().is_none() && outcome.is_ok();
+    let open_end = is_to_the_end.then(|| writer.until(until, span.why)).flatten();
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     for (store, id, at) in run.contradictions() {
         let seconds = Duration::from_nanos(at.as_nanos()).as_secs_f64();
@@ -188,15 +205,17 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         Some(ScenarioOutcome::Stopped | ScenarioOutcome::Fault(_)) | None => None,
     };
     let undecided = uncertain_ends.iter().find(|end| end.success != decided);
-    let undecided = undecided.filter(|_| !matches!(run.verdict(), Some(ScenarioOutcome::Fault(_))));
+    let undecided =
+        undecided.filter(|_| outcome.is_ok() && !matches!(run.verdict(), Some(ScenarioOutcome::Fault(_))));
     if let Some(end) = undecided {
         writeln!(out, "{}", writer.undecided(run.at().min(until), &end.to_string()))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let end = if run.verdict().is_some() { run.at() } else { until };
+        let end = if run.verdict().is_some() || outcome.is_err() { run.at() } else { until };
         draw(path, &chart.chart(file_name(&args.scenario), subtitle(args), end, run.scenario()))?;
     }
+    outcome?;
     Ok(if undecided.is_some() {
         ExitCode::from(6)
     } else if has_failed {

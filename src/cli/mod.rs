@@ -18,6 +18,7 @@ mod manual;
 mod mcap_export;
 mod messages;
 mod misuse;
+mod output_budget;
 mod profiles;
 mod progress;
 mod questions;

@@ -13,6 +13,7 @@ use super::failure::Failure;
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
 use super::messages;
+use super::output_budget::OutputBudget;
 use super::unreadable::expect_recording;
 use super::view::ViewArgs;
 use super::web::WebArgs;
@@ -102,6 +103,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         mcap: args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?,
         timeline: (args.report.is_some() || args.picture.is_some())
             .then(|| TimelineCollector::new(&settings)),
+        printed: OutputBudget::default(),
         failed: Ok(()),
     };
     let unreadable = Failure::file(&path);
@@ -207,6 +209,8 @@ struct Results<'a> {
     changes: Changes,
     mcap: Option<McapExport>,
     timeline: Option<TimelineCollector>,
+    /// What was written to standard output.
+    printed: OutputBudget,
     failed: Result<(), Failure>,
 }
 
@@ -224,7 +228,7 @@ impl Results<'_> {
         (path, vehicle, length): (&Path, String, MonoTime),
     ) -> Result<(), Failure> {
         self.out.flush()?;
-        self.mcap.map_or(Ok(()), McapExport::finish)?;
+        let exported = self.mcap.map_or(Ok(()), McapExport::finish);
         if let Some(timeline) = self.timeline {
             let timeline = timeline.finish(file_name(path), vehicle, length);
             if let Some(path) = &args.report {
@@ -232,16 +236,22 @@ impl Results<'_> {
             }
             args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
         }
-        Ok(())
+        exported?;
+        self.printed.outcome().map_err(Failure::written(Path::new("standard output")))
     }
 }
 
 impl RunSink for Results<'_> {
     fn call(&mut self, call: &TimedCall) {
+        self.printed.entry();
         self.export(|mcap| mcap.call(call));
     }
 
     fn received(&mut self, input: &CanInput, at: Now) {
+        self.printed.entry();
+        if let Some(mcap) = &mut self.mcap {
+            mcap.advance(at.mono);
+        }
         self.export(|mcap| mcap.received(input, at.wall));
     }
 
@@ -252,17 +262,23 @@ impl RunSink for Results<'_> {
     }
 
     fn sample(&mut self, sample: &LoggedSample) {
+        self.printed.entry();
         // The subscriptions come first among the topics.
         self.export(|mcap| mcap.sample(sample.topic, sample));
     }
 
     fn decided(&mut self, output: &Output, at: MonoTime) {
-        let Self { out, json, changes, .. } = self;
+        if let Some(mcap) = &mut self.mcap {
+            mcap.advance(at);
+        }
+        let Self { out, json, changes, printed, .. } = self;
+        let mut print =
+            |line: &str| if printed.take(line.len() + 1, at) { writeln!(out, "{line}") } else { Ok(()) };
         let written = match json {
-            Some(json) => json.line(output, at).map_or(Ok(()), |line| writeln!(out, "{line}")),
+            Some(json) => json.line(output, at).map_or(Ok(()), |line| print(&line)),
             None => {
                 let changes = changes.of(output);
-                changes.iter().try_for_each(|event| writeln!(out, "{} {event}", time_text(at)))
+                changes.iter().try_for_each(|event| print(&format!("{} {event}", time_text(at))))
             }
         };
         if let (Err(error), Ok(())) = (written, &self.failed) {

@@ -10,7 +10,7 @@ use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;
 use crate::core::near_miss::nearest;
 use crate::io::can::formats::{self, NotRecording};
-use crate::io::standard_input;
+use crate::io::{regular_file, standard_input};
 
 /// Number of bytes by which a file is recognised.
 const HEAD: u64 = 16 << 10;
@@ -67,7 +67,7 @@ fn texts(path: &Path, error: &io::Error) -> (String, String) {
 
 fn head(path: &Path) -> Option<Vec<u8>> {
     let mut head = Vec::new();
-    std::fs::File::open(path).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+    regular_file::open(path).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
     Some(head)
 }
 

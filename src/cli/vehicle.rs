@@ -13,6 +13,7 @@ use super::failure::Failure;
 use super::messages;
 use super::view::{self, ViewArgs};
 use crate::config::Settings;
+use crate::config::files::read_text;
 use crate::core::can::BusIndex;
 use crate::core::command::sender::SendFailure;
 use crate::core::diagnostics::Level;
@@ -256,7 +257,7 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
 
 /// Reads a script; requests without a time are for the start.
 fn read_script(path: &Path) -> Result<Vec<(Duration, SimulationRequest)>, Failure> {
-    let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
+    let text = read_text(path).map_err(Failure::file(path))?;
     let mut script = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {
         let wrong = |error| Failure::Usage(format!("{}:{number}: {error}", path.display()));

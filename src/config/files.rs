@@ -2,12 +2,11 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use super::built_in;
-use crate::io::standard_input;
+use crate::io::{regular_file, standard_input};
 
 /// The largest file that is read as a whole, as configurations, profiles and DBC files are, bytes: a file named by mistake
 /// must not fill memory.
@@ -77,11 +76,15 @@ fn open_limited(path: &Path, most: u64) -> io::Result<Box<dyn Read>> {
         let content = Cursor::new(standard_input::content(most)?);
         return Ok(Box::new(Limited::new(content, most)));
     }
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
-    }
-    Ok(Box::new(Limited::new(file, most)))
+    Ok(Box::new(Limited::new(regular_file::open(path)?, most)))
+}
+
+/// Reads a whole text from the disk or standard input.
+///
+/// # Errors
+/// An error of the disk, a file that is too large, or one that is not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(Disk.read(path)?).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not UTF-8"))
 }
 
 /// [`Disk`], with a list of the files that were read there.
@@ -136,7 +139,7 @@ impl<R: Read> Read for Limited<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = self.file.read(buffer)?;
         let too_large = || {
-            let text = format!("it has more than {} bytes", self.most);
+            let text = format!("it has more than {} bytes, the most that are read of such a file", self.most);
             io::Error::new(io::ErrorKind::FileTooLarge, text)
         };
         self.left = self.left.checked_sub(read as u64).ok_or_else(too_large)?;

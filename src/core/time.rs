@@ -5,6 +5,7 @@
 
 use std::time::Duration;
 
+pub mod gap_filling;
 pub mod timer_table;
 
 /// Monotonic time in nanoseconds since an arbitrary origin, which never runs backwards.

@@ -15,6 +15,7 @@ pub mod output_queue;
 pub mod precise_timer;
 pub mod process_log;
 pub mod recorder;
+pub mod regular_file;
 pub mod ros;
 pub mod sample_log;
 pub mod service_state;

@@ -14,13 +14,14 @@ use std::time::Duration;
 use crate::core::can::{BusIndex, CanId, CanInput, LinkState};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
+use crate::core::time::gap_filling::{GapFilling, ShortenedGaps};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::log::{InterfaceIndex, Log};
 use crate::io::sample_log::SampleLog;
 pub use recorded_run::{Departures, NoRun, RecordedRun, RunSink};
 pub use routes::Routes;
 use tape::Tape;
-pub use tape::{MAX_SILENCE, RecordCounts, RecordedInput, Recording};
+pub use tape::{RecordCounts, RecordedInput, Recording};
 
 /// A gateway with a recording as its input.
 pub struct Replay {
@@ -32,8 +33,8 @@ pub struct Replay {
     ended: bool,
     /// Time of the last input.
     last_input: MonoTime,
-    /// For how long deadlines are handled in a gap of the recording.
-    filled: Duration,
+    /// For how long deadlines are handled in the gaps of the recording; `None` for all the time of each.
+    filling: Option<GapFilling>,
 }
 
 /// For how long reports are repeated and statuses refreshed in a gap of a recording, unless it is played in real time.
@@ -84,13 +85,21 @@ impl Replay {
         now.wall = wall.unwrap_or(now.wall);
         // A command of the recording must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
-        Ok(Self { gateway, tape, now, wall, ended: false, last_input: now.mono, filled: FILLED_GAP })
+        Ok(Self {
+            gateway,
+            tape,
+            now,
+            wall,
+            ended: false,
+            last_input: now.mono,
+            filling: Some(GapFilling::new(FILLED_GAP)),
+        })
     }
 
     /// Handles all deadlines, however long the recording is silent.
     #[must_use]
     pub fn in_real_time(self) -> Self {
-        Self { filled: Duration::MAX, ..self }
+        Self { filling: None, ..self }
     }
 
     /// The next deadline before the next input; `None` if that comes first, or if the deadline lies in a part of a gap that is not
@@ -98,7 +107,11 @@ impl Replay {
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         let comes_first = |(_, at): &(RecordedInput, Now)| {
-            at.mono < deadline || deadline > self.last_input.after(self.filled)
+            let is_unfilled = |filling: GapFilling| {
+                let gap = at.mono.since(self.last_input);
+                deadline > self.last_input.after(filling.of_gap(gap))
+            };
+            at.mono < deadline || self.filling.is_some_and(is_unfilled)
         };
         (!self.tape.next.as_ref().is_some_and(comes_first)).then_some(deadline)
     }
@@ -120,6 +133,10 @@ impl Replay {
     pub fn step(&mut self) -> io::Result<bool> {
         match (self.deadline_before_input(), &mut self.tape.next) {
             (None, Some((input, at))) => {
+                if let Some(filling) = &mut self.filling {
+                    let from = self.last_input;
+                    filling.end_gap(from, at.mono.since(from), self.now.mono.since(from));
+                }
                 self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
                 self.last_input = at.mono;
                 match input {
@@ -230,6 +247,11 @@ impl Replay {
         self.tape.routes.bus_of(interface)
     }
 
+    /// Returns the gaps that were filled for a shorter time than others.
+    pub fn shortened_gaps(&self) -> ShortenedGaps {
+        self.filling.map(|filling| filling.shortened()).unwrap_or_default()
+    }
+
     /// Returns the counts of the entries read so far.
     pub fn counts(&self) -> RecordCounts {
         self.tape.counts
@@ -289,6 +311,24 @@ mod tests {
         assert!(in_gap(&times) > 1_000, "{}", times.len());
         let (_, counts) = output_times(demo("(1.0) can0 2A5#00\n(61.0) can0 2A5#00\n"));
         assert_eq!(counts.gaps, 0);
+    }
+
+    #[test]
+    fn frames_with_stamps_days_apart_cost_seconds_of_reports_each() {
+        let line = |number: u32| format!("({}.0) can0 2A5#0000020000000000\n", 100_000 * u64::from(number));
+        let text: String = (1..=2_000).map(line).collect();
+        let (times, counts) = output_times(demo(&text));
+        assert_eq!((counts.jumps, counts.records), (1_999, 2_000));
+        assert!(times.len() < 2_000 * 40, "{}", times.len());
+        let line = |number: u32| format!("({}.0) can0 2A5#0000020000000000\n", 100 * u64::from(number));
+        let text: String = (1..=2_000).map(line).collect();
+        let mut replay = demo(&text);
+        while replay.step().unwrap() {
+            while replay.poll_output().is_some() {}
+        }
+        let shortened = replay.shortened_gaps();
+        assert!((1_500..1_700).contains(&shortened.count), "{shortened:?}");
+        assert!(shortened.first > MonoTime::from_millis(36_000_000), "{shortened:?}");
     }
 
     /// Played at double speed, virtual time is ahead of the present, and no stamp is.

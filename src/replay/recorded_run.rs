@@ -3,10 +3,10 @@
 
 use std::collections::VecDeque;
 use std::io;
+use std::time::Duration;
 
 use derive_more::Display;
 
-use super::tape::MAX_SILENCE;
 use crate::core::can::CanInput;
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
@@ -15,6 +15,7 @@ use crate::core::gateway::GatewaySettings;
 use crate::core::gateway::call::{GatewayCall, TimedCall};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::live::{Edges, GivenOut, Live};
+use crate::core::time::gap_filling::{FILLED_IN_ALL, MAX_SILENCE};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
 
@@ -22,6 +23,8 @@ use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
 const MAX_BATCH: u32 = 1 << 16;
 /// Messages that are read ahead, to see whether they are in the order in which the gateway read them.
 const AHEAD: usize = 256;
+/// The longest time between two calls of a gateway that is not held up: its statuses are due each second.
+const USUAL_STEP: Duration = Duration::from_secs(1);
 
 /// What takes part in a recorded run.
 pub trait RunSink {
@@ -88,6 +91,8 @@ struct Calls {
     number: u64,
     /// Its time.
     at: Now,
+    /// What is left of the time that all steps together are longer than [`USUAL_STEP`].
+    held_up: Duration,
     departures: Option<Departures>,
 }
 
@@ -122,7 +127,7 @@ impl RecordedRun {
         }
         sink.call(&start);
         let live = Live::new(settings.clone(), links, *at);
-        let calls = Calls { log, ahead, number: 1, at: *at, departures: None };
+        let calls = Calls { log, ahead, number: 1, at: *at, held_up: FILLED_IN_ALL, departures: None };
         Ok(Ok(Self { live, settings, calls }))
     }
 
@@ -225,11 +230,13 @@ impl Calls {
 
     /// Goes on to a call that was taken. Its clock cannot run back, nor so far ahead that the deadlines until then never end.
     fn accept(&mut self, timed: &mut TimedCall, sink: &mut impl RunSink) {
-        let (from, to) = (self.at.mono, self.at.mono.after(MAX_SILENCE));
+        let from = self.at.mono;
+        let to = from.after(MAX_SILENCE.min(USUAL_STEP.saturating_add(self.held_up)));
         if !(from..=to).contains(&timed.at.mono) {
             self.depart("a call has an impossible time");
             timed.at.mono = timed.at.mono.clamp(from, to);
         }
+        self.held_up = self.held_up.saturating_sub(timed.at.mono.since(from).saturating_sub(USUAL_STEP));
         self.at = timed.at;
         if timed.number != self.number + 1 {
             self.depart("calls are missing in the recording");

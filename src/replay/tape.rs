@@ -10,14 +10,11 @@ use super::routes::Routes;
 use crate::core::can::{BusIndex, CanId, CanInput, IdMatch};
 use crate::core::gateway::call::{GatewayCall, TimedCall};
 use crate::core::gateway::event::Input;
+use crate::core::time::gap_filling::MAX_SILENCE;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::formats::EntryContent;
 use crate::io::can::log::{InterfaceIndex, Log, LogRecord, is_without_frames};
 use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
-
-/// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
-/// time then moves on by just this much. Everything is stale long before.
-pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 
 /// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
 /// clock was set back.

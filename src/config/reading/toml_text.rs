@@ -10,11 +10,18 @@ use super::location::{KeyPath, Location, MAX_DEPTH, Text};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
+/// The most tokens of a document, counted by the characters that begin or end them.
+const MAX_TOKENS: usize = 600_000;
+
 /// Reads a TOML document; `see` names the document that explains its keys.
 ///
 /// # Errors
 /// The first breach of TOML, or nesting that is too deep.
 pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
+    if let Some(offset) = too_many_tokens(&text.content) {
+        let reason = format!("more than {MAX_TOKENS} lines, values and tables");
+        return Err(text.problem(text.position(offset), &reason, "split the file"));
+    }
     let table = DeTable::parse(&text.content).map_err(|error| {
         let span = error.span().unwrap_or_default();
         let (reason, remedy) = breach(text, error.message(), span.clone());
@@ -24,6 +31,15 @@ pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     let key = KeyPath::root();
     let kind = map(text, table.get_ref(), &key, 1)?;
     Ok(Value { location: Location { position: (1, 1), key }, kind })
+}
+
+/// Returns the byte of the token that is one too many; the parser takes some hundred bytes of memory for each.
+fn too_many_tokens(content: &str) -> Option<usize> {
+    let of = |tokens: &'static [u8]| {
+        content.bytes().enumerate().filter(move |(_, byte)| tokens.contains(byte)).map(|(offset, _)| offset)
+    };
+    // Numbers have points as well.
+    of(b"\n=,[{").nth(MAX_TOKENS).or_else(|| of(b".").nth(2 * MAX_TOKENS))
 }
 
 /// The reason and the remedy for a breach of TOML; no remedy where the reason says it all.
@@ -164,6 +180,13 @@ mod tests {
                 (Some(2), "write a text in quotes: \"…\"")
             );
         }
+        let crowded = refused(&format!("a = 1\nb = [{}]", "1,".repeat(600_000)));
+        assert_eq!(crowded.reason, "more than 600000 lines, values and tables");
+        assert_eq!(
+            (crowded.position.map(|(line, _)| line), crowded.remedy.as_str()),
+            (Some(2), "split the file")
+        );
+        assert_eq!(refused(&"a.".repeat(1_200_001)).reason, crowded.reason);
         assert_eq!(refused("a = True\n").remedy, "write true or false, in small letters");
         let torn = refused("0pronal = { signal = \"BLINK.LEF\n'''s.body]\n$lb");
         assert!(!torn.to_string().contains('\n'));

@@ -19,6 +19,9 @@ use super::problem::Problem;
 pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
+    if let Some(crowd) = crowded_element(&text.content) {
+        return Err(text.problem(text.position(crowd.offset), crowd.reason, CrowdedElement::REMEDY));
+    }
     let content = without_doctype(&text.content);
     let document = Document::parse_with_options(&content, options).map_err(|error| {
         let position = if matches!(error, Error::DtdDetected) {
@@ -35,6 +38,49 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
 }
 
 const DOCTYPE: &str = "<!DOCTYPE";
+
+/// The most attributes of an element. The parser compares each with all before it.
+const MAX_ATTRIBUTES: usize = 2_000;
+/// The most declarations of namespaces in a file. The parser keeps a list of all that are valid for each element with one.
+const MAX_NAMESPACES: usize = 5_000;
+
+/// An element that would take the parser time in the square of its size.
+pub(in crate::config) struct CrowdedElement {
+    /// The byte at which it begins, or the byte of the declaration that is one too many.
+    pub(in crate::config) offset: usize,
+    pub(in crate::config) reason: &'static str,
+}
+
+impl CrowdedElement {
+    pub(in crate::config) const REMEDY: &str = "leave out what is not needed";
+}
+
+/// Finds an element with too many attributes, or the declaration of a namespace that is one too many, before the text is parsed.
+/// A `<` begins an element or the like, and cannot be in a value of an attribute.
+pub(in crate::config) fn crowded_element(content: &str) -> Option<CrowdedElement> {
+    let (mut begin, mut attributes) = (0, 0);
+    for (offset, byte) in content.bytes().enumerate() {
+        match byte {
+            b'<' => (begin, attributes) = (offset, 0),
+            b'=' => attributes += 1,
+            _ => {}
+        }
+        // Text and comments may have as many of them.
+        if attributes == MAX_ATTRIBUTES + 1 && is_element(&content[begin..]) {
+            let reason = "an element with more than 2000 attributes cannot be read";
+            return Some(CrowdedElement { offset: begin, reason });
+        }
+    }
+    let (offset, _) = content.match_indices("xmlns").nth(MAX_NAMESPACES)?;
+    Some(CrowdedElement { offset, reason: "more than 5000 declarations of namespaces cannot be read" })
+}
+
+/// Returns whether a text begins with an element that has an attribute.
+fn is_element(text: &str) -> bool {
+    let name = text.strip_prefix('<').unwrap_or_default();
+    let end = name.find(|char: char| char.is_whitespace() || "<>/!?=".contains(char));
+    end.is_some_and(|end| end > 0 && name[end..].starts_with(char::is_whitespace))
+}
 
 /// The text with blanks for a document type that declares nothing itself: it only names a grammar.
 fn without_doctype(content: &str) -> Cow<'_, str> {
@@ -133,7 +179,15 @@ mod tests {
         let deep = "<a>".repeat(100) + &"</a>".repeat(100);
         let deeper = "<a>".repeat(200_000) + &"</a>".repeat(200_000);
         let laughs = "<?xml version='1.0'?>\n <!DOCTYPE a [<!ENTITY b 'x'><!ENTITY c '&b;&b;'>]>\n<a>&c;</a>";
+        let attributes = |count| (0..count).map(|number| format!(" a{number}=''")).collect::<String>();
+        let crowded = format!("<a>\n<b{}/></a>", attributes(2_001));
+        assert!(read(&format!("<a>\n<b{}/></a>", attributes(2_000))).is_ok());
+        assert!(read(&format!("<a>{0}<!--{0}--></a>", "=".repeat(10_000))).is_ok());
+        let named = "<b xmlns:c='d'/>".repeat(5_001);
+        let named = format!("<a>{named}</a>");
         let rows = [
+            (crowded.as_str(), "a:2:1: an element with more than 2000 attributes cannot be read; leave out"),
+            (named.as_str(), "more than 5000 declarations of namespaces"),
             (deep.as_str(), "a:1:193: nested too deeply"),
             (deeper.as_str(), "nested too deeply"),
             (laughs, "a:2:2: declarations of a document type cannot be read here; remove the <!DOCTYPE …>"),

@@ -11,6 +11,8 @@ use super::value::{Entry, Kind, Value};
 
 /// The key whose value is a table, or a list of tables, with further entries.
 const MERGE_KEY: &str = "<<";
+/// The largest number of values that are kept for aliases.
+const MAX_KEPT: usize = 4 * MAX_NODES;
 
 /// Which YAML is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +42,7 @@ pub(crate) fn from_rcl_yaml(text: &Text) -> Result<Option<Value>, Problem> {
 
 fn document(text: &Text, form: YamlForm) -> Result<Option<Value>, Problem> {
     let anchors = BTreeMap::new();
-    let mut builder = YamlBuilder { text, form, root: None, open: Vec::new(), anchors, nodes: 0 };
+    let mut builder = YamlBuilder { text, form, root: None, open: Vec::new(), anchors, nodes: 0, kept: 0 };
     for event in Parser::new_from_str(&text.content) {
         let (event, span) = event.map_err(|error| {
             let position = (error.marker().line(), error.marker().col() + 1);
@@ -64,6 +66,8 @@ struct YamlBuilder<'a> {
     /// Values that aliases can refer to, with the number of their nodes.
     anchors: BTreeMap<usize, (Value, usize)>,
     nodes: usize,
+    /// Number of nodes of all anchors; those of an anchor within another one count twice, since both are kept.
+    kept: usize,
 }
 
 /// A collection that has not ended.
@@ -108,7 +112,7 @@ impl YamlBuilder<'_> {
                 };
                 self.count(1, position)?;
                 let value = Value { location: Location { position, key: self.key() }, kind };
-                self.remember(anchor, &value, 1);
+                self.remember(anchor, &value, 1)?;
                 self.put(value)
             }
             Event::SequenceStart(anchor, _) => self.start(YamlContent::List(Vec::new()), anchor, position),
@@ -185,7 +189,7 @@ impl YamlBuilder<'_> {
             YamlContent::Map { entries, keys, .. } => Kind::Map(self.merged(entries, keys)?),
         };
         let value = Value { location, kind };
-        self.remember(anchor, &value, self.nodes - before);
+        self.remember(anchor, &value, self.nodes - before)?;
         self.put(value)
     }
 
@@ -215,10 +219,23 @@ impl YamlBuilder<'_> {
         Ok(merged)
     }
 
-    fn remember(&mut self, anchor: usize, value: &Value, nodes: usize) {
-        if anchor != 0 {
-            self.anchors.insert(anchor, (value.clone(), nodes));
+    fn remember(&mut self, anchor: usize, value: &Value, nodes: usize) -> Result<(), Problem> {
+        if anchor == 0 {
+            return Ok(());
         }
+        self.kept = self.kept.saturating_add(nodes);
+        if self.kept > MAX_KEPT {
+            let reason = format!(
+                "more than {MAX_KEPT} values in anchors, those of anchors within anchors counted again"
+            );
+            return Err(self.text.problem(
+                value.location.position,
+                &reason,
+                "remove the anchors that no alias names",
+            ));
+        }
+        self.anchors.insert(anchor, (value.clone(), nodes));
+        Ok(())
     }
 
     /// Adds a value to the open collection, as an item, a key, or the value of the latest key.
@@ -298,8 +315,10 @@ mod tests {
         let laughs: String = (1..30).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}]\n", n - 1)).collect();
         let laughs = format!("a0: &a0 [x]\n{laughs}");
         let deep = "[".repeat(70) + &"]".repeat(70);
+        let anchored = "&a [".repeat(9) + &"1,".repeat(50_000) + &"]".repeat(9);
         let rows = [
             (laughs.as_str(), "more than 100000 values"),
+            (anchored.as_str(), "more than 400000 values in anchors"),
             (deep.as_str(), "a:1:65: nested too deeply"),
             ("a: &a [*a]", "a:1:8: an alias within"),
             ("a: 1\na: 2", "a:2:1: the key \"a\" is given twice"),

@@ -4,8 +4,11 @@ use super::osm::{OsmElement, OsmKind, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
-/// The most points that all lanelets together may have: a few GB.
-pub(super) const MAX_POINTS: usize = 50_000_000;
+/// The most points that all lanelets of a small map may have together. They take some 30 bytes each.
+pub(super) const MIN_POINTS: usize = 4_000_000;
+/// The most points of lanelets for each point of a way in the file: a way is the bound of two lanelets or so, each of which has
+/// a centerline as well.
+pub(super) const POINTS_FOR_NODE: usize = 6;
 
 /// An error of a map, with the element that has it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -44,8 +47,18 @@ pub enum MapError {
     #[error("node {0}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
     TooFar(i64),
     /// With this lanelet, the lanelets have more points than memory should hold.
-    #[error("relation {0}: with it, the lanelets have more than {MAX_POINTS} points")]
-    TooLarge(i64),
+    #[error(
+        "relation {lanelet}: with it, the lanelets have more than {most} points, the most for a map whose ways have {nodes}: many \
+         lanelets share long ways; draw a way for each bound"
+    )]
+    TooLarge {
+        /// Id of the lanelet's relation.
+        lanelet: i64,
+        /// The most points.
+        most: usize,
+        /// Number of points of all ways.
+        nodes: usize,
+    },
     /// This node, the first such one, cannot be projected.
     #[error("node {0}: its `lat` and `lon` are missing, or the projection does not reach there")]
     NotProjected(i64),
@@ -59,7 +72,7 @@ impl MapError {
     pub fn element(&self) -> OsmElement {
         let (kind, id) = match *self {
             Self::BadTag { element, .. } => return element,
-            Self::Sides { lanelet, .. } | Self::TooLarge(lanelet) => (OsmKind::Relation, lanelet),
+            Self::Sides { lanelet, .. } | Self::TooLarge { lanelet, .. } => (OsmKind::Relation, lanelet),
             Self::ShortBound { way, .. } => (OsmKind::Way, way),
             Self::TooFar(node) | Self::NotProjected(node) | Self::NoLocal(node) => (OsmKind::Node, node),
         };

@@ -7,6 +7,7 @@ use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::light_command::{EnumOrUnknown, TurnCommand};
 use crate::core::map::lane_network::LaneId;
+use crate::core::time::gap_filling::GapFilling;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::flow::{TurnSignalFlow, TurnSignalSettings};
@@ -66,6 +67,7 @@ pub struct RecordedDrive {
     flow: TurnSignalFlow,
     start: WallStamp,
     now: MonoTime,
+    filling: GapFilling,
     odometry: Option<Odometry>,
     route: Vec<LaneId>,
     driven_m: f64,
@@ -101,8 +103,9 @@ impl RecordedDrive {
             judge: SignalJudge::new(JudgeSettings::DEFAULT),
             judged: Vec::new(),
         };
+        let filling = GapFilling::new(FILLED_GAP);
         let (odometry, route, signals) = (None, Vec::new(), SignalSource::ALL.map(signal));
-        Self { settings, flow, start, now: now.mono, odometry, route, driven_m: 0.0, signals }
+        Self { settings, flow, start, now: now.mono, filling, odometry, route, driven_m: 0.0, signals }
     }
 
     /// Passes the cycles to `each` that come before a sample, and takes the sample. Time never goes back here.
@@ -151,7 +154,9 @@ impl RecordedDrive {
     fn advance(&mut self, to: WallStamp, mut each: impl FnMut(&RecordedCycle<'_>)) {
         let since = to.as_nanos().saturating_sub(self.start.as_nanos());
         let to = MonoTime::from_nanos(u64::try_from(since).unwrap_or(0)).max(self.now);
-        let filled = self.now.after(FILLED_GAP);
+        let (from, gap) = (self.now, to.since(self.now));
+        let filled = from.after(self.filling.of_gap(gap));
+        let mut last = from;
         loop {
             // After a gap the cycles go on from its end.
             let due = self.flow.next_deadline().max(self.now);
@@ -159,7 +164,9 @@ impl RecordedDrive {
                 break;
             }
             self.cycle(due, &mut each);
+            last = due;
         }
+        self.filling.end_gap(from, gap, last.since(from));
         self.now = to;
     }
 

@@ -16,6 +16,9 @@ use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use crate::report::chart::{Along, Bar, Chart, Lane, Look, Mark, Row};
 use crate::report::seconds;
 
+/// The most rows of a chart; a map has tens of thousands of lights, and nobody reads so many rows.
+const MAX_ROWS: usize = 10_000;
+
 /// The chart of a scenario, which grows while it runs.
 #[derive(Debug)]
 pub struct LightsChart {
@@ -23,6 +26,8 @@ pub struct LightsChart {
     names: LightNames,
     rows: BTreeMap<Subject, Growing>,
     marks: Vec<Mark>,
+    /// Some subjects have no row, since there are too many.
+    is_full: bool,
 }
 
 /// The subject of a row. Rows are in the order of their subjects.
@@ -43,7 +48,7 @@ struct Growing {
 impl LightsChart {
     /// Creates a chart without snapshots. The map gives the groups of each light; ids with `names` are shown by these.
     pub fn new(map: Arc<LightMap>, names: LightNames) -> Self {
-        Self { map, names, rows: BTreeMap::new(), marks: Vec::new() }
+        Self { map, names, rows: BTreeMap::new(), marks: Vec::new(), is_full: false }
     }
 
     /// Adds a snapshot.
@@ -78,6 +83,10 @@ impl LightsChart {
             row.show(at_s, looks.remove(subject));
         }
         for (subject, look) in looks {
+            if self.rows.len() >= MAX_ROWS && !self.rows.contains_key(&subject) {
+                self.is_full = true;
+                continue;
+            }
             self.rows.entry(subject).or_default().show(at_s, Some(look));
         }
     }
@@ -86,6 +95,11 @@ impl LightsChart {
     pub fn chart(mut self, title: String, subtitle: String, end: MonoTime, scenario: &Scenario) -> Chart {
         let to = seconds(end);
         let mut lanes: Vec<Lane> = Vec::new();
+        let left_out = if self.is_full {
+            format!("; {MAX_ROWS} rows are drawn, the others left out")
+        } else {
+            String::new()
+        };
         for (subject, mut row) in std::mem::take(&mut self.rows) {
             row.end(to);
             let (lane, label) = self.labels(subject, scenario);
@@ -97,7 +111,7 @@ impl LightsChart {
         }
         Chart {
             title,
-            subtitle,
+            subtitle: subtitle + &left_out,
             along: Along::Time,
             from: 0.0,
             to,

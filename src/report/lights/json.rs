@@ -1,28 +1,37 @@
 //! Objects for programs: all states, changed or not. `lights --help` describes them.
 
+use std::fmt::{Display, Write as _};
 use std::sync::Arc;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::entry::entry;
 use super::snapshot::{Snapshot, States, time_of};
+use crate::config::scenario::LightNames;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::Bulb;
-use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
+use crate::core::traffic_light::emission::{GroupElement, GroupState, Groups, Prediction};
 use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use crate::report::seconds;
 
-pub(super) fn object(snapshot: &Snapshot<'_>) -> Value {
+/// The object of a snapshot as text. Values become text one by one: those of all lights of a large map at once take 60
+/// times the memory of their text. Ids with `names` are shown by these.
+pub(super) fn object(snapshot: &Snapshot<'_>, names: &LightNames) -> String {
     let states = snapshot.states;
-    let events = snapshot.events.iter().map(|logged| entry(&logged.event, snapshot.scenario).fields);
-    json!({
-        "t": seconds(snapshot.at),
-        "events": events.collect::<Vec<_>>(),
-        "ground_truth": channels(states, StoreLayer::GroundTruth),
-        "detected": channels(states, StoreLayer::Detected),
-        "internal": states.internal.as_ref().map(|groups| list(groups, internal)),
-        "external": states.external.as_ref().map(|groups| list(groups, external)),
-    })
+    let events =
+        snapshot.events.iter().map(|logged| Value::from(entry(&logged.event, snapshot.scenario).fields));
+    let groups = |groups: Option<&Groups>, value: fn(&Arc<GroupState>) -> Value| {
+        groups.map_or_else(|| "null".to_owned(), |groups| array(groups.iter().map(value), names))
+    };
+    format!(
+        "{{\"t\":{},\"events\":{},\"ground_truth\":{},\"detected\":{},\"internal\":{},\"external\":{}}}",
+        json!(seconds(snapshot.at)),
+        array(events, names),
+        channels(states, StoreLayer::GroundTruth, names),
+        channels(states, StoreLayer::Detected, names),
+        groups(states.internal.as_ref(), internal),
+        groups(states.external.as_ref(), external),
+    )
 }
 
 /// The object of a verdict that is not known.
@@ -30,16 +39,35 @@ pub(super) fn undecided(at: MonoTime, reason: &str) -> Value {
     json!({ "t": seconds(at), "events": [{ "what": "end", "verdict": "undecided", "reason": reason }] })
 }
 
-fn channels(states: &States, layer: StoreLayer) -> Value {
-    let lights = |channel| -> Map<String, Value> {
+fn channels(states: &States, layer: StoreLayer, names: &LightNames) -> String {
+    let lights = |channel| {
         let lights = states.store(StoreId { channel, layer });
-        let light = lights.map(|(id, light)| {
+        joined(lights.map(|(id, light)| {
             let state = json!({ "state": light.bulbs.to_string(), "confidence": light.confidence });
-            (id.to_string(), state)
-        });
-        light.collect()
+            format!("{}:{state}", Value::from(names.in_text(&id.to_string())))
+        }))
     };
-    json!({ "conventional": lights(LightChannel::Conventional), "v2i": lights(LightChannel::V2i) })
+    format!(
+        "{{\"conventional\":{{{}}},\"v2i\":{{{}}}}}",
+        lights(LightChannel::Conventional),
+        lights(LightChannel::V2i)
+    )
+}
+
+fn array(values: impl Iterator<Item = Value>, names: &LightNames) -> String {
+    format!("[{}]", joined(values.map(|value| names.in_json(value))))
+}
+
+fn joined<T: Display>(values: impl Iterator<Item = T>) -> String {
+    let mut text = String::new();
+    for value in values {
+        if !text.is_empty() {
+            text.push(',');
+        }
+        // Writing to a text cannot fail.
+        let _ = write!(text, "{value}");
+    }
+    text
 }
 
 fn internal(group: &Arc<GroupState>) -> Value {

@@ -49,7 +49,7 @@ impl LightsWriter {
                 lines.iter().map(|line| self.names.in_text(line)).collect()
             }
             Form::Json if snapshot.has_changed || whole || is_first => {
-                vec![self.names.in_json(json::object(snapshot)).to_string()]
+                vec![json::object(snapshot, &self.names)]
             }
             Form::Json => Vec::new(),
         }

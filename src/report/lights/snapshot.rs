@@ -40,6 +40,12 @@ pub struct States {
 }
 
 impl States {
+    /// Returns the number of states of lights and groups.
+    pub fn count(&self) -> usize {
+        let groups = [&self.internal, &self.external].into_iter().flatten().map(|groups| groups.len());
+        self.stores.values().map(BTreeMap::len).chain(groups).sum()
+    }
+
     /// The lights of a store, ascending by id.
     pub(super) fn store(&self, store: StoreId) -> impl Iterator<Item = (i64, &LightObservation)> {
         self.stores.get(&store).into_iter().flatten().map(|(id, light)| (*id, light))

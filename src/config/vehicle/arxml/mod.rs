@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use crate::config::reading::xml_text::{CrowdedElement, crowded_element};
 use crate::core::can::{CanId, FrameFormat, MAX_DATA};
 use crate::core::dbc::codec::{Layout, SignalCodec};
 use crate::core::dbc::model::{
@@ -65,6 +66,10 @@ pub(super) enum ArxmlError {
 pub(super) fn read(content: &[u8], cluster: Option<&str>) -> Result<Database, ArxmlError> {
     let text = str::from_utf8(content).map_err(|error| ArxmlError::Xml(format!("not UTF-8: {error}")))?;
     let text = text.trim_start_matches('\u{FEFF}');
+    if let Some(crowd) = crowded_element(text) {
+        let line = 1 + text.bytes().take(crowd.offset).filter(|byte| *byte == b'\n').count();
+        return Err(ArxmlError::Xml(format!("line {line}: {}; {}", crowd.reason, CrowdedElement::REMEDY)));
+    }
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document =
         Document::parse_with_options(text, options).map_err(|error| ArxmlError::Xml(error.to_string()))?;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::tags::is_for_vehicles;
 use super::topology::{Bound, DrawnLanelet, connected};
 use super::{LaneNetwork, Lanelet, Roadside, Roundabout, TurnDirection};
-use crate::core::map::error::{MAX_POINTS, MapError, id_list_tag, number_tag};
+use crate::core::map::error::{MIN_POINTS, MapError, POINTS_FOR_NODE, id_list_tag, number_tag};
 use crate::core::map::geometry::Point;
 use crate::core::map::geometry::centerline::{centerline, centerline_parts};
 use crate::core::map::geometry::polyline::is_on_left;
@@ -30,6 +30,7 @@ impl LaneNetwork {
             hatched: hatched_nodes(osm),
             roundabouts: elements().zip(0..).map(|(element, at)| (element.id, at)).collect(),
             points_so_far: 0,
+            way_nodes: osm.ways.all().iter().map(|way| way.nodes.len()).sum(),
         };
         let lanelets = relations().filter(|relation| relation.is_lanelet());
         let drawn = lanelets.map(|relation| builder.lanelet(relation)).collect::<Result<_, _>>()?;
@@ -45,6 +46,8 @@ struct NetworkBuilder<'a> {
     /// Positions of the roundabouts by the ids of their regulatory elements.
     roundabouts: BTreeMap<i64, usize>,
     points_so_far: usize,
+    /// Number of points of all ways.
+    way_nodes: usize,
 }
 
 impl<'a> NetworkBuilder<'a> {
@@ -97,8 +100,10 @@ impl<'a> NetworkBuilder<'a> {
 
     fn count_points(&mut self, relation: &Relation, more: usize) -> Result<(), MapError> {
         self.points_so_far = self.points_so_far.saturating_add(more);
-        if self.points_so_far > MAX_POINTS {
-            return Err(MapError::TooLarge(relation.id));
+        let nodes = self.way_nodes;
+        let most = MIN_POINTS.saturating_add(nodes.saturating_mul(POINTS_FOR_NODE));
+        if self.points_so_far > most {
+            return Err(MapError::TooLarge { lanelet: relation.id, most, nodes });
         }
         Ok(())
     }
