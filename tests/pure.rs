@@ -21,6 +21,7 @@ mod pure {
     mod doctor;
     mod documents;
     mod drive_scenarios;
+    mod file_memory;
     mod integrity_real_logs;
     mod j1939;
     mod lamp_reports;

@@ -286,6 +286,25 @@ mod slow {
         assert_eq!(Some(messages.len()), messages_written(&bags));
     }
 
+    /// A frame each minute: most of the time is filled with reports.
+    #[test]
+    fn an_export_that_is_out_of_proportion_ends_in_time_and_is_closed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (log, exported) = (folder.path().join("drive.log"), folder.path().join("drive.mcap"));
+        let line = |number: u32| format!("({}.0) can0 2A5#0000020000000000\n", 60 * number);
+        fs::write(&log, (1..250).map(line).collect::<String>()).unwrap();
+        let paths = [&log, &exported].map(|path| path.to_str().unwrap());
+        let ran = run(project(), &["replay", paths[0], "--profile", "demo_vehicle", "--mcap", paths[1]]);
+        ran.assert(1, "drive.mcap: it ends at ");
+        ran.assert(1, " entries may become 64 MiB and 8 kB for each entry; replay its parts one by one");
+        let bytes = fs::metadata(&exported).unwrap().len();
+        assert!((50_000_000..75_000_000).contains(&bytes), "{bytes}");
+        let mut written = Log::open(&exported).unwrap();
+        let frames = std::iter::from_fn(|| written.next_record().unwrap()).count();
+        assert!((120..249).contains(&frames), "{frames}");
+        assert_eq!(written.breakage(), None);
+    }
+
     #[test]
     fn full_disk_loses_nothing_that_fits_in_memory_and_the_gateway_goes_on() {
         use crate::support::tmpfs::Tmpfs;

@@ -48,8 +48,8 @@ pub enum MapError {
     TooFar(i64),
     /// With this lanelet, the lanelets have more points than memory should hold.
     #[error(
-        "relation {lanelet}: with it, the lanelets have more than {most} points, the most for a map whose ways have {nodes}: many \
-         lanelets share long ways; draw a way for each bound"
+        "relation {lanelet}: with it, the lanelets have more than {most} points, the most for a map whose ways have {nodes}: lanelets \
+         that are too long, or share their ways; check the coordinates"
     )]
     TooLarge {
         /// Id of the lanelet's relation.

@@ -8,7 +8,7 @@ mod tree;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Error, Node, ParsingOptions};
 
 use crate::config::reading::xml_text::{CrowdedElement, crowded_element};
 use crate::core::can::{CanId, FrameFormat, MAX_DATA};
@@ -19,8 +19,10 @@ use crate::core::dbc::model::{
 use signal::{PlacedSignal, Scales, byte_order};
 use tree::{NamedElements, descend, listed, number, text_of, whole_of};
 
-/// The largest number of nodes of a file; one of 64 MB has about three million.
-const MAX_NODES: u32 = 6_000_000;
+/// The largest number of nodes (elements, texts and the like) of a small file. The parser takes some 90 bytes for each.
+const MIN_NODES: usize = 1_000_000;
+/// Bytes of a file for each further node; real files have one in 21 bytes.
+const BYTES_FOR_NODE: usize = 16;
 const MAX_CLASSIC_DATA: usize = 8;
 /// The namespace of AUTOSAR 4, up to its minor version.
 const AUTOSAR_4: &str = "http://autosar.org/schema/r4";
@@ -70,9 +72,18 @@ pub(super) fn read(content: &[u8], cluster: Option<&str>) -> Result<Database, Ar
         let line = 1 + text.bytes().take(crowd.offset).filter(|byte| *byte == b'\n').count();
         return Err(ArxmlError::Xml(format!("line {line}: {}; {}", crowd.reason, CrowdedElement::REMEDY)));
     }
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document =
-        Document::parse_with_options(text, options).map_err(|error| ArxmlError::Xml(error.to_string()))?;
+    let most = MIN_NODES + text.len() / BYTES_FOR_NODE;
+    let nodes_limit = u32::try_from(most).unwrap_or(u32::MAX);
+    let options = ParsingOptions { allow_dtd: false, nodes_limit, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options).map_err(|error| {
+        ArxmlError::Xml(match error {
+            Error::NodesLimitReached => format!(
+                "more than {most} elements and texts, the most of a file with {} bytes; export fewer clusters",
+                text.len()
+            ),
+            error => error.to_string(),
+        })
+    })?;
     let namespace = document.root_element().tag_name().namespace().unwrap_or_default();
     if !namespace.starts_with(AUTOSAR_4) {
         return Err(ArxmlError::Version(namespace.to_owned()));
@@ -465,6 +476,9 @@ mod tests {
         let database = read(cycle.as_bytes(), Some("Body")).unwrap();
         let reason = "a multiplexed PDU within another one is not read";
         assert!(database.findings.iter().any(|finding| finding.reason == reason), "{:?}", database.findings);
+        let crowded = TWO_CLUSTERS.replacen("<ELEMENTS>", &format!("<ELEMENTS>{}", "<a/>".repeat(1_500_000)), 1);
+        let refused = read(crowded.as_bytes(), Some("Body")).unwrap_err().to_string();
+        assert!(refused.contains("elements and texts, the most of a file with 60"), "{refused}");
         let laughs = format!("<!DOCTYPE a [<!ENTITY b 'x'>]>{}", TWO_CLUSTERS.split_once('\n').unwrap().1);
         assert!(matches!(read(laughs.as_bytes(), None), Err(ArxmlError::Xml(_))));
     }

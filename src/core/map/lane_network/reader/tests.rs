@@ -101,6 +101,33 @@ fn a_map_of_a_crossing_is_a_road() {
     assert!(road.followers(LaneId::MAX).is_empty());
 }
 
+/// The centerline of a lanelet has a point every five metres, however few points its bounds have.
+#[test]
+fn a_small_map_cannot_have_a_centerline_of_millions_of_points() {
+    let nodes: String = [(1, 0, 0), (2, 30_000_000, 0), (3, 0, 4), (4, 30_000_000, 4)]
+        .map(|(id, x, y)| {
+            format!(
+                "<node id='{id}'>{}{}</node>",
+                tag("local_x", &x.to_string()),
+                tag("local_y", &y.to_string())
+            )
+        })
+        .concat();
+    let ways = [(5, 1, 2), (6, 3, 4)]
+        .map(|(id, from, to)| format!("<way id='{id}'><nd ref='{from}'/><nd ref='{to}'/></way>"));
+    let member = |way, role| format!("<member type='way' ref='{way}' role='{role}'/>");
+    let lanelet = format!(
+        "<relation id='7'>{}{}{}</relation>",
+        member(6, "left"),
+        member(5, "right"),
+        tag("type", "lanelet")
+    );
+    let text = format!("<osm>{nodes}{}{lanelet}</osm>", ways.concat());
+    let error = read(&text, &Projector::Local).unwrap_err().to_string();
+    let start = "relation 7: with it, the lanelets have more than 4000024 points, the most for a map whose ways have 4: ";
+    assert!(error.starts_with(start), "{error}");
+}
+
 #[test]
 fn bounds_run_with_traffic_however_they_are_drawn() {
     let map = road(CROSSROADS);
