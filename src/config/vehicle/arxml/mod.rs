@@ -476,7 +476,8 @@ mod tests {
         let database = read(cycle.as_bytes(), Some("Body")).unwrap();
         let reason = "a multiplexed PDU within another one is not read";
         assert!(database.findings.iter().any(|finding| finding.reason == reason), "{:?}", database.findings);
-        let crowded = TWO_CLUSTERS.replacen("<ELEMENTS>", &format!("<ELEMENTS>{}", "<a/>".repeat(1_500_000)), 1);
+        let crowded =
+            TWO_CLUSTERS.replacen("<ELEMENTS>", &format!("<ELEMENTS>{}", "<a/>".repeat(1_500_000)), 1);
         let refused = read(crowded.as_bytes(), Some("Body")).unwrap_err().to_string();
         assert!(refused.contains("elements and texts, the most of a file with 60"), "{refused}");
         let laughs = format!("<!DOCTYPE a [<!ENTITY b 'x'>]>{}", TWO_CLUSTERS.split_once('\n').unwrap().1);
