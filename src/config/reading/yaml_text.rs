@@ -14,6 +14,9 @@ const MERGE_KEY: &str = "<<";
 /// The largest number of values that are kept for aliases.
 const MAX_KEPT: usize = 4 * MAX_NODES;
 
+/// The largest number of commas and opening brackets, also in texts.
+const MAX_MARKS: usize = 4 * MAX_NODES;
+
 /// Which YAML is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum YamlForm {
@@ -41,6 +44,12 @@ pub(crate) fn from_rcl_yaml(text: &Text) -> Result<Option<Value>, Problem> {
 }
 
 fn document(text: &Text, form: YamlForm) -> Result<Option<Value>, Problem> {
+    // The parser holds a list or table in brackets whole, as it may turn out to be a key: some hundred bytes for each item.
+    let mut marks = text.content.bytes().enumerate().filter(|(_, byte)| b",[{".contains(byte));
+    if let Some((offset, _)) = marks.nth(MAX_MARKS) {
+        let reason = format!("more than {MAX_MARKS} commas and brackets");
+        return Err(text.problem(text.position(offset), &reason, "split the scenario"));
+    }
     let anchors = BTreeMap::new();
     let mut builder = YamlBuilder { text, form, root: None, open: Vec::new(), anchors, nodes: 0, kept: 0 };
     for event in Parser::new_from_str(&text.content) {
@@ -316,7 +325,9 @@ mod tests {
         let laughs = format!("a0: &a0 [x]\n{laughs}");
         let deep = "[".repeat(70) + &"]".repeat(70);
         let anchored = "&a [".repeat(9) + &"1,".repeat(50_000) + &"]".repeat(9);
+        let wide = format!("[{}]", "1,".repeat(400_000));
         let rows = [
+            (wide.as_str(), "a:1:800001: more than 400000 commas and brackets"),
             (laughs.as_str(), "more than 100000 values"),
             (anchored.as_str(), "more than 400000 values in anchors"),
             (deep.as_str(), "a:1:65: nested too deeply"),

@@ -18,8 +18,7 @@ use crate::report::seconds;
 /// times the memory of their text. Ids with `names` are shown by these.
 pub(super) fn object(snapshot: &Snapshot<'_>, names: &LightNames) -> String {
     let states = snapshot.states;
-    let events =
-        snapshot.events.iter().map(|logged| Value::from(entry(&logged.event, snapshot.scenario).fields));
+    let events = snapshot.events.iter().map(|logged| entry(&logged.event, snapshot.scenario).fields);
     let groups = |groups: Option<&Groups>, value: fn(&Arc<GroupState>) -> Value| {
         groups.map_or_else(|| "null".to_owned(), |groups| array(groups.iter().map(value), names))
     };

@@ -76,12 +76,11 @@ pub(super) fn read(content: &[u8], cluster: Option<&str>) -> Result<Database, Ar
     let nodes_limit = u32::try_from(most).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| {
-        ArxmlError::Xml(match error {
-            Error::NodesLimitReached => format!(
-                "more than {most} elements and texts, the most of a file with {} bytes; export fewer clusters",
-                text.len()
-            ),
-            error => error.to_string(),
+        ArxmlError::Xml(if matches!(error, Error::NodesLimitReached) {
+            let bytes = text.len();
+            format!("more than {most} elements and texts, the most of a file with {bytes} bytes; export fewer clusters")
+        } else {
+            error.to_string()
         })
     })?;
     let namespace = document.root_element().tag_name().namespace().unwrap_or_default();
