@@ -33,8 +33,8 @@ mod pure {
     mod no_allocation;
     mod performance_pictures;
     mod picture_captions;
-    mod reconfigure;
     mod reader_limits;
+    mod reconfigure;
     mod recording_formats;
     mod recording_variants;
     mod repetition;

@@ -74,7 +74,8 @@ fn is_constant(arguments: &str) -> bool {
 
 /// True for a `resize` of `Kept`, which is the question to the budget.
 fn is_of_the_budget(tokens: &[TokenTree], at: usize) -> bool {
-    let receiver = at.checked_sub(2).and_then(|at| tokens.get(at)).map(ToString::to_string).unwrap_or_default();
+    let receiver =
+        at.checked_sub(2).and_then(|at| tokens.get(at)).map(ToString::to_string).unwrap_or_default();
     receiver.ends_with("kept") || receiver == "unpacked"
 }
 

@@ -1,13 +1,14 @@
 //! The folder of a bag, as `rosbag2` and the gateway's recorder make it: its recordings are one after the other.
 
 use std::cmp::Ordering;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::compression::decompressed;
 use super::formats::{HEAD, is_in_bags};
 use crate::io::file_budget::FileBudget;
+use crate::io::regular_file;
 
 /// Returns the recordings of a bag in the order of the numbers in their names; none if the folder is not a bag.
 ///
@@ -26,7 +27,7 @@ pub(in crate::io) fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 pub(in crate::io) fn begins_like_a_bag(path: &Path) -> io::Result<bool> {
-    let file = io::BufReader::new(File::open(path)?);
+    let file = io::BufReader::new(regular_file::open(path)?);
     let mut head = Vec::new();
     // What can be unpacked of it tells.
     let _cut_off =

@@ -61,8 +61,8 @@ pub(super) fn decompressed(
         || head.first().is_some_and(|first| first >> 4 == 5) && head[1..].starts_with(ZSTD_SKIPPABLE);
     let bzip2 = is(BZIP2) && head.get(BZIP2.len()).is_some_and(u8::is_ascii_digit);
     let source = io::Cursor::new(head).chain(source);
-    let decoder = |decoder, piece, byte_work| Decoder {
-        decoder,
+    let decoder = |content, piece, byte_work| Decoder {
+        content,
         is_failed: false,
         piece,
         byte_work,
@@ -86,7 +86,7 @@ pub(super) fn decompressed(
 
 /// Decompresses within the budget. After an error, which may have left the decoder without a state, it is not called again.
 struct Decoder {
-    decoder: Box<dyn Read + Send>,
+    content: Box<dyn Read + Send>,
     is_failed: bool,
     /// Most bytes that are asked for at once.
     piece: usize,
@@ -103,19 +103,20 @@ impl Read for Decoder {
             return Err(io::Error::other("the compressed data are damaged"));
         }
         let length = buffer.len().min(self.piece);
-        let outcome = self.decoder.read(&mut buffer[..length]);
+        let outcome = self.content.read(&mut buffer[..length]);
         let outcome = outcome.and_then(|read| {
             self.budget.spend(read as u64 * self.byte_work)?;
             Ok(read)
         });
         outcome.map_err(|error| {
             self.is_failed = error.kind() != ErrorKind::Interrupted;
-            match error.kind() {
-                ErrorKind::UnexpectedEof => {
-                    io::Error::new(error.kind(), "the file ends within compressed data")
-                }
-                ErrorKind::InvalidData | ErrorKind::InvalidInput => io::Error::other(error),
-                _ => error,
+            let is_damage = matches!(error.kind(), ErrorKind::InvalidData | ErrorKind::InvalidInput);
+            if error.kind() == ErrorKind::UnexpectedEof {
+                io::Error::new(error.kind(), "the file ends within compressed data")
+            } else if is_damage {
+                io::Error::other(error)
+            } else {
+                error
             }
         })
     }

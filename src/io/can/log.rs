@@ -20,7 +20,7 @@ use super::formats::{
 use super::lines::Lines;
 use crate::core::time::WallStamp;
 use crate::io::file_budget::{ENTRY_WORK, FileBudget};
-use crate::io::standard_input;
+use crate::io::{regular_file, standard_input};
 
 /// Position of an interface in [`Log::interfaces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -136,7 +136,7 @@ impl Log {
     /// Opens a file that `wrap` reads, e.g. to show its progress.
     pub fn of_file(path: &Path, wrap: impl FnOnce(File) -> Box<dyn Read + Send>) -> io::Result<Self> {
         refuse_pending_rows(path)?;
-        Self::new(wrap(File::open(path)?))
+        Self::new(wrap(regular_file::open(path)?))
     }
 
     /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if its first
@@ -215,7 +215,7 @@ impl Log {
             match self.rest.pop_front() {
                 Some(next) => {
                     (self.reader, self.consumed) =
-                        FormatReader::of_source(Box::new(File::open(next)?), &self.budget)?;
+                        FormatReader::of_source(Box::new(regular_file::open(&next)?), &self.budget)?;
                 }
                 None => self.is_ended = true,
             }

@@ -1,6 +1,5 @@
 //! Opens the files of a bag for their messages, whatever topics are chosen.
 
-use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +9,7 @@ use super::super::counted_source::CountedSource;
 use super::ros_messages::{Choose, MessageReader};
 use super::{ObjectSource, mcap, refuse_pending_rows, refused, sqlite};
 use crate::io::file_budget::FileBudget;
+use crate::io::regular_file;
 
 const BUFFER: usize = 64 << 10;
 /// First bytes that tell the format.
@@ -36,7 +36,7 @@ pub(crate) fn open_messages_within<T: Send + 'static>(
     budget: &FileBudget,
 ) -> io::Result<Box<dyn MessageReader<T>>> {
     refuse_pending_rows(path)?;
-    let file = BufReader::new(Box::new(File::open(path)?) as Box<dyn Read + Send>);
+    let file = BufReader::new(Box::new(regular_file::open(path)?) as Box<dyn Read + Send>);
     let mut source = decompressed(Box::new(CountedSource::new(file, budget.clone())), budget)?;
     let mut head = Vec::new();
     source.by_ref().take(MAGIC_LENGTH).read_to_end(&mut head)?;
