@@ -84,6 +84,38 @@ pub(super) fn is_constant(name: &str) -> bool {
     [PI, TRUE, FALSE].contains(&name)
 }
 
+/// Writes calls of two operands between these, `max(1, 2)` as `((1)max(2))`: the parser does not take one as a second operand. A call
+/// of another number of operands stays one that it refuses.
+fn infix(expression: &str) -> String {
+    // For each open parenthesis the function before it, until its comma, and the end that it needs.
+    let (mut written, mut open) = (String::new(), Vec::new());
+    for char in expression.chars() {
+        match char {
+            '(' => {
+                let name = ["pow", "max", "min"].into_iter().find(|name| written.trim_end().ends_with(name));
+                match name {
+                    Some(name) => {
+                        written.truncate(written.trim_end().len() - name.len());
+                        written.push_str("((");
+                    }
+                    None => written.push('('),
+                }
+                open.push((name, if name.is_some() { ",)" } else { ")" }));
+            }
+            ',' => match open.last_mut() {
+                Some((name @ Some(_), end)) => {
+                    written.extend([")", name.take().unwrap_or_default(), "("]);
+                    *end = "))";
+                }
+                Some((None, _)) | None => written.push(','),
+            },
+            ')' => written.push_str(open.pop().map_or(")", |(_, end)| end)),
+            other => written.push(other),
+        }
+    }
+    written
+}
+
 /// Computes an expression of numbers, and writes the result as a number: whole, or with 15 digits.
 ///
 /// # Errors
@@ -92,7 +124,7 @@ pub(super) fn compute(expression: &str) -> Result<String, String> {
     if expression.len() > MAX_LENGTH {
         return Err(format!("the expression is longer than {MAX_LENGTH} bytes"));
     }
-    let parsed = FlatEx::<f64, Operators, Numbers>::parse(expression);
+    let parsed = FlatEx::<f64, Operators, Numbers>::parse(&infix(expression));
     let value = parsed.and_then(|parsed| parsed.eval(&[])).map_err(|_| {
         format!(
             "{expression:?} is not an expression of numbers, pi, + - * / %, and functions such as min, max, abs, sign, pow, sqrt, round, \
@@ -135,6 +167,7 @@ mod tests {
             ("2 * max(1 + 1, 2 * 3)", "12"),
             ("-min(1, 2)", "-1"),
             ("max(min(4, 5), abs(-7))", "7"),
+            ("max(1, max(2, min (9, max(3, 4)))) + pow(2, pow(2, 2))", "20"),
             ("10 - max(1, 2) - 3", "5"),
             ("2 * pow(2, 3) - 1", "15"),
             ("sin(pi / 2) + cos(0) + tan(0)", "2"),
