@@ -25,6 +25,7 @@ messages! {
         - direction_unknown() "the vehicle began to roll, and nothing tells forward from backward", "Nothing is to be done if it rolls without a gear; otherwise bind a signal that tells the direction.";
         - out_of_step() "its last frame is much older than that of the speed", "Check the sender of the heading rate; `max_skew_ms` is the limit.";
         - no_source() "the profile describes no source of it", "Describe one in `[[velocity.heading_rate]]`, or choose `heading_rate_unknown = \"zero\"`.";
+        - no_source_at_this_speed() "each source counts only while it reads a lower speed", "Describe a source without `below_mps` in `[[velocity.source]]`.";
         - heading_rate_out_of_range() "it is beyond what the vehicle can do", "Check the quantities it is made of (steering, rear wheels) in the profile, and their sensors.";
         - no_rear_wheels() "a rear wheel has no speed", "Act on the status of the speed, whose source the wheel belongs to.";
         - other_vehicle() "the profile is for another vehicle, see turn_indicators", "Do as the status `turn_indicators` says.";

@@ -142,9 +142,9 @@ pub struct GearSource {
     pub role: Role<GearCode>,
 }
 
-/// When the gearbox left a gear.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Shifting(Option<MonoTime>);
+/// When the gearbox left a gear, by each source.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Shifting(Vec<Option<MonoTime>>);
 
 impl Shifting {
     /// The gear that a code names. A gearbox that stays between gears is faulty after a while.
@@ -157,10 +157,11 @@ impl Shifting {
     ) -> Judged<Gear> {
         let signal = binding.sources[source].role.signal;
         let since = match code {
-            Ok((GearCode::Between, received)) => Some(self.0.unwrap_or(received.at)),
+            Ok((GearCode::Between, received)) => Some(self.since(source).unwrap_or(received.at)),
             Ok(_) | Err(_) => None,
         };
-        self.0 = since;
+        self.0.resize(binding.sources.len(), None);
+        self.0[source] = since;
         let (code, received) = code?;
         match code {
             GearCode::Engaged(gear) => Ok((gear, received)),
@@ -172,9 +173,14 @@ impl Shifting {
         }
     }
 
+    fn since(&self, source: usize) -> Option<MonoTime> {
+        self.0.get(source).copied().flatten()
+    }
+
     /// When a gearbox has been between gears for too long.
     pub fn next_deadline(&self, binding: &GearBinding, now: MonoTime) -> Option<MonoTime> {
-        self.0.map(|since| deadline_after(since, binding.shifting)).filter(|at| *at > now)
+        let deadlines = self.0.iter().flatten().map(|since| deadline_after(*since, binding.shifting));
+        deadlines.filter(|at| *at > now).min()
     }
 }
 

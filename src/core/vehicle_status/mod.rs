@@ -33,7 +33,7 @@ use control_mode::ControlModeBinding;
 use doors::{Door, DoorStates};
 use gear::{Gear, GearBinding, Shifting};
 use output::VehicleStatusOutput;
-use plausibility::alarm::{AlarmSet, Effect};
+use plausibility::alarm::{Alarm, AlarmSet, Effect};
 use plausibility::{Motion, Plausibility};
 use settings::StatusSettings;
 use state::{Chosen, Judged, StatusContext, StatusReason};
@@ -219,11 +219,7 @@ impl VehicleStatus {
             (speed, gear.state, tire.state),
             context,
         );
-        let tire = plausible(
-            tire,
-            self.plausibility.alarms().of_steering(true),
-            &[Effect::WithholdBoth, Effect::WithholdSteering],
-        );
+        let tire = plausible_tire(binding, tire, self.plausibility.alarms(), context);
         for task in &mut self.tasks {
             let report = task.report();
             let finding = match report {
@@ -374,6 +370,25 @@ fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Ve
     };
     let reason = state.as_ref().err().copied();
     Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
+}
+
+/// The same for the steering, which is withheld as well while its ratio depends on a speed that is not believed. The checks compare
+/// the angle that it would have.
+fn plausible_tire(
+    binding: &StatusBinding,
+    tire: Verdict<TireAngle>,
+    alarms: AlarmSet,
+    context: StatusContext<'_>,
+) -> Verdict<TireAngle> {
+    let source = binding.steering.as_ref().and_then(|steering| steering.sources.get(tire.finding.source));
+    let depends = source.is_some_and(|source| source.depends_on_speed(&context.settings.geometry));
+    let effects = &[Effect::WithholdBoth, Effect::WithholdSteering];
+    let Verdict { state, finding } = plausible(tire, alarms.of_steering(true), effects);
+    if state.is_ok() && depends && Alarm::OF_SPEED.into_iter().any(|alarm| alarms.has(alarm)) {
+        let reason = StatusReason::NoSpeedForSteering;
+        return Verdict { state: Err(reason), finding: StatusFinding { reason: Some(reason), ..finding } };
+    }
+    Verdict { state, finding }
 }
 
 fn steering_verdict(

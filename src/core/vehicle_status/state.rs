@@ -50,7 +50,7 @@ pub enum StatusReason {
     NoRearWheels,
     /// It does not fit to the other parts of the motion.
     Implausible(Alarm),
-    /// The configuration chooses another source.
+    /// The configuration chooses another source, or the source does not count at this speed.
     NotChosen,
     /// The profile describes no source.
     NoSource,
@@ -124,16 +124,17 @@ pub struct Chosen<T> {
 }
 
 impl<T> Chosen<T> {
-    /// The value of the first source that has one; if none has, the reason of the first. Sources that are not chosen do not count.
+    /// The value of the first source that has one; if none has, the reason of the first. Sources that are not chosen do not count,
+    /// unless none is.
     pub fn first<S>(sources: &[S], mut read: impl FnMut(usize, &S) -> Judged<T>) -> Self {
-        let mut first_reason = None;
+        let (mut first_reason, mut none) = (None, StatusReason::NoSource);
         for (source, bound) in sources.iter().enumerate() {
             match read(source, bound) {
                 Ok(value) => return Self { state: Ok(value), source, fallback: first_reason },
-                Err(StatusReason::NotChosen) => {}
+                Err(StatusReason::NotChosen) => none = StatusReason::NotChosen,
                 Err(reason) => first_reason = first_reason.or(Some(reason)),
             }
         }
-        Self { state: Err(first_reason.unwrap_or(StatusReason::NoSource)), source: 0, fallback: None }
+        Self { state: Err(first_reason.unwrap_or(none)), source: 0, fallback: None }
     }
 }

@@ -318,8 +318,8 @@ fn unavailable_message(binding: &StatusBinding, buses: &[Bus], reason: StatusRea
         StatusReason::DirectionNotTold => catalogue::direction_unknown(),
         StatusReason::HeadingRateOutOfRange => catalogue::heading_rate_out_of_range(),
         StatusReason::NoRearWheels => catalogue::no_rear_wheels(),
-        // The configuration chooses among the sources that there are.
-        StatusReason::NoSource | StatusReason::NotChosen => catalogue::no_source(),
+        StatusReason::NotChosen => catalogue::no_source_at_this_speed(),
+        StatusReason::NoSource => catalogue::no_source(),
     };
     cause.within(match reason.failure() {
         Some(FaultKind::Unknown) => report_catalogue::unknown,

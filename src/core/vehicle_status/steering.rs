@@ -37,6 +37,15 @@ pub struct SteeringSource {
     pub angle: Quantity,
 }
 
+impl SteeringSource {
+    /// Returns true if the speed changes the angle of the front wheels.
+    pub fn depends_on_speed(&self, geometry: &VehicleGeometry) -> bool {
+        let is_variable = matches!(geometry.wheel_to_tire,
+            Some(WheelToTire::Variable { per_speed_squared, .. }) if per_speed_squared != 0.0);
+        is_variable && self.angle_of == AngleOf::SteeringWheel
+    }
+}
+
 /// What a steering angle is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AngleOf {

@@ -13,6 +13,7 @@ use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 
 use crate::support::clock::{at, millis};
 use crate::support::files::MemoryFiles;
+use crate::support::virtual_gateway::StatusChange;
 
 pub(crate) const DBC: &str = r#"
 BO_ 256 WHEELS: 8 X
@@ -285,21 +286,27 @@ pub(crate) struct Listener {
     pub(crate) gateway: Gateway,
     pub(crate) now: Now,
     pub(crate) outputs: Vec<(MonoTime, VehicleStatusOutput)>,
+    /// Every status whose level or message changed.
+    pub(crate) changes: Vec<StatusChange>,
 }
 
 impl Listener {
     pub(crate) fn new(settings: Settings) -> Self {
         let now = at(MonoTime::ZERO);
         let gateway = Gateway::new(settings.gateway, LinkState::Up, now);
-        let mut listener = Self { gateway, now, outputs: Vec::new() };
+        let mut listener = Self { gateway, now, outputs: Vec::new(), changes: Vec::new() };
         listener.take();
         listener
     }
 
     fn take(&mut self) {
         while let Some(output) = self.gateway.poll_output() {
-            if let Output::VehicleStatus(output) = output {
-                self.outputs.push((self.now.mono, output));
+            match output {
+                Output::VehicleStatus(output) => self.outputs.push((self.now.mono, output)),
+                Output::Diagnostics { diagnostics, .. } => {
+                    self.changes.extend(StatusChange::all(diagnostics, self.now.mono));
+                }
+                _ => {}
             }
         }
     }

@@ -29,7 +29,7 @@ impl Random {
 }
 
 /// A driver: goals of speed and steering that change every few seconds; stops, reverses, drives off again.
-struct Driver {
+pub(super) struct Driver {
     random: Random,
     goal_mps: f64,
     goal_rad: f64,
@@ -39,11 +39,11 @@ struct Driver {
 }
 
 impl Driver {
-    fn new(seed: u64) -> Self {
+    pub(super) fn new(seed: u64) -> Self {
         Self { random: Random(seed * 977 + 13), goal_mps: 0.0, goal_rad: 0.0, until_ms: 2_000, engaged_ms: 0 }
     }
 
-    fn step(&mut self, car: &mut Car, now_ms: u64) {
+    pub(super) fn step(&mut self, car: &mut Car, now_ms: u64) {
         if now_ms >= self.until_ms {
             self.until_ms = now_ms + self.random.between(1_500.0, 5_000.0) as u64;
             let kind = self.random.next();

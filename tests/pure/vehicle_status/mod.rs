@@ -15,6 +15,7 @@ mod faults;
 mod kinematics;
 mod truth;
 mod views;
+mod wheels;
 
 use signal_gateway::core::control_mode::ControlMode;
 use signal_gateway::core::diagnostics::Level;

@@ -126,14 +126,14 @@ impl KinematicSurvey {
         });
         let gear = gears.next().ok_or(StatusReason::NoSource);
         // Steering and wheels turn to the same side whatever the direction is; a yaw rate needs it.
-        let sign = self.direction.sign(binding, reading, gear, context).ok();
+        let sign = self.direction.sign(binding, reading, reading.speed_mps == 0.0, gear, context).ok();
         let speed_mps = reading.speed_mps * sign.unwrap_or(1.0);
         let wheels = WheelSpeeds::read(binding, context);
         let yaw_rate = sign.and_then(|_| binding.yaw_rates().find_map(|rate| rate.read(context).ok()));
         let sign = if wheels.are_signed { 1.0 } else { speed_mps.signum() };
         Some(MotionSample {
             speed_mps,
-            other_speed_mps: speed::other_mps(binding, chosen, tire, context),
+            other_speed_mps: speed::other_mps(binding, chosen, tire, AlarmSet::default(), context),
             wheels_mps: wheels.speeds.map(|speed| speed.map(|(speed, _)| sign * speed)),
             yaw_rate_radps: yaw_rate.map(|(rate, _)| rate),
             steering_rad: steering.map(|(_, angle)| angle),

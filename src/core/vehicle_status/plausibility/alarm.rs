@@ -9,6 +9,7 @@ pub enum Alarm {
     FrontRightWheel,
     RearLeftWheel,
     RearRightWheel,
+    WheelsContradict,
     SpeedsDiffer,
     SpeedsContradict,
     SpeedJumps,
@@ -56,6 +57,8 @@ pub struct AlarmRow {
 }
 
 const WHEEL_REMEDY: &str = "check the sensor of the wheel and its tyre";
+const WHEELS_REMEDY: &str =
+    "check the sensors of the wheels and their tyres; a wheel that locks or spins is no fault of theirs";
 const JUMP_REMEDY: &str = "check unit and scale of the signal";
 const YAW_REMEDY: &str = "check sign, unit and zero of the yaw rate, and the steering ratio";
 const STEERING_REMEDY: &str = "check sign, unit and zero of the steering angle, and the steering ratio";
@@ -63,11 +66,12 @@ const SPEED_REMEDY: &str = "check unit and scale of both sources";
 
 /// The alarms in the order of [`Alarm`].
 #[rustfmt::skip]
-pub const ALARMS: [AlarmRow; 20] = [
-    row(Alarm::FrontLeftWheel, "the front left wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
-    row(Alarm::FrontRightWheel, "the front right wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
-    row(Alarm::RearLeftWheel, "the rear left wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
-    row(Alarm::RearRightWheel, "the rear right wheel deviates from the others by 10 % and 0.5 m/s more than the turn does", Effect::LeaveOut, WHEEL_REMEDY),
+pub const ALARMS: [AlarmRow; 21] = [
+    row(Alarm::FrontLeftWheel, "the front left wheel does not move as the others do", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::FrontRightWheel, "the front right wheel does not move as the others do", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::RearLeftWheel, "the rear left wheel does not move as the others do", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::RearRightWheel, "the rear right wheel does not move as the others do", Effect::LeaveOut, WHEEL_REMEDY),
+    row(Alarm::WheelsContradict, "the wheels contradict each other, and nothing tells which of them are right", Effect::WithholdVelocity, WHEELS_REMEDY),
     row(Alarm::SpeedsDiffer, "two sources of the speed differ by more than 5 % and 0.5 m/s", Effect::Warn, SPEED_REMEDY),
     row(Alarm::SpeedsContradict, "two sources of the speed differ by more than 30 % and 1 m/s", Effect::WithholdVelocity, SPEED_REMEDY),
     row(Alarm::SpeedJumps, "the speed changes by more than 15 m/s²", Effect::Warn, JUMP_REMEDY),
@@ -105,6 +109,9 @@ impl Alarm {
     pub const OF_WHEELS: [Self; 4] =
         [Self::FrontLeftWheel, Self::FrontRightWheel, Self::RearLeftWheel, Self::RearRightWheel];
 
+    /// The alarms that withhold the velocity because its speed is not believed.
+    pub const OF_SPEED: [Self; 3] = [Self::WheelsContradict, Self::SpeedsContradict, Self::SpeedLeaps];
+
     /// The row of the alarm.
     pub fn row(self) -> &'static AlarmRow {
         &ALARMS[self as usize]
@@ -124,6 +131,13 @@ impl AlarmSet {
     /// True if the alarm is on.
     pub fn has(self, alarm: Alarm) -> bool {
         self.0 & (1 << alarm as u8) != 0
+    }
+
+    /// The alarms of the wheels.
+    #[must_use]
+    pub fn of_wheels(self) -> Self {
+        let first = Alarm::FrontLeftWheel as u8;
+        Self(self.0 & ((1 << (Alarm::WheelsContradict as u8 + 1)) - (1 << first)))
     }
 
     /// True if no alarm is on.

@@ -4,13 +4,15 @@
 
 pub mod alarm;
 mod observer;
+mod wheels;
 
 use std::time::Duration;
 
 use super::gear::Gear;
 use crate::core::time::MonoTime;
 use alarm::{Alarm, AlarmSet};
-use observer::{Change, Doubt, Frozen, Lasting};
+use observer::{AGREEMENT, Change, Doubt, Frozen, Lasting};
+use wheels::WheelChecks;
 
 const ONE_SECOND: Duration = Duration::from_secs(1);
 const TWO_SECONDS: Duration = Duration::from_secs(2);
@@ -25,10 +27,8 @@ const MOVING_MPS: f64 = 3.0;
 const TURNING_MPS: f64 = 2.0;
 /// Speed from which direction and gear are compared, m/s.
 const ROLLING_MPS: f64 = 1.0;
-/// Wheels on the two sides of a turn differ by the heading rate times the track, for which this is taken, m.
-const TRACK_M: f64 = 1.6;
-/// The sharpest turn of a vehicle whose heading rate is not known otherwise, m/s² across.
-const ACROSS_MPS2: f64 = 4.0;
+/// Speed below which a vehicle or a wheel stands still for Autoware, m/s.
+pub const STANDING_MPS: f64 = 0.1;
 /// Both rates, from which their signs count, rad/s.
 const TURNING_RADPS: f64 = 0.05;
 
@@ -41,7 +41,7 @@ pub struct Motion {
     pub is_direction_measured: bool,
     /// Speed of the next source, m/s, without a sign.
     pub other_speed_mps: Option<f64>,
-    /// Speeds of the wheels, m/s, without a sign.
+    /// Speeds of the wheels, m/s, without a sign unless all have one.
     pub wheels_mps: [Option<f64>; 4],
     /// Heading rate of the sensor, rad/s.
     pub yaw_rate_radps: Option<f64>,
@@ -51,25 +51,26 @@ pub struct Motion {
     pub wheels_rate_radps: Option<f64>,
     /// Angle of the front wheels, rad.
     pub tire_rad: Option<f64>,
+    /// Heading rate for each m/s of the front wheels by their angle, rad/m.
+    pub curvature_radpm: Option<f64>,
     /// The engaged gear.
     pub gear: Option<Gear>,
 }
 
 impl Motion {
-    /// The heading rate without a sign of which yaw rate and steering are both sure, or the most that the speed permits, rad/s.
-    fn least_rate_radps(&self) -> f64 {
-        let rates = self.yaw_rate_radps.into_iter().chain(self.steering_rate_radps);
-        let most = ACROSS_MPS2 / self.speed_mps.map_or(ROLLING_MPS, |speed| speed.abs().max(ROLLING_MPS));
-        rates.map(f64::abs).fold(most, f64::min)
+    /// The greater heading rate of yaw rate and steering without a sign, rad/s, at the speed of the fastest wheel; `None` if neither
+    /// is known. The speed of the vehicle may be what is wrong.
+    fn rate_radps(&self, fastest_mps: f64) -> Option<f64> {
+        let by_steering = self.curvature_radpm.map(|curvature| curvature * fastest_mps);
+        self.yaw_rate_radps.into_iter().chain(by_steering).map(f64::abs).reduce(f64::max)
     }
 }
 
 /// The checks, with what they remember.
 #[derive(Debug, Clone, Default)]
 pub struct Plausibility {
-    wheels: [Lasting; 4],
-    wheels_frozen: [Frozen; 4],
-    speeds: [Lasting; 2],
+    wheels: WheelChecks,
+    speeds: [Doubt; 2],
     rates_apart: Lasting,
     /// Yaw rate and steering, yaw rate and wheels, steering and wheels.
     rates: [Doubt; 3],
@@ -81,6 +82,8 @@ pub struct Plausibility {
     speed_change: Change,
     yaw_change: Change,
     tire_change: Change,
+    /// Of speed, heading rate and angle of the front wheels.
+    leaps: [Doubt; 3],
     alarms: AlarmSet,
 }
 
@@ -93,27 +96,18 @@ impl Plausibility {
     /// Judges a motion.
     pub fn update(&mut self, motion: Motion, now: MonoTime) -> AlarmSet {
         let mut alarms = AlarmSet::default();
-        self.judge_wheels(motion, now, &mut alarms);
+        let rate_radps = |fastest_mps| motion.rate_radps(fastest_mps);
+        let are_wheels_doubted = self.wheels.update(&motion.wheels_mps, rate_radps, now, &mut alarms);
+        if alarms.of_wheels() != self.alarms.of_wheels() {
+            // The speed is of other wheels than before, which is no change of the speed.
+            self.speed_change = Change::default();
+        }
         self.judge_speeds(motion, now, &mut alarms);
-        self.judge_rates(motion, now, &mut alarms);
+        self.judge_rates(motion, are_wheels_doubted, now, &mut alarms);
         self.judge_changes(motion, now, &mut alarms);
         self.judge_gear(motion, now, &mut alarms);
         self.alarms = alarms;
         alarms
-    }
-
-    fn judge_wheels(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
-        let is_moving = motion.speed_mps.is_some_and(|speed| speed.abs() > MOVING_MPS);
-        let more = 0.5 + TRACK_M * motion.least_rate_radps();
-        for (index, alarm) in Alarm::OF_WHEELS.into_iter().enumerate() {
-            let speed = motion.wheels_mps[index];
-            let middle = middle_of_others(&motion.wheels_mps, index);
-            let deviates = speed.zip(middle).is_some_and(|(speed, middle)| differs(speed, middle, 0.1, more));
-            let deviates = self.wheels[index].update(deviates, ONE_SECOND, now);
-            let speed = speed.filter(|_| is_moving);
-            let is_frozen = self.wheels_frozen[index].update(speed, (middle, 0.5), FROZEN, now);
-            alarms.set(alarm, deviates || is_frozen);
-        }
     }
 
     fn judge_speeds(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
@@ -121,17 +115,23 @@ impl Plausibility {
         let differ =
             |share, more| speeds.is_some_and(|(one, other)| differs(one.abs(), other.abs(), share, more));
         let [warn, withhold] = &mut self.speeds;
-        alarms.set(Alarm::SpeedsDiffer, warn.update(differ(0.05, 0.5), TWO_SECONDS, now));
-        alarms.set(Alarm::SpeedsContradict, withhold.update(differ(0.3, 1.0), TWO_SECONDS, now));
+        alarms.set(Alarm::SpeedsDiffer, warn.update(Some(differ(0.05, 0.5)), TWO_SECONDS, now));
+        alarms.set(Alarm::SpeedsContradict, withhold.update(Some(differ(0.3, 1.0)), TWO_SECONDS, now));
     }
 
-    fn judge_rates(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
+    fn judge_rates(
+        &mut self,
+        motion: Motion,
+        are_wheels_doubted: bool,
+        now: MonoTime,
+        alarms: &mut AlarmSet,
+    ) {
         let is_faster = |limit| motion.speed_mps.is_some_and(|speed| speed.abs() > limit);
         // A heading rate by a wrong speed is wrong, whatever the steering says.
         let is_speed_doubted = motion.speed_mps.zip(motion.other_speed_mps);
         let is_speed_doubted =
             is_speed_doubted.is_some_and(|(one, other)| differs(one.abs(), other.abs(), 0.3, 1.0));
-        let is_turning = is_faster(TURNING_MPS) && !is_speed_doubted;
+        let is_turning = is_faster(TURNING_MPS) && !is_speed_doubted && !are_wheels_doubted;
         let known = |rate: Option<f64>| rate.filter(|_| is_turning);
         let (yaw, steering) = (known(motion.yaw_rate_radps), known(motion.steering_rate_radps));
         let wheels = known(motion.wheels_rate_radps);
@@ -148,7 +148,7 @@ impl Plausibility {
         // The rear wheels tell which of the two is wrong, if they do so within a second; then what they have begun to tell counts.
         let mut blamed = [Alarm::YawRateContradicts, Alarm::SteeringContradicts].into_iter();
         let blamed = blamed.find(|alarm| self.alarms.has(*alarm));
-        let begun = self.rates.map(|doubt| is_apart_for_long && doubt.lasts(ONE_SECOND, now));
+        let begun = self.rates.map(|doubt| is_apart_for_long && doubt.lasts(ONE_SECOND));
         let alarm = match [contradict[0], contradict[1] | begun[1], contradict[2] | begun[2]] {
             [true, true, false] => Some(Alarm::YawRateContradicts),
             [true, false, true] => Some(Alarm::SteeringContradicts),
@@ -163,24 +163,34 @@ impl Plausibility {
             alarms.set(alarm, true);
         }
         let is_moving = is_faster(MOVING_MPS);
-        let yaw = motion.yaw_rate_radps.filter(|_| is_moving);
-        let is_frozen = self.yaw_frozen.update(yaw, (motion.steering_rate_radps, TURNING_RADPS), FROZEN, now);
+        let (yaw, tire) = (motion.yaw_rate_radps, motion.tire_rad);
+        let reference = (motion.steering_rate_radps, TURNING_RADPS);
+        let is_frozen = self.yaw_frozen.update(yaw, is_moving, reference, FROZEN, now);
         alarms.set(Alarm::YawRateFrozen, is_frozen);
-        let tire = motion.tire_rad.filter(|_| is_moving);
-        let reference = (motion.yaw_rate_radps, TURNING_RADPS);
-        let is_frozen = self.steering_frozen.update(tire, reference, FROZEN_STEERING, now);
+        let is_frozen =
+            self.steering_frozen.update(tire, is_moving, (yaw, TURNING_RADPS), FROZEN_STEERING, now);
         alarms.set(Alarm::SteeringFrozen, is_frozen);
     }
 
     fn judge_changes(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
-        let mut judge = |change: &mut Change, value, limit, [jumps, leaps]: [Alarm; 2]| {
+        // A speed that is contradicted changes when the contradiction ends.
+        let speed_mps = motion.speed_mps.filter(|_| !alarms.has(Alarm::WheelsContradict));
+        let mut judge = |change: &mut Change, leap: &mut Doubt, value, limit, [jumps, leaps]: [Alarm; 2]| {
             let change = change.per_second(value, now).map_or(0.0, f64::abs);
             alarms.set(jumps, change > limit);
-            alarms.set(leaps, change > 2.0 * limit);
+            alarms.set(leaps, leap.update(Some(change > 2.0 * limit), Duration::ZERO, now));
         };
-        judge(&mut self.speed_change, motion.speed_mps, 15.0, [Alarm::SpeedJumps, Alarm::SpeedLeaps]);
-        judge(&mut self.yaw_change, motion.yaw_rate_radps, 10.0, [Alarm::YawRateJumps, Alarm::YawRateLeaps]);
-        judge(&mut self.tire_change, motion.tire_rad, 2.0, [Alarm::SteeringJumps, Alarm::SteeringLeaps]);
+        let [speed, yaw, tire] = &mut self.leaps;
+        judge(&mut self.speed_change, speed, speed_mps, 15.0, [Alarm::SpeedJumps, Alarm::SpeedLeaps]);
+        let alarms_of_yaw = [Alarm::YawRateJumps, Alarm::YawRateLeaps];
+        judge(&mut self.yaw_change, yaw, motion.yaw_rate_radps, 10.0, alarms_of_yaw);
+        judge(
+            &mut self.tire_change,
+            tire,
+            motion.tire_rad,
+            2.0,
+            [Alarm::SteeringJumps, Alarm::SteeringLeaps],
+        );
     }
 
     fn judge_gear(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
@@ -203,15 +213,4 @@ fn contradiction(one: f64, other: f64) -> Option<bool> {
     let are_turning = one.abs().min(other.abs()) > TURNING_RADPS;
     let contradicts = are_turning && one * other < 0.0 || differs(one, other, 0.6, 0.1);
     (contradicts || are_turning).then_some(contradicts)
-}
-
-/// The middle one of the three other wheels; `None` unless all three are known.
-fn middle_of_others(wheels: &[Option<f64>; 4], index: usize) -> Option<f64> {
-    let mut others = [0.0; 3];
-    let known = wheels.iter().enumerate().filter(|(wheel, _)| *wheel != index);
-    for (other, (_, speed)) in others.iter_mut().zip(known) {
-        *other = (*speed)?;
-    }
-    others.sort_unstable_by(f64::total_cmp);
-    Some(others[1])
 }

@@ -12,42 +12,69 @@ impl Lasting {
     /// True if `is_violated` has been true for longer than `limit`.
     pub(super) fn update(&mut self, is_violated: bool, limit: Duration, now: MonoTime) -> bool {
         self.0 = if is_violated { Some(self.0.unwrap_or(now)) } else { None };
-        self.lasts(limit, now)
-    }
-
-    fn lasts(self, limit: Duration, now: MonoTime) -> bool {
         self.0.is_some_and(|since| !now.is_within(limit, since))
     }
 }
 
-/// A violation that only some moments tell of, as a contradiction of two heading rates does while the vehicle turns.
+/// Time of agreement after which a violation is over.
+pub(super) const AGREEMENT: Duration = Duration::from_secs(1);
+/// Time without evidence after which a violation that has not lasted yet is forgotten.
+const FORGOTTEN: Duration = Duration::from_secs(1);
+
+/// A violation that has to last before it is found, and an agreement that has to last before it is over. Not every moment has
+/// evidence: a contradiction of two heading rates shows only while the vehicle turns.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Doubt {
-    violation: Lasting,
-    /// The last moment that told of it.
-    told: MonoTime,
+    /// Until it is found, the time of violation less the time of agreement; afterwards the time of agreement since the last
+    /// violation.
+    lasting: Duration,
     is_found: bool,
+    /// What counts from the last update until the next.
+    evidence: Option<bool>,
+    updated: MonoTime,
+    /// The last moment with evidence.
+    shown: MonoTime,
 }
 
 impl Doubt {
-    /// True if `is_violated` has been true for longer than `limit`, until a moment tells otherwise. `None` = this one does not tell;
-    /// a violation that has not lasted yet is forgotten after a second without.
+    /// Returns true from when the violation has lasted for `limit` until agreement has lasted for [`AGREEMENT`]. A moment without
+    /// evidence (`None`) ends neither; a violation that is not found yet continues through a second of such moments.
     pub(super) fn update(&mut self, is_violated: Option<bool>, limit: Duration, now: MonoTime) -> bool {
+        let elapsed = now.since(self.updated);
+        self.updated = now;
+        self.lasting = match (self.is_found, self.evidence) {
+            (false, Some(true)) => (self.lasting + elapsed).min(limit),
+            (false, Some(false)) => self.lasting.saturating_sub(elapsed),
+            (false, None) | (true, Some(true)) => Duration::ZERO,
+            (true, Some(false)) => self.lasting + elapsed,
+            (true, None) => self.lasting,
+        };
         if is_violated.is_some() {
-            self.told = now;
+            self.shown = now;
         }
-        let is_open = self.violation.0.is_some() && (self.is_found || now.is_within(FORGOTTEN, self.told));
-        self.is_found = self.violation.update(is_violated.unwrap_or(is_open), limit, now);
+        let continues = !self.is_found && now.is_within(FORGOTTEN, self.shown);
+        self.evidence = is_violated.or(self.evidence.filter(|_| continues));
+        let is_turned = match self.evidence {
+            Some(true) => !self.is_found && self.lasting >= limit,
+            Some(false) => self.is_found && self.lasting >= AGREEMENT,
+            None => false,
+        };
+        if is_turned {
+            (self.is_found, self.lasting) = (!self.is_found, Duration::ZERO);
+        }
         self.is_found
     }
 
-    /// True if the violation has lasted for longer than `limit` at the last update.
-    pub(super) fn lasts(self, limit: Duration, now: MonoTime) -> bool {
-        self.violation.lasts(limit, now)
+    /// Returns true if the violation is found or has lasted for `limit`, at the last update.
+    pub(super) fn lasts(self, limit: Duration) -> bool {
+        self.is_found || self.lasting >= limit
+    }
+
+    /// Returns true if a violation has begun and is not over.
+    pub(super) fn is_open(&self) -> bool {
+        self.is_found || self.evidence == Some(true) || !self.lasting.is_zero()
     }
 }
-
-const FORGOTTEN: Duration = Duration::from_secs(1);
 
 /// Since when a value stays the same.
 #[derive(Debug, Clone, Copy, Default)]
@@ -58,26 +85,32 @@ pub(super) struct Frozen {
     reference: Option<f64>,
     /// True if the reference has changed enough since.
     is_suspect: bool,
+    is_found: bool,
 }
 
 impl Frozen {
-    /// True if the value has stayed the same for longer than `limit`, although the reference changed by more than `change`. `None` =
-    /// not to be judged.
+    /// Returns true from when the value has stayed the same for longer than `limit`, although the reference changed by more than
+    /// `change`, until the value changes. Only the time with `is_moving` counts. `None` = the value is unknown.
     pub(super) fn update(
         &mut self,
         value: Option<f64>,
+        is_moving: bool,
         (reference, change): (Option<f64>, f64),
         limit: Duration,
         now: MonoTime,
     ) -> bool {
-        if value.is_none() || value != self.value {
-            *self = Self { value, since: now, reference, is_suspect: false };
+        if self.is_found && (value.is_none() || value == self.value) {
+            return true;
+        }
+        if !is_moving || value.is_none() || value != self.value {
+            *self = Self { value, since: now, reference, ..Self::default() };
             return false;
         }
         let has_changed = |(one, other): (f64, f64)| (one - other).abs() > change;
         self.is_suspect |= reference.zip(self.reference).is_some_and(has_changed);
         self.reference = self.reference.or(reference);
-        self.is_suspect && !now.is_within(limit, self.since)
+        self.is_found = self.is_suspect && !now.is_within(limit, self.since);
+        self.is_found
     }
 }
 
@@ -139,18 +172,51 @@ mod tests {
     }
 
     #[test]
+    fn a_violation_is_found_when_it_prevails_and_is_over_when_agreement_lasts() {
+        let limit = Duration::from_secs(1);
+        let mut doubt = Doubt::default();
+        let mut found = |ms: std::ops::Range<u64>, evidence: &dyn Fn(u64) -> Option<bool>| {
+            ms.step_by(10).filter(|ms| doubt.update(evidence(*ms), limit, at(*ms))).collect::<Vec<_>>()
+        };
+        assert_eq!(found(0..1_010, &|_| Some(true)), [1_000]);
+        assert_eq!(found(1_010..2_000, &|_| Some(false)).len(), 99, "agreement has to last for a second");
+        assert_eq!(found(2_000..2_010, &|_| Some(true)), [2_000], "without a break");
+        assert_eq!(found(2_010..9_000, &|_| None).len(), 699, "nothing tells otherwise");
+        assert_eq!(found(9_000..12_000, &|_| Some(false)).last(), Some(&9_990));
+        // Nine tenths of the time.
+        assert_eq!(found(20_000..22_000, &|ms| Some(ms % 100 < 90)).first(), Some(&21_240));
+        assert_eq!(found(22_000..25_000, &|_| Some(false)).last(), Some(&22_980));
+        assert_eq!(found(30_000..60_000, &|ms| Some(ms % 100 < 50)), [] as [u64; 0], "half of the time");
+        // It continues for a second without evidence.
+        assert_eq!(found(61_000..62_500, &|ms| (ms < 61_500).then_some(true)).first(), Some(&62_000));
+        let mut doubt = Doubt::default();
+        assert!(!doubt.is_open() && !doubt.update(Some(true), limit, at(0)) && doubt.is_open());
+        assert!(!doubt.update(None, limit, at(900)) && doubt.lasts(Duration::from_millis(900)));
+        assert!(
+            !doubt.update(None, limit, at(1_100)) && !doubt.update(Some(true), limit, at(1_110)),
+            "forgotten"
+        );
+        assert!(!doubt.lasts(Duration::from_millis(1)));
+    }
+
+    #[test]
     fn a_value_is_frozen_only_while_its_reference_changes() {
         let mut frozen = Frozen::default();
         let limit = Duration::from_secs(3);
         let with = |reference| (Some(reference), 0.5);
         for millis in (0..5000).step_by(20) {
-            assert!(!frozen.update(Some(1.0), with(7.0), limit, at(millis)), "nothing else changes");
+            assert!(!frozen.update(Some(1.0), true, with(7.0), limit, at(millis)), "nothing else changes");
         }
-        assert!(!frozen.update(Some(1.0), with(7.4), limit, at(5000)), "too little");
-        assert!(frozen.update(Some(1.0), with(7.6), limit, at(5020)));
-        assert!(frozen.update(Some(1.0), with(7.0), limit, at(5040)), "it goes on");
-        assert!(!frozen.update(Some(1.1), with(9.0), limit, at(5060)), "it changes");
-        assert!(!frozen.update(None, with(1.0), limit, at(9000)));
+        assert!(!frozen.update(Some(1.0), true, with(7.4), limit, at(5000)), "too little");
+        assert!(frozen.update(Some(1.0), true, with(7.6), limit, at(5020)));
+        assert!(frozen.update(Some(1.0), false, with(7.0), limit, at(5040)), "until it changes");
+        assert!(frozen.update(None, true, with(7.0), limit, at(5060)));
+        assert!(!frozen.update(Some(1.1), true, with(9.0), limit, at(5080)), "it changes");
+        assert!(!frozen.update(None, true, with(1.0), limit, at(9000)));
+        for millis in (9_000..20_000).step_by(20) {
+            let reference = with(f64::from(u8::from(millis % 40 == 0)));
+            assert!(!frozen.update(Some(1.0), false, reference, limit, at(millis)), "the vehicle stands");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::core::validation::table::{Role, SignalIndex};
+use crate::core::vehicle_status::plausibility::STANDING_MPS;
 use crate::core::vehicle_status::quantity::Quantity;
 
 /// Names of the wheels in the order in which they are bound.
@@ -96,7 +97,7 @@ impl Motion {
     /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands still.
     pub fn of(speed_mps: f64) -> Self {
         match speed_mps {
-            speed if speed.abs() < 0.1 => Self::Standstill,
+            speed if speed.abs() < STANDING_MPS => Self::Standstill,
             speed if speed < 0.0 => Self::Backward,
             _ => Self::Forward,
         }

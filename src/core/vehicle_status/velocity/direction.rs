@@ -15,7 +15,7 @@ impl DirectionMemory {
         self.0 = None;
     }
 
-    /// The sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear goes on as before.
+    /// The sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear goes on as before, until `is_standing`.
     ///
     /// # Errors
     /// The reason why the direction is unknown.
@@ -23,11 +23,12 @@ impl DirectionMemory {
         &mut self,
         binding: &VelocityBinding,
         reading: SpeedReading,
+        is_standing: bool,
         gear: Judged<Gear>,
         context: StatusContext<'_>,
     ) -> Result<f64, StatusReason> {
         if reading.speed_mps == 0.0 {
-            self.0 = None;
+            self.0 = self.0.filter(|_| !is_standing);
             return Ok(1.0);
         }
         if reading.is_signed {

@@ -30,6 +30,8 @@ pub struct HeadingInputs {
     pub speed_mps: f64,
     /// True if the vehicle moves backward.
     pub is_backward: bool,
+    /// True if nothing shows that the vehicle moves.
+    pub is_standing: bool,
     /// Time of the frame with the speed.
     pub received: ReceiveTime,
     /// Angle of the front wheels.
@@ -80,7 +82,7 @@ impl YawZeros {
         context: StatusContext<'_>,
     ) -> JudgedRate {
         self.standstill = match self.standstill {
-            _ if inputs.speed_mps != 0.0 => None,
+            _ if !inputs.is_standing => None,
             Some(since) => Some(since),
             None => Some(inputs.received.at),
         };
@@ -88,12 +90,13 @@ impl YawZeros {
             self.sensors.iter_mut().for_each(Zero::end);
         }
         self.sensors.resize(binding.heading_rates.len(), Zero::default());
-        let wheels = of_wheels(binding, inputs, context);
-        let steering = of_steering(binding, inputs, context);
         let believed = |rate: Result<f64, StatusReason>, alarms: &[Alarm]| {
             let alarm = alarms.iter().find(|alarm| inputs.alarms.has(**alarm));
             alarm.map_or(rate, |alarm| rate.and(Err(StatusReason::Implausible(*alarm))))
         };
+        let of_wheels = of_wheels(binding, inputs, context);
+        let wheels = believed(of_wheels, &[Alarm::RearLeftWheel, Alarm::RearRightWheel]);
+        let steering = of_steering(binding, inputs, context);
         let (mut first_reason, mut chosen, mut sensor_radps) = (None, None, None);
         for (source, bound) in binding.heading_rates.iter().enumerate() {
             let rate = match bound {

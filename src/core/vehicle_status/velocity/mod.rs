@@ -17,6 +17,9 @@ use direction::DirectionMemory;
 use heading_rate::{HeadingInputs, JudgedRate, YawZeros};
 use speed::{SpeedReading, WheelSpeeds};
 
+/// Speed from which a second source of the speed shows that the vehicle moves, m/s; some read a little more than 0 at standstill.
+const OTHER_MOVES_MPS: f64 = 0.5;
+
 /// Motion of the middle of the rear axle. The lateral speed is 0 by the model of a car whose rear wheels do not steer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocity {
@@ -80,6 +83,8 @@ impl VelocityMemory {
         context: StatusContext<'_>,
     ) -> Assembled {
         let wheels = WheelSpeeds::read(binding, context);
+        let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
+        let wheel_base_m = context.settings.geometry.wheel_base_m;
         let unknown = Chosen { state: Err(StatusReason::NoSource), source: 0, fallback: None };
         let mut assembled = Assembled {
             state: Err(StatusReason::NoSource),
@@ -87,8 +92,11 @@ impl VelocityMemory {
             speed,
             heading_rate: unknown,
             motion: Motion {
-                wheels_mps: wheels.speeds.map(|speed| speed.map(|(speed, _)| speed.abs())),
-                tire_rad: tire.ok().map(|(TireAngle(angle), _)| angle),
+                wheels_mps: wheels
+                    .speeds
+                    .map(|speed| speed.map(|(speed, _)| if wheels.are_signed { speed } else { speed.abs() })),
+                tire_rad,
+                curvature_radpm: tire_rad.zip(wheel_base_m).map(|(angle, base)| angle.sin() / base),
                 gear: gear.ok().map(|(gear, _)| gear),
                 ..Motion::default()
             },
@@ -102,8 +110,12 @@ impl VelocityMemory {
             }
         };
         assembled.motion.speed_mps = Some(reading.speed_mps);
-        assembled.motion.other_speed_mps = speed::other_mps(binding, speed, tire, context);
-        let signed = match self.direction.sign(binding, reading, gear, context) {
+        assembled.motion.other_speed_mps = speed::other_mps(binding, speed, tire, alarms, context);
+        let moves = |other: f64| other >= OTHER_MOVES_MPS;
+        let is_standing = reading.speed_mps == 0.0
+            && !wheels.is_any_turning()
+            && !assembled.motion.other_speed_mps.is_some_and(moves);
+        let signed = match self.direction.sign(binding, reading, is_standing, gear, context) {
             Ok(sign) => sign * reading.speed_mps,
             Err(reason) => {
                 return Assembled { state: Err(reason), part: VelocityPart::Direction, ..assembled };
@@ -113,7 +125,8 @@ impl VelocityMemory {
         assembled.motion.is_direction_measured = reading.is_signed
             || binding.directions.first().is_some_and(|source| *source != DirectionSource::Gear);
         let is_backward = signed < 0.0;
-        let inputs = HeadingInputs { speed_mps: signed, is_backward, received, tire, wheels, alarms };
+        let inputs =
+            HeadingInputs { speed_mps: signed, is_backward, is_standing, received, tire, wheels, alarms };
         let JudgedRate { chosen, sensor_radps, steering_radps, wheels_radps } =
             self.zeros.judge(binding, inputs, context);
         assembled.heading_rate = chosen;

@@ -3,6 +3,7 @@
 use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
 use super::parts::{configured, in_step};
 use crate::core::can::ReceiveTime;
+use crate::core::vehicle_status::plausibility::STANDING_MPS;
 use crate::core::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::core::vehicle_status::settings::GeometryKey;
 use crate::core::vehicle_status::state::{Chosen, Judged, StatusContext, StatusReason};
@@ -30,16 +31,23 @@ pub struct WheelSpeeds {
 }
 
 impl WheelSpeeds {
-    /// Reads the wheels of the first source that has any.
+    /// Reads each wheel from the first source that has a value of it.
     pub fn read(binding: &VelocityBinding, context: StatusContext<'_>) -> Self {
-        let wheels = binding.speeds.iter().find_map(|source| match &source.signals {
-            SpeedSignals::Vehicle(_) => None,
-            SpeedSignals::Wheels { wheels, .. } => Some(wheels),
-        });
-        let Some(wheels) = wheels else { return Self::default() };
-        let speed = |wheel: &Option<SpeedSignal>| wheel.as_ref()?.read(context).ok();
-        let are_signed = wheels.iter().flatten().all(|wheel| wheel.is_signed);
-        Self { speeds: wheels.each_ref().map(speed), are_signed }
+        let mut read = Self { are_signed: true, ..Self::default() };
+        for source in &binding.speeds {
+            let SpeedSignals::Wheels { wheels, .. } = &source.signals else { continue };
+            for (speed, wheel) in read.speeds.iter_mut().zip(wheels.iter()) {
+                let Some(wheel) = wheel.as_ref().filter(|_| speed.is_none()) else { continue };
+                read.are_signed &= wheel.is_signed;
+                *speed = wheel.read(context).ok();
+            }
+        }
+        read
+    }
+
+    /// True if a wheel turns.
+    pub fn is_any_turning(&self) -> bool {
+        self.speeds.iter().flatten().any(|(speed, _)| speed.abs() >= STANDING_MPS)
     }
 }
 
@@ -78,11 +86,12 @@ pub fn other_mps(
     binding: &VelocityBinding,
     chosen: Chosen<SpeedReading>,
     tire: Judged<TireAngle>,
+    alarms: AlarmSet,
     context: StatusContext<'_>,
 ) -> Option<f64> {
     let (_, received) = chosen.state.ok()?;
     binding.speeds.iter().skip(chosen.source + 1).find_map(|source| {
-        let read = read(binding, source, tire, AlarmSet::default(), context).ok()?;
+        let read = read(binding, source, tire, alarms, context).ok()?;
         in_step(read, received, binding).ok().map(|other| other.speed_mps.abs())
     })
 }

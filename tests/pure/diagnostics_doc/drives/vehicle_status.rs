@@ -82,6 +82,9 @@ fn frames(reported: &mut Reported) {
         Some(frame)
     };
     case(&[], &[], &lost);
+    let slow = ("kind = \"wheels\"\n", "kind = \"wheels\"\nbelow_mps = 1.0\n");
+    let slow_speed = ("kind = \"speed\"\n", "kind = \"speed\"\nbelow_mps = 1.0\n");
+    case(&[slow, slow_speed], &[], &Some);
     let only_wheels = ("kind = \"steering\"\n", "kind = \"wheels\"\n");
     let yaw = "[[velocity.heading_rate]]\nkind = \"yaw_rate\"\n";
     let (_, rest) = PROFILE.split_once(yaw).unwrap();
