@@ -1,5 +1,6 @@
-//! Wheels that contradict each other: whole drives with a lock, a spin, a dead wheel or a dead axle, each report judged by what
-//! the vehicle did.
+//! Wheels that contradict each other, and other contradictions whose end could be their own effect.
+
+mod drives;
 
 use std::fmt::Write as _;
 
@@ -10,8 +11,7 @@ use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::core::vehicle_status::StatusReport;
 use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 
-use super::car::{Car, Listener, PROFILE, RawFrame, TREAD_M, WHEEL_BASE_M, settings};
-use super::faults::Driver;
+use super::car::{Car, Listener, PROFILE, RawFrame, settings};
 use super::{DRIVE, NEUTRAL, assert_near};
 use crate::pure::vehicles::playback::play_file;
 use crate::support::clock::millis;
@@ -183,6 +183,55 @@ fn drive_with(
             Some(frame)
         },
     );
+}
+
+/// Replaces the speeds of some wheels.
+fn with(mut speeds: [f64; 4], wheels: &[usize], change: impl Fn(f64) -> f64) -> [f64; 4] {
+    for wheel in wheels {
+        speeds[*wheel] = change(speeds[*wheel]);
+    }
+    speeds
+}
+
+/// What a profile reads.
+struct Variant {
+    name: &'static str,
+    edits: Edits,
+    wheels: &'static [usize],
+    /// The steering or a sensor gives the heading rate.
+    is_turn_known: bool,
+}
+
+fn variants() -> Vec<Variant> {
+    let all = &[0, 1, 2, 3];
+    let edit = |from: &str, to: &str| (from.to_owned(), to.to_owned());
+    let wheels = "kind = \"wheels\"\nfront_left";
+    let mut all_used = wheels_and_steering();
+    all_used.push(edit(wheels, "kind = \"wheels\"\nuse = \"all\"\nfront_left"));
+    let mut front = wheels_and_steering();
+    front.push((part("rear_left", "[[velocity.source]]\nname = \"speed"), String::new()));
+    front.push(edit(wheels, "kind = \"wheels\"\nuse = \"front_projected\"\nfront_left"));
+    let mut rear_alone = rear_wheels_and_steering();
+    rear_alone.push(edit(
+        "[[velocity.heading_rate]]\nkind = \"steering\"\n",
+        "[[velocity.heading_rate]]\nkind = \"wheels\"\n",
+    ));
+    rear_alone.push((part("[steering]", "[gear]"), String::new()));
+    // A heading rate by a dead wheel is often beyond what a vehicle can do.
+    rear_alone.push(edit("[velocity]\n", "[velocity]\nheading_rate_unknown = \"zero\"\n"));
+    vec![
+        Variant { name: "four wheels", edits: wheels_and_steering(), wheels: all, is_turn_known: true },
+        Variant { name: "all wheels used", edits: all_used, wheels: all, is_turn_known: true },
+        Variant { name: "everything", edits: Edits::new(), wheels: all, is_turn_known: true },
+        Variant {
+            name: "rear wheels",
+            edits: rear_wheels_and_steering(),
+            wheels: &[2, 3],
+            is_turn_known: true,
+        },
+        Variant { name: "rear wheels alone", edits: rear_alone, wheels: &[2, 3], is_turn_known: false },
+        Variant { name: "front wheels", edits: front, wheels: &[0, 1], is_turn_known: true },
+    ]
 }
 
 #[test]
@@ -398,214 +447,5 @@ fn recorded_drives_are_judged_as_made_ones() {
             .filter(|change| change.level == Level::Error && change.ms() > 100);
         let errors: Vec<_> = errors.map(|change| (change.ms() / 100, change.message.as_str())).collect();
         assert_eq!(errors, [(50, CONTRADICT)], "{name}");
-    }
-}
-
-/// What the wheels read of the speeds that they have: front left, front right, rear left, rear right, m/s; at the beginning of the
-/// fault, and now, so many milliseconds later.
-type Reading = fn(begin: [f64; 4], now: [f64; 4], u64) -> [f64; 4];
-
-/// A fault of wheels.
-struct Fault {
-    name: &'static str,
-    /// The wheels that are concerned.
-    wheels: &'static [usize],
-    reading: Reading,
-}
-
-/// Replaces the speeds of some wheels.
-fn with(mut speeds: [f64; 4], wheels: &[usize], change: impl Fn(f64) -> f64) -> [f64; 4] {
-    for wheel in wheels {
-        speeds[*wheel] = change(speeds[*wheel]);
-    }
-    speeds
-}
-
-#[rustfmt::skip]
-const FAULTS: [Fault; 19] = [
-    Fault { name: "front left dead", wheels: &[0], reading: |_, now, _| with(now, &[0], |_| 0.0) },
-    Fault { name: "front right dead", wheels: &[1], reading: |_, now, _| with(now, &[1], |_| 0.0) },
-    Fault { name: "rear left dead", wheels: &[2], reading: |_, now, _| with(now, &[2], |_| 0.0) },
-    Fault { name: "rear right dead", wheels: &[3], reading: |_, now, _| with(now, &[3], |_| 0.0) },
-    Fault { name: "front right spins", wheels: &[1], reading: |_, now, _| with(now, &[1], |speed| speed * 2.5 + 3.0) },
-    Fault { name: "rear left spins", wheels: &[2], reading: |_, now, _| with(now, &[2], |speed| speed * 2.5 + 3.0) },
-    Fault { name: "rear left frozen", wheels: &[2], reading: |begin, now, _| [now[0], now[1], begin[2], now[3]] },
-    Fault { name: "front axle locked or dead", wheels: &[0, 1], reading: |_, now, _| with(now, &[0, 1], |_| 0.0) },
-    Fault { name: "rear axle locked or dead", wheels: &[2, 3], reading: |_, now, _| with(now, &[2, 3], |_| 0.0) },
-    Fault { name: "front axle spins", wheels: &[0, 1], reading: |_, now, _| with(now, &[0, 1], |speed| speed + 8.0) },
-    Fault { name: "rear axle spins", wheels: &[2, 3], reading: |_, now, _| with(now, &[2, 3], |speed| speed + 8.0) },
-    Fault { name: "rear axle frozen", wheels: &[2, 3], reading: |begin, now, _| [now[0], now[1], begin[2], begin[3]] },
-    Fault { name: "rear axle locked nine tenths of the time", wheels: &[2, 3], reading: |_, now, ms| {
-        with(now, &[2, 3], |speed| if ms % 500 < 450 { 0.0 } else { speed })
-    } },
-    Fault { name: "rear axle slips for moments", wheels: &[2, 3], reading: |_, now, ms| {
-        with(now, &[2, 3], |speed| if ms % 300 < 80 { speed * 1.4 } else { speed })
-    } },
-    Fault { name: "left side dead", wheels: &[0, 2], reading: |_, now, _| with(now, &[0, 2], |_| 0.0) },
-    Fault { name: "right side dead", wheels: &[1, 3], reading: |_, now, _| with(now, &[1, 3], |_| 0.0) },
-    Fault { name: "front left and rear right dead", wheels: &[0, 3], reading: |_, now, _| with(now, &[0, 3], |_| 0.0) },
-    Fault { name: "one rear wheel spins, the other stands", wheels: &[2, 3], reading: |_, now, _| [now[0], now[1], 0.0, 2.0 * now[3]] },
-    Fault { name: "one rear wheel dead after the other", wheels: &[2, 3], reading: |_, now, ms| {
-        with(now, &[if ms % 1_400 < 700 { 2 } else { 3 }], |_| 0.0)
-    } },
-];
-
-/// What a profile reads.
-struct Variant {
-    name: &'static str,
-    edits: Edits,
-    wheels: &'static [usize],
-    /// The steering or a sensor gives the heading rate.
-    is_turn_known: bool,
-}
-
-fn variants() -> Vec<Variant> {
-    let all = &[0, 1, 2, 3];
-    let edit = |from: &str, to: &str| (from.to_owned(), to.to_owned());
-    let wheels = "kind = \"wheels\"\nfront_left";
-    let mut all_used = wheels_and_steering();
-    all_used.push(edit(wheels, "kind = \"wheels\"\nuse = \"all\"\nfront_left"));
-    let mut front = wheels_and_steering();
-    front.push((part("rear_left", "[[velocity.source]]\nname = \"speed"), String::new()));
-    front.push(edit(wheels, "kind = \"wheels\"\nuse = \"front_projected\"\nfront_left"));
-    let mut rear_alone = rear_wheels_and_steering();
-    rear_alone.push(edit(
-        "[[velocity.heading_rate]]\nkind = \"steering\"\n",
-        "[[velocity.heading_rate]]\nkind = \"wheels\"\n",
-    ));
-    rear_alone.push((part("[steering]", "[gear]"), String::new()));
-    // A heading rate by a dead wheel is often beyond what a vehicle can do.
-    rear_alone.push(edit("[velocity]\n", "[velocity]\nheading_rate_unknown = \"zero\"\n"));
-    vec![
-        Variant { name: "four wheels", edits: wheels_and_steering(), wheels: all, is_turn_known: true },
-        Variant { name: "all wheels used", edits: all_used, wheels: all, is_turn_known: true },
-        Variant { name: "everything", edits: Edits::new(), wheels: all, is_turn_known: true },
-        Variant {
-            name: "rear wheels",
-            edits: rear_wheels_and_steering(),
-            wheels: &[2, 3],
-            is_turn_known: true,
-        },
-        Variant { name: "rear wheels alone", edits: rear_alone, wheels: &[2, 3], is_turn_known: false },
-        Variant { name: "front wheels", edits: front, wheels: &[0, 1], is_turn_known: true },
-    ]
-}
-
-/// When the wheels have the fault.
-const FAULTY_MS: [std::ops::Range<u64>; 2] = [6_000..11_000, 15_000..25_000];
-const DRIVE_MS: u64 = 30_000;
-
-/// Judges each report of a drive with a fault. Returns the milliseconds in which the velocity was withheld for it.
-fn judge(variant: &Variant, fault: &Fault, seed: u64) -> u64 {
-    let what = format!("{}, {}, drive {seed}", variant.name, fault.name);
-    let mut listener = listener(&variant.edits);
-    let (mut car, mut driver) = (Car::default(), Driver::new(seed));
-    let (mut begin, mut seen, mut wrong_ms, mut last_wrong) = (car.wheels_mps(), 0, 0, 0);
-    for now_ms in (0..DRIVE_MS).step_by(10) {
-        driver.step(&mut car, now_ms);
-        let since = FAULTY_MS.iter().find(|range| range.contains(&now_ms)).map(|range| now_ms - range.start);
-        let mut readings = car.wheels_mps();
-        match since {
-            Some(since) => readings = (fault.reading)(begin, readings, since),
-            None => begin = readings,
-        }
-        listener.drive(
-            &mut car,
-            10,
-            |_, _| {},
-            |mut frame, _| {
-                if frame.id == 256 && since.is_some() {
-                    (0..4).for_each(|wheel| frame.set_word(wheel, kmh(readings[wheel] * 3.6)));
-                }
-                Some(frame)
-            },
-        );
-        let fastest = variant.wheels.iter().map(|wheel| readings[*wheel]).fold(0.0, f64::max);
-        let turn = if variant.is_turn_known {
-            (TREAD_M * fastest * car.tire_rad.abs().sin() / WHEEL_BASE_M).min(0.5 * fastest)
-        } else {
-            0.5 * fastest
-        };
-        for (_, output) in &listener.outputs[seen..] {
-            let VehicleStatusOutput::Velocity(Step::Publish(velocity, _)) = output else { continue };
-            // What the specification lets pass.
-            if (velocity.longitudinal_mps - car.speed_mps).abs() > 1.0 + 0.1 * fastest + turn {
-                wrong_ms = if now_ms - last_wrong > 100 { 0 } else { wrong_ms + now_ms - last_wrong };
-                last_wrong = now_ms;
-                assert!(wrong_ms <= 1_200, "{what}: {velocity:?} at {now_ms} ms, {car:?}, {readings:?}");
-            }
-        }
-        seen = listener.outputs.len();
-    }
-    judge_statuses(&what, &listener)
-}
-
-/// One state with a true reason, and not longer than it lasts.
-fn judge_statuses(what: &str, listener: &Listener) -> u64 {
-    let reasons = [
-        "the wheels contradict each other",
-        "the speed changes by more than 30",
-        "two sources of the speed differ by more than 30",
-    ];
-    let (mut withheld_ms, mut last, mut withheld): (_, _, Option<&StatusChange>) = (0, 0, None);
-    for change in changes(listener, StatusReport::Velocity).filter(|change| change.ms() > 100) {
-        let at = format!("{what}: {} at {} ms", change.message, change.ms());
-        let is_error = change.level == Level::Error;
-        let is_true = reasons.iter().any(|reason| change.message.starts_with(&format!("invalid: {reason}")));
-        assert!(!is_error || is_true, "{at}");
-        let was_withheld = std::mem::replace(&mut withheld, Some(change).filter(|_| is_error));
-        if is_error == was_withheld.is_some() {
-            continue;
-        }
-        assert!(last == 0 || change.ms() - last >= 990, "{at}, and another one at {last} ms");
-        if let Some(before) = was_withheld {
-            withheld_ms += change.ms() - last;
-            // A leap of the speed is one of the report, too.
-            let is_over =
-                FAULTY_MS.iter().all(|range| !(range.end + 1_010..range.end + 4_000).contains(&change.ms()));
-            assert!(is_over || before.message.contains(reasons[1]), "{at}");
-        }
-        last = change.ms();
-    }
-    assert_eq!(withheld, None, "{what}");
-    let of_steering = changes(listener, StatusReport::Steering).find(|change| change.ms() > 100);
-    assert_eq!(of_steering, None, "{what}: the steering is healthy");
-    withheld_ms
-}
-
-/// Judges all variants with all faults, or each `part` of them; `seed` chooses the drive. Returns how many drives were judged, and those
-/// in which the velocity was withheld.
-fn judge_all(seed: u64, part: usize) -> (usize, Vec<(&'static str, &'static str)>) {
-    let (mut count, mut withheld) = (0, Vec::new());
-    for (shift, variant) in variants().iter().enumerate() {
-        for (index, fault) in FAULTS.iter().enumerate() {
-            let concerned = fault.wheels.iter().filter(|wheel| variant.wheels.contains(wheel)).count();
-            // Nothing contradicts an axle that is alone and wrong as a whole.
-            let shows = concerned < variant.wheels.len() || fault.name.starts_with("one rear wheel");
-            if concerned > 0 && shows && (index + shift) % part == 0 {
-                count += 1;
-                if judge(variant, fault, seed) > 0 {
-                    withheld.push((variant.name, fault.name));
-                }
-            }
-        }
-    }
-    (count, withheld)
-}
-
-#[test]
-fn a_contradicted_speed_is_one_state_in_each_drive() {
-    let (count, withheld) = judge_all(3, 7);
-    let expected = [("four wheels", "front axle locked or dead"), ("four wheels", "left side dead")];
-    assert_eq!((count, withheld), (12, expected.to_vec()));
-}
-
-mod slow {
-    #[test]
-    fn a_contradicted_speed_is_one_state_in_many_drives() {
-        for seed in 3..9 {
-            let (count, withheld) = super::judge_all(seed, 1);
-            println!("drive {seed}: velocity withheld in {} of {count}", withheld.len());
-        }
     }
 }
