@@ -58,6 +58,8 @@ const DRIVE_MS: u64 = 30_000;
 /// Judges each report of a drive with a fault. Returns the milliseconds in which the velocity was withheld for it.
 fn judge(variant: &Variant, fault: &Fault, seed: u64) -> u64 {
     let what = format!("{}, {}, drive {seed}", variant.name, fault.name);
+    // An interrupted contradiction takes longer.
+    let limit_ms = if fault.name.contains("nine tenths") { 1_300 } else { 1_020 };
     let mut listener = listener(&variant.edits);
     let (mut car, mut driver) = (Car::default(), Driver::new(seed));
     let (mut begin, mut seen, mut wrong_ms, mut last_wrong) = (car.wheels_mps(), 0, 0, 0);
@@ -92,7 +94,7 @@ fn judge(variant: &Variant, fault: &Fault, seed: u64) -> u64 {
             if (velocity.longitudinal_mps - car.speed_mps).abs() > 1.0 + 0.1 * fastest + turn {
                 wrong_ms = if now_ms - last_wrong > 100 { 0 } else { wrong_ms + now_ms - last_wrong };
                 last_wrong = now_ms;
-                assert!(wrong_ms <= 1_200, "{what}: {velocity:?} at {now_ms} ms, {car:?}, {readings:?}");
+                assert!(wrong_ms <= limit_ms, "{what}: {velocity:?} at {now_ms} ms, {car:?}, {readings:?}");
             }
         }
         seen = listener.outputs.len();
