@@ -45,6 +45,7 @@ mod echo;
 mod graph;
 mod history;
 mod interfaces;
+mod joining;
 mod loopback_announcer;
 mod participant;
 mod pings;
@@ -71,7 +72,7 @@ use worker::DdsWorker;
 
 /// Serves the gateway with a participant of DDS until it says stop.
 pub(super) async fn serve(settings: NetworkSettings, link: Link) -> io::Result<()> {
-    match worker::join(&settings) {
+    match joining::join(&settings) {
         Ok(joined) => DdsWorker::new(settings, joined, link).run().await,
         Err(reason) => refuse(&reason, link).await,
     }

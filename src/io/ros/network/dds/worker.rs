@@ -2,7 +2,6 @@
 //! continue.
 
 use std::io;
-use std::net::Ipv4Addr;
 use std::sync::Arc;
 use std::task::Waker;
 use std::time::{Duration, Instant};
@@ -13,6 +12,7 @@ use tokio::time::sleep;
 use super::ack_timeout::AckTimeout;
 use super::discovery_probe::{DiscoveryProbe, MissingPeers, Prefix, ProbeResult, prefix};
 use super::interfaces::Interfaces;
+use super::joining::JoinedParticipant;
 use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
@@ -101,25 +101,6 @@ pub(super) struct DdsWorker {
     has_left_graph: bool,
     /// Last: the gateway sees its end when everything else is gone.
     link: Link,
-}
-
-/// What joining the graph gives.
-pub(super) struct JoinedParticipant {
-    participant: Participant,
-    /// The interfaces that the participant was made with.
-    interfaces: Interfaces,
-    announcer: Option<LoopbackAnnouncer>,
-}
-
-/// Joins the graph. The error is a text for people.
-pub(super) fn join(settings: &NetworkSettings) -> Result<JoinedParticipant, String> {
-    let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
-    let only = &settings.only_networks;
-    let uses_loopback = only.is_empty() || only.contains(&Ipv4Addr::LOCALHOST.into());
-    // Before the participant, which announces itself at once.
-    let announcer = uses_loopback.then(|| LoopbackAnnouncer::new(settings.domain_id)).flatten();
-    let domain = participant(settings).map_err(|error| error.to_string())?;
-    Ok(JoinedParticipant { participant: Participant::new(settings, domain)?, interfaces, announcer })
 }
 
 impl DdsWorker {
