@@ -54,7 +54,8 @@ fuzz_target!(|bytes: &[u8]| {
         Input::Planner(PlannerInput::Trajectory(points)) => points.len(),
         Input::Planner(PlannerInput::Factors { factors, .. }) => factors.len(),
         Input::TrafficLight(TrafficLightInput::States { states, rejected, .. }) => {
-            states.len() + usize::try_from(*rejected).unwrap()
+            let predictions: usize = states.iter().flat_map(|(_, state)| state).map(|state| state.predictions.len()).sum();
+            states.len() + predictions + usize::try_from(*rejected).unwrap()
         }
         Input::TrafficLight(TrafficLightInput::Camera { groups, rejected, .. }) => {
             groups.len() + usize::try_from(*rejected).unwrap()

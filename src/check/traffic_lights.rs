@@ -2,8 +2,10 @@
 
 use super::report::CheckReport;
 use crate::config::Settings;
+use crate::core::traffic_light::bulb::{Bulb, Color};
 use crate::core::traffic_light::v2i_reception::binding::{BoundGroup, V2iBinding, V2iStates};
 use crate::core::validation::display::role_texts;
+use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::Role;
 
 pub(super) fn sources(binding: &V2iBinding, report: &mut CheckReport) {
@@ -35,9 +37,27 @@ pub(super) fn notes(settings: &Settings) -> Vec<String> {
     let parts = settings.light_topics.not_interpreted.iter().map(ToString::to_string);
     let gateway = &settings.gateway;
     let lost = !gateway.v2i.is_empty() && gateway.traffic_lights.is_none();
-    let lost = lost
-        .then(|| "v2i: received states are not used; add [traffic_lights] to the configuration".to_owned());
-    parts.chain(lost).collect()
+    let text = "v2i: received states are not used, and no map checks their ids; add [traffic_lights] to the configuration";
+    let lost = lost.then(|| text.to_owned());
+    parts.chain(lost).chain(arrows(&gateway.v2i)).collect()
+}
+
+/// Returns a note for each id that can show a lit arrow of another colour than green.
+fn arrows(binding: &V2iBinding) -> impl Iterator<Item = String> {
+    binding.groups().filter_map(|group| {
+        let states = group.state.values.entries().iter().filter_map(|(_, meaning)| match meaning {
+            Meaning::Defined(bulbs) => Some(bulbs.iter()),
+            Meaning::NotAvailable | Meaning::Fault | Meaning::Undefined => None,
+        });
+        let stops = |bulb: &Bulb| matches!(bulb.color, Color::Red | Color::Yellow);
+        let arrow = states
+            .flatten()
+            .find(|bulb| stops(bulb) && bulb.shape.is_arrow() && bulb.status.is_lit())?;
+        let id = group.id;
+        Some(format!(
+            "v2i: {id} can show {arrow}: Autoware before April 2026 passes on an arrow of any colour; bind a circle"
+        ))
+    })
 }
 
 fn one_group(binding: &V2iBinding, group: &BoundGroup, heading: &str, what: &str, report: &mut CheckReport) {
@@ -66,8 +86,28 @@ fn values<T: Copy>(
 mod tests {
     use std::path::Path;
 
+    use super::*;
     use crate::config::files::Disk;
     use crate::config::load_profile;
+    use crate::core::traffic_light::text::parse_bulbs;
+    use crate::core::traffic_light::v2i_reception::binding::V2iSource;
+    use crate::core::validation::meaning::{RawRange, ValueMap};
+    use crate::core::validation::table::SignalIndex;
+
+    #[test]
+    fn a_red_or_yellow_arrow_is_noted() {
+        let noted = |state: &str| {
+            let values = vec![(RawRange::single(1), Meaning::Defined(parse_bulbs(state).unwrap()))];
+            let state = Role { signal: SignalIndex(0), values: ValueMap::new(values).unwrap() };
+            let states = V2iStates::Single(BoundGroup { id: 7, state, confidence: None });
+            let sources = vec![V2iSource { states, status: Vec::new() }];
+            arrows(&V2iBinding { sources, ..V2iBinding::default() }).collect::<Vec<_>>()
+        };
+        assert_eq!(noted("red, green left, yellow solidOff left"), [""; 0]);
+        let arrow = "v2i: 7 can show yellow solidOn left: Autoware before April 2026 passes on an arrow of any \
+                     colour; bind a circle";
+        assert_eq!(noted("green left, yellow left"), [arrow]);
+    }
 
     #[test]
     fn every_group_is_listed_with_its_states() {

@@ -58,7 +58,7 @@ use can::{CanConfig, cans};
 use command::CommandConfig;
 use in_effect::{DigestedFiles, in_effect};
 use top::{PROFILE, SOURCE};
-use traffic_lights::{LightTopics, traffic_lights};
+use traffic_lights::{LightTopics, check_ids, traffic_lights};
 use turn_signal::{TurnSignalConfig, turn_signal};
 use vehicle_geometry::vehicle_geometry;
 
@@ -314,6 +314,9 @@ fn settings(
         .and_then(|section| traffic_lights(files, section, overrides.use_sim_time));
     let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
     let known = vehicle.as_ref().ok();
+    if let (Some((flow, _)), Some(vehicle)) = (&lights, known) {
+        top.checker.adopt(check_ids(&vehicle.v2i_ids, &vehicle.v2i, &flow.lights.map));
+    }
     let status_binding = known.map(|vehicle| &vehicle.status);
     let decider = top.table("turn_signal").and_then(|section| {
         let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));

@@ -46,6 +46,7 @@ use provenance::{BoundParts, provenance};
 use requires::requires;
 use status::status;
 use turn::{turn, while_hazard};
+pub(super) use v2i::LocatedId;
 use v2i::v2i;
 
 /// The document that explains the keys of profiles and of the gateway's file.
@@ -70,6 +71,8 @@ pub(super) struct Vehicle {
     pub status: StatusBinding,
     /// Binding of traffic-light states from the network; empty in most profiles.
     pub v2i: V2iBinding,
+    /// The ids of these states, for checks against a map.
+    pub v2i_ids: Vec<LocatedId>,
     /// Binding of commands; empty in many profiles.
     pub command: CommandBinding,
     /// The vehicles that it describes, and where its facts come from.
@@ -132,7 +135,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let light_signals = std::mem::take(&mut binder.signals);
     let status = status(&mut binder, &fields);
     let status_signals = std::mem::take(&mut binder.signals);
-    let sources = v2i(&mut binder, &fields);
+    let (sources, v2i_ids) = v2i(&mut binder, &fields).unzip();
     let v2i_signals = std::mem::take(&mut binder.signals);
     let hazard = lights.as_ref().map(|lights| &lights.hazard);
     let command = command(&mut binder, fields.table("command"), hazard);
@@ -177,6 +180,7 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },
         status: StatusBinding { table: table(&of_status, status_signals), ..status? },
         v2i: V2iBinding { table: table(&messages, v2i_signals), sources: sources? },
+        v2i_ids: v2i_ids?,
         command: CommandBinding { table: table(&messages, command_signals), ..command? },
         provenance,
     })

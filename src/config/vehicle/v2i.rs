@@ -2,7 +2,7 @@
 
 use super::binder::{Binder, Meanings, NOT_AVAILABLE, UNUSABLE, unusable_values};
 use super::raw_values::RawValues;
-use crate::config::reading::{Fields, Kind, LocatedText, Location};
+use crate::config::reading::{Fields, Kind, LocatedText, Location, SourceLocation};
 use crate::core::traffic_light::bulb::{BulbSet, BulbShape};
 use crate::core::traffic_light::text::parse_bulbs;
 use crate::core::traffic_light::v2i_reception::binding::{
@@ -18,8 +18,15 @@ const FORMS: &str =
 /// Keys of a message that gives the states of one group after another.
 const CYCLE_KEYS: &[&str] = &["intersection", "group", "groups", "group_timeout_ms"];
 
-/// Reads the sources; `None` when a problem was noted.
-pub(super) fn v2i(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<Vec<V2iSource>> {
+/// An id with a state, and its location in the profile.
+#[derive(Debug, Clone)]
+pub(in crate::config) struct LocatedId {
+    pub id: i64,
+    pub location: SourceLocation,
+}
+
+/// Reads the sources, and the ids of their groups and heads; `None` when a problem was noted.
+pub(super) fn v2i(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<(Vec<V2iSource>, Vec<LocatedId>)> {
     let before = binder.checker.count();
     let mut ids = Vec::new();
     let source = |fields: Fields<'_>| {
@@ -28,10 +35,10 @@ pub(super) fn v2i(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<Vec<V2iSo
         source
     };
     let sources: Vec<_> = top.tables("v2i").filter_map(source).collect();
-    (top.checker.count() == before).then_some(sources)
+    (top.checker.count() == before).then_some((sources, ids))
 }
 
-fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<i64>) -> Option<V2iSource> {
+fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<LocatedId>) -> Option<V2iSource> {
     let is_complete = fields.require(&["signal", "states"], "");
     let confidence = fields.table("confidence").and_then(|section| confidence(binder, section));
     let status = |fields: Fields<'_>| {
@@ -61,15 +68,15 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<i64>) -> O
 }
 
 /// Reads the id of a relation or way, which no other state has.
-fn id(fields: &Fields<'_>, ids: &mut Vec<i64>) -> Option<i64> {
+fn id(fields: &Fields<'_>, ids: &mut Vec<LocatedId>) -> Option<i64> {
     let number = fields.whole("id")?;
     if number == 0 {
         fields.refuse("id", "0 is not an id", "give the id of a regulatory element or of a light's way");
     }
-    if ids.contains(&number) {
+    if ids.iter().any(|known| known.id == number) {
         fields.refuse("id", format!("{number} appears twice"), "give each id one signal");
     }
-    ids.push(number);
+    ids.push(LocatedId { id: number, location: fields.checker.source_location(fields.at("id")) });
     Some(number)
 }
 
@@ -170,7 +177,7 @@ fn cycle(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,
     confidence: Option<&Confidence>,
-    ids: &mut Vec<i64>,
+    ids: &mut Vec<LocatedId>,
 ) -> Option<CyclingMessage> {
     let is_complete = fields.require(CYCLE_KEYS, FORMS);
     if fields.value("arrow").is_some() {

@@ -182,13 +182,16 @@ impl BulbSet {
         self.0.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
+    /// Returns whether a circle of this colour is lit.
+    pub fn shows_circle(self, color: Color) -> bool {
+        let is_shown =
+            |bulb: Bulb| bulb.color == color && bulb.shape == BulbShape::Circle && bulb.status.is_lit();
+        self.iter().any(is_shown)
+    }
+
     /// Returns whether a red and a green circle are lit. A red circle with a green arrow is usual.
     pub fn is_contradictory(self) -> bool {
-        let shows = |color| {
-            self.iter()
-                .any(|bulb| bulb.color == color && bulb.shape == BulbShape::Circle && bulb.status.is_lit())
-        };
-        shows(Color::Red) && shows(Color::Green)
+        self.shows_circle(Color::Red) && self.shows_circle(Color::Green)
     }
 
     /// Returns the bulbs in the order of their keys.

@@ -29,6 +29,16 @@ impl BulbCounts {
         }
     }
 
+    /// Returns the sums of both.
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            lights: self.lights + other.lights,
+            dark: self.dark + other.dark,
+            unknown: self.unknown + other.unknown,
+            contradictory: self.contradictory + other.contradictory,
+        }
+    }
+
     pub(super) fn change(&mut self, from: Option<BulbSet>, to: Option<BulbSet>) {
         if from == to {
             return;

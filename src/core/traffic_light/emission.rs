@@ -2,6 +2,7 @@
 //!
 //! They are converted to message types where those are defined, and never back.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::bulb::{Bulb, BulbSet};
@@ -123,8 +124,8 @@ pub struct Prediction {
     pub elements: Vec<GroupElement>,
     /// Reliability of the prediction, 0 to 1.
     pub reliability: f64,
-    /// Source of the information, a constant of `PredictedTrafficLightState`.
-    pub source: &'static str,
+    /// Source of the information, as a rule a constant of `PredictedTrafficLightState`.
+    pub source: Cow<'static, str>,
 }
 
 /// A sphere for a viewer.

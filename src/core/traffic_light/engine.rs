@@ -12,11 +12,12 @@ use super::bulb::BulbSet;
 use super::controller::{ControllerProgress, Controllers, FrameTimes};
 use super::emission::{Emission, LightsTopic};
 use super::event_log::{ActionSource, LoggedEvent, ScenarioOutcome};
-use super::expiry::Expiry;
+use super::expiry::{Expiry, Key};
 use super::outbox::Outbox;
 use super::periodic_timer::{FrameClock, PeriodicTimer, Rate, ScenarioMoment};
 use super::prediction::Predictions;
 use super::quirks::LightQuirks;
+use super::received::ReceivedState;
 use super::refusal::ActionRefusal;
 use super::scenario::{Action, ControllerIndex, Scenario, TrafficSignalController};
 use super::scenario_state::ScenarioState;
@@ -65,6 +66,12 @@ pub struct LightObservation {
     pub bulbs: BulbSet,
     /// Confidence of the observation, 0 to 1.
     pub confidence: f64,
+}
+
+impl From<LightObservation> for ReceivedState {
+    fn from(LightObservation { bulbs, confidence }: LightObservation) -> Self {
+        Self { bulbs, confidence, predictions: Vec::new() }
+    }
 }
 
 /// The engine: traffic lights of a map, with a scenario and inputs from outside.
@@ -238,21 +245,23 @@ impl TrafficLights {
 
     /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one. States of
     /// V2I expire after the timeout when `expires`; others hold until their sender removes them. Returns the
-    /// number of rejected states: of ids that the map does not have, or with a confidence outside 0 to 1.
-    pub fn set_states(
+    /// number of rejected states and predictions: of ids that the map does not have, or with numbers that are unfit
+    /// (docs/spec/traffic-lights.md, "Received states").
+    pub fn set_states<S: Into<ReceivedState>>(
         &mut self,
         store: StoreId,
-        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
+        states: impl IntoIterator<Item = (i64, Option<S>)>,
         expires: bool,
         now: Now,
     ) -> usize {
         self.move_to(now);
         let mut rejected = 0;
-        for (id, observation) in states {
-            if !self.set_state(SignalTarget { id, store }, observation, expires) {
-                rejected += 1;
+        for (id, state) in states {
+            let unfit = self.set_state(SignalTarget { id, store }, state.map(Into::into), expires);
+            if unfit > 0 {
+                rejected += unfit;
                 let counts = &mut self.counts[store.channel as usize];
-                counts.rejected += 1;
+                counts.rejected += u64::try_from(unfit).unwrap_or(u64::MAX);
                 counts.last_rejected = Some((Some(id), now.mono));
             }
         }
@@ -424,6 +433,7 @@ impl TrafficLights {
     fn publish_v2i(&mut self, wall: WallStamp) {
         self.scenario_state.v2i.tick();
         if self.publishes(LightsTopic::V2i) {
+            self.scenario_state.lights.stores_mut().drop_past_predictions(wall);
             self.outbox.send_v2i(self.scenario_state.lights.stores(), &self.scenario_state.predictions, wall);
         }
         if self.publishes(LightsTopic::Markers) {
@@ -431,25 +441,43 @@ impl TrafficLights {
         }
     }
 
-    /// Writes or removes a received state. Returns false when it is rejected.
-    fn set_state(
-        &mut self,
-        target: SignalTarget,
-        observation: Option<LightObservation>,
-        expires: bool,
-    ) -> bool {
-        let Some(LightObservation { bulbs, confidence }) = observation else {
-            let is_known = self.scenario_state.lights.write(target, LightChange::Remove).is_ok();
-            self.watch(target, false);
-            return is_known;
+    /// Writes or removes a received state. Returns the number of things that are rejected: the state, or some of its
+    /// predictions.
+    fn set_state(&mut self, target: SignalTarget, state: Option<ReceivedState>, expires: bool) -> usize {
+        if state.as_ref().is_some_and(|state| !(0.0..=1.0).contains(&state.confidence)) {
+            return 1;
+        }
+        let is_group = self.stores().map().group(target.id).is_some();
+        if is_group && target.store.channel == LightChannel::V2i {
+            return self.set_group(target, state, expires);
+        }
+        let lights = &mut self.scenario_state.lights;
+        let (is_known, expires) = match state {
+            None => (lights.write(target, LightChange::Remove).is_ok(), false),
+            Some(ReceivedState { bulbs, confidence, .. }) => {
+                let changes = [LightChange::Set(bulbs), LightChange::Confidence(confidence)];
+                (changes.into_iter().all(|change| lights.write(target, change).is_ok()), expires)
+            }
         };
-        let is_taken = (0.0..=1.0).contains(&confidence)
-            && self.scenario_state.lights.write(target, LightChange::Set(bulbs)).is_ok()
-            && self.scenario_state.lights.write(target, LightChange::Confidence(confidence)).is_ok();
-        if is_taken {
+        if is_known {
             self.watch(target, expires);
         }
-        is_taken
+        usize::from(!is_known)
+    }
+
+    /// Keeps or removes the state that was received for a group of the map. Returns the number of things that are rejected.
+    fn set_group(&mut self, target: SignalTarget, mut state: Option<ReceivedState>, expires: bool) -> usize {
+        let (now, layer) = (self.scenario_state.wall, target.store.layer);
+        let rejected = state.as_mut().map_or(0, |state| state.keep_fit_predictions(now));
+        let expires = expires && state.is_some();
+        if !self.scenario_state.lights.stores_mut().receive(layer, target.id, state) {
+            return 1;
+        }
+        if let Some(timeout) = self.v2i_timeout {
+            let at = expires.then(|| self.scenario_state.now.after(timeout).nanos);
+            self.expiry.renew(Key::Group(layer, target.id), 0, at);
+        }
+        rejected
     }
 
     /// Starts the expiry of a light again, or ends it. Only V2I states expire.
@@ -457,7 +485,7 @@ impl TrafficLights {
         let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == LightChannel::V2i) else {
             return;
         };
-        let at = self.scenario_state.now.after(timeout).nanos;
+        let at = expires.then(|| self.scenario_state.now.after(timeout).nanos);
         let stores = self.scenario_state.lights.stores();
         let heads = heads_of(stores.map(), target.id).into_iter().flatten();
         let way_ids = heads.filter_map(|head| Some(stores.map().at(head)?.way_id));
@@ -465,21 +493,26 @@ impl TrafficLights {
         let ids: Vec<_> = if as_written { vec![target.id] } else { way_ids.collect() };
         for id in ids {
             let written = stores.written(SignalTarget { id, ..target });
-            if expires {
-                self.expiry.watch((target.store.layer, id), written, at);
-            } else {
-                self.expiry.forget((target.store.layer, id));
-            }
+            self.expiry.renew(Key::Light(target.store.layer, id), written, at);
         }
     }
 
     /// Removes the state that expires next, unless something else was written since.
     fn expire(&mut self) {
-        let Some(((layer, id), written)) = self.expiry.take() else { return };
-        let target = SignalTarget { id, store: StoreId { channel: LightChannel::V2i, layer } };
-        if self.scenario_state.lights.stores().written(target) == written {
-            // The id was known when it was watched.
-            let _known = self.scenario_state.lights.write(target, LightChange::Remove);
+        let Some((key, written)) = self.expiry.take() else { return };
+        let lights = &mut self.scenario_state.lights;
+        match key {
+            Key::Light(layer, id) => {
+                let target = SignalTarget { id, store: StoreId { channel: LightChannel::V2i, layer } };
+                if lights.stores().written(target) == written {
+                    // The id was known when it was watched.
+                    let _known = lights.write(target, LightChange::Remove);
+                }
+            }
+            // Nothing else writes it without another watch.
+            Key::Group(layer, relation_id) => {
+                lights.stores_mut().receive(layer, relation_id, None);
+            }
         }
     }
 }

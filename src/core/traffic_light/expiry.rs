@@ -4,8 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::target::StoreLayer;
 
-/// A V2I light by its layer and the id of its entry.
-pub(super) type Key = (StoreLayer, i64);
+/// A V2I light or group by its layer and its id.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Key {
+    /// A light, by the id of its entry.
+    Light(StoreLayer, i64),
+    /// A group with a received state, by its relation id.
+    Group(StoreLayer, i64),
+}
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Expiry {
@@ -23,18 +29,16 @@ struct Watch {
 }
 
 impl Expiry {
-    /// Records that a light was received, with the number of that write. It expires at `at`, nanoseconds since the
-    /// start of the scenario.
-    pub(super) fn watch(&mut self, key: Key, written: u64, at: u64) {
-        self.forget(key);
-        self.watched.insert(key, Watch { at, written });
-        self.order.insert((at, key));
-    }
-
-    pub(super) fn forget(&mut self, key: Key) {
+    /// Records that a light or group was received, with the number of that write. It expires at `at`, nanoseconds since the
+    /// start of the scenario; never if `None`.
+    pub(super) fn renew(&mut self, key: Key, written: u64, at: Option<u64>) {
         self.expired.remove(&key);
         if let Some(watch) = self.watched.remove(&key) {
             self.order.remove(&(watch.at, key));
+        }
+        if let Some(at) = at {
+            self.watched.insert(key, Watch { at, written });
+            self.order.insert((at, key));
         }
     }
 

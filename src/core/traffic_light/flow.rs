@@ -7,11 +7,12 @@ use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
 use super::catalogue;
 use super::command::parse_command;
 use super::emission::{Emission, Groups, LightsContent, LightsTopic};
-use super::engine::{LightObservation, LightsSettings, TrafficLights};
+use super::engine::{LightsSettings, TrafficLights};
 use super::event_log::ScenarioEvent;
 use super::faults::ChannelFaults;
 use super::input::TrafficLightInput;
 use super::output::TrafficLightOutput;
+use super::received::ReceivedState;
 use super::simulated_clock::SimulatedClock;
 use super::target::{LightChannel, StoreId};
 use super::v2i_reception::binding::V2iBinding;
@@ -145,13 +146,13 @@ impl TrafficLightFlow {
     /// Continues with other settings and another binding. The scenario continues if its lights, rules and topics are the
     /// same; otherwise it starts again, with the states of the V2X unit. Call [`Self::settle`] afterwards.
     pub fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
-        let ended = self.reception.reconfigure(binding);
+        let ended = self.reception.reconfigure(binding).into_iter().map(|id| (id, None::<ReceivedState>));
         self.news = true;
         let before = std::mem::replace(&mut *self.settings, settings.clone());
         let Some(now) = self.time(now) else { return };
         if settings.lights.is_same_run(&before.lights) {
             self.run.reconfigure(&before, settings, now);
-            self.run.engine.set_states(StoreId::V2I, ended.into_iter().map(|id| (id, None)), false, now);
+            self.run.engine.set_states(StoreId::V2I, ended, false, now);
         } else {
             self.begin(now);
         }
@@ -160,7 +161,7 @@ impl TrafficLightFlow {
     /// Starts the scenario again, with the states of the V2X unit.
     fn begin(&mut self, now: Now) {
         self.run = LightsRun::new((*self.settings).clone(), now);
-        let states = self.reception.valid_states().map(|(id, state)| (id, Some(observation(state))));
+        let states = self.reception.valid_states().map(|(id, state)| (id, Some(received(state))));
         self.run.engine.set_states(StoreId::V2I, states, false, now);
     }
 
@@ -238,7 +239,7 @@ impl TrafficLightFlow {
         self.news |= self.clock.as_ref().is_some_and(|clock| clock.is_silent(now.mono));
         let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
         if !settled.changes.is_empty() {
-            let changes = settled.changes.iter().map(|(id, state)| (*id, state.map(observation)));
+            let changes = settled.changes.iter().map(|(id, state)| (*id, state.map(received)));
             // These are only the changes, so they do not expire: the reception knows the age of each state.
             self.run.engine.set_states(StoreId::V2I, changes, false, now);
         }
@@ -359,6 +360,6 @@ fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option
     }
 }
 
-fn observation(ValidState { bulbs, confidence, .. }: ValidState) -> LightObservation {
-    LightObservation { bulbs, confidence }
+fn received(ValidState { bulbs, confidence, .. }: ValidState) -> ReceivedState {
+    ReceivedState { bulbs, confidence, predictions: Vec::new() }
 }

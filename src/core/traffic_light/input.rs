@@ -1,7 +1,7 @@
 //! Inputs of the traffic lights, beside the V2X unit on a CAN bus.
 
 use super::emission::Groups;
-use super::engine::LightObservation;
+use super::received::ReceivedState;
 use super::target::StoreId;
 use crate::core::time::WallStamp;
 
@@ -15,8 +15,8 @@ pub enum TrafficLightInput {
         /// The sender's stamp, which has no effect.
         stamp: WallStamp,
         /// States by way or relation id; `None` removes one.
-        states: Vec<(i64, Option<LightObservation>)>,
-        /// Number of further states that could not be read.
+        states: Vec<(i64, Option<ReceivedState>)>,
+        /// Number of further states and predictions that could not be read.
         rejected: u32,
     },
     /// Groups of a camera pipeline, for the arbiter.

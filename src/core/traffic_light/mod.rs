@@ -27,6 +27,7 @@ pub mod output;
 pub mod periodic_timer;
 mod prediction;
 pub mod quirks;
+pub mod received;
 pub mod refusal;
 pub mod scenario;
 mod scenario_state;

@@ -33,11 +33,11 @@ pub(super) struct Outbox {
 #[derive(Debug, Clone)]
 struct TopicList<T> {
     /// The last change of each source that is in the list.
-    changes: [u64; 3],
+    changes: [u64; 4],
     list: Arc<Vec<T>>,
 }
 
-type Sources<'a> = [Option<&'a ChangeLog>; 3];
+type Sources<'a> = [Option<&'a ChangeLog>; 4];
 
 impl Outbox {
     /// Creates an outbox without messages. `one_group_per_head`: see
@@ -66,7 +66,7 @@ impl Outbox {
 
     pub(super) fn send_ground_truth(&mut self, stores: &Stores, stamp: WallStamp) {
         let channel = LightChannel::Conventional;
-        let sources = [Some(&stores.truth(channel).change_log), None, None];
+        let sources = [Some(&stores.truth(channel).change_log), None, None, None];
         let make = |heads: &_| message_builder::lights(stores, channel, heads);
         let lights = self.ground_truth.update(sources, !stores.quirks().cuts_ids, make);
         self.send(LightsTopic::GroundTruth, stamp, LightsContent::Lights(lights));
@@ -91,7 +91,8 @@ impl Outbox {
             (LightChannel::Conventional | LightChannel::V2i, true) => std::slice::from_ref(&timer),
         };
         let source = |channel| channels.contains(&channel).then(|| &stores.truth(channel).change_log);
-        let sources = [source(LightChannel::Conventional), source(LightChannel::V2i), None];
+        let received = channels.contains(&LightChannel::V2i).then(|| &stores.received().change_log);
+        let sources = [source(LightChannel::Conventional), source(LightChannel::V2i), None, received];
         let make = |heads: &_| message_builder::markers(stores, channels, heads);
         let markers = self.markers[timer as usize].update(sources, !stores.quirks().cuts_ids, make);
         self.send(LightsTopic::Markers, stamp, LightsContent::Markers(markers));
@@ -121,6 +122,7 @@ impl TopicList<Arc<GroupState>> {
             Some(&stores.truth(channel).change_log),
             Some(&stores.detected(channel).change_log),
             predictions.map(|predictions| &predictions.change_log),
+            (channel == LightChannel::V2i).then(|| &stores.received().change_log),
         ];
         let is_merged = !one_group_per_head && !stores.quirks().one_group_per_head;
         self.update(sources, is_merged, |heads| {
@@ -145,7 +147,7 @@ impl<T: Item> TopicList<T> {
         let changes = sources.map(|source| source.map_or(0, |log| log.changes));
         let before = std::mem::replace(&mut self.changes, changes);
         if before != changes {
-            let since = sources.into_iter().zip(if is_sorted { before } else { [0; 3] });
+            let since = sources.into_iter().zip(if is_sorted { before } else { [0; 4] });
             let changed = since.filter_map(|(source, change)| Some(source?.since(change)));
             let made = make(&changed.flatten().collect());
             if is_sorted {
@@ -164,6 +166,6 @@ impl<T: Item> TopicList<T> {
 
 impl<T> Default for TopicList<T> {
     fn default() -> Self {
-        Self { changes: [0; 3], list: Arc::default() }
+        Self { changes: [0; 4], list: Arc::default() }
     }
 }

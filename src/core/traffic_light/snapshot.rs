@@ -53,9 +53,9 @@ pub struct ChannelSnapshot {
 /// The state of one light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LightSnapshot {
-    /// Way id of its head in the map.
+    /// Way id of its head in the map; relation id of the group for a state that was received for a whole group over V2I.
     pub id: i64,
-    /// Relation ids of the groups that it belongs to.
+    /// Relation ids of the groups that it belongs to; its own for a group.
     pub groups: Vec<i64>,
     /// Whether it is the light itself or the perception of it.
     pub layer: StoreLayer,
@@ -115,8 +115,8 @@ impl TrafficLightFlow {
 
     fn channel_snapshot(&self, channel: LightChannel) -> ChannelSnapshot {
         let engine = self.engine();
-        let (truth, detected) =
-            (engine.stores().truth(channel).counts, engine.stores().detected(channel).counts);
+        let [truth, detected] = [StoreLayer::GroundTruth, StoreLayer::Detected]
+            .map(|layer| engine.stores().counts(StoreId { channel, layer }));
         let stale = match channel {
             LightChannel::Conventional => 0,
             LightChannel::V2i => engine.expiry.expired(),
@@ -138,8 +138,17 @@ impl TrafficLightFlow {
     }
 
     fn light_snapshots(&self, store: StoreId) -> impl Iterator<Item = LightSnapshot> {
-        let map = self.engine().stores().map();
-        self.engine().iter_states(store).map(move |(id, light)| {
+        let stores = self.engine().stores();
+        let map = stores.map();
+        let received = (store.channel == LightChannel::V2i).then(|| stores.received().states(store.layer));
+        let received = received.into_iter().flatten().map(move |(id, state)| LightSnapshot {
+            id,
+            groups: vec![id],
+            layer: store.layer,
+            bulbs: state.bulbs.iter().collect(),
+            confidence: state.confidence,
+        });
+        let heads = self.engine().iter_states(store).map(move |(id, light)| {
             let head = map.head(id).and_then(|head| map.at(head));
             LightSnapshot {
                 id,
@@ -148,7 +157,8 @@ impl TrafficLightFlow {
                 bulbs: light.bulbs.iter().collect(),
                 confidence: light.confidence,
             }
-        })
+        });
+        received.chain(heads)
     }
 
     /// The signals and messages of the V2X unit.

@@ -6,7 +6,7 @@ use super::catalogue::{self, CHANNELS, TRAFFIC_LIGHTS_SCENARIO};
 use super::engine::TrafficLights;
 use super::event_log::ScenarioOutcome;
 use super::scenario::ControllerIndex;
-use super::target::LightChannel;
+use super::target::{LightChannel, StoreId, StoreLayer};
 use crate::core::diagnostics::{Level, MessagePart, Status};
 use crate::core::time::MonoTime;
 
@@ -29,7 +29,8 @@ impl TrafficLights {
             LightChannel::V2i => (v2i_rate, self.expiry.expired()),
         };
         let counts = self.counts[channel as usize];
-        let (truth, detected) = (self.stores().truth(channel).counts, self.stores().detected(channel).counts);
+        let [truth, detected] = [StoreLayer::GroundTruth, StoreLayer::Detected]
+            .map(|layer| self.stores().counts(StoreId { channel, layer }));
         let rejected = counts.last_rejected.filter(|(_, at)| now.since(*at) < REJECTED_LATELY);
         let message = match (stale, rejected) {
             (0, None) => match self.stores().contradictory_light(channel) {

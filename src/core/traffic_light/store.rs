@@ -11,9 +11,11 @@ use super::bulb::{Bulb, BulbSet, BulbStatus};
 use super::bulb_counts::BulbCounts;
 use super::change_log::ChangeLog;
 use super::quirks::LightQuirks;
+use super::received::{ReceivedGroups, ReceivedState};
 use super::refusal::ActionRefusal;
 use super::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use crate::core::map::light_map::{HeadIndex, LightMap};
+use crate::core::time::WallStamp;
 
 /// The state of one light.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,12 +78,14 @@ pub struct DetectedLight {
     pub light: Light,
 }
 
-/// All four stores, over one map.
+/// All four stores, and the received states of groups, over one map.
 #[derive(Debug, Clone)]
 pub struct Stores {
     map: Arc<LightMap>,
     quirks: LightQuirks,
     channels: [(GroundTruth, Detected); 2],
+    /// What was received for groups over v2i.
+    received: ReceivedGroups,
     writes: u64,
 }
 
@@ -190,7 +194,7 @@ impl Stores {
             GroundTruth { lights: vec![Light::UNTOUCHED; heads], counts, change_log: change_log.clone() };
         let detected = Detected { entries: BTreeMap::new(), counts, change_log };
         let channels = [(truth.clone(), detected.clone()), (truth, detected)];
-        Self { map, quirks: quirks.into(), channels, writes: 0 }
+        Self { map, quirks: quirks.into(), channels, received: ReceivedGroups::new(heads), writes: 0 }
     }
 
     /// Returns the map of their lights.
@@ -213,8 +217,60 @@ impl Stores {
         &self.channels[channel as usize].1
     }
 
-    /// Returns the way id of the first light of a channel that shows red and green; for upstream the id as it was
-    /// written.
+    /// Returns what was received for groups over v2i.
+    pub(super) fn received(&self) -> &ReceivedGroups {
+        &self.received
+    }
+
+    /// Replaces the received state of a group, `None` to remove it. Returns false when the map has no such group, or the
+    /// group has no heads.
+    pub(super) fn receive(
+        &mut self,
+        layer: StoreLayer,
+        relation_id: i64,
+        state: Option<ReceivedState>,
+    ) -> bool {
+        let Some(group) = self.map.group(relation_id).filter(|group| !group.heads.is_empty()) else {
+            return false;
+        };
+        self.received.set((layer, relation_id), state, &group.heads);
+        true
+    }
+
+    /// Removes received predictions that have come to their time.
+    pub(super) fn drop_past_predictions(&mut self, now: WallStamp) {
+        let map = &self.map;
+        let heads = |relation_id| map.group(relation_id).map_or(&[][..], |group| &group.heads);
+        self.received.drop_past_predictions(now, heads);
+    }
+
+    /// Returns the counts of a store, with the received states of groups.
+    pub(super) fn counts(&self, StoreId { channel, layer }: StoreId) -> BulbCounts {
+        let own = match layer {
+            StoreLayer::GroundTruth => self.truth(channel).counts,
+            StoreLayer::Detected => self.detected(channel).counts,
+        };
+        match channel {
+            LightChannel::Conventional => own,
+            LightChannel::V2i => own.plus(self.received.counts(layer)),
+        }
+    }
+
+    /// Returns the bulbs of a head in the ground truth of a channel; in v2i those that were received last for a group
+    /// with this head. `None` when the head was never touched.
+    pub(super) fn shown(&self, channel: LightChannel, head: HeadIndex) -> Option<BulbSet> {
+        let received = self.received_on(StoreId { channel, layer: StoreLayer::GroundTruth }, head);
+        received.or_else(|| self.truth(channel).light(head)?.bulbs)
+    }
+
+    /// Returns the bulbs that were received last for a group with this head.
+    fn received_on(&self, StoreId { channel, layer }: StoreId, head: HeadIndex) -> Option<BulbSet> {
+        let head = self.map.at(head).filter(|_| channel == LightChannel::V2i)?;
+        self.received.latest(layer, &head.relation_ids)
+    }
+
+    /// Returns the id of the first light of a channel that shows red and green: the way id of a head, the relation id of a
+    /// group with a received state; for upstream the id as it was written.
     pub(super) fn contradictory_light(&self, channel: LightChannel) -> Option<i64> {
         let (truth, detected) = (self.truth(channel), self.detected(channel));
         let is_contradictory = |light: &Light| light.bulbs.is_some_and(BulbSet::is_contradictory);
@@ -223,8 +279,13 @@ impl Stores {
             let head = truth.lights.iter().position(is_contradictory)?;
             return self.map.heads().get(head).map(|head| head.way_id);
         }
-        let mut entries = detected.entries().filter(|_| detected.counts.contradictory > 0);
-        entries.find(|(_, entry)| is_contradictory(&entry.light)).map(|(id, _)| id)
+        if detected.counts.contradictory > 0 {
+            return detected.entries().find(|(_, entry)| is_contradictory(&entry.light)).map(|(id, _)| id);
+        }
+        let layers = [StoreLayer::GroundTruth, StoreLayer::Detected].into_iter();
+        let layers = layers.filter(|layer| self.counts(StoreId { channel, layer: *layer }).contradictory > 0);
+        let mut groups = layers.flat_map(|layer| self.received.states(layer));
+        groups.find(|(_, state)| state.bulbs.is_contradictory()).map(|(id, _)| id)
     }
 
     /// Returns the number of changes of a store so far: it differs whenever a light of the store does.
@@ -238,7 +299,7 @@ impl Stores {
     /// Changes all lights of a target. Returns whether anything differs afterwards; an unknown id is refused.
     pub fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         self.writes += 1;
-        let Self { map, quirks, channels, writes } = self;
+        let Self { map, quirks, channels, writes, .. } = self;
         let (truth, detected) = &mut channels[target.store.channel as usize];
         match target.store.layer {
             StoreLayer::GroundTruth => {
@@ -292,13 +353,22 @@ impl Stores {
         light.map_or(0, |light| light.written)
     }
 
-    /// Returns the bulbs of each head of a target, empty for a light that was never touched.
+    /// Returns the bulbs of each head of a target, empty for a light that was never touched. A group shows the state that
+    /// was received for it, a head the state that was received last for one of its groups.
     pub fn bulbs(&self, target: SignalTarget) -> Result<impl Iterator<Item = BulbSet> + '_, ActionRefusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         // Upstream's detections are under the id as written: one entry, even for a group.
         let as_written = target.store.layer == StoreLayer::Detected && self.quirks.detects_by_written_id;
         let heads = heads_of(&self.map, target.id)?.take(if as_written { 1 } else { usize::MAX });
+        let is_group = self.map.group(target.id).is_some();
+        let of_group = self.received.state(target.store.layer, target.id);
+        let of_group =
+            of_group.filter(|_| target.store.channel == LightChannel::V2i).map(|state| state.bulbs);
         Ok(heads.map(move |head| {
+            let received = if is_group { of_group } else { self.received_on(target.store, head) };
+            if let Some(bulbs) = received {
+                return bulbs;
+            }
             let light = match target.store.layer {
                 StoreLayer::GroundTruth => truth.light(head).copied(),
                 StoreLayer::Detected if as_written => Some(detected.light(target.id)),

@@ -24,7 +24,7 @@ impl SyncedStores {
         &self.stores
     }
 
-    /// Returns the stores for comparisons, with which upstream makes lights.
+    /// Returns the stores for what is never copied: comparisons, with which upstream makes lights, and received states.
     pub(super) fn stores_mut(&mut self) -> &mut Stores {
         &mut self.stores
     }

@@ -5,7 +5,7 @@ use crate::dds::daemon_on_ros::peer::ARBITER;
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
 
-const RED: &str = "34806: red on circle; 120666: red on circle";
+const RED: &str = "34806: red on circle";
 
 #[test]
 fn the_arbiter_believes_who_is_surer_group_by_group() {

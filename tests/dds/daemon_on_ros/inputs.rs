@@ -36,7 +36,8 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     expect("camera", "34806: red on circle, unknown unknown circle 0.50; 120666: red on circle");
     reader.status(Mark::START, "traffic_lights_conventional", "detected", |count, _| count == "1");
     others.send(SENT, "1 34806 3 1 2 0.75");
-    expect("v2i", "34806: green on circle 0.75; 120666: green on circle 0.75");
+    // A movement is one group, whatever heads it shares.
+    expect("v2i", "34806: green on circle 0.75");
     others.send(RECEIVED, "1 34836 2 2 2 1");
     let received = "34806: green on circle 0.75, amber on left; 120666: amber on left";
     expect("v2i", received);
@@ -65,14 +66,18 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     ] {
         others.send(COMMAND, command);
     }
-    others.send(COMMAND, "TrafficSignalStateAction(\"34802 v2i\", \"white, yellow flashing down\")");
+    others.send(COMMAND, "TrafficSignalStateAction(\"34836 v2i_detected\", \"white, yellow flashing down\")");
     expect(
         "v2i",
-        "34806: amber on left, amber flashing down 0.75, white on circle 0.75; 120666: amber on left",
+        "34806: green on circle 0.75, amber flashing down, white on circle; \
+         120666: amber flashing down, white on circle",
     );
+    let mark = reader.mark();
     reader.status(mark, "traffic_lights_scenario", "refused_commands", |count, _| count == "4");
-    others.send(COMMAND, "ClearTrafficSignal(\"34802 v2i\")");
-    expect("v2i", "34806: amber on left; 120666: amber on left");
+    others.send(COMMAND, "ClearTrafficSignal(\"34836 v2i_detected\")");
+    reader.wait_for_state(mark, "v2i", "34806: green on circle 0.75");
+    others.send(RECEIVED, "2 34806 2 2 2 1");
+    expect("v2i", "34806: amber on left");
 
     // A group without elements: its state is removed.
     let forgotten = |task| {
@@ -82,9 +87,9 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     others.send(DETECTED, "2 34806");
     let mark = forgotten("traffic_lights_conventional");
     reader.wait_for_state(mark, "camera", "34806: amber on circle, red on up; 120666: amber on circle");
-    others.send(RECEIVED, "2 34806");
+    others.send(RECEIVED, "3 34806");
     let mark = forgotten("traffic_lights_v2i");
-    reader.wait_for_state(mark, "v2i", "34806: green on circle 0.75; 120666: green on circle 0.75");
+    reader.wait_for_state(mark, "v2i", "34806: green on circle 0.75");
     let mark = reader.mark();
     others.send(SENT, "2 34806");
     reader.wait_for_state(mark, "v2i", "");

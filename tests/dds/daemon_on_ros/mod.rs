@@ -70,6 +70,10 @@ fn folder(configuration: &str) -> Folder {
     folder
 }
 
+/// The groups of the built-in V2X unit, and one that shares its heads.
+const UNIT_GROUPS: &str = "[groups]\n34806 = [34802, 34836]\n120666 = [34836]\n34807 = [34807]\n\
+    35101 = [1]\n35102 = [2]\n35201 = [3]\n";
+
 fn add_crossing(folder: &Folder) {
     folder.write("crossroads.osm", MAP);
     folder.write("crossing.xosc", SCENARIO);

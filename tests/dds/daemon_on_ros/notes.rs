@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::dds::daemon_on_ros::folder;
+use crate::dds::daemon_on_ros::{UNIT_GROUPS, folder};
 use crate::support::process::{Folder, Process};
 
 /// The notes, each with its location.
@@ -68,12 +68,13 @@ fn a_profile_with_states_of_v2i_and_without_traffic_lights_is_noted() {
     let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles/v2x_unit.toml");
     let config = format!("profile = \"{profile}\"\n{OFF}[can.v2x]\ninterface = \"no-such-can\"\n");
     let alone = folder(&config);
-    let note = "v2i: received states are not used; add [traffic_lights] to the configuration";
+    let note = "v2i: received states are not used, and no map checks their ids; add [traffic_lights] to the configuration";
     assert!(checked(&alone).contains(&format!("note       {note}\n")));
     let mut gateway = Process::run(&alone);
     gateway.wait_for_log("no-such-can is missing");
     assert_eq!(gateway.log().iter().filter(|line| line.ends_with(note)).count(), 1);
     gateway.stop("TERM");
-    let map = "[traffic_lights]\nmap = \"crossroads.osm\"\n";
-    assert!(!checked(&folder(&format!("{config}{map}"))).contains("note "));
+    let with_groups = folder(&format!("{config}[traffic_lights]\nscenario = \"groups.toml\"\n"));
+    with_groups.write("groups.toml", UNIT_GROUPS);
+    assert!(!checked(&with_groups).contains("note "));
 }

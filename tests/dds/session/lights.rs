@@ -14,9 +14,9 @@ use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Col
 use signal_gateway::core::traffic_light::emission::{
     Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic, Prediction,
 };
-use signal_gateway::core::traffic_light::engine::LightObservation;
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::output::TrafficLightOutput;
+use signal_gateway::core::traffic_light::received::ReceivedState;
 use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use signal_gateway::io::ros::inbox::{Arrival, Inbox};
 use signal_gateway::io::ros::messages::LightsType;
@@ -106,7 +106,7 @@ fn content(topic: &str, count: i64) -> (LightsTopic, LightsContent) {
         at: WallStamp::from_nanos(9_000_000_001),
         elements: elements.clone(),
         reliability: 1.0,
-        source: "SIMULATION",
+        source: "SIMULATION".into(),
     };
     let group =
         |relation_id, predictions| GroupState { relation_id, elements: elements.clone(), predictions };
@@ -147,8 +147,8 @@ fn shown(subscription: usize, input: &Input, at: f64) -> Value {
         Input::TrafficLight(TrafficLightInput::Command(text)) => json!({"text": text}),
         Input::TrafficLight(TrafficLightInput::States { stamp, states, rejected, .. }) => {
             let listed = states.iter().map(|(id, state)| {
-                let dark = LightObservation { bulbs: BulbSet::EMPTY, confidence: 1.0 };
-                let LightObservation { bulbs, confidence } = state.unwrap_or(dark);
+                let shown = |state: &ReceivedState| (state.bulbs, state.confidence);
+                let (bulbs, confidence) = state.as_ref().map_or((BulbSet::EMPTY, 1.0), shown);
                 json!([id, bulbs.to_string(), confidence])
             });
             json!({"sec": stamp.sec(), "groups": listed.collect::<Vec<_>>(), "rejected": rejected})

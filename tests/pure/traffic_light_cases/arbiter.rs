@@ -73,8 +73,10 @@ fn group(text: &'static str) -> GroupState {
             Err(_) => GroupElement { bulb: parse_bulb(text).unwrap(), confidence: 1.0 },
         }
     };
-    let prediction =
-        |source| Prediction { at: WallStamp::from_nanos(1), elements: Vec::new(), reliability: 1.0, source };
+    let prediction = |source: &str| {
+        let (at, source) = (WallStamp::from_nanos(1), source.to_owned().into());
+        Prediction { at, elements: Vec::new(), reliability: 1.0, source }
+    };
     GroupState {
         relation_id: id.parse().unwrap(),
         elements: list(elements).map(element).collect(),

@@ -8,6 +8,7 @@ mod map;
 mod messages;
 mod model;
 mod names;
+mod received;
 mod scenario;
 pub(super) mod scene;
 mod stores;

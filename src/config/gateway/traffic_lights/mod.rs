@@ -3,6 +3,7 @@
 pub(super) mod arbiter;
 pub(super) mod faults;
 pub(super) mod topics;
+mod v2i;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ use crate::core::traffic_light::target::StoreId;
 use faults::faults;
 pub use topics::LightsOutput;
 use topics::{InputTopics, inputs, outputs};
+pub(super) use v2i::check_ids;
 
 const DEFAULT_ARCHITECTURE: &str = "awf/universe/20240605";
 const COMPAT: Keywords<Compat> = &[("improved", Compat::Improved), ("upstream", Compat::Upstream)];

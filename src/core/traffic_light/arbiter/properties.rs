@@ -100,7 +100,7 @@ proptest! {
                         at: WallStamp::from_nanos(number),
                         elements: Vec::new(),
                         reliability: 1.0,
-                        source: "",
+                        source: "".into(),
                     });
                     pool[index] = Arc::new(group);
                     continue;

@@ -23,6 +23,17 @@ impl V2iBinding {
         self.sources.is_empty()
     }
 
+    /// Returns all bound groups and heads, in the order of the profile.
+    pub fn groups(&self) -> impl Iterator<Item = &BoundGroup> {
+        self.sources.iter().flat_map(|source| {
+            let (single, cycling) = match &source.states {
+                V2iStates::Single(group) => (Some(group), &[][..]),
+                V2iStates::Cycling(cycle) => (None, &*cycle.groups),
+            };
+            single.into_iter().chain(cycling.iter().map(|(_, group)| group))
+        })
+    }
+
     pub(super) fn message_of(&self, signal: SignalIndex) -> MessageIndex {
         self.table.signals[signal.0].message
     }

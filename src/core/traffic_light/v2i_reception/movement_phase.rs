@@ -4,8 +4,9 @@
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use crate::core::validation::meaning::Meaning;
 
-/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape for
-/// a movement without conflicting traffic: its number does not include a direction.
+/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape of
+/// green for a movement without conflicting traffic: its number does not include a direction. Only green is ever an
+/// arrow, since Autoware before April 2026 passes on an arrow of any colour.
 pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>); 10] {
     let one = |color, status, shape| {
         let bulb = Bulb { color, status, shape };
@@ -24,7 +25,7 @@ pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>);
         (5, lit(Color::Green, circle)),
         (6, lit(Color::Green, protected)),
         (7, lit(Color::Yellow, circle)),
-        (8, lit(Color::Yellow, protected)),
+        (8, lit(Color::Yellow, circle)),
         (9, one(Color::Yellow, BulbStatus::Flashing, circle)),
     ]
 }
@@ -44,14 +45,13 @@ mod tests {
         let expected = [
             "not available", "unknown solidOff circle", "red flashing circle", "red solidOn circle",
             "red solidOn circle", "green solidOn circle", "green solidOn left", "yellow solidOn circle",
-            "yellow solidOn left", "yellow flashing circle",
+            "yellow solidOn circle", "yellow flashing circle",
         ];
         for ((number, meaning), expected) in movement_phase_states(BulbShape::Left).into_iter().zip(expected)
         {
             assert_eq!(text(meaning), expected, "{number}");
         }
-        let [.., (six, green), _, (eight, yellow), _] = movement_phase_states(BulbShape::Circle);
+        let [.., (six, green), _, _, _] = movement_phase_states(BulbShape::Circle);
         assert_eq!((six, text(green)), (6, "green solidOn circle".to_owned()));
-        assert_eq!((eight, text(yellow)), (8, "yellow solidOn circle".to_owned()));
     }
 }

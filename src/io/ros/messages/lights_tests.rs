@@ -1,6 +1,9 @@
 //! Bytes and JSON of the messages about traffic lights, and the inputs that received ones become.
 
-use super::autoware_perception_msgs::{TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray};
+use super::autoware_perception_msgs::{
+    PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
+};
+use super::builtin_interfaces::Time;
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
 use super::{LightsMessage, LightsType, std_msgs};
 use crate::core::compat::Compat;
@@ -10,8 +13,8 @@ use crate::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::core::traffic_light::emission::{
     Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic, Prediction,
 };
-use crate::core::traffic_light::engine::LightObservation;
 use crate::core::traffic_light::input::TrafficLightInput;
+use crate::core::traffic_light::received::ReceivedState;
 use crate::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 
 const RED: Bulb = Bulb { color: Color::Red, status: BulbStatus::SolidOn, shape: BulbShape::Circle };
@@ -26,11 +29,14 @@ fn emission(content: LightsContent) -> Emission {
     Emission { topic: LightsTopic::V2i, stamp: STAMP, content }
 }
 
+fn prediction() -> Prediction {
+    let elements = vec![GroupElement { bulb: RED, confidence: 0.5 }];
+    Prediction { at: STAMP, elements, reliability: 0.5, source: "MANUAL_OVERRIDE".into() }
+}
+
 fn groups() -> LightsContent {
     let element = |bulb| GroupElement { bulb, confidence: 0.5 };
-    let prediction =
-        Prediction { at: STAMP, elements: vec![element(RED)], reliability: 0.5, source: "MANUAL_OVERRIDE" };
-    let (elements, predictions) = (vec![element(ARROW), element(RED)], vec![prediction]);
+    let (elements, predictions) = (vec![element(ARROW), element(RED)], vec![prediction()]);
     let dark = GroupState { relation_id: -2, ..GroupState::default() };
     LightsContent::groups([GroupState { relation_id: LARGE, elements, predictions }, dark])
 }
@@ -233,10 +239,40 @@ fn a_group_array_is_read_back_as_it_was_sent() {
     let (read, _): (TrafficLightGroupArray, usize) =
         cdr_encoding::from_bytes::<_, byteorder::LittleEndian>(&cdr(&sent)).unwrap();
     assert_eq!(read, sent);
-    let both = LightObservation { bulbs: [RED, ARROW].into_iter().collect(), confidence: 0.5 };
-    let states = vec![(LARGE, Some(both)), (-2, None)];
-    let expected = TrafficLightInput::States { store: STORE, stamp: STAMP, states, rejected: 0 };
-    assert_eq!(read.for_store(STORE), expected);
+    let bulbs = [RED, ARROW].into_iter().collect();
+    for (store, predictions) in [(STORE, vec![prediction()]), (StoreId::CONVENTIONAL, vec![])] {
+        let both = ReceivedState { bulbs, confidence: 0.5, predictions };
+        let states = vec![(LARGE, Some(both)), (-2, None)];
+        let expected = TrafficLightInput::States { store, stamp: STAMP, states, rejected: 0 };
+        assert_eq!(read.for_store(store), expected, "only the network predicts");
+    }
+}
+
+#[test]
+fn a_prediction_with_an_undefined_number_is_left_out_and_counted() {
+    let good = PredictedTrafficLightState::new(&prediction(), Compat::Improved);
+    let [element] = good.simultaneous_elements[..] else { panic!("{good:?}") };
+    let of = |element| PredictedTrafficLightState { simultaneous_elements: vec![element], ..good.clone() };
+    let stamp = Time { nanosec: 1_000_000_000, ..good.predicted_stamp };
+    let source = "of its own".to_owned();
+    let unknown = PredictedTrafficLightState { information_source: source.clone(), ..good.clone() };
+    let predictions = vec![
+        of(TrafficLightElement { color: 5, ..element }),
+        of(TrafficLightElement { confidence: f32::NAN, ..element }),
+        good.clone(),
+        PredictedTrafficLightState { predicted_stamp: stamp, ..good.clone() },
+        unknown,
+    ];
+    let group = TrafficLightGroup { traffic_light_group_id: 1, elements: vec![element], predictions };
+    let message = TrafficLightGroupArray { stamp: STAMP.into(), traffic_light_groups: vec![group] };
+    let kept = ReceivedState {
+        bulbs: [RED].into_iter().collect(),
+        confidence: 0.5,
+        predictions: vec![prediction(), Prediction { source: source.into(), ..prediction() }],
+    };
+    let states = vec![(1, Some(kept))];
+    let expected = TrafficLightInput::States { store: STORE, stamp: STAMP, states, rejected: 3 };
+    assert_eq!(message.for_store(STORE), expected);
 }
 
 #[test]
@@ -258,7 +294,8 @@ fn a_group_with_an_undefined_number_is_left_out_as_a_whole() {
         let traffic_light_groups = vec![group(1, &[good, undefined]), group(2, &[good])];
         let stamp = WallStamp::from_nanos(-1);
         let message = TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups };
-        let kept = LightObservation { bulbs: [RED].into_iter().collect(), confidence: 0.25 };
+        let bulbs = [RED].into_iter().collect();
+        let kept = ReceivedState { bulbs, confidence: 0.25, predictions: vec![] };
         let expected =
             TrafficLightInput::States { store: STORE, stamp, states: vec![(2, Some(kept))], rejected: 1 };
         assert_eq!(message.for_store(STORE), expected, "{undefined:?}");

@@ -18,6 +18,13 @@ impl From<Time> for WallStamp {
     }
 }
 
+impl Time {
+    /// Returns the time; `None` for nanoseconds of a second or more.
+    pub(super) fn checked(self) -> Option<WallStamp> {
+        (self.nanosec < 1_000_000_000).then(|| self.into())
+    }
+}
+
 impl Header {
     /// Creates the header of data in `frame_id`; diagnostics have an empty one.
     pub fn new(stamp: WallStamp, frame_id: &str) -> Self {

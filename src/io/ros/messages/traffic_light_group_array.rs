@@ -2,6 +2,7 @@
 //!
 //! Releases before 2025-05 have no `predictions`, and the layout of `TrafficSignalArray`, the legacy form.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::array_element::{ArrayElement, StampPosition, elements};
@@ -14,21 +15,52 @@ use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::traffic_light::emission::{GroupElement, GroupState, Prediction};
-use crate::core::traffic_light::engine::LightObservation;
 use crate::core::traffic_light::input::TrafficLightInput;
-use crate::core::traffic_light::target::StoreId;
+use crate::core::traffic_light::received::ReceivedState;
+use crate::core::traffic_light::target::{LightChannel, StoreId};
 
 impl PredictedTrafficLightState {
-    fn new(prediction: &Prediction, compat: Compat) -> Self {
+    pub(super) fn new(prediction: &Prediction, compat: Compat) -> Self {
         #[allow(clippy::cast_possible_truncation)] // the field is no wider
         let reliability = prediction.reliability as f32;
         Self {
             predicted_stamp: prediction.at.into(),
             simultaneous_elements: TrafficLightElement::all(&prediction.elements, compat),
             reliability,
-            information_source: prediction.source.to_owned(),
+            information_source: prediction.source.clone().into_owned(),
         }
     }
+
+    /// Returns the prediction; `None` when a number of it is not a constant of its type, or its stamp is not a time.
+    fn prediction(&self) -> Option<Prediction> {
+        let elements = elements_of(&self.simultaneous_elements)?;
+        let source = INFORMATION_SOURCES.into_iter().find(|known| *known == self.information_source);
+        Some(Prediction {
+            at: self.predicted_stamp.checked()?,
+            elements,
+            reliability: self.reliability.into(),
+            source: source.map_or_else(|| self.information_source.clone().into(), Cow::Borrowed),
+        })
+    }
+}
+
+/// The sources that the type has a constant for.
+const INFORMATION_SOURCES: [&str; 7] = [
+    PredictedTrafficLightState::INFORMATION_SOURCE_V2N,
+    PredictedTrafficLightState::INFORMATION_SOURCE_V2I,
+    PredictedTrafficLightState::INFORMATION_SOURCE_V2V,
+    PredictedTrafficLightState::INFORMATION_SOURCE_LOCAL_PERCEPTION,
+    PredictedTrafficLightState::INFORMATION_SOURCE_MANUAL_OVERRIDE,
+    PredictedTrafficLightState::INFORMATION_SOURCE_SIMULATION,
+    PredictedTrafficLightState::INFORMATION_SOURCE_INTERNAL_ESTIMATION,
+];
+
+/// Returns the bulbs with the confidence of each; `None` when one of them has an undefined number.
+fn elements_of(elements: &[TrafficLightElement]) -> Option<Vec<GroupElement>> {
+    let element = |element: &TrafficLightElement| {
+        Some(GroupElement { bulb: element.bulb()?, confidence: f64::from(element.confidence) })
+    };
+    elements.iter().map(element).collect()
 }
 
 impl TrafficLightGroupArray {
@@ -38,7 +70,7 @@ impl TrafficLightGroupArray {
     }
 
     /// Returns the core's input for a store. A group without elements removes its state; a group with an undefined
-    /// number is left out as a whole and counted.
+    /// number is left out as a whole and counted, a prediction with one alone. Only states of V2I have predictions.
     pub fn for_store(&self, store: StoreId) -> TrafficLightInput {
         let (mut states, mut rejected) = (Vec::new(), 0);
         for group in &self.traffic_light_groups {
@@ -50,8 +82,15 @@ impl TrafficLightGroupArray {
             // The least certain bulb decides.
             let confidences = group.elements.iter().map(|element| f64::from(element.confidence));
             let confidence = confidences.fold(1.0, f64::min);
-            let observation = (!bulbs.is_empty()).then_some(LightObservation { bulbs, confidence });
-            states.push((group.traffic_light_group_id, observation));
+            let state = (!bulbs.is_empty()).then(|| {
+                let has_predictions = store.channel == LightChannel::V2i;
+                let predicted = if has_predictions { group.predictions.as_slice() } else { &[] };
+                let predictions: Vec<_> =
+                    predicted.iter().filter_map(PredictedTrafficLightState::prediction).collect();
+                rejected += u32::try_from(predicted.len() - predictions.len()).unwrap_or(u32::MAX);
+                ReceivedState { bulbs, confidence, predictions }
+            });
+            states.push((group.traffic_light_group_id, state));
         }
         TrafficLightInput::States { store, stamp: self.stamp.into(), states, rejected }
     }
@@ -60,10 +99,7 @@ impl TrafficLightGroupArray {
     /// counted; predictions of cameras are not used.
     pub fn for_arbiter(&self) -> TrafficLightInput {
         let group = |group: &TrafficLightGroup| {
-            let element = |element: &TrafficLightElement| {
-                Some(GroupElement { bulb: element.bulb()?, confidence: f64::from(element.confidence) })
-            };
-            let elements = group.elements.iter().map(element).collect::<Option<_>>()?;
+            let elements = elements_of(&group.elements)?;
             let relation_id = group.traffic_light_group_id;
             Some(Arc::new(GroupState { relation_id, elements, predictions: Vec::new() }))
         };

@@ -76,7 +76,7 @@ fn channels(reported: &mut Reported) {
     let red = LightObservation { bulbs: parse_bulbs("red").unwrap(), confidence: 1.0 };
     for (store, id, rejected) in [("v2i", 11, 0), ("conventional", 5, 0), ("conventional", 11, 1)] {
         let store = target(&format!("1 {store}")).store;
-        let states = vec![(id, Some(red))];
+        let states = vec![(id, Some(red.into()))];
         let stamp = desk.gateway.now.wall;
         desk.input(TrafficLightInput::States { store, stamp, states, rejected });
         desk.pass(11_000);

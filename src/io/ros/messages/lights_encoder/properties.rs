@@ -77,7 +77,7 @@ impl LightLook {
             at: WallStamp::from_nanos(number * 1_500_000_000),
             elements: elements.iter().take(*bulbs).copied().collect(),
             reliability: confidence,
-            source,
+            source: (*source).into(),
         });
         let predictions = predictions.collect();
         Arc::new(GroupState { relation_id: id(self.id), elements, predictions })
