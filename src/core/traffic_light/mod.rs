@@ -35,6 +35,7 @@ pub mod signal_id;
 mod simulated_clock;
 pub mod snapshot;
 pub mod state_check;
+mod state_inputs;
 mod status;
 pub mod store;
 mod storyboard;

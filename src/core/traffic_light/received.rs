@@ -16,7 +16,7 @@ use crate::core::time::WallStamp;
 /// The number of predictions that are kept of a group, the earliest ones.
 pub const MAX_PREDICTIONS: usize = 16;
 /// The largest number of bulbs in a prediction.
-const MAX_BULBS: usize = 16;
+const MAX_BULBS: usize = 8;
 /// The length of the longest source of a prediction, bytes.
 const MAX_SOURCE_BYTES: usize = 64;
 /// The farthest predicted time.
