@@ -72,8 +72,8 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
         "34806: green on circle 0.75, amber flashing down, white on circle; \
          120666: amber flashing down, white on circle",
     );
-    let mark = reader.mark();
     reader.status(mark, "traffic_lights_scenario", "refused_commands", |count, _| count == "4");
+    let mark = reader.mark();
     others.send(COMMAND, "ClearTrafficSignal(\"34836 v2i_detected\")");
     reader.wait_for_state(mark, "v2i", "34806: green on circle 0.75");
     others.send(RECEIVED, "2 34806 2 2 2 1");
