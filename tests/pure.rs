@@ -34,6 +34,7 @@ mod pure {
     mod performance_pictures;
     mod picture_captions;
     mod reader_limits;
+    mod reading_memory;
     mod reconfigure;
     mod recording_formats;
     mod recording_variants;
@@ -53,3 +54,8 @@ mod pure {
     mod vehicles;
     mod waiting_rules;
 }
+
+#[path = "support/counting_allocator.rs"]
+mod counting_allocator;
+#[path = "hostile_files/mod.rs"]
+mod hostile_files;

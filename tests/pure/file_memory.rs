@@ -5,10 +5,10 @@ use std::path::Path;
 use signal_gateway::config::scenario::{ReadOptions, read};
 use signal_gateway::config::{load_profile, read_lane_network};
 
-use super::no_allocation::peak_bytes;
+use crate::counting_allocator::most_held;
 use crate::support::files::MemoryFiles;
 
-const MIB: usize = 1 << 20;
+const MIB: u64 = 1 << 20;
 
 /// A text of about `bytes`: `begin`, then pieces by their number, then `end`.
 fn filled(bytes: usize, begin: &str, piece: impl Fn(usize) -> String, end: &str) -> String {
@@ -22,22 +22,22 @@ fn filled(bytes: usize, begin: &str, piece: impl Fn(usize) -> String, end: &str)
     text + end
 }
 
-fn scenario(name: &str, text: String) -> usize {
+fn scenario(name: &str, text: String) -> u64 {
     let files = MemoryFiles::new([(name, text)]);
-    peak_bytes(|| {
+    most_held(|| {
         assert!(read(&files, Path::new(name), ReadOptions::default()).is_err(), "{name}");
     })
 }
 
-fn profile(database: &str, text: String) -> usize {
+fn profile(database: &str, text: String) -> u64 {
     let profile = format!("name = \"x\"\n[bus.body]\ndbc = \"{database}\"\n");
     let files = MemoryFiles::new([("car.toml", profile), (database, text)]);
-    peak_bytes(|| assert!(load_profile(&files, Path::new("car.toml")).is_err(), "{database}"))
+    most_held(|| assert!(load_profile(&files, Path::new("car.toml")).is_err(), "{database}"))
 }
 
-fn map(text: String) -> usize {
+fn map(text: String) -> u64 {
     let files = MemoryFiles::new([("map.osm", text)]);
-    peak_bytes(|| drop(read_lane_network(&files, Path::new("map.osm"))))
+    most_held(|| drop(read_lane_network(&files, Path::new("map.osm"))))
 }
 
 #[test]

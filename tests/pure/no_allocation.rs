@@ -1,8 +1,6 @@
 //! The path of a frame through the gateway allocates no memory: nothing can grow, fragment or wait
 //! for the allocator however long and busy the drive.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::hint::black_box;
 use std::io::Cursor;
@@ -41,68 +39,8 @@ use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::can::log::Log;
 
+use crate::counting_allocator::allocations;
 use crate::pure::vehicle_status::car as status_car;
-
-/// The system's allocator, counting the allocations of each thread.
-struct Counting;
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-    /// Bytes that the thread holds, and the most that it held; what other threads gave it makes the number negative.
-    static HELD: Cell<isize> = const { Cell::new(0) };
-    static PEAK: Cell<isize> = const { Cell::new(0) };
-}
-
-fn hold(more: usize, less: usize) {
-    let held = HELD.get().wrapping_add_unsigned(more).wrapping_sub_unsigned(less);
-    HELD.set(held);
-    PEAK.set(PEAK.get().max(held));
-}
-
-// SAFETY: hands every call on to `System` unchanged. The counter is a constant-initialised cell
-// without a destructor, so touching it neither allocates nor fails.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        hold(layout.size(), 0);
-        // SAFETY: the caller's promises are those of `System`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        hold(0, layout.size());
-        // SAFETY: the caller's promises are those of `System`.
-        unsafe { System.dealloc(block, layout) }
-    }
-
-    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // While bytes are moved, both blocks exist.
-        hold(size, 0);
-        hold(0, layout.size());
-        // SAFETY: the caller's promises are those of `System`.
-        unsafe { System.realloc(block, layout, size) }
-    }
-}
-
-/// The number of allocations in `action`.
-fn allocations(action: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.get();
-    action();
-    ALLOCATIONS.get() - before
-}
-
-/// The most bytes that `action` holds at once.
-pub(super) fn peak_bytes(action: impl FnOnce()) -> usize {
-    let before = HELD.get();
-    PEAK.set(before);
-    action();
-    usize::try_from(PEAK.get() - before).unwrap_or(0)
-}
 
 const TURN: CanId = CanId::Standard(0x2A5);
 const HAZARD: CanId = CanId::Standard(0x2C1);
