@@ -81,7 +81,7 @@ fn main() -> ExitCode {
     let due = due(&arguments);
     if let Some(folder) = &arguments.write {
         for due in &due {
-            write(&(due.make)(), &folder.join(due.repeat.replace(' ', "_")));
+            write(&(due.make)(), &folder.join(folder_name(&due.repeat)));
         }
         return ExitCode::SUCCESS;
     }
@@ -134,8 +134,7 @@ fn due(arguments: &Arguments) -> Vec<Due> {
     if let Some(size) = arguments.named {
         let all = named::all(size).into_iter().chain(named_texts::all(size));
         due.extend(
-            all
-                .filter(|(name, _)| name.contains(&arguments.like))
+            all.filter(|(name, _)| name.contains(&arguments.like))
                 .map(|(name, make)| Due { repeat: format!("--named {size} --like {name}"), make }),
         );
     }
@@ -176,7 +175,7 @@ fn outcomes_of(due: &Due, program: &Path) -> Vec<Outcome> {
     let mut outcomes = Vec::new();
     for words in &case.runs {
         let taken = child::run(program, words, folder.path(), judge::END).unwrap();
-        let wrong = judge::wrong(&words[0], &taken, size, case.decoded, case.is_held_whole);
+        let wrong = judge::wrong(&case, &words[0], &taken, size);
         let (repeat, name, words) = (due.repeat.clone(), case.name.clone(), words.join(" "));
         outcomes.push(Outcome { repeat, name, words, size, taken, wrong });
         let _none_was_written = std::fs::remove_dir_all(folder.path().join("written"));
@@ -187,11 +186,14 @@ fn outcomes_of(due: &Due, program: &Path) -> Vec<Outcome> {
     outcomes
 }
 
+fn folder_name(repeat: &str) -> String {
+    repeat.replace("--", "").replace(' ', "_")
+}
+
 /// Where the files of a case are kept that is wrong.
 fn kept(repeat: &str) -> PathBuf {
-    let name = repeat.replace("--", "").replace(' ', "_");
     let temporary = option_env!("CARGO_TARGET_TMPDIR").map_or_else(std::env::temp_dir, PathBuf::from);
-    temporary.join("hostile_files").join(name)
+    temporary.join("hostile_files").join(folder_name(repeat))
 }
 
 fn report(cases: usize, outcomes: &[Outcome]) -> ExitCode {

@@ -10,6 +10,8 @@ pub(crate) struct Case {
     pub(crate) decoded: usize,
     /// What of the file has to be held whole, so that its memory may grow with what is unpacked.
     pub(crate) is_held_whole: bool,
+    /// True if there is little to write about it.
+    pub(crate) has_few_frames: bool,
 }
 
 impl Case {
@@ -18,7 +20,14 @@ impl Case {
         let name = name.into();
         let runs = commands.iter().map(|command| of_recording(command, &name)).collect();
         let is_held_whole = [".mf4", ".sqlite", ".db3"].iter().any(|format| name.contains(format));
-        Self { files: vec![(name.clone(), content)], name, runs, decoded: 0, is_held_whole }
+        Self {
+            files: vec![(name.clone(), content)],
+            name,
+            runs,
+            decoded: 0,
+            is_held_whole,
+            has_few_frames: false,
+        }
     }
 
     /// A file of another kind, which is read by what the words say; `{}` is its name.
@@ -31,6 +40,7 @@ impl Case {
             runs,
             decoded: 0,
             is_held_whole: false,
+            has_few_frames: false,
         }
     }
 

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::child::Taken;
+use super::hostile_files::case::Case;
 
 /// Size of a file up to which the limits are the same, bytes.
 const FREE: u64 = 10_000_000;
@@ -11,8 +12,10 @@ pub(crate) const MOST_TIME: Duration = Duration::from_secs(20);
 pub(crate) const END: Duration = Duration::from_secs(25);
 /// Most memory for such a file, KiB.
 const MOST_MEMORY_KIB: u64 = 256 << 10;
-/// Most that is written for such a file, bytes.
-const MOST_WRITTEN: u64 = 256 << 20;
+/// Most that is written for such a file, bytes: a packed one may hold millions of frames.
+const MOST_WRITTEN: u64 = 1 << 30;
+/// Most that is written for a file of a few frames, bytes, however far apart they are.
+const MOST_OF_FEW: u64 = 64 << 20;
 /// Formats that are held whole may be unpacked to so many times their size, and so much at most, KiB.
 const HELD_TIMES: u64 = 50;
 const MOST_HELD_KIB: u64 = 1 << 20;
@@ -20,19 +23,13 @@ const MOST_HELD_KIB: u64 = 1 << 20;
 const MOST_SAID: usize = 16 << 10;
 
 /// Why a run is wrong; `size` is the size of the file.
-pub(crate) fn wrong(
-    command: &str,
-    taken: &Taken,
-    size: u64,
-    decoded: usize,
-    is_held_whole: bool,
-) -> Option<String> {
+pub(crate) fn wrong(case: &Case, command: &str, taken: &Taken, size: u64) -> Option<String> {
     let share = |most: u64| {
         u64::try_from(u128::from(most) * u128::from(size.max(FREE)) / u128::from(FREE)).unwrap_or(u64::MAX)
     };
     let Taken { code, signal, processor, memory_kib, written, lines, error } = taken;
     let time = share(u64::try_from(MOST_TIME.as_micros()).unwrap_or(u64::MAX));
-    let held = if is_held_whole { (HELD_TIMES * size / 1024).min(share(MOST_HELD_KIB)) } else { 0 };
+    let held = if case.is_held_whole { (HELD_TIMES * size / 1024).min(share(MOST_HELD_KIB)) } else { 0 };
     let memory = share(MOST_MEMORY_KIB) + held;
     if error.contains("panicked") || error.contains("RUST_BACKTRACE") {
         return Some(format!("a panic: {}", error.lines().next().unwrap_or_default()));
@@ -46,7 +43,8 @@ pub(crate) fn wrong(
     if *memory_kib > memory {
         return Some(format!("{} MiB of memory", memory_kib >> 10));
     }
-    if *written > share(MOST_WRITTEN) {
+    let most_written = if case.has_few_frames { MOST_OF_FEW } else { share(MOST_WRITTEN) };
+    if *written > most_written {
         return Some(format!("{} MiB written", written >> 20));
     }
     let documented: &[i32] = match command {
@@ -67,8 +65,8 @@ pub(crate) fn wrong(
     if error.len() > MOST_SAID {
         return Some("more than 16 KiB on standard error".to_owned());
     }
-    if command == "decode" && *lines < decoded {
-        return Some(format!("{lines} lines are decoded, of {decoded} before the damage"));
+    if command == "decode" && *lines < case.decoded {
+        return Some(format!("{lines} lines are decoded, of {} before the damage", case.decoded));
     }
     None
 }

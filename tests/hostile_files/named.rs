@@ -21,6 +21,9 @@ pub(crate) const DECODED: usize = 35;
 pub(crate) const MOST: &[&str] = &["check", "decode", "mcap"];
 pub(crate) const QUICK: &[&str] = &["decode", "check"];
 
+/// Those of few frames, which are far apart.
+const FEW: &[&str] = &["scattered.mcap", "jumps.candump.log"];
+
 /// A name, and what makes the case.
 pub(crate) type NamedCase = (&'static str, Box<dyn Fn() -> Case + Sync + Send>);
 
@@ -29,7 +32,10 @@ pub(crate) fn all(size: usize) -> Vec<NamedCase> {
     let lists = [named_mcap::ALL, named_sqlite::ALL, named_mf4::ALL, named_objects::ALL, named_lines::ALL];
     let mut all: Vec<NamedCase> = Vec::new();
     for Named(name, commands, decoded, make) in lists.into_iter().flatten() {
-        let case = move || Case::recording(*name, make(size), commands).decoding(*decoded);
+        let case = move || {
+            let has_few_frames = FEW.contains(name);
+            Case { has_few_frames, ..Case::recording(*name, make(size), commands).decoding(*decoded) }
+        };
         all.push((name, Box::new(case)));
     }
     for packing in PACKINGS {

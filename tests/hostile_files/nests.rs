@@ -47,10 +47,10 @@ pub(crate) fn nest(choices: &mut Choices<'_>) -> Nest {
             lines.concat()
         }
     };
-    if choices.percent(20) {
+    if choices.percent(15) {
         damage::bytes(choices, &mut content);
     }
-    for _ in 0..*choices.pick(&[1, 0, 1, 1, 2, 3]) {
+    for _ in 0..*choices.pick(&[1, 0, 1, 1, 1, 0, 1, 1, 2, 3]) {
         let packing = *choices.pick(&PACKINGS);
         name = format!("{name}.{}", packing.name());
         content = packed(choices, packing, &content);
@@ -60,7 +60,7 @@ pub(crate) fn nest(choices: &mut Choices<'_>) -> Nest {
 
 /// Frames whose stamps rise, stand still, are scattered, or jump.
 fn frames(choices: &mut Choices<'_>) -> Vec<Frame> {
-    let mut frames = drive(choices.below(60));
+    let mut frames = drive(1 + choices.below(60));
     let how = choices.below(6);
     for (index, frame) in (0_u64..).zip(&mut frames) {
         match how {
@@ -82,7 +82,7 @@ fn frames(choices: &mut Choices<'_>) -> Vec<Frame> {
 
 /// Does a few kinds of damage, or none.
 fn damaged(choices: &mut Choices<'_>, list: &mut Vec<Vec<u8>>) {
-    for _ in 0..choices.below(5) {
+    for _ in 0..*choices.pick(&[0, 0, 0, 1, 1, 2, 4]) {
         damage::blocks(choices, list, MOST);
     }
 }
@@ -120,7 +120,7 @@ fn container(choices: &mut Choices<'_>, which: usize, frames: &[Frame]) -> Vec<u
         3 | 4 => {
             let file = if which == 3 { sqlite::python(frames) } else { sqlite::ros(frames) };
             let mut pages: Vec<_> = file.chunks(512).map(<[u8]>::to_vec).collect();
-            for _ in 0..choices.below(5) {
+            for _ in 0..*choices.pick(&[0, 1, 2, 5]) {
                 // Within pages, whose places matter.
                 let at = choices.place(pages.len());
                 damage::bytes(choices, &mut pages[at]);
@@ -209,9 +209,11 @@ fn packed(choices: &mut Choices<'_>, packing: Packing, content: &[u8]) -> Vec<u8
         let times = choices.length(14).min(MOST / member.len());
         members.insert(at, member.repeat(times));
     }
-    if choices.percent(10) {
+    if choices.percent(25) {
         let fill = *choices.pick(b"\0\n x");
-        let length = choices.length(24);
+        // Now and then a window of Zstandard is full.
+        let log = if packing == Packing::Zstd && choices.percent(10) { 28 } else { 24 };
+        let length = choices.length(log);
         let window = u8::try_from(10 + choices.below(20)).unwrap_or(10);
         members.push(match packing {
             Packing::Zstd => ZstdByHand::new(window).stored(content).run(fill, length).finish(),
@@ -221,7 +223,7 @@ fn packed(choices: &mut Choices<'_>, packing: Packing, content: &[u8]) -> Vec<u8
             }
         });
     }
-    if choices.percent(40) {
+    if choices.percent(30) {
         damaged(choices, &mut members);
     }
     let mut packed = members.concat();
@@ -246,7 +248,7 @@ fn mdf(choices: &mut Choices<'_>, frames: &[Frame]) -> Vec<u8> {
     let mut group = 0;
     for number in 0..=choices.below(3) as u64 {
         let flags = u8::from(choices.percent(10));
-        let length = *choices.pick(&[21, 21, 21, 0, 255]);
+        let length = *choices.pick(&[21, 21, 21, 21, 21, 0, 255]);
         group = file.group(group, channels, number, flags, length);
     }
     let mut before = None;
@@ -282,7 +284,7 @@ fn mdf(choices: &mut Choices<'_>, frames: &[Frame]) -> Vec<u8> {
         file.set_link(at, 2, data);
     }
     let mut content = file.0;
-    for _ in 0..choices.below(4) {
+    for _ in 0..*choices.pick(&[0, 0, 1, 3]) {
         damage::bytes(choices, &mut content);
     }
     content
