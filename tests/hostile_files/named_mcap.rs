@@ -8,15 +8,9 @@ pub(crate) const ALL: &[Named] = &[
     Named("schemas.mcap", MOST, DECODED, |size| mcap_of_names(size, schema_of_long_name)),
     Named("schemas.mcap.zst", QUICK, DECODED, |size| {
         let start = [mcap::MAGIC.to_vec(), frames_of_mcap()].concat();
-        let mut zstd = ZstdByHand::new(17).stored(&start);
-        for id in 10..u16::try_from((size / 75).min(60_000)).unwrap() {
-            // What stands before the name and behind it.
-            let schema = mcap::schema(id, &vec![b'x'; 1_000_000]);
-            let (before, behind) = (9 + 2 + 4, 4 + 7 + 4);
-            zstd =
-                zstd.stored(&schema[..before]).run(b'x', 1_000_000).stored(&schema[schema.len() - behind..]);
-        }
-        zstd.stored(&mcap::end()).finish()
+        names_by_hand(ZstdByHand::new(17).stored(&start), size, schema_of_long_name)
+            .stored(&mcap::end())
+            .finish()
     }),
     Named("topics.mcap", MOST, DECODED, |size| {
         mcap_of_names(size, |id, length| mcap::channel(id, 9, &vec![b'x'; length]))
@@ -103,13 +97,20 @@ fn schema_of_long_name(id: u16, length: usize) -> Vec<u8> {
     mcap::schema(id, &vec![b'x'; length])
 }
 
-/// Records with long names in chunks of Zstandard; an identifier is used once.
-fn mcap_of_names(size: usize, record: impl Fn(u16, usize) -> Vec<u8>) -> Vec<u8> {
-    let (mut records, mut id) = (frames_of_mcap(), 10);
-    while records.len() < size && id < 60_000 {
-        let names: Vec<u8> = (id..id + 600).flat_map(|id| record(id, 900_000)).collect();
-        id += 600;
-        records.extend(mcap::chunk("zstd", names.len() as u64, &Packing::Zstd.pack(&names)));
-    }
-    mcap::file(&records)
+/// Records with long names in a chunk of Zstandard.
+fn mcap_of_names(size: usize, record: fn(u16, usize) -> Vec<u8>) -> Vec<u8> {
+    let packed = names_by_hand(ZstdByHand::new(17), size, record).finish();
+    mcap::file(&[frames_of_mcap(), mcap::chunk("zstd", 1 << 40, &packed)].concat())
+}
+
+/// Records whose names pack to next to nothing, of about so many bytes all in all, but not more than make six gigabytes.
+fn names_by_hand(zstd: ZstdByHand, size: usize, record: fn(u16, usize) -> Vec<u8>) -> ZstdByHand {
+    const NAME: usize = 1_000_000;
+    let count = u16::try_from((size / 80).min(6_000)).unwrap();
+    (10..10 + count).fold(zstd, |zstd, id| {
+        let record = record(id, NAME);
+        // Behind two numbers and the length of the name.
+        let before = record.windows(4).position(|part| part == b"xxxx").unwrap();
+        zstd.stored(&record[..before]).run(b'x', NAME).stored(&record[before + NAME..])
+    })
 }
