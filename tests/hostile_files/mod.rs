@@ -16,3 +16,4 @@ pub(crate) mod nested_texts;
 pub(crate) mod nests;
 pub(crate) mod packing;
 pub(crate) mod recordings;
+pub(crate) mod sqlite;

@@ -1,5 +1,6 @@
 //! Lines that are hostile on purpose: none, bad ones and short ones, packed as tightly as can be.
 
+use super::choices::Choices;
 use super::named::{DECODED, FRAMES, MOST, Named, QUICK, gzip_of, turn};
 use super::packing::{EMPTY_LZ4, EMPTY_SKIPPABLE, Packing, zstd_of_one_value};
 use super::recordings::{Frame, TEXT_FORMATS, drive, text};
@@ -64,6 +65,11 @@ pub(crate) const ALL: &[Named] = &[
             .flat_map(|number| format!("(1.0) {number:0200}can 2A5#\n").into_bytes())
             .collect();
         Packing::Gzip.pack(&[candump(), lines].concat())
+    }),
+    // A line with a semicolon begins a trace of PCAN.
+    Named("random_bytes.trc", QUICK, 0, |size| {
+        let mut random = Choices::of(1, 1);
+        b";\n".iter().copied().chain((0..size).map(|_| u8::try_from(random.below(256)).unwrap())).collect()
     }),
     Named("one_line.log.bz2", QUICK, DECODED, |size| of_lines(&[b'x'; 64], size)),
     Named("huge_numbers.asc", QUICK, DECODED, |size| {

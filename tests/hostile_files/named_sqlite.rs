@@ -2,7 +2,8 @@
 
 use super::named::{DECODED, FRAMES, MOST, Named, QUICK};
 use super::packing::{Packing, gzip_of_zeros_behind};
-use super::recordings::{drive, sqlite};
+use super::recordings::drive;
+use super::sqlite;
 
 pub(crate) const ALL: &[Named] = &[
     Named("columns.sqlite.gz", MOST, 0, |_| {

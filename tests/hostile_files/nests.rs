@@ -3,9 +3,8 @@
 use super::choices::Choices;
 use super::damage;
 use super::packing::{EMPTY_LZ4, EMPTY_SKIPPABLE, PACKINGS, Packing, ZstdByHand, zlib};
-use super::recordings::{
-    Frame, TEXT_FORMATS, blf, capture, carbus, drive, mcap, mf4, openpilot, sqlite, text,
-};
+use super::recordings::{Frame, TEXT_FORMATS, blf, capture, carbus, drive, mcap, mf4, openpilot, text};
+use super::sqlite;
 
 /// What is read as a recording.
 #[derive(Debug)]

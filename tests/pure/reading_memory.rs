@@ -9,9 +9,9 @@ use crate::counting_allocator::most_held;
 use crate::hostile_files::choices::Choices;
 use crate::hostile_files::packing::{PACKINGS, Packing};
 use crate::hostile_files::recordings::{
-    TEXT_FORMATS, blf, capture, carbus, drive, mcap, mf4, openpilot, sqlite, text,
+    TEXT_FORMATS, blf, capture, carbus, drive, mcap, mf4, openpilot, text,
 };
-use crate::hostile_files::{named, nests};
+use crate::hostile_files::{named, nests, sqlite};
 
 const KIB: u64 = 1 << 10;
 const MIB: u64 = 1 << 20;
@@ -119,7 +119,7 @@ fn a_nest_of_any_formats_keeps_to_the_bound() {
     }
 }
 
-mod slow {
+mod exhaustive {
     use super::*;
 
     #[test]
