@@ -158,19 +158,21 @@ impl IdMatch {
     }
 
     /// Returns true if frames with this identifier are of the message.
-    pub fn contains(self, id: CanId) -> bool {
-        match self.group() {
-            None => self.described == id,
-            Some((pgn, sources)) => {
-                Pgn::of(id) == Some(pgn)
-                    && source_address(id).is_some_and(|address| sources.contains(address))
-            }
-        }
+    #[inline]
+    pub fn contains(&self, id: CanId) -> bool {
+        self.described == id && self.sources.is_none() || self.sources.is_some() && self.group_contains(id)
+    }
+
+    /// Returns true if the message has a group, and frames with this identifier are of it.
+    fn group_contains(&self, id: CanId) -> bool {
+        self.group().is_some_and(|(pgn, sources)| {
+            Pgn::of(id) == Some(pgn) && source_address(id).is_some_and(|address| sources.contains(address))
+        })
     }
 
     /// Returns true if frames with this identifier are of the message, or would be with identifiers of the other length,
     /// or with another priority, destination or sender of J1939.
-    pub fn resembles(self, id: CanId) -> bool {
+    pub fn resembles(&self, id: CanId) -> bool {
         self.contains(id)
             || self.described.number() == id.number()
             || Pgn::of(self.described).is_some_and(|pgn| Pgn::of(id) == Some(pgn))
@@ -214,9 +216,17 @@ impl IdMatch {
 /// Values by the frames that they are for.
 #[derive(Debug, Clone)]
 pub struct IdTable<T> {
-    /// Values for one identifier, ascending.
-    exact: Vec<(CanId, T)>,
+    /// Values for one identifier, ascending by its [`key`].
+    exact: Vec<(u32, T)>,
     groups: Vec<(IdMatch, T)>,
+}
+
+/// Returns the identifier as one number, which is quick to compare; those of 29 bits lie behind those of 11.
+fn key(id: CanId) -> u32 {
+    match id {
+        CanId::Standard(id) => u32::from(id),
+        CanId::Extended(id) => 1 << 31 | id,
+    }
 }
 
 impl<T> Default for IdTable<T> {
@@ -230,23 +240,56 @@ impl<T> FromIterator<(IdMatch, T)> for IdTable<T> {
         let mut table = Self::default();
         for (ids, value) in values {
             match ids.sources {
-                None => table.exact.push((ids.described, value)),
+                None => table.exact.push((key(ids.described), value)),
                 Some(_) => table.groups.push((ids, value)),
             }
         }
-        table.exact.sort_by_key(|(id, _)| *id);
+        table.exact.sort_by_key(|(key, _)| *key);
         table
     }
 }
 
 impl<T> IdTable<T> {
-    /// Returns the values for frames with this identifier.
+    /// Returns the values for frames with this identifier, those of groups last.
     pub fn get(&self, id: CanId) -> impl Iterator<Item = &T> {
-        let first = self.exact.partition_point(|(known, _)| *known < id);
-        let exact =
-            self.exact[first..].iter().take_while(move |(known, _)| *known == id).map(|(_, value)| value);
-        let groups = self.groups.iter().filter(move |(ids, _)| ids.contains(id)).map(|(_, value)| value);
-        exact.chain(groups)
+        self.exact(id).map(|(_, value)| value).chain(self.groups(id))
+    }
+
+    /// Creates a table in which the value of each identifier already is `merge`d with those of the groups that have it, for
+    /// [`Self::get_merged`].
+    pub fn merged(values: impl IntoIterator<Item = (IdMatch, T)>, merge: impl Fn(T, T) -> T) -> Self
+    where
+        T: Copy,
+    {
+        let values: Vec<_> = values.into_iter().collect();
+        let (groups, exact): (Vec<_>, Vec<_>) =
+            values.into_iter().partition(|(ids, _)| ids.sources.is_some());
+        let of_groups = |ids: IdMatch| groups.iter().filter(move |(group, _)| group.contains(ids.described));
+        let exact = exact.into_iter().map(|(ids, value)| {
+            (ids, of_groups(ids).fold(value, |merged, (_, of_group)| merge(merged, *of_group)))
+        });
+        exact.chain(groups.iter().copied()).collect()
+    }
+
+    /// Returns the values for frames with this identifier as one, from a table that was made by [`Self::merged`].
+    pub fn get_merged(&self, id: CanId, merge: impl Fn(T, T) -> T) -> Option<T>
+    where
+        T: Copy,
+    {
+        let exact = self.exact(id).next().map(|(_, value)| *value);
+        exact.or_else(|| self.groups(id).copied().reduce(merge))
+    }
+
+    fn exact(&self, id: CanId) -> impl Iterator<Item = &(u32, T)> {
+        let key = key(id);
+        let first = self.exact.partition_point(|(known, _)| *known < key);
+        self.exact[first..].iter().take_while(move |(known, _)| *known == key)
+    }
+
+    fn groups(&self, id: CanId) -> impl Iterator<Item = &T> {
+        // A frame with 11 bits is of no group.
+        let groups = if matches!(id, CanId::Extended(_)) { self.groups.as_slice() } else { &[] };
+        groups.iter().filter(move |(ids, _)| ids.contains(id)).map(|(_, value)| value)
     }
 }
 
@@ -291,6 +334,21 @@ mod tests {
         assert!(listed.has_several_senders());
         assert!(!group(0x0CFD_CC27, [3].into_iter().collect()).has_several_senders());
         assert_eq!(IdMatch::j1939(CanId::Standard(0x12), SourceAddresses::ANY), None);
+    }
+
+    #[test]
+    fn merged_table_has_one_value_for_an_identifier_and_the_groups_that_have_it() {
+        let values = [
+            (group(0x18EF_2127, SourceAddresses::ANY), 1),
+            (CanId::Extended(0x18EF_2127).into(), 2),
+            (CanId::Standard(0x127).into(), 4),
+            (group(0x18EF_2127, [0x28].into_iter().collect()), 8),
+        ];
+        let table = IdTable::merged(values, |one, other| one + other);
+        let of = |id| table.get_merged(id, |one, other| one + other);
+        let ids = [0x18EF_2127, 0x1CEF_2128, 0x18EF_2129, 0x18EE_2127].map(CanId::Extended);
+        assert_eq!(ids.map(of), [Some(3), Some(9), Some(1), None]);
+        assert_eq!([0x127, 0x128].map(|id| of(CanId::Standard(id))), [Some(4), None]);
     }
 
     fn any_match() -> impl Strategy<Value = IdMatch> {

@@ -202,8 +202,7 @@ impl Perception {
     /// `None` when the frame is not relevant, or from before the link was lost.
     fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> Option<Effect> {
         let routes = self.routes.get(usize::from(bus.0))?;
-        // A heartbeat message may have frames in common with a bound one.
-        let route = routes.get(frame.id()).copied().reduce(Route::or)?;
+        let route = routes.get_merged(frame.id(), Route::or)?;
         let known = &mut self.buses[usize::from(bus.0)];
         let was_alive = known.is_alive(now.mono);
         let is_usable = if route.is_life_sign {
@@ -405,5 +404,6 @@ fn routes(settings: &GatewaySettings, bus: BusIndex) -> IdTable<Route> {
         v2i: message_of(&settings.v2i.table.messages, ids),
         is_life_sign: life_signs.contains(&ids),
     };
-    settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))).collect()
+    // A heartbeat message may have frames in common with a bound one.
+    IdTable::merged(settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))), Route::or)
 }

@@ -180,6 +180,10 @@ impl RequirementStates {
         was_alive: bool,
         now: MonoTime,
     ) -> bool {
+        // Most profiles have none, and this is called for each frame.
+        if requirements.is_empty() {
+            return false;
+        }
         let mut has_changed = false;
         for (requirement, state) in requirements.iter().zip(&mut self.0).filter(|(known, _)| known.bus == bus)
         {
