@@ -172,7 +172,7 @@ impl VehicleLights {
     /// Evaluates both reports and returns the actions.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
         let (binding, observations, unmet) = (&self.binding, &self.observations, self.requirements.unmet());
-        let context = LightsContext { binding, observations, unmet, buses, now };
+        let context = LightsContext { binding, observations, unmet: unmet.as_ref(), buses, now };
         let verdicts = judge(&mut self.memory, context);
         Steps {
             turn: self.turn.update(published(&verdicts.turn), now.mono),

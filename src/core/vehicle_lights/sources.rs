@@ -26,7 +26,7 @@ pub struct LightsContext<'a> {
     /// Last values of the bound signals.
     pub observations: &'a Observations,
     /// Requirement of the profile that is not met; `None` = all are.
-    pub unmet: Option<Unmet>,
+    pub unmet: Option<&'a Unmet>,
     /// Buses that carry the signals.
     pub buses: &'a [Bus],
     /// Time of the evaluation.

@@ -90,7 +90,7 @@ impl UnavailableReason {
 
     /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never shows the state.
     pub fn is_failure(self) -> bool {
-        !self.is_sleep() && self != Self::NotVisible
+        !self.is_sleep() && !matches!(self, Self::NotVisible)
     }
 
     /// Kind of failure that this reason causes.

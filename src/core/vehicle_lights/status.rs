@@ -63,16 +63,17 @@ impl LightsFinding {
     }
 
     /// The finding after an earlier one.
-    fn after(self, before: Self) -> Self {
+    fn after(self, before: Option<&Self>) -> Self {
         let observes = |reason: UnavailableReason| {
             matches!(reason, UnavailableReason::WatchingLamps(_) | UnavailableReason::Settling(_))
         };
-        let slept = before.waking_up || before.reason.is_some_and(UnavailableReason::is_sleep);
+        let slept = before
+            .is_some_and(|before| before.waking_up || before.reason.is_some_and(UnavailableReason::is_sleep));
         Self { waking_up: slept && self.reason.is_some_and(observes), ..self }
     }
 
     /// `None` without a failure, see [`UnavailableReason::is_failure`].
-    fn kind(self) -> Option<FaultKind> {
+    fn kind(&self) -> Option<FaultKind> {
         let reason = self.reason.filter(|reason| reason.is_failure() && !self.waking_up);
         let reason = reason.map(UnavailableReason::kind);
         if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
@@ -107,13 +108,13 @@ impl LightsTask {
 
     /// Takes the current verdict and returns whether its finding has changed.
     pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
-        let finding = LightsFinding::of(verdict).after(self.finding.unwrap_or_default());
+        let finding = LightsFinding::of(verdict).after(self.finding.as_ref());
         self.reason = verdict.reason;
         self.source = verdict.source;
-        if self.finding == Some(finding) {
+        if self.finding.as_ref() == Some(&finding) {
             return false;
         }
-        let before = self.finding.replace(finding).and_then(LightsFinding::kind);
+        let before = self.finding.replace(finding).as_ref().and_then(LightsFinding::kind);
         let text = || texts(&message(context.binding, context.buses, self.task, &finding));
         self.failures.changed(before, finding.kind(), text, context.now.mono);
         true
@@ -156,7 +157,7 @@ impl VehicleLights {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().is_some()),
             Task::HazardLights => (&self.hazard_task, self.hazard.current().is_some()),
         };
-        (task.finding.and_then(LightsFinding::kind), published)
+        (task.finding.as_ref().and_then(LightsFinding::kind), published)
     }
 
     /// Samples the frame counts from which rates are computed; call it at every refresh.

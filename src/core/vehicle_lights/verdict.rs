@@ -14,6 +14,7 @@ use crate::core::can::ReceiveTime;
 use crate::core::names::variant_name;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::Reading;
+use crate::core::validation::requirement::Unmet;
 use crate::core::validation::table::SignalIndex;
 
 /// State of the turn indicators, `TurnIndicatorsReport.report` of Autoware.
@@ -102,8 +103,10 @@ pub struct Verdicts {
 pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts {
     let binding = context.binding;
     let SourceStates { mut turn, mut hazard } = memory.evaluate(context);
-    turn.state = required(context, turn.state);
-    hazard.state = required(context, hazard.state);
+    if let Some(unmet) = context.unmet {
+        require(*unmet, &mut turn.state);
+        require(*unmet, &mut hazard.state);
+    }
     let hazard_state = hazard.state.map(|(code, received)| (lights_of(code), received));
     let turn_state = turn.state.map(|(code, received)| {
         let hazard_on = match hazard_state {
@@ -127,12 +130,13 @@ pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts 
 
 /// Withholds a state while a requirement is not met. A contradicted one counts more than any other reason, except that the vehicle
 /// never shows the state; an open one counts less.
-fn required<T>(context: LightsContext<'_>, state: Judged<T>) -> Judged<T> {
-    let Some(unmet) = context.unmet else { return state };
+fn require<T>(unmet: Unmet, state: &mut Judged<T>) {
     let has_reason = state
         .as_ref()
         .is_err_and(|reason| *reason == UnavailableReason::NotVisible || !unmet.is_contradicted);
-    if has_reason { state } else { Err(UnavailableReason::OtherVehicle(unmet)) }
+    if !has_reason {
+        *state = Err(UnavailableReason::OtherVehicle(unmet));
+    }
 }
 
 fn lights_of(code: HazardCode) -> HazardLights {

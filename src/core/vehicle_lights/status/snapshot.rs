@@ -46,7 +46,7 @@ impl VehicleLights {
         Some(ReportSnapshot {
             published: current.map(|(value, _)| value),
             withheld: current.is_none().then(|| status.message.clone()),
-            failure: task.finding.and_then(LightsFinding::kind),
+            failure: task.finding.as_ref().and_then(LightsFinding::kind),
             level: status.level,
             message: status.message,
             source: (!source.is_empty()).then(|| source.to_owned()),
