@@ -53,12 +53,6 @@ impl RecordCounts {
     }
 }
 
-/// What a recording holds next.
-enum TapeEntry {
-    Record(LogRecord),
-    Sample(Box<LoggedSample>),
-}
-
 /// Counts of the entries read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordCounts {
@@ -174,15 +168,19 @@ impl Tape {
         if self.next.is_some() {
             return Ok(());
         }
-        while let Some(entry) = self.next_entry()? {
-            let record = match entry {
-                TapeEntry::Record(record) => record,
-                TapeEntry::Sample(sample) => {
-                    self.counts.samples += 1;
-                    let (_, now) = self.advance(sample.logged);
-                    self.next = Some((RecordedInput::Sample(sample), now));
-                    return Ok(());
-                }
+        loop {
+            if let Some(sample) = self.next_sample()? {
+                self.counts.samples += 1;
+                let (_, now) = self.advance(sample.logged);
+                self.next = Some((RecordedInput::Sample(sample), now));
+                return Ok(());
+            }
+            let read = self.next_record();
+            // Looked at where it lies, since each copy of a record costs as much as the rest of this.
+            let record = match &read {
+                Ok(Some(record)) => record,
+                Ok(None) => break,
+                Err(_) => return read.map(drop),
             };
             self.counts.records += 1;
             if let EntryContent::Data(frame) = &record.content
@@ -196,7 +194,7 @@ impl Tape {
                 }
             }
             let (stamp, now) = self.advance(record.stamp);
-            let input = self.input(&record, stamp);
+            let input = self.input(record, stamp);
             self.counts.foreign += u64::from(input.is_none());
             if let Some(bad) = self.new_bad_lines() {
                 self.held = input.map(|input| (input, now));
@@ -213,11 +211,9 @@ impl Tape {
         Ok(())
     }
 
-    /// Returns what was recorded next: the record or the sample, whichever was received first.
-    fn next_entry(&mut self) -> io::Result<Option<TapeEntry>> {
-        let Some(samples) = &mut self.samples else {
-            return Ok(self.log.next_record()?.map(TapeEntry::Record));
-        };
+    /// Returns the next sample, if it was received before the next record.
+    fn next_sample(&mut self) -> io::Result<Option<Box<LoggedSample>>> {
+        let Some(samples) = &mut self.samples else { return Ok(None) };
         if self.sample.is_none() {
             self.sample = samples.next_sample()?.map(Box::new);
         }
@@ -231,13 +227,16 @@ impl Tape {
             };
         }
         let nanos = |stamp: WallStamp| stamp.as_nanos();
-        let (record, sample) = (&self.record, &self.sample);
-        let is_sample = match (record, sample) {
+        let is_first = match (&self.record, &self.sample) {
             (Some(record), Some(sample)) => nanos(sample.logged) < nanos(record.stamp),
             (record, _) => record.is_none(),
         };
-        let sample = |sample| TapeEntry::Sample(sample);
-        Ok(if is_sample { self.sample.take().map(sample) } else { self.record.take().map(TapeEntry::Record) })
+        Ok(self.sample.take_if(|_| is_first))
+    }
+
+    /// Returns the next record; call [`Self::next_sample`] before.
+    fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
+        if self.samples.is_some() { Ok(self.record.take()) } else { self.log.next_record() }
     }
 
     /// Returns the bad lines since the last call. They count for the first bus, since a bad line names none.

@@ -11,10 +11,10 @@ use crate::support::files::MemoryFiles;
 const MIB: u64 = 1 << 20;
 
 /// A text of about `bytes`: `begin`, then pieces by their number, then `end`.
-fn filled(bytes: usize, begin: &str, piece: impl Fn(usize) -> String, end: &str) -> String {
+fn filled(bytes: u64, begin: &str, piece: impl Fn(usize) -> String, end: &str) -> String {
     let mut text = begin.to_owned();
     for number in 0.. {
-        if text.len() >= bytes {
+        if text.len() as u64 >= bytes {
             break;
         }
         text += &piece(number);

@@ -110,9 +110,6 @@ enum FormatReader {
 /// The beginning, by which the format was recognised, and the rest.
 type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
-/// Number of a line or object, and its entry.
-type Numbered<'a> = (u64, Outcome<'a>);
-
 /// Returns the error for a recording without a frame.
 pub fn no_frame() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "not one frame was read")
@@ -197,13 +194,15 @@ impl Log {
     /// [`Self::breakage`] tells where. Fails if the file cannot be read, or breaks off before its first entry.
     pub fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
         while !self.is_ended {
-            match self.next_whole_record() {
-                Ok(Some(record)) => {
-                    self.records += 1;
-                    self.note_time(&record);
-                    return Ok(Some(record));
-                }
-                Ok(None) => {}
+            let read = self.next_whole_record();
+            // Looked at where it lies: a copy of each record would cost as much as the rest of this.
+            if let Ok(Some(record)) = &read {
+                self.records += 1;
+                self.note_time(record);
+                return read;
+            }
+            match read {
+                Ok(_) => {}
                 // Another file of the bag may have some.
                 Err(error) if is_without_frames(&error) && (self.records > 0 || !self.rest.is_empty()) => {}
                 Err(error) if self.records > 0 && is_breakage(&error) => {
@@ -237,7 +236,7 @@ impl Log {
     }
 
     fn next_whole_record(&mut self) -> io::Result<Option<LogRecord>> {
-        while let Some((number, entry)) = self.reader.next()? {
+        while let Some(entry) = self.reader.next()? {
             self.budget.spend(ENTRY_WORK)?;
             let reason = match entry {
                 Ok(None) => continue,
@@ -250,7 +249,7 @@ impl Log {
                 Err(reason) => reason,
             };
             self.bad_lines += 1;
-            self.first_bad.get_or_insert((number, reason));
+            self.first_bad.get_or_insert((self.reader.number(), reason));
         }
         Ok(None)
     }
@@ -368,22 +367,29 @@ impl FormatReader {
         })
     }
 
-    /// Returns the number of the next line or object, and its entry.
-    fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
+    /// Returns the entry of the next line or object.
+    fn next(&mut self) -> io::Result<Option<Outcome<'_>>> {
         match self {
             Self::Objects { reader, number } => {
                 *number += 1;
-                Ok(reader.next_object()?.map(|entry| (*number, entry)))
+                reader.next_object()
             }
             Self::Lines { lines, reader, number, .. } => {
                 let Some(line) = lines.next_line()? else { return Ok(None) };
                 *number += 1;
-                let entry = line.and_then(|line| match line.trim_ascii() {
-                    [] => Ok(None),
-                    text => reader.read(text),
-                });
-                Ok(Some((*number, entry)))
+                let text = match line {
+                    Ok(line) => line.trim_ascii(),
+                    Err(reason) => return Ok(Some(Err(reason))),
+                };
+                Ok(Some(if text.is_empty() { Ok(None) } else { reader.read(text) }))
             }
+        }
+    }
+
+    /// Returns the number of the line or object that was read last.
+    fn number(&self) -> u64 {
+        match self {
+            Self::Lines { number, .. } | Self::Objects { number, .. } => *number,
         }
     }
 }

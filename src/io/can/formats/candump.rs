@@ -53,16 +53,22 @@ struct Candump {
 impl LineReader for Candump {
     fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a> {
         let is_explanation = std::mem::take(&mut self.is_explained);
-        let outcome = match common_line(line) {
-            Some(entry) => Ok(Some(entry)),
-            None if line.starts_with(b"#") => Ok(parse_note(line)),
-            None => match any_line(line) {
+        // Returned at once, since each copy of a frame costs as much as some of its digits.
+        if self.sum.is_none()
+            && let Some(entry) = common_line(line)
+        {
+            return Ok(Some(entry));
+        }
+        let outcome = if line.starts_with(b"#") {
+            Ok(parse_note(line))
+        } else {
+            match any_line(line) {
                 Err(BadLine::NoTime) if is_explanation => Ok(None),
                 outcome => {
                     self.is_explained = memmem::find(line, b"ERRORFRAME").is_some();
                     outcome.map(Some)
                 }
-            },
+            }
         };
         let Some(sum) = &mut self.sum else { return outcome };
         if let Some((difference, _)) = text(line).ok().and_then(stamped) {
@@ -80,21 +86,24 @@ pub fn parse_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
 /// Reads a classic data frame as `-L` writes it, much faster than [`any_line`]: long recordings have hardly anything
 /// else. Returns `None` for all other lines.
 fn common_line(line: &[u8]) -> Option<LogEntry<'_>> {
-    let (seconds, rest) = until(line.strip_prefix(b"(")?, b'.')?;
-    let (micros, rest) = rest.split_first_chunk::<6>()?;
-    let (interface, rest) = until(rest.strip_prefix(b") ")?, b' ')?;
-    let (id, payload) = until(rest, b'#')?;
-    if !(1..=10).contains(&seconds.len()) {
+    let rest = line.strip_prefix(b"(")?;
+    let (seconds, length) = leading::<10>(rest, 10);
+    let rest = rest[length..].strip_prefix(b".")?;
+    let (micros, places) = leading::<10>(rest, 6);
+    if length == 0 || places != 6 {
         return None;
     }
-    let nanos = decimals(seconds)?.checked_mul(SECOND)?.checked_add(decimals(micros)? * 1000)?;
-    let id = match id.len() {
-        3 => CanId::standard(hexadecimals(id)?)?,
-        8 => CanId::extended(hexadecimals(id)?)?,
+    let (interface, rest) = until(rest[places..].strip_prefix(b") ")?, b' ')?;
+    let (id, digits) = leading::<16>(rest, 8);
+    let id = match digits {
+        3 => CanId::standard(u32::try_from(id).ok()?)?,
+        8 => CanId::extended(u32::try_from(id).ok()?)?,
         _ => return None,
     };
+    let nanos = i64::try_from(seconds).ok()?.checked_mul(SECOND)?;
+    let nanos = nanos.checked_add(i64::try_from(micros).ok()? * 1000)?;
     let mut bytes = [0; 8];
-    let (pairs, []) = payload.as_chunks::<2>() else { return None };
+    let (pairs, []) = rest[digits..].strip_prefix(b"#")?.as_chunks::<2>() else { return None };
     let data = bytes.get_mut(..pairs.len())?;
     for (byte, [high, low]) in data.iter_mut().zip(pairs) {
         *byte = digit(*high)? << 4 | digit(*low)?;
@@ -111,32 +120,38 @@ fn until(text: &[u8], end: u8) -> Option<(&[u8], &[u8])> {
     Some((&text[..at], &text[at + 1..]))
 }
 
-/// Parses up to 18 decimal digits.
-fn decimals(text: &[u8]) -> Option<i64> {
-    let digit = |byte: &u8| digit(*byte).filter(|digit| *digit < 10).map(i64::from);
-    text.iter().try_fold(0, |number, byte| Some(number * 10 + digit(byte)?))
+/// Reads the digits at the beginning of a text, at most `most`, which is at most ten. Returns their value and their number.
+#[inline]
+fn leading<const RADIX: u8>(text: &[u8], most: usize) -> (u64, usize) {
+    let (mut value, mut length) = (0_u64, 0);
+    for byte in text.iter().take(most) {
+        let digit = DIGITS[usize::from(*byte)];
+        if digit >= RADIX {
+            break;
+        }
+        // Ten digits are far from an overflow, for which each would be checked otherwise.
+        value = value.wrapping_mul(u64::from(RADIX)).wrapping_add(u64::from(digit));
+        length += 1;
+    }
+    (value, length)
 }
 
-/// Parses up to eight hexadecimal digits.
-fn hexadecimals(text: &[u8]) -> Option<u32> {
-    text.iter().try_fold(0, |number, byte| Some(number << 4 | u32::from(digit(*byte)?)))
-}
+/// Values of hexadecimal digits, by byte; [`NO_DIGIT`] for another byte.
+static DIGITS: [u8; 256] = {
+    let mut digits = [NO_DIGIT; 256];
+    let mut digit = 0_u8;
+    while digit < 16 {
+        digits[b"0123456789ABCDEF"[digit as usize] as usize] = digit;
+        digits[b"0123456789abcdef"[digit as usize] as usize] = digit;
+        digit += 1;
+    }
+    digits
+};
+const NO_DIGIT: u8 = 0xFF;
 
 /// Returns the value of a hexadecimal digit.
 fn digit(byte: u8) -> Option<u8> {
-    /// Values by byte; [`NONE`] for a byte that is not a digit.
-    static DIGITS: [u8; 256] = {
-        let mut digits = [NONE; 256];
-        let mut digit = 0_u8;
-        while digit < 16 {
-            digits[b"0123456789ABCDEF"[digit as usize] as usize] = digit;
-            digits[b"0123456789abcdef"[digit as usize] as usize] = digit;
-            digit += 1;
-        }
-        digits
-    };
-    const NONE: u8 = 0xFF;
-    Some(DIGITS[usize::from(byte)]).filter(|digit| *digit != NONE)
+    Some(DIGITS[usize::from(byte)]).filter(|digit| *digit != NO_DIGIT)
 }
 
 fn any_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
