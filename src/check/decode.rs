@@ -54,8 +54,6 @@ pub(super) struct ReadSignal<'a> {
     pub(super) position: usize,
     pub(super) signal: &'a BoundSignal,
     pub(super) raw: i128,
-    /// What the value shows of the lights; a signal of the status shows at most that it is unusable.
-    pub(super) state: RawState,
     /// Meanings of the raw value, e.g. `turn left`.
     pub(super) meanings: String,
     /// The state in words, if it is a measured value, which changes with nearly every frame.
@@ -145,7 +143,6 @@ impl FrameReader {
                 position: index.0,
                 signal,
                 raw,
-                state: raw_state(&self.lights, index, raw),
                 meanings: texts.collect::<Vec<_>>().join(", "),
                 measured: None,
             }
@@ -157,21 +154,31 @@ impl FrameReader {
                 known.meanings = format!("{}, {meanings}", known.meanings);
                 continue;
             }
-            let meaning = self.status_texts.meaning(index, raw);
             signals.push(ReadSignal {
                 position: self.lights.table.signals.len() + index.0,
                 signal,
                 raw,
-                state: match meaning {
-                    Meaning::Defined(()) => RawState::Other,
-                    Meaning::NotAvailable => RawState::NotAvailable,
-                    Meaning::Fault | Meaning::Undefined => RawState::Faulty,
-                },
                 meanings,
-                measured: self.status_texts.is_measured(index).then(|| meaning_name(meaning)),
+                measured: self
+                    .status_texts
+                    .is_measured(index)
+                    .then(|| meaning_name(self.status_texts.meaning(index, raw))),
             });
         }
         signals
+    }
+
+    /// Returns what a raw value shows of the lights, by the position of its signal. One of the status shows at most that it is unusable.
+    pub(super) fn state(&self, position: usize, raw: i128) -> RawState {
+        let lights = self.lights.table.signals.len();
+        if position < lights {
+            return raw_state(&self.lights, SignalIndex(position), raw);
+        }
+        match self.status_texts.meaning(SignalIndex(position - lights), raw) {
+            Meaning::Defined(()) => RawState::Other,
+            Meaning::NotAvailable => RawState::NotAvailable,
+            Meaning::Fault | Meaning::Undefined => RawState::Faulty,
+        }
     }
 }
 

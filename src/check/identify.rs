@@ -105,8 +105,9 @@ impl Identifier {
             self.interfaces.len() - 1
         });
         let interface = &mut self.interfaces[position];
-        interface.fingerprint.frame(frame);
-        interface.heartbeats.extend(self.heartbeats.get(id));
+        if interface.fingerprint.frame(frame) {
+            interface.heartbeats.extend(self.heartbeats.get(id));
+        }
         for profile in self.bound.get(id) {
             let fresh = || self.profiles[*profile].evidence.clone();
             let evidence = interface.evidence.entry(*profile).or_insert_with(fresh);

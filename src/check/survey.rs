@@ -48,9 +48,8 @@ pub(super) struct RecordingSurvey {
     pub(super) bound: Vec<BoundMessage>,
     pub(super) messages: Vec<MessageSurvey>,
     pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
-    /// Identifiers on each bus that has frames.
-    pub(super) fingerprints: BTreeMap<BusIndex, Fingerprint>,
-    pub(super) last_frames: BTreeMap<BusIndex, LastFrames>,
+    /// The frames of each bus, in the order of the settings.
+    pub(super) buses: Vec<BusFrames>,
     /// Count and first time of each raw value, by signal.
     pub(super) values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
     pub(super) faults: BTreeMap<(usize, FaultKind), FaultSurvey>,
@@ -65,25 +64,26 @@ pub(super) struct RecordingSurvey {
     pub(super) motion: KinematicSurvey,
 }
 
-/// Times of the last frames of the two latest identifiers on a bus. When a message was missing, one of them is the
-/// newest frame of another message.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LastFrames {
-    newest: (CanId, MonoTime),
+/// The frames of a bus: their identifiers, and the times of the last frames of the two latest ones. When a message was missing, one
+/// of them is the newest frame of another message.
+#[derive(Debug, Default)]
+pub(super) struct BusFrames {
+    pub(super) fingerprint: Fingerprint,
+    newest: Option<(CanId, MonoTime)>,
     other: Option<(CanId, MonoTime)>,
 }
 
-impl LastFrames {
-    fn add(&mut self, id: CanId, at: MonoTime) {
-        if self.newest.0 != id {
-            self.other = Some(self.newest);
+impl BusFrames {
+    fn add_last(&mut self, id: CanId, at: MonoTime) {
+        if self.newest.is_some_and(|(known, _)| known != id) {
+            self.other = self.newest;
         }
-        self.newest = (id, at);
+        self.newest = Some((id, at));
     }
 
     /// Returns the time of the newest frame with another identifier.
     fn newest_but(&self, id: CanId) -> Option<MonoTime> {
-        let candidates = [Some(self.newest), self.other];
+        let candidates = [self.newest, self.other];
         candidates.into_iter().flatten().find(|(known, _)| *known != id).map(|(_, at)| at)
     }
 }
@@ -106,8 +106,7 @@ impl RecordingSurvey {
             messages: vec![MessageSurvey::default(); bound.len()],
             bound,
             errors: BTreeMap::new(),
-            fingerprints: BTreeMap::new(),
-            last_frames: BTreeMap::new(),
+            buses: settings.gateway.buses.iter().map(|_| BusFrames::default()).collect(),
             values: vec![BTreeMap::new(); lights.table.signals.len()],
             faults: BTreeMap::new(),
             current: [(None, false); 2],
@@ -133,11 +132,10 @@ impl RecordingSurvey {
         let CanInput::Frame { bus, frame, .. } = input else { return };
         let id = frame.id();
         self.evidence.frame(*bus, frame, at);
-        self.fingerprints.entry(*bus).or_default().frame(frame);
-        let fresh = LastFrames { newest: (id, at), other: None };
-        let last_frames = self.last_frames.entry(*bus).or_insert(fresh);
-        let other_at = last_frames.newest_but(id);
-        last_frames.add(id, at);
+        let Some(frames) = self.buses.get_mut(usize::from(bus.0)) else { return };
+        frames.fingerprint.frame(frame);
+        let other_at = frames.newest_but(id);
+        frames.add_last(id, at);
         let is_bound = |message: &BoundMessage| message.bus == *bus && message.ids.contains(id);
         let Some(position) = self.bound.iter().position(is_bound) else { return };
         let lights = &settings.gateway.lights;

@@ -86,7 +86,7 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
     states(survey, settings, replay, &mut report);
     survey.status.lines(replay.now().mono, survey.start, &mut report);
     let platforms = settings.dbcs.iter().filter_map(|dbc| {
-        let fingerprint = survey.fingerprints.get(&dbc.index)?;
+        let fingerprint = &survey.buses.get(usize::from(dbc.index.0))?.fingerprint;
         other_platform(fingerprint.compare_best(dbc.identifier_lists.iter().copied())?)
     });
     for finding in platforms.chain(findings(&survey.evidence)) {

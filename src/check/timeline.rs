@@ -171,13 +171,14 @@ impl TimelineCollector {
         (self.last, self.last_kept) = (Some((bus, *frame, stamp, now.mono)), None);
         let mut values = Vec::new();
         let signals = self.reader.signals(bus, frame).into_iter().enumerate();
-        for (position, ReadSignal { signal, raw, state, meanings, measured, .. }) in signals {
-            let tone = if self.unused.is_some() { Tone::Warn } else { tone_of(state) };
+        for (place, ReadSignal { position, signal, raw, meanings, measured }) in signals {
+            let tone =
+                if self.unused.is_some() { Tone::Warn } else { tone_of(self.reader.state(position, raw)) };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
             // A measured value has a curve.
             let text = measured.map_or_else(|| format!("{raw} {meanings}"), str::to_owned);
             values.push((
-                (Group::Raw, message * 1_000 + position, signal.name.clone()),
+                (Group::Raw, message * 1_000 + place, signal.name.clone()),
                 tone,
                 format!("{text}{rejected}"),
             ));

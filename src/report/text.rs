@@ -8,7 +8,9 @@ use crate::config::built_in::display;
 
 /// The text with its control characters escaped, so that a name cannot move the cursor or begin a line.
 pub fn escaped(text: &str) -> Cow<'_, str> {
-    if !text.contains(char::is_control) {
+    // Bytes of ASCII are compared many at once, and hardly a text has others.
+    let is_plain = text.bytes().all(|byte| matches!(byte, b' '..=b'~'));
+    if is_plain || !text.contains(char::is_control) {
         return Cow::Borrowed(text);
     }
     let mut escaped = String::with_capacity(text.len());

@@ -56,7 +56,11 @@ fn count(items: impl Iterator) -> u32 {
 /// The identifiers that were received on a bus, each with its usual length.
 #[derive(Debug, Clone, Default)]
 pub struct Fingerprint {
-    identifiers: BTreeMap<CanId, UsualLength>,
+    /// Those of 11 bits, by number up to the largest.
+    standard: Vec<Option<UsualLength>>,
+    extended: BTreeMap<u32, UsualLength>,
+    /// Number of all.
+    count: usize,
 }
 
 /// Length of most frames: each other length takes one vote from it.
@@ -67,27 +71,59 @@ struct UsualLength {
 }
 
 impl Fingerprint {
-    /// Adds the next frame of the bus.
-    pub fn frame(&mut self, frame: &Frame) {
-        let (id, bytes) = (frame.id(), frame.data().len());
-        if let Some(usual) = self.identifiers.get_mut(&id) {
-            match (usual.bytes == bytes, usual.votes) {
-                (true, _) => usual.votes += 1,
-                (false, 0) => *usual = UsualLength { bytes, votes: 1 },
-                (false, _) => usual.votes -= 1,
-            }
-        } else if self.identifiers.len() < MAX_IDENTIFIERS {
-            self.identifiers.insert(id, UsualLength { bytes, votes: 1 });
+    /// Adds the next frame of the bus. Returns true if its identifier was not kept before.
+    pub fn frame(&mut self, frame: &Frame) -> bool {
+        let bytes = frame.data().len();
+        let known = match frame.id() {
+            CanId::Standard(id) => self.standard.get_mut(usize::from(id)).and_then(Option::as_mut),
+            CanId::Extended(id) => self.extended.get_mut(&id),
+        };
+        let Some(usual) = known else {
+            self.add(frame.id(), bytes);
+            return true;
+        };
+        match (usual.bytes == bytes, usual.votes) {
+            (true, _) => usual.votes += 1,
+            (false, 0) => *usual = UsualLength { bytes, votes: 1 },
+            (false, _) => usual.votes -= 1,
         }
+        false
+    }
+
+    /// Adds an identifier that is not kept, unless there are too many.
+    fn add(&mut self, id: CanId, bytes: usize) {
+        if self.count >= MAX_IDENTIFIERS {
+            return;
+        }
+        self.count += 1;
+        let usual = UsualLength { bytes, votes: 1 };
+        match id {
+            CanId::Standard(id) => {
+                let index = usize::from(id);
+                self.standard.resize(self.standard.len().max(index + 1), None);
+                self.standard[index] = Some(usual);
+            }
+            CanId::Extended(id) => {
+                self.extended.insert(id, usual);
+            }
+        }
+    }
+
+    /// Returns the identifiers, each with its usual length in bytes.
+    fn identifiers(&self) -> impl Iterator<Item = (CanId, usize)> {
+        let standard = (0..).zip(&self.standard);
+        let standard = standard.filter_map(|(id, usual)| Some((CanId::Standard(id), usual.as_ref()?.bytes)));
+        let extended = self.extended.iter().map(|(id, usual)| (CanId::Extended(*id), usual.bytes));
+        standard.chain(extended)
     }
 
     /// Compares the bus with a list; `None` below [`MIN_IDENTIFIERS`].
     pub fn compare<'a>(&self, list: &'a PlatformList) -> Option<PlatformMatch<'a>> {
-        let identifiers = count(self.identifiers.iter());
-        let is_listed = |(id, usual): &(&CanId, &UsualLength)| list.messages.contains(&(**id, usual.bytes));
+        let identifiers = count(self.identifiers());
+        let is_listed = |identifier: &(CanId, usize)| list.messages.contains(identifier);
         (identifiers >= MIN_IDENTIFIERS).then(|| PlatformMatch {
             list,
-            explained: count(self.identifiers.iter().filter(is_listed)),
+            explained: count(self.identifiers().filter(is_listed)),
             identifiers,
         })
     }
