@@ -26,7 +26,10 @@ use super::{LineFormat, LineReader, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "PCAN TRC and PEAK-Converter CSV",
     claims: |line| {
-        begins(line, &[";"]) || text(line).is_ok_and(|line| csv_row(line).is_some_and(|row| row.is_ok()))
+        // Random bytes begin lines so as well.
+        let is_printed = |byte: &u8| *byte == b'\t' || !byte.is_ascii_control();
+        let is_comment = || begins(line, &[";"]) && line.iter().all(is_printed);
+        is_comment() || text(line).is_ok_and(|line| csv_row(line).is_some_and(|row| row.is_ok()))
     },
     unit_ns: None,
     reader: |_| Box::<Trc>::default(),
