@@ -8,13 +8,17 @@ use signal_gateway::config::{load_profile, read_lane_network};
 use crate::counting_allocator::most_held;
 use crate::support::files::MemoryFiles;
 
-const MIB: u64 = 1 << 20;
+const MIB: usize = 1 << 20;
+
+fn peak_bytes(action: impl FnOnce()) -> usize {
+    usize::try_from(most_held(action)).unwrap()
+}
 
 /// A text of about `bytes`: `begin`, then pieces by their number, then `end`.
-fn filled(bytes: u64, begin: &str, piece: impl Fn(usize) -> String, end: &str) -> String {
+fn filled(bytes: usize, begin: &str, piece: impl Fn(usize) -> String, end: &str) -> String {
     let mut text = begin.to_owned();
     for number in 0.. {
-        if text.len() as u64 >= bytes {
+        if text.len() >= bytes {
             break;
         }
         text += &piece(number);
@@ -22,22 +26,22 @@ fn filled(bytes: u64, begin: &str, piece: impl Fn(usize) -> String, end: &str) -
     text + end
 }
 
-fn scenario(name: &str, text: String) -> u64 {
+fn scenario(name: &str, text: String) -> usize {
     let files = MemoryFiles::new([(name, text)]);
-    most_held(|| {
+    peak_bytes(|| {
         assert!(read(&files, Path::new(name), ReadOptions::default()).is_err(), "{name}");
     })
 }
 
-fn profile(database: &str, text: String) -> u64 {
+fn profile(database: &str, text: String) -> usize {
     let profile = format!("name = \"x\"\n[bus.body]\ndbc = \"{database}\"\n");
     let files = MemoryFiles::new([("car.toml", profile), (database, text)]);
-    most_held(|| assert!(load_profile(&files, Path::new("car.toml")).is_err(), "{database}"))
+    peak_bytes(|| assert!(load_profile(&files, Path::new("car.toml")).is_err(), "{database}"))
 }
 
-fn map(text: String) -> u64 {
+fn map(text: String) -> usize {
     let files = MemoryFiles::new([("map.osm", text)]);
-    most_held(|| drop(read_lane_network(&files, Path::new("map.osm"))))
+    peak_bytes(|| drop(read_lane_network(&files, Path::new("map.osm"))))
 }
 
 #[test]
