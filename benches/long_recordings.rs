@@ -9,20 +9,20 @@
 
 #[path = "comparison.rs"]
 mod comparison;
+#[path = "demo_frames.rs"]
+mod demo_frames;
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use comparison::{Row, figure, peers, point, run};
-use flate2::read::MultiGzDecoder;
+use demo_frames::write_frames;
 use flate2::write::GzEncoder;
 
 const GATEWAY: &str = env!("CARGO_BIN_EXE_signal-gateway");
 const MANY: u32 = 1_000_000;
-/// The time between the end of a recording and its next round, ns.
-const PAUSE_NS: u64 = 100_000_000;
 
 /// Ten times the frames may take this much more memory, KiB, for what the system rounds and maps.
 fn allowed(few_kib: i64) -> i64 {
@@ -131,30 +131,4 @@ fn cantools(folder: &Path, profile: &str, logs: &[(u32, PathBuf); 2]) -> Option<
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/cantools_log.py");
     let arguments = [script.to_str().unwrap(), dbc.to_str().unwrap()];
     Some(measured("cantools", python.to_str().unwrap(), &arguments, logs))
-}
-
-/// Writes line by line: this process must stay smaller than those it measures.
-fn write_frames(out: &mut impl Write, source: &Path, frames: u32) -> io::Result<()> {
-    let (mut left, mut shift_ns) = (frames, 0);
-    loop {
-        let file = File::open(source)?;
-        let is_packed = source.extension().is_some_and(|extension| extension == "gz");
-        let log: Box<dyn Read> = if is_packed { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) };
-        let (mut first_ns, mut last_ns) = (None, 0);
-        for line in BufReader::new(log).lines() {
-            if left == 0 {
-                return Ok(());
-            }
-            let line = line?;
-            let (stamp, rest) = line[1..].split_once(')').unwrap();
-            let (seconds, micros) = stamp.split_once('.').unwrap();
-            let [seconds, micros] = [seconds, micros].map(|number| number.parse::<u64>().unwrap());
-            last_ns = seconds * 1_000_000_000 + micros * 1000;
-            first_ns.get_or_insert(last_ns);
-            let now_us = (last_ns + shift_ns) / 1000;
-            writeln!(out, "({}.{:06}){rest}", now_us / 1_000_000, now_us % 1_000_000)?;
-            left -= 1;
-        }
-        shift_ns += last_ns - first_ns.unwrap() + PAUSE_NS;
-    }
 }

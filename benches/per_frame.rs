@@ -9,6 +9,8 @@
 
 #[path = "comparison.rs"]
 mod comparison;
+#[path = "demo_frames.rs"]
+mod demo_frames;
 
 use std::hint::black_box;
 use std::path::Path;
@@ -17,31 +19,22 @@ use std::time::Duration;
 
 use comparison::{Row, figure, peers, processor_time};
 use criterion::Criterion;
-use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
-use signal_gateway::config::{Overrides, load, load_profile};
+use demo_frames::{
+    CHANGED, FramePair, IRRELEVANT, LEFT, NOW, RIGHT, SIGN_OF_LIFE, UNCHANGED, gateway, input, take,
+};
+use signal_gateway::config::files::Disk;
+use signal_gateway::config::load_profile;
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::dbc::codec::{Layout, SignalCodec};
 use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::time::Now;
 use signal_gateway::core::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
 use signal_gateway::core::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
 use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
 use signal_gateway::core::validation::table::MessageIndex;
-
-/// The bound messages: left, right, and no hazard.
-const LEFT: (u16, [u8; 8]) = (0x2A5, [1, 0, 0b0010, 0, 0, 0, 0x10, 0]);
-const RIGHT: (u16, [u8; 8]) = (0x2A5, [2, 0, 0b0100, 0, 0, 0, 0x20, 0]);
-const HAZARD: (u16, [u8; 8]) = (0x2C1, [0; 8]);
-/// A message that keeps the bus alive and is not decoded.
-const WHEEL_SPEEDS: (u16, [u8; 8]) = (0x0B2, [0x07, 0xA9, 0x07, 0xF9, 0x07, 0xBD, 0x07, 0xE5]);
-/// A message that is not bound, should it pass the kernel's filter.
-const UNBOUND: (u16, [u8; 8]) = (0x0F0, [0x3B, 0x11, 0x0A, 0, 0, 0, 0, 0]);
-
-const NOW: Now = Now { mono: MonoTime::from_millis(1), wall: WallStamp::from_nanos(0) };
 
 fn main() -> ExitCode {
     let mut criterion = Criterion::default()
@@ -49,13 +42,8 @@ fn main() -> ExitCode {
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2))
         .configure_from_args();
-    let frames = [
-        ("frame, value unchanged", [LEFT, LEFT], 0),
-        ("frame, value changed", [LEFT, RIGHT], 1),
-        ("frame, sign of life only", [WHEEL_SPEEDS, WHEEL_SPEEDS], 0),
-        ("frame, not relevant", [UNBOUND, UNBOUND], 0),
-    ]
-    .map(|(name, frames, outputs)| time_of_a_frame(&mut criterion, name, frames, outputs));
+    let frames =
+        [UNCHANGED, CHANGED, SIGN_OF_LIFE, IRRELEVANT].map(|frames| time_of_frames(&mut criterion, &frames));
     time_of_a_check(&mut criterion);
     for (name, checked) in [("gateway with all checks", true), ("gateway without checks", false)] {
         time_with_checks(&mut criterion, name, checked);
@@ -81,22 +69,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// Feeds the two frames in turn; each must lead to as many `outputs`. What a tenth of the samples stay
+/// Feeds the two frames in turn. Returns what a tenth of the samples stay
 /// below, ns: the machine's other work adds to the rest; `None` when there are next to none, as in `--test` or when
 /// another benchmark was requested.
-fn time_of_a_frame(
-    criterion: &mut Criterion,
-    name: &str,
-    frames: [(u16, [u8; 8]); 2],
-    outputs: u32,
-) -> Option<f64> {
-    let mut gateway = gateway();
-    let inputs = frames.map(input);
-    for input in [&inputs[1], &inputs[0], &inputs[1]].map(Clone::clone) {
-        assert_eq!(take(&mut gateway, input, NOW), outputs, "{name}");
-    }
+fn time_of_frames(criterion: &mut Criterion, frames: &FramePair) -> Option<f64> {
+    let (mut gateway, inputs) = frames.prepared();
     let mut samples = Vec::new();
-    criterion.bench_function(name, |bencher| {
+    criterion.bench_function(frames.name, |bencher| {
         bencher.iter_custom(|count| {
             let start = processor_time();
             for (input, _) in inputs.iter().cycle().zip(0..count) {
@@ -206,32 +185,6 @@ fn time_of_a_check(criterion: &mut Criterion) {
         });
         assert_eq!(checker.counts().rejected(), 1, "{name}: all but the first are good");
     }
-}
-
-/// The whole handling of an input: in, and all resulting outputs out.
-fn take(gateway: &mut Gateway, input: impl Into<Input>, now: Now) -> u32 {
-    gateway.handle(black_box(input.into()), now);
-    let mut outputs = 0;
-    while let Some(output) = gateway.poll_output() {
-        black_box(&output);
-        outputs += 1;
-    }
-    outputs
-}
-
-/// The demo vehicle's, with all links up and every message received.
-fn gateway() -> Gateway {
-    let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
-    let mut gateway = Gateway::new(settings.gateway, LinkState::Up, NOW);
-    for frame in [WHEEL_SPEEDS, HAZARD, LEFT] {
-        take(&mut gateway, input(frame), NOW);
-    }
-    gateway
-}
-
-fn input((id, data): (u16, [u8; 8])) -> CanInput {
-    let frame = Frame::classic(CanId::Standard(id), &data).unwrap();
-    CanInput::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
 }
 
 /// Prints the figures beside those of peers.

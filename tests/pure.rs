@@ -31,6 +31,7 @@ mod pure {
     mod log_formats;
     mod msrv;
     mod no_allocation;
+    mod performance_counts;
     mod performance_pictures;
     mod picture_captions;
     mod reader_limits;
