@@ -31,7 +31,7 @@ use crate::config::map::{read_lane_network, refuse as refuse_map};
 use crate::config::named_file;
 use crate::config::reading::{Checker, Fields, Problem, Refused, Text, from_toml};
 use crate::core::map::geometry::Point;
-use crate::core::map::lane_network::{LaneId, LaneNetwork};
+use crate::core::map::lane_network::{LaneId, LaneNetwork, Lanelet};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decider::DeciderSettings;
 use reader::{MAX_S, NamedLanelets, SEE, metres};
@@ -97,11 +97,15 @@ fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Res
     checker.finish(file).map_err(Refused)
 }
 
+/// Longest way between two lanelets that is driven, metres.
+const MAX_WAY_M: f64 = 1_000_000.0;
+
 /// Creates a drive at one speed (m/s) over the shortest way from one lanelet of a map to another, with the defaults of a
 /// scenario for everything else.
 ///
 /// # Errors
-/// A map that cannot be read, a lanelet that it does not have, two between which no way leads, or a speed that no scenario may have.
+/// A map that cannot be read, a lanelet that it does not have, two between which no way leads or a very long one, or a speed that no
+/// scenario may have.
 pub fn way(
     files: &dyn Files,
     map: &Path,
@@ -118,6 +122,15 @@ pub fn way(
         let reason = format!("no way leads from lanelet {from} to lanelet {to} without a change of lane");
         refused(reason, "give two lanelets of one road, or write a scenario with a route")
     })?;
+    let length_m: f64 = lanes.iter().filter_map(|lane| road.lane(*lane)).map(Lanelet::length_m).sum();
+    if length_m > MAX_WAY_M {
+        let reason = format!(
+            "the way from lanelet {from} to lanelet {to} is {:.0} km long; at most {:.0} km are driven",
+            length_m / 1000.0,
+            MAX_WAY_M / 1000.0
+        );
+        return Err(refused(reason, "give two lanelets that are nearer to each other"));
+    }
     over(files, map, road, lanes, speed_mps)
 }
 
