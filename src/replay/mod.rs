@@ -107,11 +107,11 @@ impl Replay {
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         let comes_first = |(_, at): &(RecordedInput, Now)| {
-            let is_unfilled = |filling: GapFilling| {
+            let is_unfilled = |filling: &GapFilling| {
                 let gap = at.mono.since(self.last_input);
                 deadline > self.last_input.after(filling.of_gap(gap))
             };
-            at.mono < deadline || self.filling.is_some_and(is_unfilled)
+            at.mono < deadline || self.filling.as_ref().is_some_and(is_unfilled)
         };
         (!self.tape.next.as_ref().is_some_and(comes_first)).then_some(deadline)
     }
@@ -134,8 +134,7 @@ impl Replay {
         match (self.deadline_before_input(), &mut self.tape.next) {
             (None, Some((input, at))) => {
                 if let Some(filling) = &mut self.filling {
-                    let from = self.last_input;
-                    filling.end_gap(from, at.mono.since(from), self.now.mono.since(from));
+                    filling.end_gap(self.last_input, at.mono, self.now.mono);
                 }
                 self.now = Now { wall: self.wall.unwrap_or(at.wall), ..*at };
                 self.last_input = at.mono;

@@ -14,15 +14,18 @@ const FILLED_JUMP: Duration = Duration::from_secs(5);
 const FREE: Duration = Duration::from_millis(100);
 /// The time that all gaps together are filled for, beyond [`FREE`].
 pub const FILLED_IN_ALL: Duration = Duration::from_secs(6 * 3600);
-/// The further time for each input of the recording.
-const FOR_INPUT: Duration = Duration::from_millis(50);
+/// The further time for each input of the recording, ms.
+const FOR_INPUT_MS: u64 = 50;
 
 /// What is left of the time for the gaps of a recording.
 #[derive(Debug, Clone, Copy)]
 pub struct GapFilling {
     /// For how long a single gap is filled while there is time left.
     most: Duration,
-    left: Duration,
+    /// Number of inputs so far.
+    inputs: u64,
+    /// Time that gaps were filled for beyond [`FREE`].
+    used: Duration,
     shortened: ShortenedGaps,
 }
 
@@ -39,24 +42,31 @@ impl GapFilling {
     /// Creates the filling of a recording before its first gap; each is filled for `most` at most.
     pub const fn new(most: Duration) -> Self {
         let shortened = ShortenedGaps { count: 0, first: MonoTime::ZERO };
-        Self { most, left: FILLED_IN_ALL, shortened }
+        Self { most, inputs: 0, used: Duration::ZERO, shortened }
     }
 
     /// Returns for how long the gap between two inputs is filled.
     pub fn of_gap(&self, gap: Duration) -> Duration {
-        self.usual(gap).min(FREE.saturating_add(self.left))
+        let earned =
+            FILLED_IN_ALL.saturating_add(Duration::from_millis(self.inputs.saturating_mul(FOR_INPUT_MS)));
+        self.usual(gap).min(FREE.saturating_add(earned.saturating_sub(self.used)))
     }
 
-    /// Takes the gap that ends with an input, of which a part was `filled`.
-    pub fn end_gap(&mut self, from: MonoTime, gap: Duration, filled: Duration) {
-        if gap > FREE {
-            if self.of_gap(gap) < self.usual(gap).min(gap) {
-                let first = if self.shortened.count == 0 { from } else { self.shortened.first };
-                self.shortened = ShortenedGaps { count: self.shortened.count + 1, first };
-            }
-            self.left = self.left.saturating_sub(filled.saturating_sub(FREE));
+    /// Takes the gap that ends with an input, of which the part until `filled` was filled.
+    #[inline]
+    pub fn end_gap(&mut self, from: MonoTime, until: MonoTime, filled: MonoTime) {
+        if !until.is_within(FREE, from) {
+            self.end_long_gap(from, until.since(from), filled.since(from));
         }
-        self.left = self.left.saturating_add(FOR_INPUT);
+        self.inputs += 1;
+    }
+
+    fn end_long_gap(&mut self, from: MonoTime, gap: Duration, filled: Duration) {
+        if self.of_gap(gap) < self.usual(gap).min(gap) {
+            let first = if self.shortened.count == 0 { from } else { self.shortened.first };
+            self.shortened = ShortenedGaps { count: self.shortened.count + 1, first };
+        }
+        self.used = self.used.saturating_add(filled.saturating_sub(FREE));
     }
 
     /// Returns the gaps that were filled for a shorter time.
@@ -79,7 +89,7 @@ mod tests {
         let mut sum = Duration::ZERO;
         for _ in 0..gaps {
             let filled = filling.of_gap(gap).min(gap);
-            filling.end_gap(MonoTime::ZERO, gap, filled);
+            filling.end_gap(MonoTime::ZERO, MonoTime::ZERO.after(gap), MonoTime::ZERO.after(filled));
             sum += filled;
         }
         (sum, filling.shortened().count)
@@ -90,7 +100,7 @@ mod tests {
         let minute = Duration::from_secs(60);
         assert_eq!(filled(300, 20 * minute), (300 * minute, 0));
         let (sum, shortened) = filled(100_000, 20 * minute);
-        assert!(sum < FILLED_IN_ALL + 100_000 * (FREE + FOR_INPUT), "{sum:?}");
+        assert!(sum < FILLED_IN_ALL + 100_000 * (FREE + Duration::from_millis(FOR_INPUT_MS)), "{sum:?}");
         assert!(shortened > 99_000, "{shortened}");
         assert_eq!(filled(100, 10 * MAX_SILENCE), (100 * FILLED_JUMP, 0));
     }

@@ -166,7 +166,7 @@ impl RecordedDrive {
             self.cycle(due, &mut each);
             last = due;
         }
-        self.filling.end_gap(from, gap, last.since(from));
+        self.filling.end_gap(from, to, last);
         self.now = to;
     }
 
