@@ -347,8 +347,8 @@ mod tests {
         file
     }
 
-    fn read(file: Vec<u8>) -> Vec<Result<String, BadLine>> {
-        let mut blf = Blf::new(source(&file)).unwrap();
+    fn read(file: &[u8]) -> Vec<Result<String, BadLine>> {
+        let mut blf = Blf::new(source(file)).unwrap();
         let mut entries = Vec::new();
         while let Some(entry) = blf.next_object().unwrap() {
             entries.extend(entry.transpose().map(|entry| entry.map(|entry| shown(&entry, START_MICROS))));
@@ -356,7 +356,7 @@ mod tests {
         entries
     }
 
-    fn good(file: Vec<u8>) -> Vec<String> {
+    fn good(file: &[u8]) -> Vec<String> {
         read(file).into_iter().map(Result::unwrap).collect()
     }
 
@@ -385,14 +385,14 @@ mod tests {
             "5000 can2 18FEF100##0070707070707070707070707",
             "6000 can3 1A0##0090909090909090909090000",
         ];
-        assert_eq!(good(file(&[container(2, &objects.concat())])), expected);
-        assert_eq!(good(file(&[container(0, &objects.concat())])), expected);
-        assert_eq!(good(file(&objects)), expected, "outside of containers");
+        assert_eq!(good(&file(&[container(2, &objects.concat())])), expected);
+        assert_eq!(good(&file(&[container(0, &objects.concat())])), expected);
+        assert_eq!(good(&file(&objects)), expected, "outside of containers");
         let objects = objects.concat();
         for split in 1..200 {
             let (first, second) = objects.split_at(split);
             let (first, second) = (container(2, first), container(0, second));
-            assert_eq!(good(file(&[first, second])), expected, "an object over two containers, {split}");
+            assert_eq!(good(&file(&[first, second])), expected, "an object over two containers, {split}");
         }
     }
 
@@ -403,26 +403,26 @@ mod tests {
         let mut packed = container(2, &whole());
         packed[40..44].fill(0xAA);
         let packed = file(&[packed, container(2, &whole())]);
-        assert_eq!(read(packed.clone()), [Err(BadLine::BadData), after.clone()]);
+        assert_eq!(read(&packed), [Err(BadLine::BadData), after.clone()]);
         let mut blf = Blf::new(source(&packed)).unwrap();
         blf.next_object().unwrap();
         let mut magic = whole();
         magic[0] = b'X';
         assert_eq!(
-            read(file(&[magic, whole(), whole()])),
+            read(&file(&[magic, whole(), whole()])),
             [after.clone(), after.clone()],
             "outside of containers, not an object"
         );
         let mut magic = whole();
         magic[0] = b'X';
         let inside = container(0, &[magic, whole(), whole()].concat());
-        assert_eq!(read(file(&[inside])), [Err(BadLine::NoFrame), after.clone()]);
+        assert_eq!(read(&file(&[inside])), [Err(BadLine::NoFrame), after.clone()]);
         let mut size = whole();
         size[8..12].fill(0xFF);
-        assert_eq!(read(file(&[container(0, &[size, whole()].concat())]))[0], Err(BadLine::BadLength));
+        assert_eq!(read(&file(&[container(0, &[size, whole()].concat())]))[0], Err(BadLine::BadLength));
         let bad_id = object(1, 1, 100, &can_message(1, 0, 1, 0x800, [1; 8]));
-        assert_eq!(read(file(&[bad_id, whole()])), [Err(BadLine::BadId), after.clone()]);
-        assert_eq!(read(file(&[object(1, 1, 100, &[1; 9]), whole()])), [Err(BadLine::BadLength), after]);
+        assert_eq!(read(&file(&[bad_id, whole()])), [Err(BadLine::BadId), after.clone()]);
+        assert_eq!(read(&file(&[object(1, 1, 100, &[1; 9]), whole()])), [Err(BadLine::BadLength), after]);
     }
 
     #[test]
