@@ -55,12 +55,23 @@ macro_rules! with_both_peers {
     };
 }
 
+mod cyclone_alone {
+    use crate::support::{peer::Cyclone, prerequisite::require};
+
+    /// The peer of Fast DDS does not say when a sample was sent.
+    #[test]
+    fn a_late_joiner_is_handed_the_current_report_and_none_before_it_while_others_read() {
+        super::a_late_joiner_is_handed_the_current_report_and_none_before_it_while_others_read(&require!(
+            Cyclone::with_defaults()
+        ));
+    }
+}
+
 with_both_peers!(
     values_stamps_and_texts_arrive_as_sent,
     texts_too_long_for_one_datagram_arrive_whole,
     a_late_joiner_gets_the_current_report_nothing_after_a_withdrawal_and_the_next_one_after_that,
     a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before,
-    a_late_joiner_is_handed_the_current_report_and_none_before_it_while_others_read,
     a_report_right_after_a_withdrawal_reaches_every_matched_reader,
     a_reader_that_is_killed_gets_data_again_when_it_is_restarted,
     a_reader_gets_data_of_the_next_gateway_at_once,

@@ -12,7 +12,7 @@ pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 const FILLED_JUMP: Duration = Duration::from_secs(5);
 /// The part of each gap that is always filled.
 const FREE: Duration = Duration::from_millis(100);
-/// The time that all gaps together are filled for, beyond [`FREE`].
+/// The time that all gaps together are filled for, beyond the first 100 ms of each.
 pub const FILLED_IN_ALL: Duration = Duration::from_secs(6 * 3600);
 /// The further time for each input of the recording, ms.
 const FOR_INPUT_MS: u64 = 50;

@@ -8,8 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
-use mcap::parse_record;
-use mcap::records::{Channel, Record, op};
+use mcap::records::op;
 
 use super::super::compression::decompressed;
 use super::super::exact::{append, append_rest, skip};
@@ -196,6 +195,46 @@ impl Chunk {
     }
 }
 
+/// What is left of the content of a record; each part is `None` if it reaches beyond the end.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (bytes, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(bytes)
+    }
+
+    fn id(&mut self) -> Option<u16> {
+        Some(u16::from_le_bytes(self.bytes(2)?.try_into().ok()?))
+    }
+
+    /// Returns the bytes behind their length.
+    fn block(&mut self) -> Option<&'a [u8]> {
+        let length = u32::from_le_bytes(self.bytes(4)?.try_into().ok()?);
+        self.bytes(usize::try_from(length).ok()?)
+    }
+
+    fn text(&mut self) -> Option<&'a str> {
+        std::str::from_utf8(self.block()?).ok()
+    }
+
+    /// Returns number and name of a schema; its encoding and content follow.
+    fn schema(&mut self) -> Option<(u16, &'a str)> {
+        let schema = (self.id()?, self.text()?);
+        self.text()?;
+        self.block()?;
+        Some(schema)
+    }
+
+    /// Returns number, schema, topic and encoding of a channel; its metadata follow.
+    fn channel(&mut self) -> Option<(u16, u16, &'a str, &'a str)> {
+        let channel = (self.id()?, self.id()?, self.text()?, self.text()?);
+        self.block()?;
+        Some(channel)
+    }
+}
+
 impl<T> Content<T> {
     /// Reads the next record, and keeps what tells of topics that are read; `None` at the end of the source.
     fn read_record(&mut self, source: &mut impl Read) -> io::Result<Option<Step>> {
@@ -218,28 +257,26 @@ impl<T> Content<T> {
             }
         }
         self.read_body(source, length)?;
-        let record = parse_record(opcode, &self.record).map_err(|error| damaged(error.to_string()))?;
-        if let Record::Schema { header, .. } = record {
+        // The crate's own parser reserves as many bytes as a text announces.
+        let mut fields = Fields(&self.record);
+        if opcode == op::SCHEMA {
+            let (id, name) = fields.schema().ok_or_else(|| damaged("a schema is damaged"))?;
             // A longer name is not the name of a type that is read.
-            if header.name.len() <= MAX_NAME {
-                self.kept.grow((NODE + header.name.len()) as u64)?;
-                self.schemas.insert(header.id, header.name);
+            if name.len() <= MAX_NAME {
+                self.kept.grow((NODE + name.len()) as u64)?;
+                self.schemas.insert(id, name.to_owned());
             } else {
-                self.schemas.remove(&header.id);
+                self.schemas.remove(&id);
             }
-        } else if let Record::Channel(channel) = record {
-            self.add_channel(&channel)?;
+            return Ok(Some(Step::Other));
         }
+        let (id, schema, name, encoding) = fields.channel().ok_or_else(|| damaged("a channel is damaged"))?;
+        let type_name = self.schemas.get(&schema).map_or("", String::as_str);
+        let topic = RecordedTopic { name, type_name, encoding };
+        let chosen = if name.len() <= MAX_NAME { self.choice.take(&topic) } else { None };
+        self.kept.grow((NODE + name.len().min(MAX_NAME)) as u64)?;
+        self.channels.insert(id, chosen);
         Ok(Some(Step::Other))
-    }
-
-    fn add_channel(&mut self, channel: &Channel) -> io::Result<()> {
-        let type_name = self.schemas.get(&channel.schema_id).map_or("", String::as_str);
-        let topic = RecordedTopic { name: &channel.topic, type_name, encoding: &channel.message_encoding };
-        let chosen = if topic.name.len() <= MAX_NAME { self.choice.take(&topic) } else { None };
-        self.kept.grow((NODE + topic.name.len().min(MAX_NAME)) as u64)?;
-        self.channels.insert(channel.id, chosen);
-        Ok(())
     }
 
     fn read_message(&mut self, source: &mut impl Read, length: u64) -> io::Result<Step> {
