@@ -47,3 +47,12 @@ pub(super) fn append_rest(
 fn whole(read: u64, length: u64) -> io::Result<()> {
     if read == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
 }
+
+/// Returns the error for a part that a file does not have, of which all that could be read is kept: the `failure` that ended
+/// reading, or the end of the file.
+pub(super) fn missing_part(failure: Option<&io::Error>) -> io::Error {
+    failure.map_or_else(
+        || ErrorKind::UnexpectedEof.into(),
+        |failure| io::Error::new(failure.kind(), failure.to_string()),
+    )
+}

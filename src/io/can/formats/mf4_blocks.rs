@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::io::{self, ErrorKind};
 use std::ops::Range;
 
-use super::super::exact::append_rest;
+use super::super::exact::{append_rest, missing_part};
 use super::{ObjectSource, damaged, refused};
 use crate::io::file_budget::{FileBudget, Kept};
 
@@ -75,10 +75,7 @@ impl Blocks {
 
     /// Returns the error for a part that the file does not have.
     pub(super) fn cut(&self) -> io::Error {
-        match &self.failure {
-            Some(failure) => io::Error::new(failure.kind(), failure.to_string()),
-            None => ErrorKind::UnexpectedEof.into(),
-        }
+        missing_part(self.failure.as_ref())
     }
 
     /// Returns the block `HD`.

@@ -5,7 +5,7 @@
 
 use std::io::{self, ErrorKind};
 
-use super::super::exact::append_rest;
+use super::super::exact::{append_rest, missing_part};
 use super::sqlite_columns::column_names;
 use super::{ObjectSource, refused};
 use crate::io::file_budget::{FileBudget, Kept};
@@ -149,10 +149,7 @@ impl Database {
             usize::try_from(page).ok().and_then(|page| page.checked_sub(1)).ok_or(ErrorKind::InvalidData)?;
         let start = index.checked_mul(self.page_size).ok_or(ErrorKind::InvalidData)?;
         let page = self.bytes.get(start..).and_then(|bytes| bytes.get(..self.usable));
-        page.ok_or_else(|| match &self.failure {
-            Some(failure) => io::Error::new(failure.kind(), failure.to_string()),
-            None => ErrorKind::UnexpectedEof.into(),
-        })
+        page.ok_or_else(|| missing_part(self.failure.as_ref()))
     }
 
     /// Counts a page in `visited`. Fails if there are more than the file has, so that pages refer in a circle.
