@@ -16,17 +16,20 @@ use crate::vcan::vcan_commands::recording::{BusTime, Recording};
 use crate::vcan::vcan_commands::vehicles::{Change, PACMOD};
 
 /// Together they lead back to the true time.
-const STEPS_S: [i64; 6] = [-40, 40, -3600, -5, 1800, 1805];
+const STEPS_S: [i64; 8] = [-40, -20, -20, 80, -3600, -5, 1800, 1805];
 
 /// Longest time until a command is on the bus, beside what the machine takes from everybody.
 const LIMIT: Duration = Duration::from_secs(2);
 
 /// What a busy machine may need between two commands, and a network process that does not answer to be ended.
 const PAUSE: Duration = Duration::from_secs(5);
+/// After the first steps, so that the next comes while a step is still being followed.
+const SHORT_PAUSE: Duration = Duration::from_millis(100);
 
 #[test]
 fn commands_are_followed_and_no_process_is_ended_after_a_step_of_the_wall_clock() {
-    require!(follow_after(STEPS_S.into_iter().map(|step_s| (step_s, PAUSE))));
+    let pauses = [SHORT_PAUSE; 2].into_iter().chain(std::iter::repeat(PAUSE));
+    require!(follow_after(STEPS_S.into_iter().zip(pauses)));
 }
 
 mod slow {

@@ -7,6 +7,9 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// A smaller step makes readers wait no longer than a busy computer does.
 const MIN_STEP: Duration = Duration::from_millis(100);
+/// Shortest time between two attempts to follow, when the clock is set back again and again. Until a step is followed no echo
+/// arrives, so it is well below the second of silence that the gateway bears.
+const MIN_INTERVAL: Duration = Duration::from_millis(400);
 
 /// The wall clock beside a clock that is never set.
 #[derive(Debug)]
@@ -14,22 +17,44 @@ pub(super) struct SetBack {
     begun: Instant,
     /// By how much the wall clock was most ahead of the other.
     most_ahead: Duration,
+    /// There was a step back that has not been followed yet.
+    is_unfollowed: bool,
+    /// When it was last time to follow one, since it began.
+    last_due: Option<Duration>,
 }
 
 impl SetBack {
     /// Starts to compare the clocks now.
     pub(super) fn watch() -> Self {
-        let mut watched = Self { begun: Instant::now(), most_ahead: Duration::ZERO };
-        watched.is_new();
+        let begun = Instant::now();
+        let mut watched = Self { begun, most_ahead: Duration::ZERO, is_unfollowed: false, last_due: None };
+        watched.is_to_follow();
         watched
     }
 
-    /// True once for each step back since the last call.
-    pub(super) fn is_new(&mut self) -> bool {
+    /// True when it is time to follow a step back, and again at intervals until [`Self::note_followed`].
+    pub(super) fn is_to_follow(&mut self) -> bool {
         let before = self.begun.elapsed();
         let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         // A pause while the clocks are read says nothing of them.
-        self.begun.elapsed().saturating_sub(before) < MIN_STEP / 10 && self.is_step_back(before, wall)
+        if self.begun.elapsed().saturating_sub(before) < MIN_STEP / 10 {
+            self.is_unfollowed |= self.is_step_back(before, wall);
+        }
+        self.is_due(before)
+    }
+
+    /// Notes that there is a participant made since the step.
+    pub(super) fn note_followed(&mut self) {
+        self.is_unfollowed = false;
+    }
+
+    fn is_due(&mut self, passed: Duration) -> bool {
+        let has_waited = self.last_due.is_none_or(|last| passed.saturating_sub(last) >= MIN_INTERVAL);
+        let is_due = self.is_unfollowed && has_waited;
+        if is_due {
+            self.last_due = Some(passed);
+        }
+        is_due
     }
 
     fn is_step_back(&mut self, passed: Duration, wall: Duration) -> bool {
@@ -47,7 +72,7 @@ mod tests {
 
     #[test]
     fn each_step_back_is_seen_once_and_nothing_else_is_one() {
-        let mut watched = SetBack { begun: Instant::now(), most_ahead: Duration::from_secs(1000) };
+        let mut watched = SetBack { most_ahead: Duration::from_secs(1000), ..SetBack::watch() };
         let mut is_step = |passed_s: f64, wall_s: f64| {
             watched.is_step_back(Duration::from_secs_f64(passed_s), Duration::from_secs_f64(wall_s))
         };
@@ -56,5 +81,16 @@ mod tests {
         assert!(times.into_iter().all(|(passed_s, wall_s)| !is_step(passed_s, wall_s)));
         assert!(is_step(5.0, 465.0));
         assert!(!is_step(6.0, 466.0) && is_step(7.0, 407.0) && !is_step(8.0, 468.0) && is_step(9.0, 468.8));
+    }
+    #[test]
+    fn the_first_step_is_followed_at_once_and_the_next_ones_at_intervals() {
+        let mut watched = SetBack { is_unfollowed: true, ..SetBack::watch() };
+        let mut is_due = |now_ms| watched.is_due(Duration::from_millis(now_ms));
+        assert!(is_due(1), "whatever else a participant was made for");
+        assert!(!is_due(2) && !is_due(400) && is_due(401), "it was not followed");
+        watched.note_followed();
+        assert!(!watched.is_due(Duration::from_secs(9)));
+        watched.is_unfollowed = true;
+        assert!(watched.is_due(Duration::from_secs(9)));
     }
 }

@@ -41,8 +41,6 @@ const MAX_PREDECESSORS: usize = 3;
 const MAX_REPLACED_WRITERS: u32 = 1000;
 /// A longer round means that the process was stopped, and that peers may have given its participant up for good.
 const STANDSTILL: Duration = Duration::from_secs(2);
-/// Shortest time between two participants when the wall clock is set back again and again.
-const SET_BACK_INTERVAL: Duration = Duration::from_secs(1);
 /// Time since an echo after which readers may be deaf.
 const ECHO_MISSED: Duration = Duration::from_millis(600);
 /// Own participants that are remembered; all of the last lease (50 s) would do.
@@ -79,7 +77,6 @@ pub(super) struct DdsWorker {
     last_round: Instant,
     stood_still: bool,
     wall_clock: SetBack,
-    was_set_back: bool,
     silent_writers: SilentWriters,
     /// While writers are suspected.
     silence_probe: Option<SilenceProbe>,
@@ -128,7 +125,6 @@ impl DdsWorker {
             last_round: now,
             stood_still: false,
             wall_clock: SetBack::watch(),
-            was_set_back: false,
             silent_writers: SilentWriters::new(now),
             silence_probe: None,
             last_echo: None,
@@ -347,13 +343,11 @@ impl DdsWorker {
 
     /// Replaces the participant at once when the wall clock was set back: see [`SetBack`].
     fn follow_wall_clock(&mut self) {
-        self.was_set_back |= self.wall_clock.is_new();
-        if self.was_set_back
-            && self.last_made.elapsed() >= SET_BACK_INTERVAL
+        if self.wall_clock.is_to_follow()
             && let Some(participant) = self.make()
         {
             tracing::info!("the wall clock was set back: continuing with a new DDS participant");
-            self.was_set_back = false;
+            self.wall_clock.note_followed();
             self.replace(participant, self.last_interfaces.clone());
         }
     }
